@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Debian's liblcm-dev has no CMake package, and its pkg-config file asks for headers it does not depend on.
+find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp)
+find_library(LCM_LIBRARY lcm)
+find_program(LCM_GEN lcm-gen)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(LCM REQUIRED_VARS LCM_LIBRARY LCM_INCLUDE_DIR LCM_GEN)
+if(LCM_FOUND AND NOT TARGET LCM::lcm)
+  add_library(LCM::lcm UNKNOWN IMPORTED)
+  set_target_properties(LCM::lcm PROPERTIES IMPORTED_LOCATION ${LCM_LIBRARY}
+                        INTERFACE_INCLUDE_DIRECTORIES ${LCM_INCLUDE_DIR})
+endif()

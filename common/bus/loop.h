@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace berth {
+
+/// Microseconds since the epoch, on the clock that all nodes of a run share.
+using Utime = std::int64_t;
+constexpr Utime millisecond = 1000;
+constexpr Utime second = 1000000;
+constexpr double seconds(Utime t) { return static_cast<double>(t) * 1e-6; }
+Utime utime_from_seconds(double s);
+
+/// The one thread on which all of a node's code runs, with its clock, timers and file descriptors.
+/// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). Nothing here may be called from
+/// another thread.
+class Loop {
+ public:
+  using Task = std::function<void()>;
+  using TimerId = std::uint64_t;
+
+  virtual ~Loop() = default;
+
+  virtual Utime now() const = 0;
+  /// Runs the task once, not before `when`.
+  virtual TimerId at(Utime when, Task task) = 0;
+  TimerId after(Utime delay, Task task) { return at(now() + delay, std::move(task)); }
+  /// Runs the task every period, first one period from now. A late loop skips beats: it never
+  /// makes up for them in a burst.
+  virtual TimerId every(Utime period, Task task) = 0;
+  /// Of a timer that fired or was cancelled: does nothing.
+  virtual void cancel(TimerId timer) = 0;
+
+  /// Calls readable whenever the descriptor has input or its peer is gone, until unwatch.
+  virtual void watch(int fd, Task readable) = 0;
+  virtual void unwatch(int fd) = 0;
+
+  /// How long work takes: in real time a steady clock in microseconds; in the twin the simulated
+  /// clock, so that nothing measured enters its log.
+  virtual Utime stopwatch() const { return now(); }
+};
+
+/// Makes byte-stream connections to devices. Addresses are "host:port". Real sockets in a process;
+/// in the twin socket pairs inside the process, so that the same bytes flow.
+class Wires {
+ public:
+  using Connected = std::function<void(int fd)>;
+
+  virtual ~Wires() = default;
+  /// Connects without blocking; calls back with a descriptor that the caller then owns, or with -1.
+  virtual void dial(const std::string& address, Connected connected) = 0;
+  /// Accepts connections until the Wires end; the callee owns each descriptor.
+  /// @throws InputError when the address cannot be listened on.
+  virtual void listen(const std::string& address, Connected accepted) = 0;
+};
+
+}  // namespace berth

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/event_t.hpp>
+#include <berth/node_status_t.hpp>
+#include <map>
+#include <string>
+
+#include "common/bus/bus.h"
+#include "common/bus/loop.h"
+
+namespace berth {
+
+/// What every node is told by the program that hosts it.
+struct NodeSetup {
+  std::string name;                ///< "arm-driver-replica"
+  std::int64_t session = 0;        ///< of the run: messages of another session move nothing
+  std::string configuration_hash;  ///< SHA-256 over all files that configured it
+};
+
+/// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20 Hz
+/// and EVENTs. Driven only by messages, timers and descriptors of its loop.
+class Node {
+ public:
+  Node(NodeSetup setup, Bus& bus, Loop& loop);
+  virtual ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  const NodeSetup& setup() const { return setup_; }
+
+ protected:
+  Bus& bus() { return bus_; }
+  Loop& loop() { return loop_; }
+  Utime now() const { return loop_.now(); }
+  std::int64_t session() const { return setup_.session; }
+
+  /// State is one of node_status_t::STARTING ... STOPPED. Published at once if anything changed.
+  void report(std::int8_t state, const std::string& reason = "");
+  /// Severity is one of event_t::INFO ... FATAL; code a stable name, text for the operator.
+  void event(std::int8_t severity, const std::string& code, const std::string& text);
+  /// A figure shown with the status, e.g. count("read_rate_hz", 99.8).
+  void count(const std::string& name, double value) { counters_[name] = value; }
+
+ private:
+  void publish_status();
+
+  NodeSetup setup_;
+  Bus& bus_;
+  Loop& loop_;
+  std::int8_t state_ = node_status_t::STARTING;
+  std::string reason_;
+  std::map<std::string, double> counters_;
+  std::int64_t status_seq_ = 0;
+  std::int64_t heartbeat_seq_ = 0;
+  std::int64_t event_seq_ = 0;
+  Loop::TimerId status_timer_;
+  Loop::TimerId heartbeat_timer_;
+};
+
+}  // namespace berth

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <queue>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/bus/bus.h"
+#include "common/bus/loop.h"
+
+namespace berth {
+
+class SimulatedLoop;
+class SimulatedBus;
+
+/// The twin's world of events: one clock that jumps from event to event, one thread, deterministic to
+/// the bit. Every node has its own SimulatedLoop and SimulatedBus.
+class Simulation {
+ public:
+  struct Options {
+    Utime start = 1735689600 * second;      ///< 2025-01-01T00:00:00Z
+    Utime wire_latency = 200;               ///< us from bytes written to bytes seen
+    Utime bus_latency = 100;                ///< us from publish to handler
+  };
+
+  Simulation() : Simulation(Options{}) {}
+  explicit Simulation(Options options);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  Utime now() const { return now_; }
+  /// Runs events up to and including this time.
+  void run_until(Utime end);
+  void run_for(Utime duration) { run_until(now_ + duration); }
+  /// Runs until done() is true after an event, or the time limit passes. @return done().
+  bool run_until(const std::function<bool()>& done, Utime limit);
+
+  /// One node's loop. It lives as long as the Simulation.
+  SimulatedLoop& make_loop();
+  /// One node's bus: handlers run on the loop; what the node publishes leaves after compute_delay.
+  SimulatedBus& make_bus(SimulatedLoop& loop, Utime compute_delay = 0);
+  /// Socket pairs between dial and listen of the same address, all inside this Simulation.
+  Wires& wires();
+
+  /// Sees every message with the time at which it is delivered, in order: the recorder.
+  using Recorder = std::function<void(Utime, const std::string& channel, Bytes)>;
+  void record(Recorder recorder);
+
+  std::uint64_t events_run() const { return events_run_; }
+
+ private:
+  friend class SimulatedLoop;
+  friend class SimulatedBus;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  Utime now_;
+  std::uint64_t events_run_ = 0;
+};
+
+class SimulatedLoop final : public Loop {
+ public:
+  Utime now() const override;
+  TimerId at(Utime when, Task task) override;
+  TimerId every(Utime period, Task task) override;
+  void cancel(TimerId timer) override;
+  void watch(int fd, Task readable) override;
+  void unwatch(int fd) override;
+
+ private:
+  friend class Simulation;
+  explicit SimulatedLoop(Simulation& simulation) : simulation_(simulation) {}
+  Simulation& simulation_;
+};
+
+class SimulatedBus final : public Bus {
+ protected:
+  void send(const std::string& channel, Bytes bytes) override;
+  void receive(const std::string& channel, Queue queue, RawHandler handler) override;
+
+ private:
+  friend class Simulation;
+  SimulatedBus(Simulation& simulation, Utime compute_delay)
+      : simulation_(simulation), compute_delay_(compute_delay) {}
+  Simulation& simulation_;
+  Utime compute_delay_;
+};
+
+}  // namespace berth

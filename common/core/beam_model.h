@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/config.h"
+#include "common/core/pose.h"
+
+namespace berth {
+
+/// The noise and limits of one beam, shared by simulator, tracker and scan planner (DESIGN: one model
+/// of the beam). Defaults: ILRIS-3D as in the paper, section 4.2, with noise case Error1 of Table 1.
+struct BeamModel {
+  double range_sigma_m = 0.01;
+  double azimuth_sigma_rad = 1e-4;
+  double elevation_sigma_rad = 1e-4;
+  double divergence_rad = 0.17e-3;   ///< full angle
+  double aperture_m = 0.012;         ///< beam width at the instrument
+  double range_min_m = 3.0;
+  double range_max_m = 800.0;
+
+  /// Variance (m^2) along the beam of a return from a surface at this range and incidence (rad from
+  /// the normal): range noise, and angle noise seen through the surface's slope.
+  double range_variance(double range, double incidence) const;
+  /// Width of the beam on a surface square to it, m.
+  double footprint(double range) const { return aperture_m + divergence_rad * range; }
+};
+
+/// Direction of a beam in the sensor frame (x right, y down, z boresight):
+/// (cos el sin az, -sin el, cos el cos az).
+Vector3d beam_direction(double azimuth, double elevation);
+/// Azimuth and elevation of a direction; its length does not matter.
+void beam_angles(const Vector3d& direction, double& azimuth, double& elevation);
+
+/// Reads a "beam" section.
+BeamModel read_beam_model(Config config);
+
+}  // namespace berth

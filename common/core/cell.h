@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/core/arm_kinematics.h"
+#include "common/core/target.h"
+
+namespace berth {
+
+enum class ArmRole { replica, sensor };
+const char* name_of(ArmRole role);
+
+/// One arm as it stands in the cell.
+struct PlacedArm {
+  ArmRole role = ArmRole::replica;
+  std::shared_ptr<const ArmKinematics> kinematics;
+  Pose base;           ///< T_cell_base
+  Pose tool;           ///< T_flange_sensor or T_flange_model
+  Joints home{};       ///< where it waits
+
+  /// T_cell_tool at the joints.
+  Pose tool_pose(const Joints& joints) const { return base * kinematics->forward(joints) * tool; }
+};
+
+/// A fixed body of the room.
+struct RoomBody {
+  std::string name;
+  Mesh mesh;  ///< cell frame
+  bool keep_out = false;  ///< not there to be seen; only not to be entered
+};
+
+/// The cell as everybody believes it to be: a layout file (config/layouts) with the target mounted.
+/// Cell frame: z up, floor at z = 0, x from the sensor arm's base to the replica arm's.
+struct Cell {
+  std::string layout;
+  PlacedArm replica;
+  PlacedArm sensor;
+  Mesh mount;              ///< between the replica arm's flange and the target, flange frame
+  Mesh sensor_housing;     ///< flange frame of the sensor arm
+  std::vector<RoomBody> room;
+  Target target;
+
+  const PlacedArm& arm(ArmRole role) const { return role == ArmRole::replica ? replica : sensor; }
+  /// T_sensor_model.
+  Pose relative_pose(const Joints& replica_joints, const Joints& sensor_joints) const;
+};
+
+/// Reads a layout; file names in it are relative to the configuration directory (its parent's parent).
+/// The mount's length follows the target's size. @throws InputError.
+Cell load_cell(const std::filesystem::path& layout_file, const Target& target);
+
+}  // namespace berth

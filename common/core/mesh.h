@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/core/pose.h"
+
+namespace berth {
+
+/// A triangle soup in metres. May be open, non-manifold and of mixed winding: nothing in Berth relies
+/// on outward normals.
+struct Mesh {
+  std::vector<Vector3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  void append(const Mesh& other, const Pose& placement = {});
+};
+
+struct Box {
+  Vector3d low = Vector3d::Zero();
+  Vector3d high = Vector3d::Zero();
+  Vector3d size() const { return high - low; }
+  Vector3d centre() const { return 0.5 * (low + high); }
+};
+
+Box bounding_box(const Mesh& mesh);
+/// Scaled about the mesh's origin so that the largest side of its bounding box is length (m).
+Mesh scaled_to_length(const Mesh& mesh, double length);
+/// SHA-256 over vertices and triangles: the content, not the file.
+std::string content_hash(const Mesh& mesh);
+
+/// Reads PLY, STL or OBJ; vertices as they stand in the file. Degenerate triangles are dropped.
+/// @throws InputError when the file cannot be read, holds no triangle, or a coordinate is not finite.
+Mesh load_mesh(const std::filesystem::path& path);
+/// Binary little-endian PLY. @throws InputError when the file cannot be written.
+void save_ply(const Mesh& mesh, const std::filesystem::path& path);
+
+/// Building blocks, centred at the origin.
+Mesh make_box(const Vector3d& size);
+/// Axis along z. sides >= 3.
+Mesh make_cylinder(double radius, double height, int sides, bool capped = true);
+/// From a to b.
+Mesh make_strut(const Vector3d& a, const Vector3d& b, double diameter, int sides = 6);
+
+}  // namespace berth

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+
+#include "common/core/mesh.h"
+
+namespace berth {
+
+struct Ray {
+  Vector3d origin = Vector3d::Zero();
+  Vector3d direction = Vector3d::UnitZ();  ///< unit
+};
+
+struct RayHit {
+  double range = 0;                   ///< m along the ray
+  std::uint32_t triangle = 0;         ///< index in the mesh
+  Vector3d normal = Vector3d::Zero(); ///< unit, turned against the ray
+};
+
+/// Casts rays at one rigid mesh, in the mesh's own frame (transform the ray, not the mesh). Both sides
+/// of a triangle are hit. Built once; casting is const and safe from several threads. Embree 3, pinned
+/// to AVX2 and single-threaded construction so that the same bits come out everywhere.
+class RayCaster {
+ public:
+  explicit RayCaster(const Mesh& mesh);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  /// The first hit nearer than max_range (m). @return false when there is none.
+  bool cast(const Ray& ray, double max_range, RayHit& hit) const;
+  /// Whether anything lies between the origin and max_range.
+  bool occluded(const Ray& ray, double max_range) const;
+  /// Point of the mesh nearest to a point of the mesh frame, and its triangle.
+  Vector3d nearest(const Vector3d& point, std::uint32_t* triangle = nullptr) const;
+
+  const Box& bounds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace berth

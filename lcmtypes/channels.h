@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+/// The channel table: every channel of the testbed. README has it with types and writers.
+/// One writer per channel, except where the comment says "every node".
+namespace berth::channels {
+
+// clang-format off
+inline constexpr char arm_state_replica[]       = "ARM_STATE_REPLICA";       // arm_state_t, replica arm driver
+inline constexpr char arm_state_sensor[]        = "ARM_STATE_SENSOR";        // arm_state_t, sensor arm driver
+inline constexpr char arm_command_replica[]     = "ARM_COMMAND_REPLICA";     // arm_command_t, testbed
+inline constexpr char arm_command_sensor[]      = "ARM_COMMAND_SENSOR";      // arm_command_t, testbed
+inline constexpr char facility_state[]          = "FACILITY_STATE";          // facility_state_t, facility driver
+inline constexpr char facility_command[]        = "FACILITY_COMMAND";        // facility_command_t, lease holder
+inline constexpr char lidar_state[]             = "LIDAR_STATE";             // lidar_state_t, lidar driver
+inline constexpr char scan_request[]            = "SCAN_REQUEST";            // scan_request_t, estimator
+inline constexpr char scan_data[]               = "SCAN_DATA";               // scan_packet_t, lidar driver
+inline constexpr char estimator_command[]       = "ESTIMATOR_COMMAND";       // estimator_command_t, lease holder
+inline constexpr char estimator_state[]         = "ESTIMATOR_STATE";         // estimator_state_t, estimator
+inline constexpr char pose_estimate[]           = "POSE_ESTIMATE";           // pose_estimate_t, estimator
+inline constexpr char estimator_diagnostics[]   = "ESTIMATOR_DIAGNOSTICS";   // estimator_diagnostics_t, estimator
+inline constexpr char testbed_command[]         = "TESTBED_COMMAND";         // testbed_command_t, lease holder
+inline constexpr char testbed_state[]           = "TESTBED_STATE";           // testbed_state_t, testbed
+inline constexpr char ground_truth[]            = "GROUND_TRUTH";            // ground_truth_t, testbed
+inline constexpr char procedure_command[]       = "PROCEDURE_COMMAND";       // procedure_command_t, operator's terminal
+inline constexpr char procedure_state[]         = "PROCEDURE_STATE";         // procedure_state_t, engine
+inline constexpr char run_info[]                = "RUN_INFO";                // run_info_t, engine
+inline constexpr char node_status[]             = "NODE_STATUS";             // node_status_t, every node
+inline constexpr char heartbeat[]               = "HEARTBEAT";               // heartbeat_t, every node
+inline constexpr char event[]                   = "EVENT";                   // event_t, every node
+// Not on the bus: in world_truth.lcm, beside a run of the simulated cell.
+inline constexpr char world_truth[]             = "WORLD_TRUTH";             // ground_truth_t, simulated cell
+// clang-format on
+
+}  // namespace berth::channels
