@@ -2,26 +2,30 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "common/bus/bus.h"
 #include "common/bus/process_loop.h"
 
 namespace berth {
 
+/// The URL to use: the one given, else the environment's LCM_DEFAULT_URL, else
+/// udpm://239.255.76.67:7667?ttl=0; with the largest receive buffer that the kernel allows, up to 4
+/// MB.
+/// @throws InputError for another provider or an option that LCM would silently pass over.
+std::string bus_url(const std::string& given);
+
 /// The bus of the lab: LCM over UDP multicast. A receive thread only enqueues; handlers run on the
-/// loop. Subscribe everything, then start().
+/// loop, which must outlive the bus and must not run any more when the bus is destroyed. Subscribe
+/// everything, then start(). Separate two testbeds on one network by port, never by group alone.
 class LcmBus final : public Bus {
  public:
-  /// url: "udpm://239.255.76.67:7667?ttl=0"; empty: the environment's LCM_DEFAULT_URL, else that one.
-  /// Separate two testbeds on one network by port, never by group alone.
-  /// @throws InputError for a URL that LCM does not understand or a network without a multicast route.
+  /// @throws InputError as bus_url, or for a network without a multicast route.
   LcmBus(const std::string& url, ProcessLoop& loop);
   ~LcmBus() override;
 
   void start();
   BusCounters counters() const override;
-
-  static constexpr char default_url[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
  protected:
   void send(const std::string& channel, Bytes bytes) override;

@@ -18,8 +18,8 @@ struct NodeSetup {
   std::string configuration_hash;  ///< SHA-256 over all files that configured it
 };
 
-/// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20 Hz
-/// and EVENTs. Driven only by messages, timers and descriptors of its loop.
+/// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20
+/// Hz and EVENTs. Driven only by messages, timers and descriptors of its loop.
 class Node {
  public:
   Node(NodeSetup setup, Bus& bus, Loop& loop);

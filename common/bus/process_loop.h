@@ -2,27 +2,33 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <mutex>
+#include <unordered_map>
 #include <vector>
 
 #include "common/bus/loop.h"
 
 namespace berth {
 
-/// A loop in real time for one process: poll(2) over descriptors and timers.
+/// A loop in real time for one process: ppoll(2) over descriptors and timers.
 class ProcessLoop final : public Loop {
  public:
-  /// clock_offset: microseconds to add to the monotonic clock to get Utime. The supervisor hands one
-  /// to all processes of a run (environment variable BERTH_CLOCK_OFFSET_US), so that they agree and a
-  /// stepped system clock changes nothing. @see clock_offset_from_environment
+  /// clock_offset: microseconds to add to the monotonic clock to get Utime. The supervisor hands
+  /// one to all processes of a run, so that they agree and a stepped system clock changes nothing.
+  /// @see clock_offset_from_environment
   explicit ProcessLoop(Utime clock_offset);
   ~ProcessLoop() override;
+  ProcessLoop(const ProcessLoop&) = delete;
+  ProcessLoop& operator=(const ProcessLoop&) = delete;
 
   Utime now() const override;
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
   void watch(int fd, Task readable) override;
+  /// Calls writable when the descriptor takes output; replaces a watch for input.
+  void watch_writable(int fd, Task writable);
   void unwatch(int fd) override;
 
   /// Runs until stop(). Exceptions of tasks pass through.
@@ -31,7 +37,7 @@ class ProcessLoop final : public Loop {
   void stop();
   /// Hands a task to the loop from any thread.
   void post(Task task);
-  /// SIGINT and SIGTERM stop the loop; SIGHUP does too unless it is ignored.
+  /// SIGINT and SIGTERM stop the loop. Call before other threads start.
   void stop_on_signals();
 
  private:
@@ -40,19 +46,22 @@ class ProcessLoop final : public Loop {
     Utime period;  // 0: once
     Task task;
   };
+  using Timers = std::multimap<Utime, Timer>;
+  struct Watch {
+    short events;
+    std::shared_ptr<Task> task;
+  };
 
+  TimerId add(Utime when, Utime period, Task task);
   void wake();
   void run_posted();
   void run_due_timers();
-  int timeout_ms() const;
 
   Utime clock_offset_;
   TimerId next_id_ = 1;
-  std::multimap<Utime, Timer> timers_;
-  std::map<TimerId, std::multimap<Utime, Timer>::iterator> timer_of_;
-  TimerId cancelled_while_running_ = 0;
-  TimerId running_ = 0;
-  std::map<int, Task> watched_;
+  Timers timers_;
+  std::unordered_map<TimerId, Timers::iterator> timer_of_;
+  std::map<int, Watch> watched_;
   std::mutex mutex_;
   std::vector<Task> posted_;
   bool stopped_ = false;
@@ -60,7 +69,8 @@ class ProcessLoop final : public Loop {
   int signal_fd_ = -1;
 };
 
-/// The offset the supervisor handed out, or one taken from the system clock now.
+/// The offset the supervisor handed out in BERTH_CLOCK_OFFSET_US, or one taken from the system
+/// clock.
 Utime clock_offset_from_environment();
 /// System clock minus monotonic clock, us.
 Utime clock_offset_now();
@@ -70,6 +80,9 @@ class TcpWires final : public Wires {
  public:
   explicit TcpWires(ProcessLoop& loop) : loop_(loop) {}
   ~TcpWires() override;
+  TcpWires(const TcpWires&) = delete;
+  TcpWires& operator=(const TcpWires&) = delete;
+
   void dial(const std::string& address, Connected connected) override;
   void listen(const std::string& address, Connected accepted) override;
 

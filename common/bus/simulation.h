@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
-#include <optional>
-#include <queue>
 #include <string>
-#include <unordered_map>
-#include <vector>
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
@@ -16,14 +13,15 @@ namespace berth {
 class SimulatedLoop;
 class SimulatedBus;
 
-/// The twin's world of events: one clock that jumps from event to event, one thread, deterministic to
-/// the bit. Every node has its own SimulatedLoop and SimulatedBus.
+/// The twin's world of events: one clock that jumps from event to event, one thread, deterministic
+/// to the bit. Every node has its own SimulatedLoop and SimulatedBus, which live as long as the
+/// Simulation. A node that is destroyed must not be run on: destroy nodes after the last event.
 class Simulation {
  public:
   struct Options {
-    Utime start = 1735689600 * second;      ///< 2025-01-01T00:00:00Z
-    Utime wire_latency = 200;               ///< us from bytes written to bytes seen
-    Utime bus_latency = 100;                ///< us from publish to handler
+    Utime start = 1735689600 * second;  ///< 2025-01-01T00:00:00Z
+    Utime wire_latency = 200;           ///< us from bytes written to bytes seen
+    Utime bus_latency = 100;            ///< us from publish to handler
   };
 
   Simulation() : Simulation(Options{}) {}
@@ -39,14 +37,13 @@ class Simulation {
   /// Runs until done() is true after an event, or the time limit passes. @return done().
   bool run_until(const std::function<bool()>& done, Utime limit);
 
-  /// One node's loop. It lives as long as the Simulation.
   SimulatedLoop& make_loop();
-  /// One node's bus: handlers run on the loop; what the node publishes leaves after compute_delay.
-  SimulatedBus& make_bus(SimulatedLoop& loop, Utime compute_delay = 0);
+  /// What is published on this bus leaves after compute_delay: how long the node's work takes.
+  SimulatedBus& make_bus(Utime compute_delay = 0);
   /// Socket pairs between dial and listen of the same address, all inside this Simulation.
   Wires& wires();
 
-  /// Sees every message with the time at which it is delivered, in order: the recorder.
+  /// Sees every message at the time at which it is delivered, in order.
   using Recorder = std::function<void(Utime, const std::string& channel, Bytes)>;
   void record(Recorder recorder);
 
@@ -76,6 +73,7 @@ class SimulatedLoop final : public Loop {
   Simulation& simulation_;
 };
 
+/// Handlers run inline, in the order of subscription: no queue can overflow.
 class SimulatedBus final : public Bus {
  protected:
   void send(const std::string& channel, Bytes bytes) override;

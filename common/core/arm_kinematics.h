@@ -25,9 +25,9 @@ struct JointLimit {
 
 /// Which of the configurations of a Fanuc arm, as in "N U T, 0, 0, 0".
 struct ArmConfiguration {
-  bool flip = false;   ///< F / N
-  bool up = true;      ///< U / D
-  bool front = true;   ///< T (toward the front) / B
+  bool flip = false;           ///< F / N
+  bool up = true;              ///< U / D
+  bool front = true;           ///< T (toward the front) / B
   std::array<int, 3> turns{};  ///< of J4, J5, J6
   std::string text() const;
 };
@@ -65,7 +65,8 @@ class ArmKinematics {
   const std::string& name() const { return name_; }
   const std::array<JointLimit, 6>& limits() const { return limits_; }
   bool is_linear(int joint) const { return linear_[static_cast<std::size_t>(joint)]; }
-  /// What moves the motors: relative joint 3 = J2 + J3 on a Fanuc parallelogram; the others as they are.
+  /// What moves the motors: relative joint 3 = J2 + J3 on a Fanuc parallelogram; the others as they
+  /// are.
   virtual Joints motor_joints(const Joints& joints) const { return joints; }
   /// Empty when the joints are within all limits, else a sentence naming joint, value and limit.
   virtual std::string limit_violation(const Joints& joints) const = 0;

@@ -6,14 +6,15 @@
 
 namespace berth {
 
-/// The noise and limits of one beam, shared by simulator, tracker and scan planner (DESIGN: one model
-/// of the beam). Defaults: ILRIS-3D as in the paper, section 4.2, with noise case Error1 of Table 1.
+/// The noise and limits of one beam, shared by simulator, tracker and scan planner (DESIGN: one
+/// model of the beam). Defaults: ILRIS-3D as in the paper, section 4.2, with noise case Error1 of
+/// Table 1.
 struct BeamModel {
   double range_sigma_m = 0.01;
   double azimuth_sigma_rad = 1e-4;
   double elevation_sigma_rad = 1e-4;
-  double divergence_rad = 0.17e-3;   ///< full angle
-  double aperture_m = 0.012;         ///< beam width at the instrument
+  double divergence_rad = 0.17e-3;  ///< full angle
+  double aperture_m = 0.012;        ///< beam width at the instrument
   double range_min_m = 3.0;
   double range_max_m = 800.0;
 

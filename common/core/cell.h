@@ -17,9 +17,9 @@ const char* name_of(ArmRole role);
 struct PlacedArm {
   ArmRole role = ArmRole::replica;
   std::shared_ptr<const ArmKinematics> kinematics;
-  Pose base;           ///< T_cell_base
-  Pose tool;           ///< T_flange_sensor or T_flange_model
-  Joints home{};       ///< where it waits
+  Pose base;      ///< T_cell_base
+  Pose tool;      ///< T_flange_sensor or T_flange_model
+  Joints home{};  ///< where it waits
 
   /// T_cell_tool at the joints.
   Pose tool_pose(const Joints& joints) const { return base * kinematics->forward(joints) * tool; }
@@ -28,7 +28,7 @@ struct PlacedArm {
 /// A fixed body of the room.
 struct RoomBody {
   std::string name;
-  Mesh mesh;  ///< cell frame
+  Mesh mesh;              ///< cell frame
   bool keep_out = false;  ///< not there to be seen; only not to be entered
 };
 
@@ -38,8 +38,8 @@ struct Cell {
   std::string layout;
   PlacedArm replica;
   PlacedArm sensor;
-  Mesh mount;              ///< between the replica arm's flange and the target, flange frame
-  Mesh sensor_housing;     ///< flange frame of the sensor arm
+  Mesh mount;           ///< between the replica arm's flange and the target, flange frame
+  Mesh sensor_housing;  ///< flange frame of the sensor arm
   std::vector<RoomBody> room;
   Target target;
 
@@ -48,8 +48,8 @@ struct Cell {
   Pose relative_pose(const Joints& replica_joints, const Joints& sensor_joints) const;
 };
 
-/// Reads a layout; file names in it are relative to the configuration directory (its parent's parent).
-/// The mount's length follows the target's size. @throws InputError.
+/// Reads a layout; file names in it are relative to the configuration directory (its parent's
+/// parent). The mount's length follows the target's size. @throws InputError.
 Cell load_cell(const std::filesystem::path& layout_file, const Target& target);
 
 }  // namespace berth

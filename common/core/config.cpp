@@ -72,7 +72,8 @@ Config Config::parse(const std::string& text, const std::string& name) {
   } catch (const YAML::Exception& e) {
     throw InputError(name + ":" + std::to_string(e.mark.line + 1) + ": not YAML: " + e.msg);
   }
-  if (!node.IsMap()) throw InputError(name + ":1: found " + shown(node) + ", expected a map of keys");
+  if (!node.IsMap())
+    throw InputError(name + ":1: found " + shown(node) + ", expected a map of keys");
   refuse_repeated_keys(node, name);
   return {node, name, ""};
 }

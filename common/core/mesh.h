@@ -11,8 +11,8 @@
 
 namespace berth {
 
-/// A triangle soup in metres. May be open, non-manifold and of mixed winding: nothing in Berth relies
-/// on outward normals.
+/// A triangle soup in metres. May be open, non-manifold and of mixed winding: nothing in Berth
+/// relies on outward normals.
 struct Mesh {
   std::vector<Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -34,7 +34,8 @@ Mesh scaled_to_length(const Mesh& mesh, double length);
 std::string content_hash(const Mesh& mesh);
 
 /// Reads PLY, STL or OBJ; vertices as they stand in the file. Degenerate triangles are dropped.
-/// @throws InputError when the file cannot be read, holds no triangle, or a coordinate is not finite.
+/// @throws InputError when the file cannot be read, holds no triangle, or a coordinate is not
+/// finite.
 Mesh load_mesh(const std::filesystem::path& path);
 /// Binary little-endian PLY. @throws InputError when the file cannot be written.
 void save_ply(const Mesh& mesh, const std::filesystem::path& path);

@@ -24,8 +24,7 @@ Eigen::Isometry3d Pose::isometry() const {
 Quaterniond rotation_from_vector(const Vector3d& v) {
   const double angle = v.norm();
   // sin(a/2)/a, by its series where the quotient would lose digits
-  const double scale =
-      angle > 1e-6 ? std::sin(0.5 * angle) / angle : 0.5 - angle * angle / 48.0;
+  const double scale = angle > 1e-6 ? std::sin(0.5 * angle) / angle : 0.5 - angle * angle / 48.0;
   return Quaterniond(std::cos(0.5 * angle), scale * v.x(), scale * v.y(), scale * v.z())
       .normalized();
 }

@@ -38,14 +38,15 @@ Vector3d rotation_vector(const Quaterniond& q);
 /// Matrix [v]x with [v]x w = v cross w.
 Matrix3d skew(const Vector3d& v);
 
-/// The perturbed pose: position + d[0..2], Exp(d[3..5]) * rotation. This is the perturbation to which
-/// every 6x6 covariance of Berth refers: [translation (m); rotation vector (rad)] in the outer frame.
+/// The perturbed pose: position + d[0..2], Exp(d[3..5]) * rotation. This is the perturbation to
+/// which every 6x6 covariance of Berth refers: [translation (m); rotation vector (rad)] in the
+/// outer frame.
 Pose perturbed(const Pose& pose, const Vector6d& d);
 /// d with perturbed(from, d) == to.
 Vector6d difference(const Pose& from, const Pose& to);
 
-/// Pose at fraction s of the way from a to b: position on the straight line, rotation about one axis
-/// at constant rate. s outside [0, 1] extrapolates.
+/// Pose at fraction s of the way from a to b: position on the straight line, rotation about one
+/// axis at constant rate. s outside [0, 1] extrapolates.
 Pose interpolate(const Pose& a, const Pose& b, double s);
 /// Pose after moving for dt seconds with a constant velocity given in the outer frame.
 Pose moved(const Pose& pose, const Velocity& velocity, double dt);

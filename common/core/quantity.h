@@ -8,17 +8,17 @@ namespace berth {
 
 /// Physical dimensions that configuration and procedures know.
 enum class Dimension {
-  number,            ///< no unit; "%" allowed
-  length,            ///< m, mm, cm, um, km
-  angle,             ///< rad, mrad, urad, deg
-  time,              ///< s, ms, us, min, h
-  speed,             ///< m/s, mm/s, cm/s
-  angular_speed,     ///< rad/s, deg/s
-  acceleration,      ///< m/s^2, mm/s^2
+  number,                ///< no unit; "%" allowed
+  length,                ///< m, mm, cm, um, km
+  angle,                 ///< rad, mrad, urad, deg
+  time,                  ///< s, ms, us, min, h
+  speed,                 ///< m/s, mm/s, cm/s
+  angular_speed,         ///< rad/s, deg/s
+  acceleration,          ///< m/s^2, mm/s^2
   angular_acceleration,  ///< rad/s^2, deg/s^2
-  jerk,              ///< m/s^3, mm/s^3
-  frequency,         ///< Hz, kHz
-  mass,              ///< kg, g
+  jerk,                  ///< m/s^3, mm/s^3
+  frequency,             ///< Hz, kHz
+  mass,                  ///< kg, g
 };
 
 /// The value in SI units of text such as "20 mm/s".

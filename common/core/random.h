@@ -8,9 +8,9 @@
 
 namespace berth {
 
-/// A reproducible random stream (xoshiro256++). The same (seed, name) gives the same numbers on every
-/// machine; streams of different names are independent. The standard library's distributions are not
-/// used because their results differ between implementations.
+/// A reproducible random stream (xoshiro256++). The same (seed, name) gives the same numbers on
+/// every machine; streams of different names are independent. The standard library's distributions
+/// are not used because their results differ between implementations.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view name);

@@ -13,14 +13,14 @@ struct Ray {
 };
 
 struct RayHit {
-  double range = 0;                   ///< m along the ray
-  std::uint32_t triangle = 0;         ///< index in the mesh
-  Vector3d normal = Vector3d::Zero(); ///< unit, turned against the ray
+  double range = 0;                    ///< m along the ray
+  std::uint32_t triangle = 0;          ///< index in the mesh
+  Vector3d normal = Vector3d::Zero();  ///< unit, turned against the ray
 };
 
-/// Casts rays at one rigid mesh, in the mesh's own frame (transform the ray, not the mesh). Both sides
-/// of a triangle are hit. Built once; casting is const and safe from several threads. Embree 3, pinned
-/// to AVX2 and single-threaded construction so that the same bits come out everywhere.
+/// Casts rays at one rigid mesh, in the mesh's own frame (transform the ray, not the mesh). Both
+/// sides of a triangle are hit. Built once; casting is const and safe from several threads. Embree
+/// 3, pinned to AVX2 and single-threaded construction so that the same bits come out everywhere.
 class RayCaster {
  public:
   explicit RayCaster(const Mesh& mesh);

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/bus/simulation.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <map>
+#include <system_error>
+
+#include "common/core/error.h"
+
+namespace berth {
+
+struct Simulation::Impl {
+  struct Event {
+    SimulatedLoop* loop;  // null: of the simulation itself
+    Loop::TimerId timer;  // 0: cannot be cancelled
+    Utime period;         // 0: once
+    Loop::Task task;
+  };
+  using Key = std::pair<Utime, std::uint64_t>;  // equal times run in the order they were asked for
+
+  struct Watch {
+    SimulatedLoop* loop;
+    int fd;
+    std::shared_ptr<Loop::Task> readable;
+    bool pending = false;
+  };
+
+  struct Subscription {
+    SimulatedBus* bus;
+    Bus::RawHandler handler;
+  };
+
+  class PairedWires final : public Wires {
+   public:
+    explicit PairedWires(Simulation& simulation) : simulation_(simulation) {}
+
+    void dial(const std::string& address, Connected connected) override {
+      Impl& impl = *simulation_.impl_;
+      impl.add(
+          simulation_.now_ + impl.options.wire_latency, nullptr, 0,
+          [this, address, connected = std::move(connected)] {
+            const auto listener = listeners_.find(address);
+            if (listener == listeners_.end()) return connected(-1);
+            int ends[2];
+            if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0) {
+              throw std::system_error(errno, std::generic_category(), "socketpair");
+            }
+            listener->second(ends[0]);
+            connected(ends[1]);
+          });
+    }
+
+    void listen(const std::string& address, Connected accepted) override {
+      if (!listeners_.emplace(address, std::move(accepted)).second) {
+        throw InputError("address " + address + " is served twice");
+      }
+    }
+
+   private:
+    Simulation& simulation_;
+    std::map<std::string, Connected> listeners_;
+  };
+
+  Impl(Simulation& simulation, Options given) : options(given), wires(simulation) {}
+
+  void add(Utime when, SimulatedLoop* loop, Utime period, Loop::Task task,
+           Loop::TimerId timer = 0) {
+    const Key key{when, ++order};
+    events.emplace(key, Event{loop, timer, period, std::move(task)});
+    if (timer != 0) timers[timer] = key;
+  }
+
+  /// Bytes may have been written by the event that just ran.
+  void notice_readable(Utime now) {
+    if (watches.empty()) return;
+    poll_set.clear();
+    for (const Watch& watch : watches) poll_set.push_back({watch.fd, POLLIN, 0});
+    if (::poll(poll_set.data(), poll_set.size(), 0) <= 0) return;
+    for (std::size_t i = 0; i < poll_set.size(); ++i) {
+      Watch& watch = watches[i];
+      if (poll_set[i].revents == 0 || watch.pending) continue;
+      watch.pending = true;
+      add(now + options.wire_latency, watch.loop, 0,
+          [this, fd = watch.fd, readable = std::weak_ptr<Loop::Task>(watch.readable)] {
+            const auto task = readable.lock();
+            if (!task) return;  // no longer watched
+            find(fd)->pending = false;
+            (*task)();
+          });
+    }
+  }
+
+  std::vector<Watch>::iterator find(int fd) {
+    return std::find_if(watches.begin(), watches.end(), [&](const Watch& w) { return w.fd == fd; });
+  }
+
+  Options options;
+  PairedWires wires;
+  std::map<Key, Event> events;
+  std::unordered_map<Loop::TimerId, Key> timers;
+  std::uint64_t order = 0;
+  Loop::TimerId last_timer = 0;
+  std::vector<Watch> watches;  // in the order of registration: descriptors' numbers mean nothing
+  std::vector<pollfd> poll_set;
+  std::unordered_map<std::string, std::vector<Subscription>> subscriptions;
+  std::vector<Recorder> recorders;
+  std::vector<std::unique_ptr<SimulatedLoop>> loops;
+  std::vector<std::unique_ptr<SimulatedBus>> buses;
+};
+
+Simulation::Simulation(Options options)
+    : impl_(std::make_unique<Impl>(*this, options)), now_(options.start) {}
+Simulation::~Simulation() = default;
+
+void Simulation::run_until(Utime end) {
+  run_until([] { return false; }, end);
+}
+
+bool Simulation::run_until(const std::function<bool()>& done, Utime limit) {
+  while (!impl_->events.empty() && impl_->events.begin()->first.first <= limit) {
+    auto node = impl_->events.extract(impl_->events.begin());
+    Impl::Event& event = node.mapped();
+    now_ = std::max(now_, node.key().first);
+    if (event.timer != 0) {
+      if (event.period > 0) {
+        impl_->add(now_ + event.period, event.loop, event.period, event.task, event.timer);
+      } else {
+        impl_->timers.erase(event.timer);
+      }
+    }
+    event.task();
+    ++events_run_;
+    impl_->notice_readable(now_);
+    if (done()) return true;
+  }
+  now_ = std::max(now_, limit);
+  return done();
+}
+
+SimulatedLoop& Simulation::make_loop() {
+  impl_->loops.emplace_back(new SimulatedLoop(*this));
+  return *impl_->loops.back();
+}
+
+SimulatedBus& Simulation::make_bus(Utime compute_delay) {
+  impl_->buses.emplace_back(new SimulatedBus(*this, compute_delay));
+  return *impl_->buses.back();
+}
+
+Wires& Simulation::wires() { return impl_->wires; }
+
+void Simulation::record(Recorder recorder) { impl_->recorders.push_back(std::move(recorder)); }
+
+Utime SimulatedLoop::now() const { return simulation_.now_; }
+
+Loop::TimerId SimulatedLoop::at(Utime when, Task task) {
+  const TimerId id = ++simulation_.impl_->last_timer;
+  simulation_.impl_->add(std::max(when, now()), this, 0, std::move(task), id);
+  return id;
+}
+
+Loop::TimerId SimulatedLoop::every(Utime period, Task task) {
+  const TimerId id = ++simulation_.impl_->last_timer;
+  simulation_.impl_->add(now() + period, this, period, std::move(task), id);
+  return id;
+}
+
+void SimulatedLoop::cancel(TimerId timer) {
+  auto& timers = simulation_.impl_->timers;
+  const auto found = timers.find(timer);
+  if (found == timers.end()) return;
+  simulation_.impl_->events.erase(found->second);
+  timers.erase(found);
+}
+
+void SimulatedLoop::watch(int fd, Task readable) {
+  unwatch(fd);
+  simulation_.impl_->watches.push_back({this, fd, std::make_shared<Task>(std::move(readable))});
+}
+
+void SimulatedLoop::unwatch(int fd) {
+  auto& watches = simulation_.impl_->watches;
+  const auto found = simulation_.impl_->find(fd);
+  if (found != watches.end()) watches.erase(found);
+}
+
+void SimulatedBus::send(const std::string& channel, Bytes bytes) {
+  Simulation::Impl& impl = *simulation_.impl_;
+  impl.add(simulation_.now_ + compute_delay_ + impl.options.bus_latency, nullptr, 0,
+           [&impl, &simulation = simulation_, channel,
+            copy = std::vector<std::uint8_t>(bytes.begin(), bytes.end())] {
+             for (const auto& recorder : impl.recorders) recorder(simulation.now(), channel, copy);
+             const auto found = impl.subscriptions.find(channel);
+             if (found == impl.subscriptions.end()) return;
+             for (const auto& subscription : found->second) {
+               ++subscription.bus->counters_.received;
+               subscription.handler(copy);
+             }
+           });
+}
+
+void SimulatedBus::receive(const std::string& channel, Queue /*runs inline*/, RawHandler handler) {
+  simulation_.impl_->subscriptions[channel].push_back({this, std::move(handler)});
+}
+
+}  // namespace berth

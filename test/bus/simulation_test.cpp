@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/bus/simulation.h"
+
+#include <unistd.h>
+
+#include <berth/heartbeat_t.hpp>
+#include <berth/node_status_t.hpp>
+#include <berth/scan_packet_t.hpp>
+
+#include "common/bus/node.h"
+#include "lcmtypes/channels.h"
+#include "test/catch.h"
+
+using namespace berth;
+
+TEST_CASE("timers fire at their time, in order of time and then of request") {
+  Simulation simulation;
+  SimulatedLoop& loop = simulation.make_loop();
+  std::string order;
+  loop.after(20, [&] { order += "c"; });
+  loop.after(10, [&] { order += "a"; });
+  loop.after(10, [&] { order += "b"; });
+  const auto cancelled = loop.after(15, [&] { order += "x"; });
+  loop.cancel(cancelled);
+  const Utime start = simulation.now();
+  simulation.run_for(100);
+  CHECK(order == "abc");
+  CHECK(simulation.now() == start + 100);
+}
+
+TEST_CASE("a repeated timer keeps its period and can cancel itself") {
+  Simulation simulation;
+  SimulatedLoop& loop = simulation.make_loop();
+  int beats = 0;
+  Loop::TimerId timer = 0;
+  timer = loop.every(10, [&] {
+    if (++beats == 3) loop.cancel(timer);
+  });
+  simulation.run_for(1000);
+  CHECK(beats == 3);
+}
+
+TEST_CASE("a message reaches every subscriber after the sender's compute time") {
+  Simulation simulation;
+  SimulatedBus& sender = simulation.make_bus(5 * millisecond);
+  SimulatedBus& receiver = simulation.make_bus();
+  const Utime start = simulation.now();
+  std::vector<Utime> arrivals;
+  receiver.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(), [&](const heartbeat_t& beat) {
+    CHECK(beat.node == "a");
+    arrivals.push_back(simulation.now() - start);
+  });
+  std::size_t recorded = 0;
+  simulation.record([&](Utime, const std::string& channel, Bytes) {
+    CHECK(channel == channels::heartbeat);
+    ++recorded;
+  });
+  heartbeat_t beat{};
+  beat.node = "a";
+  sender.publish(channels::heartbeat, beat);
+  simulation.run_for(second);
+  REQUIRE(arrivals.size() == 1);
+  CHECK(arrivals[0] == 5 * millisecond + 100);
+  CHECK(recorded == 1);
+  CHECK(receiver.counters().received == 1);
+  CHECK(sender.counters().published == 1);
+}
+
+TEST_CASE("messages of another type, cut short or with a wild length never reach a handler") {
+  Simulation simulation;
+  SimulatedBus& sender = simulation.make_bus();
+  SimulatedBus& receiver = simulation.make_bus();
+  int handled = 0;
+  receiver.subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(),
+                                    [&](const scan_packet_t&) { ++handled; });
+  sender.publish(channels::scan_data, heartbeat_t{});
+  simulation.run_for(second);
+  CHECK(handled == 0);
+  CHECK(receiver.counters().undecodable == 1);
+}
+
+TEST_CASE("a message too large for one datagram is a bug of its sender") {
+  Simulation simulation;
+  SimulatedBus& bus = simulation.make_bus();
+  heartbeat_t beat{};
+  beat.node.assign(70000, 'x');
+  CHECK_THROWS_AS(bus.publish(channels::heartbeat, beat), std::length_error);
+}
+
+TEST_CASE("bytes written on a wire are seen one wire latency later, in both directions") {
+  Simulation simulation;
+  SimulatedLoop& device = simulation.make_loop();
+  SimulatedLoop& driver = simulation.make_loop();
+  std::string answer;
+  int driver_fd = -1;
+  int device_fd = -1;
+  simulation.wires().listen("127.0.0.1:502", [&](int fd) {
+    device_fd = fd;
+    device.watch(fd, [&] {
+      char text[8];
+      const auto n = read(device_fd, text, sizeof text);
+      REQUIRE(n == 4);
+      REQUIRE(write(device_fd, "pong", 4) == 4);
+    });
+  });
+  Utime connected_at = 0;
+  simulation.wires().dial("127.0.0.1:502", [&](int fd) {
+    driver_fd = fd;
+    connected_at = simulation.now();
+    driver.watch(fd, [&] {
+      char text[8];
+      const auto n = read(driver_fd, text, sizeof text);
+      answer.assign(text, static_cast<std::size_t>(n));
+      driver.unwatch(driver_fd);
+    });
+    REQUIRE(write(fd, "ping", 4) == 4);
+  });
+  bool refused = false;
+  simulation.wires().dial("127.0.0.1:503", [&](int fd) { refused = fd == -1; });
+  simulation.run_until([&] { return !answer.empty(); }, simulation.now() + second);
+  CHECK(answer == "pong");
+  CHECK(refused);
+  CHECK(simulation.now() - connected_at == 400);
+  close(driver_fd);
+  device.unwatch(device_fd);
+  close(device_fd);
+}
+
+namespace {
+
+class Probe : public Node {
+ public:
+  using Node::Node;
+  void become_ready() { report(node_status_t::READY, ""); }
+};
+
+}  // namespace
+
+TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
+  Simulation simulation;
+  SimulatedBus& ears = simulation.make_bus();
+  int beats = 0;
+  std::vector<node_status_t> statuses;
+  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                              [&](const heartbeat_t&) { ++beats; });
+  ears.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                [&](const node_status_t& s) { statuses.push_back(s); });
+  Probe node({"probe", 42, "hash"}, simulation.make_bus(), simulation.make_loop());
+  simulation.make_loop().after(300 * millisecond, [&] { node.become_ready(); });
+  simulation.run_for(2 * second + 10 * millisecond);
+  CHECK(beats == 40);
+  REQUIRE(statuses.size() == 3);
+  CHECK(statuses[0].state == node_status_t::READY);
+  CHECK(statuses[0].session == 42);
+  CHECK(statuses[0].configuration_hash == "hash");
+  CHECK_FALSE(statuses[0].version.empty());
+}

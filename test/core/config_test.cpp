@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/config.h"
+
+#include "test/catch.h"
+
+using namespace berth;
+
+namespace {
+
+/// What the reader says of this text when read as a lidar's configuration.
+std::string complaint(const std::string& text) {
+  try {
+    Config config = Config::parse(text, "lidar.yaml");
+    config.quantity("range_min", Dimension::length);
+    Config beam = config.section("beam");
+    beam.quantity("divergence", Dimension::angle);
+    beam.finish();
+    config.finish();
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a good file reads in SI units") {
+  Config config = Config::parse(
+      "speed: 20 mm/s\nangle: 90 deg\nshare: 25 %\ncount: 7\non: true\n"
+      "pose: [100, -230, 8000, 25, 20, -30]\n",
+      "x.yaml");
+  CHECK(config.quantity("speed", Dimension::speed) == Approx(0.02));
+  CHECK(config.quantity("angle", Dimension::angle) == Approx(1.5707963267948966));
+  CHECK(config.number("share") == Approx(0.25));
+  CHECK(config.integer("count") == 7);
+  CHECK(config.boolean("on"));
+  CHECK(config.pose("pose").position.z() == Approx(8.0));
+  CHECK_NOTHROW(config.finish());
+}
+
+TEST_CASE("bad input names file, line, key, what was found and what was expected") {
+  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 0.17 mrad\n").empty());
+  CHECK(complaint("range_min: 3\nbeam: {divergence: 1 deg}\n") ==
+        "lidar.yaml:1: key 'range_min': found '3', expected a length such as '5.5 m' or '30 mm'");
+  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 s\n")
+            .rfind("lidar.yaml:3: key 'beam.divergence': found '1 s', expected an angle", 0) == 0);
+  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 deg\n  divergance: 2 deg\n") ==
+        "lidar.yaml:4: key 'beam.divergance': is not known here; did you mean 'divergence'?");
+  CHECK(complaint("range_min: 3 m\n") == "lidar.yaml:1: key 'beam': is missing");
+  CHECK(complaint("range_min: 3 m\nrange_min: 4 m\nbeam: {divergence: 1 deg}\n")
+            .rfind("lidar.yaml:2: key 'range_min' appears twice", 0) == 0);
+  CHECK(complaint("range_min: [3 m\n").rfind("lidar.yaml:", 0) == 0);
+  CHECK(complaint("- 1\n- 2\n") == "lidar.yaml:1: found a list of 2, expected a map of keys");
+  CHECK(complaint("range_min: nan m\nbeam: {divergence: 1 deg}\n").find("expected a length") !=
+        std::string::npos);
+}
+
+TEST_CASE("words outside a choice and wrong types are refused") {
+  Config config = Config::parse("pattern: zigzag\ncount: many\npose: [1, 2, 3]\n", "x.yaml");
+  CHECK_THROWS_WITH(config.choice("pattern", {"raster", "spiral"}),
+                    "x.yaml:1: key 'pattern': found 'zigzag', expected one of: raster, spiral");
+  CHECK_THROWS_WITH(config.integer("count"),
+                    "x.yaml:2: key 'count': found 'many', expected a whole number");
+  CHECK_THROWS_WITH(config.pose("pose"),
+                    "x.yaml:3: key 'pose': found a list of 3, expected [x, y, z, w, p, r] in mm "
+                    "and degrees");
+  CHECK_THROWS_AS(Config::load("/nonexistent.yaml"), InputError);
+}
