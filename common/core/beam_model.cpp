@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/beam_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth {
+
+double BeamModel::range_variance(double range, double incidence) const {
+  // Beyond 89 degrees no surface is flat enough for the slope to mean anything.
+  const double slope = std::tan(std::clamp(incidence, 0.0, radians(89)));
+  const double angle_variance =
+      0.5 * (azimuth_sigma_rad * azimuth_sigma_rad + elevation_sigma_rad * elevation_sigma_rad);
+  const double along = range * slope;
+  return range_sigma_m * range_sigma_m + along * along * angle_variance;
+}
+
+Vector3d beam_direction(double azimuth, double elevation) {
+  const double c = std::cos(elevation);
+  return {c * std::sin(azimuth), -std::sin(elevation), c * std::cos(azimuth)};
+}
+
+void beam_angles(const Vector3d& direction, double& azimuth, double& elevation) {
+  azimuth = std::atan2(direction.x(), direction.z());
+  elevation = std::atan2(-direction.y(), std::hypot(direction.x(), direction.z()));
+}
+
+BeamModel read_beam_model(Config config) {
+  BeamModel beam;
+  config.optional("range_sigma", Dimension::length, beam.range_sigma_m);
+  config.optional("azimuth_sigma", Dimension::angle, beam.azimuth_sigma_rad);
+  config.optional("elevation_sigma", Dimension::angle, beam.elevation_sigma_rad);
+  config.optional("divergence", Dimension::angle, beam.divergence_rad);
+  config.optional("aperture", Dimension::length, beam.aperture_m);
+  config.optional("range_min", Dimension::length, beam.range_min_m);
+  config.optional("range_max", Dimension::length, beam.range_max_m);
+  config.finish();
+  const std::pair<const char*, double> values[] = {{"range_sigma", beam.range_sigma_m},
+                                                   {"azimuth_sigma", beam.azimuth_sigma_rad},
+                                                   {"elevation_sigma", beam.elevation_sigma_rad},
+                                                   {"divergence", beam.divergence_rad},
+                                                   {"aperture", beam.aperture_m},
+                                                   {"range_min", beam.range_min_m}};
+  for (const auto& [key, value] : values) {
+    if (value < 0) throw config.error(key, "found a negative value, expected at least 0");
+  }
+  if (beam.range_max_m <= beam.range_min_m) {
+    throw config.error("range_max", "is not more than range_min");
+  }
+  return beam;
+}
+
+}  // namespace berth

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/mesh.h"
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+#include "common/core/error.h"
+#include "common/core/sha256.h"
+
+namespace berth {
+namespace {
+
+template <class Value>
+void put(std::string& bytes, Value value) {
+  char raw[sizeof(Value)];
+  std::memcpy(raw, &value, sizeof(Value));  // x86-64 only: little-endian
+  bytes.append(raw, sizeof(Value));
+}
+
+}  // namespace
+
+void Mesh::append(const Mesh& other, const Pose& placement) {
+  const auto first = static_cast<std::uint32_t>(vertices.size());
+  vertices.reserve(vertices.size() + other.vertices.size());
+  triangles.reserve(triangles.size() + other.triangles.size());
+  const std::size_t vertex_count = other.vertices.size();  // other may be *this
+  const std::size_t triangle_count = other.triangles.size();
+  for (std::size_t i = 0; i < vertex_count; ++i) vertices.push_back(placement * other.vertices[i]);
+  for (std::size_t i = 0; i < triangle_count; ++i) {
+    const auto& t = other.triangles[i];
+    triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
+Box bounding_box(const Mesh& mesh) {
+  if (mesh.vertices.empty()) return {};
+  Box box{mesh.vertices.front(), mesh.vertices.front()};
+  for (const auto& v : mesh.vertices) {
+    box.low = box.low.cwiseMin(v);
+    box.high = box.high.cwiseMax(v);
+  }
+  return box;
+}
+
+Mesh scaled_to_length(const Mesh& mesh, double length) {
+  const double now = bounding_box(mesh).size().maxCoeff();
+  if (!(now > 0)) throw InputError("a mesh without extent cannot be scaled to a length");
+  Mesh scaled = mesh;
+  for (auto& v : scaled.vertices) v *= length / now;
+  return scaled;
+}
+
+std::string content_hash(const Mesh& mesh) {
+  std::string bytes;
+  bytes.reserve(16 + mesh.vertices.size() * 24 + mesh.triangles.size() * 12);
+  put<std::uint64_t>(bytes, mesh.vertices.size());
+  put<std::uint64_t>(bytes, mesh.triangles.size());
+  for (const auto& v : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) put<double>(bytes, v[i] + 0.0);  // -0 and 0 are one place
+  }
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t index : t) put<std::uint32_t>(bytes, index);
+  }
+  return sha256(bytes);
+}
+
+void save_ply(const Mesh& mesh, const std::filesystem::path& path) {
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment units metres\nelement vertex " +
+      std::to_string(mesh.vertices.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const auto& v : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) put<float>(bytes, static_cast<float>(v[i]));
+  }
+  for (const auto& t : mesh.triangles) {
+    put<std::uint8_t>(bytes, 3);
+    for (const std::uint32_t index : t) put<std::int32_t>(bytes, static_cast<std::int32_t>(index));
+  }
+  std::ofstream out(path, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw InputError(path.string() + ": cannot be written");
+}
+
+Mesh make_box(const Vector3d& size) {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d corner((i & 1) != 0 ? 0.5 : -0.5, (i & 2) != 0 ? 0.5 : -0.5,
+                          (i & 4) != 0 ? 0.5 : -0.5);
+    mesh.vertices.emplace_back(corner.cwiseProduct(size));
+  }
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+Mesh make_cylinder(double radius, double height, int sides, bool capped) {
+  if (sides < 3) throw std::invalid_argument("a cylinder needs at least 3 sides");
+  Mesh mesh;
+  const auto n = static_cast<std::uint32_t>(sides);
+  for (const double z : {-0.5 * height, 0.5 * height}) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const double angle = radians(360.0 * i / n);
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    mesh.triangles.push_back({i, j, n + i});
+    mesh.triangles.push_back({j, n + j, n + i});
+  }
+  if (!capped) return mesh;
+  for (std::uint32_t i = 1; i + 1 < n; ++i) {
+    mesh.triangles.push_back({0, i + 1, i});
+    mesh.triangles.push_back({n, n + i, n + i + 1});
+  }
+  return mesh;
+}
+
+Mesh make_strut(const Vector3d& a, const Vector3d& b, double diameter, int sides) {
+  Pose placement;
+  placement.position = 0.5 * (a + b);
+  placement.rotation = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), b - a);
+  Mesh mesh;
+  mesh.append(make_cylinder(0.5 * diameter, (b - a).norm(), sides), placement);
+  return mesh;
+}
+
+}  // namespace berth

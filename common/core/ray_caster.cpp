@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/ray_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace berth {
+namespace {
+
+/// One device for the process. Pinned instruction set and one thread: the same bits everywhere.
+RTCDevice device() {
+  static const RTCDevice the_device = [] {
+    RTCDevice d = rtcNewDevice("isa=avx2,threads=1,set_affinity=0");
+    if (d == nullptr) throw std::runtime_error("Embree finds no processor with AVX2");
+    return d;
+  }();
+  return the_device;
+}
+
+/// Nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5: regions of Voronoi).
+Vector3d nearest_on_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
+                             const Vector3d& c) {
+  const Vector3d ab = b - a;
+  const Vector3d ac = c - a;
+  const double d1 = ab.dot(p - a);
+  const double d2 = ac.dot(p - a);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const double d3 = ab.dot(p - b);
+  const double d4 = ac.dot(p - b);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const double d5 = ab.dot(p - c);
+  const double d6 = ac.dot(p - c);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  }
+  const double scale = 1 / (va + vb + vc);
+  return a + vb * scale * ab + vc * scale * ac;
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  Mesh mesh;
+  Box bounds;
+  Vector3d centre = Vector3d::Zero();
+  double radius = 0;
+  RTCScene scene = nullptr;  // stays null for a mesh without triangles
+
+  explicit Impl(const Mesh& m) : mesh(m), bounds(bounding_box(m)) {
+    centre = bounds.centre();
+    for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
+    if (mesh.triangles.empty()) return;
+    for (const auto& t : mesh.triangles) {
+      for (const std::uint32_t index : t) {
+        if (index >= mesh.vertices.size()) throw std::invalid_argument("mesh: index out of range");
+      }
+    }
+    RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                3 * sizeof(float), mesh.vertices.size()));
+    for (const auto& v : mesh.vertices) {
+      for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(v[i]);
+    }
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    for (const auto& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
+    rtcCommitGeometry(geometry);
+    scene = rtcNewScene(device());
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene);
+    const RTCError error = rtcGetDeviceError(device());
+    if (error != RTC_ERROR_NONE) {
+      rtcReleaseScene(scene);
+      throw std::runtime_error("Embree: error " + std::to_string(error));
+    }
+  }
+  ~Impl() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  /// Embree counts in floats: start it close to the mesh, so that distance costs no precision.
+  /// @return how far it was moved along the ray; negative when the ray passes the mesh by.
+  double start(const Ray& ray, double max_range, RTCRay& out) const {
+    const Vector3d to_centre = centre - ray.origin;
+    const double along = to_centre.dot(ray.direction);
+    const double away2 = to_centre.squaredNorm() - along * along;
+    const double reach = radius * 1.0001 + 1e-6;
+    if (scene == nullptr || away2 > reach * reach || along < -reach) return -1;
+    const double moved = std::max(0.0, along - reach);
+    if (moved >= max_range) return -1;
+    const Vector3d origin = ray.origin + moved * ray.direction;
+    out.org_x = static_cast<float>(origin.x());
+    out.org_y = static_cast<float>(origin.y());
+    out.org_z = static_cast<float>(origin.z());
+    out.dir_x = static_cast<float>(ray.direction.x());
+    out.dir_y = static_cast<float>(ray.direction.y());
+    out.dir_z = static_cast<float>(ray.direction.z());
+    out.tnear = 0;
+    out.tfar = static_cast<float>(std::min(max_range - moved, 1e30));
+    out.time = 0;
+    out.mask = 0xffffffffU;
+    out.id = 0;
+    out.flags = 0;
+    return moved;
+  }
+
+  const Vector3d& corner(std::uint32_t triangle, int i) const {
+    return mesh.vertices[mesh.triangles[triangle][static_cast<std::size_t>(i)]];
+  }
+};
+
+RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+bool RayCaster::cast(const Ray& ray, double max_range, RayHit& hit) const {
+  RTCRayHit query{};
+  const double moved = impl_->start(ray, max_range, query.ray);
+  if (moved < 0) return false;
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(impl_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+
+  hit.triangle = query.hit.primID;
+  const Vector3d& a = impl_->corner(hit.triangle, 0);
+  hit.normal = (impl_->corner(hit.triangle, 1) - a).cross(impl_->corner(hit.triangle, 2) - a);
+  hit.normal.normalize();
+  double facing = hit.normal.dot(ray.direction);
+  if (facing > 0) {
+    hit.normal = -hit.normal;
+    facing = -facing;
+  }
+  const double coarse = moved + double{query.ray.tfar};
+  hit.range = coarse;
+  if (facing < -1e-3) {  // the triangle's plane in doubles; at a grazing ray the float is better
+    const double exact = hit.normal.dot(a - ray.origin) / facing;
+    if (std::abs(exact - coarse) < 1e-3) hit.range = exact;
+  }
+  return hit.range >= 0 && hit.range < max_range;
+}
+
+bool RayCaster::occluded(const Ray& ray, double max_range) const {
+  RTCRay query{};
+  if (impl_->start(ray, max_range, query) < 0) return false;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(impl_->scene, &context, &query);
+  return query.tfar < 0;
+}
+
+Vector3d RayCaster::nearest(const Vector3d& point, std::uint32_t* triangle) const {
+  if (impl_->scene == nullptr)
+    throw std::logic_error("a mesh without triangles has no nearest point");
+  struct Search {
+    const Impl* impl;
+    Vector3d point;
+    double distance2 = std::numeric_limits<double>::infinity();
+    Vector3d best = Vector3d::Zero();
+    std::uint32_t triangle = 0;
+  } search{impl_.get(), point};
+
+  RTCPointQuery query{};
+  query.x = static_cast<float>(point.x());
+  query.y = static_cast<float>(point.y());
+  query.z = static_cast<float>(point.z());
+  query.time = 0;
+  query.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  const auto visit = [](RTCPointQueryFunctionArguments* arguments) {
+    auto& s = *static_cast<Search*>(arguments->userPtr);
+    const std::uint32_t t = arguments->primID;
+    const Vector3d q = nearest_on_triangle(s.point, s.impl->corner(t, 0), s.impl->corner(t, 1),
+                                           s.impl->corner(t, 2));
+    const double distance2 = (q - s.point).squaredNorm();
+    if (distance2 > s.distance2 || (distance2 == s.distance2 && t > s.triangle)) return false;
+    s.distance2 = distance2;
+    s.best = q;
+    s.triangle = t;
+    // A little wider than the truth, so that rounding to float loses no neighbour.
+    arguments->query->radius = static_cast<float>(std::sqrt(distance2) * 1.00001 + 1e-6);
+    return true;
+  };
+  rtcPointQuery(impl_->scene, &query, &context, visit, &search);
+  if (triangle != nullptr) *triangle = search.triangle;
+  return search.best;
+}
+
+const Box& RayCaster::bounds() const { return impl_->bounds; }
+
+}  // namespace berth
