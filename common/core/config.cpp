@@ -94,6 +94,11 @@ bool Config::has(const std::string& key) const {
   return static_cast<bool>(map[key]);
 }
 
+bool Config::known(const std::string& key) {
+  read_.insert(key);
+  return has(key);
+}
+
 std::vector<std::string> Config::keys() const {
   std::vector<std::string> names;
   for (const auto& item : node_) names.push_back(item.first.Scalar());
@@ -216,22 +221,22 @@ std::vector<Config> Config::sections(const std::string& key) {
 }
 
 void Config::optional(const std::string& key, Dimension dimension, double& value) {
-  if (has(key)) value = quantity(key, dimension);
+  if (known(key)) value = quantity(key, dimension);
 }
 void Config::optional(const std::string& key, int& value) {
-  if (has(key)) value = static_cast<int>(integer(key));
+  if (known(key)) value = static_cast<int>(integer(key));
 }
 void Config::optional(const std::string& key, std::int64_t& value) {
-  if (has(key)) value = integer(key);
+  if (known(key)) value = integer(key);
 }
 void Config::optional(const std::string& key, bool& value) {
-  if (has(key)) value = boolean(key);
+  if (known(key)) value = boolean(key);
 }
 void Config::optional(const std::string& key, std::string& value) {
-  if (has(key)) value = text(key);
+  if (known(key)) value = text(key);
 }
 void Config::optional(const std::string& key, Pose& value) {
-  if (has(key)) value = pose(key);
+  if (known(key)) value = pose(key);
 }
 
 void Config::finish() const {

@@ -76,6 +76,7 @@ class Config {
  private:
   Config(YAML::Node node, std::string file, std::string prefix);
   YAML::Node require(const std::string& key);
+  bool known(const std::string& key);  // marks an optional key as one that may be there
   double convert(const YAML::Node& node, const std::string& key, Dimension dimension) const;
 
   YAML::Node node_;
