@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/devices.h"
+
+#include "common/core/config.h"
+
+namespace berth {
+namespace {
+
+Utime period(Config& config, const std::string& key) {
+  const double rate = config.quantity(key, Dimension::frequency);
+  if (!(rate >= 0.1 && rate <= 1000)) {
+    throw config.error(key, "found a rate outside 0.1 Hz to 1 kHz");
+  }
+  return utime_from_seconds(1 / rate);
+}
+
+Utime time(Config& config, const std::string& key) {
+  return utime_from_seconds(config.quantity(key, Dimension::time));
+}
+
+ArmDevice read_arm(Config config) {
+  ArmDevice arm;
+  arm.address = config.text("address");
+  arm.registers = config.text("registers");
+  arm.status_period = period(config, "status_rate");
+  arm.setpoint_period = period(config, "setpoint_rate");
+  arm.timeout = time(config, "timeout");
+  arm.report_lag = time(config, "report_lag");
+  arm.rotary_sigma = config.quantity("rotary_sigma", Dimension::angle);
+  arm.linear_sigma = config.quantity("linear_sigma", Dimension::length);
+  arm.rotary_guard = config.quantity("rotary_guard", Dimension::angle);
+  arm.linear_guard = config.quantity("linear_guard", Dimension::length);
+  config.optional("stale_polls", arm.stale_polls);
+  config.finish();
+  return arm;
+}
+
+}  // namespace
+
+Devices load_devices(const std::filesystem::path& config_directory) {
+  Config config = Config::load(config_directory / "devices.yaml");
+  Devices devices;
+  devices.replica_arm = read_arm(config.section("replica_arm"));
+  devices.sensor_arm = read_arm(config.section("sensor_arm"));
+  Config plc = config.section("plc");
+  devices.plc.address = plc.text("address");
+  devices.plc.registers = plc.text("registers");
+  devices.plc.poll_period = period(plc, "poll_rate");
+  devices.plc.timeout = time(plc, "timeout");
+  plc.finish();
+  Config lidar = config.section("lidar");
+  devices.lidar.address = lidar.text("address");
+  devices.lidar.model = lidar.text("model");
+  lidar.finish();
+  config.finish();
+  return devices;
+}
+
+}  // namespace berth

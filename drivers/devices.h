@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/bus/loop.h"
+#include "common/core/cell.h"
+
+namespace berth {
+
+/// One arm controller, as config/devices.yaml has it.
+struct ArmDevice {
+  std::string address;    ///< host:port
+  std::string registers;  ///< config/registers/<registers>.yaml
+  Utime status_period = 10 * millisecond;
+  Utime setpoint_period = 16667;
+  Utime timeout = 50 * millisecond;
+  Utime report_lag = 0;
+  double rotary_sigma = 0;  ///< rad
+  double linear_sigma = 0;  ///< m
+  double rotary_guard = 0;  ///< rad
+  double linear_guard = 0;  ///< m
+  int stale_polls = 10;
+};
+
+struct PlcDevice {
+  std::string address;
+  std::string registers;
+  Utime poll_period = 50 * millisecond;
+  Utime timeout = 100 * millisecond;
+};
+
+struct LidarDevice {
+  std::string address;
+  std::string model;  ///< config/lidars/<model>.yaml
+};
+
+/// All boxes of hardware of one cell.
+struct Devices {
+  ArmDevice replica_arm;
+  ArmDevice sensor_arm;
+  PlcDevice plc;
+  LidarDevice lidar;
+
+  const ArmDevice& arm(ArmRole role) const {
+    return role == ArmRole::replica ? replica_arm : sensor_arm;
+  }
+};
+
+/// Reads devices.yaml of a configuration directory. @throws InputError.
+Devices load_devices(const std::filesystem::path& config_directory);
+
+}  // namespace berth
