@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/cell.h"
+
+#include <algorithm>
+
+#include "common/core/body_shapes.h"
+#include "common/core/ray_caster.h"
+
+namespace berth {
+namespace {
+
+constexpr int mount_sides = 16;
+
+Joints read_home(Config& config, const ArmKinematics& arm) {
+  const YAML::Node list = config.raw("home");
+  Joints home{};
+  if (!list.IsSequence() || list.size() != home.size()) {
+    throw config.error("home", "expected a list of six joints");
+  }
+  for (std::size_t i = 0; i < home.size(); ++i) {
+    const Dimension dimension =
+        arm.is_linear(static_cast<int>(i)) ? Dimension::length : Dimension::angle;
+    try {
+      home[i] = parse_quantity(list[i].as<std::string>(""), dimension);
+    } catch (const InputError& e) {
+      throw config.error("home", "joint " + std::to_string(i + 1) + ": " + e.what());
+    }
+  }
+  const std::string violation = arm.limit_violation(home);
+  if (!violation.empty()) throw config.error("home", violation);
+  return home;
+}
+
+PlacedArm read_arm(Config& config, ArmRole role, const std::filesystem::path& directory) {
+  PlacedArm arm;
+  arm.role = role;
+  arm.kinematics = ArmKinematics::load(directory / config.text("arm"));
+  arm.base = config.pose("base");
+  arm.home = read_home(config, *arm.kinematics);
+  return arm;
+}
+
+/// A rod from the faceplate to where the target's back is met, or to its origin when it has a hole there.
+Mesh make_mount(const Mesh& target, const Pose& flange_model, double diameter) {
+  const Pose model_flange = flange_model.inverse();
+  const Ray ray{model_flange.position, model_flange.rotation * Vector3d::UnitZ()};
+  RayHit hit;
+  double length = flange_model.position.z();
+  if (RayCaster(target).cast(ray, length, hit)) length = hit.range;
+  Mesh mount;
+  mount.append(make_cylinder(0.5 * diameter, length, mount_sides),
+               {Vector3d(0, 0, 0.5 * length), Quaterniond::Identity()});
+  return mount;
+}
+
+/// The target hangs on the faceplate's axis, so far out that all of it is beyond the gap.
+void mount_target(Config& config, Cell& cell) {
+  const double gap = config.quantity("gap", Dimension::length);
+  const double diameter = config.quantity("diameter", Dimension::length);
+  const Quaterniond attitude = config.pose("attitude").rotation;
+  config.finish();
+  if (gap < 0 || diameter <= 0) throw config.error("gap", "gap and diameter must be positive");
+  double back = 0;
+  for (const Vector3d& vertex : cell.target.mesh.vertices) {
+    back = std::max(back, -(attitude * vertex).z());
+  }
+  cell.replica.tool = {Vector3d(0, 0, gap + back), attitude};
+  cell.mount = make_mount(cell.target.mesh, cell.replica.tool, diameter);
+}
+
+}  // namespace
+
+const char* name_of(ArmRole role) { return role == ArmRole::replica ? "replica" : "sensor"; }
+
+Pose Cell::relative_pose(const Joints& replica_joints, const Joints& sensor_joints) const {
+  return sensor.tool_pose(sensor_joints).inverse() * replica.tool_pose(replica_joints);
+}
+
+Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
+  const std::filesystem::path directory =
+      std::filesystem::absolute(layout_file).parent_path().parent_path();
+  Config config = Config::load(layout_file);
+  Cell cell;
+  cell.layout = layout_file.stem().string();
+  cell.target = target;
+
+  Config replica = config.section("replica");
+  cell.replica = read_arm(replica, ArmRole::replica, directory);
+  if (replica.has("mount")) {
+    Config mount = replica.section("mount");
+    mount_target(mount, cell);
+  }
+  replica.finish();
+
+  Config sensor = config.section("sensor");
+  cell.sensor = read_arm(sensor, ArmRole::sensor, directory);
+  sensor.optional("tool", cell.sensor.tool);
+  for (Config part : sensor.sections("housing")) {
+    cell.sensor_housing.append(read_shape(part));
+    part.finish();
+  }
+  sensor.finish();
+
+  for (Config part : config.sections("room")) {
+    RoomBody body;
+    body.name = part.text("name");
+    part.optional("keep_out", body.keep_out);
+    body.mesh = read_shape(part);
+    part.finish();
+    cell.room.push_back(std::move(body));
+  }
+  config.finish();
+  return cell;
+}
+
+}  // namespace berth

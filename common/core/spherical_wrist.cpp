@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/spherical_wrist.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace berth {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+/// Rounding must not put a joint beyond a limit on which it stands.
+constexpr double limit_tolerance = 1e-9;
+/// Below these an angle is not defined by the pose any more.
+constexpr double singular_sine = 1e-9;
+constexpr double singular_radius = 1e-9;
+
+double wrapped(double angle) { return std::remainder(angle, 2 * pi); }
+
+std::string formatted(const char* format, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+/// Rz(theta) Tz(d) Tx(a) Rx(alpha).
+Pose dh_step(double a, const Quaterniond& twist, double d, double theta) {
+  const Quaterniond turn(std::cos(0.5 * theta), 0, 0, std::sin(0.5 * theta));
+  return {Vector3d(a * std::cos(theta), a * std::sin(theta), d), turn * twist};
+}
+
+/// A joint turned by whole turns so that it comes within [low, high]: all possibilities.
+std::vector<double> turns_within(double angle, const JointLimit& limit) {
+  std::vector<double> values;
+  const auto first = std::ceil((limit.low - limit_tolerance - angle) / (2 * pi));
+  for (double k = first; angle + 2 * pi * k <= limit.high + limit_tolerance; ++k) {
+    values.push_back(angle + 2 * pi * k);
+  }
+  return values;
+}
+
+/// 0 for -180..180 degrees, both ends included.
+int turn_number(double angle) {
+  const double turns = std::ceil((std::abs(angle) - pi) / (2 * pi) - 1e-9);
+  return turns <= 0 ? 0 : static_cast<int>(std::copysign(turns, angle));
+}
+
+}  // namespace
+
+SphericalWristArm::SphericalWristArm(Config& config) {
+  Config geometry = config.section("geometry");
+  geometry_.a1 = geometry.quantity("a1", Dimension::length);
+  geometry_.a2 = geometry.quantity("a2", Dimension::length);
+  geometry_.a3 = geometry.quantity("a3", Dimension::length);
+  geometry_.d4 = geometry.quantity("d4", Dimension::length);
+  geometry_.d6 = geometry.quantity("d6", Dimension::length);
+  geometry.finish();
+  if (geometry_.a2 <= 0 || geometry_.d4 <= 0) {
+    throw config.error("geometry", "a2 and d4 must be positive");
+  }
+  forearm_ = std::hypot(geometry_.a3, geometry_.d4);
+  forearm_angle_ = std::atan2(geometry_.a3, geometry_.d4);
+
+  Config coupling = config.section("coupling");
+  sum_low_ = coupling.quantity("low", Dimension::angle);
+  sum_high_ = coupling.quantity("high", Dimension::angle);
+  coupling.finish();
+  if (sum_low_ >= sum_high_) throw config.error("coupling", "low must be below high");
+
+  std::vector<Config> joints = config.sections("joints");
+  if (joints.size() != limits_.size()) throw config.error("joints", "expected a list of six");
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    JointLimit& limit = limits_[i];
+    limit.low = joints[i].quantity("low", Dimension::angle);
+    limit.high = joints[i].quantity("high", Dimension::angle);
+    limit.speed = joints[i].quantity("speed", Dimension::angular_speed);
+    limit.acceleration = joints[i].quantity("acceleration", Dimension::angular_acceleration);
+    joints[i].finish();
+    if (limit.low >= limit.high || limit.speed <= 0 || limit.acceleration <= 0) {
+      throw joints[i].error("low", "low must be below high, speed and acceleration positive");
+    }
+  }
+}
+
+std::array<Pose, 7> SphericalWristArm::link_poses(const Joints& joints) const {
+  const double half = std::sqrt(0.5);
+  static const Quaterniond minus_quarter(half, -half, 0, 0);
+  static const Quaterniond plus_quarter(half, half, 0, 0);
+  static const Quaterniond half_turn(0, 1, 0, 0);
+  std::array<Pose, 7> links;
+  links[1] = dh_step(geometry_.a1, minus_quarter, 0, joints[0]);
+  links[2] = links[1] * dh_step(geometry_.a2, half_turn, 0, joints[1] - pi / 2);
+  links[3] = links[2] * dh_step(geometry_.a3, minus_quarter, 0, joints[1] + joints[2]);
+  links[4] = links[3] * dh_step(0, plus_quarter, -geometry_.d4, joints[3]);
+  links[5] = links[4] * dh_step(0, minus_quarter, 0, joints[4]);
+  links[6] = links[5] * dh_step(0, half_turn, -geometry_.d6, joints[5]);
+  return links;
+}
+
+Pose SphericalWristArm::forward(const Joints& joints) const { return link_poses(joints)[6]; }
+
+std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
+    const Vector3d& wrist, std::string& reason) const {
+  std::vector<Placement> placements;
+  const double radius = std::hypot(wrist.x(), wrist.y());
+  if (radius < singular_radius) {
+    reason = "singular: the wrist centre lies on the axis of J1";
+    return placements;
+  }
+  for (const bool front : {true, false}) {
+    const double j1 = wrapped(std::atan2(wrist.y(), wrist.x()) + (front ? 0.0 : pi));
+    // the triangle of shoulder, elbow and wrist, in the plane that J1 turns
+    const double x = (front ? radius : -radius) - geometry_.a1;
+    const double z = wrist.z();
+    const double reach = std::hypot(x, z);
+    const double longest = geometry_.a2 + forearm_;
+    const double shortest = std::abs(geometry_.a2 - forearm_);
+    if (reach > longest * (1 + 1e-12)) {
+      if (reason.empty()) {
+        reason = formatted(
+            "unreachable: the wrist centre is %.3f m from the shoulder, the arm reaches %.3f m",
+            reach, longest);
+      }
+      continue;
+    }
+    if (reach < shortest * (1 - 1e-12) || reach < singular_radius) {
+      if (reason.empty()) {
+        reason = formatted(
+            "unreachable: the wrist centre is %.3f m from the shoulder, the arm folds to %.3f m",
+            reach, shortest);
+      }
+      continue;
+    }
+    const double cosine = (geometry_.a2 * geometry_.a2 + reach * reach - forearm_ * forearm_) /
+                          (2 * geometry_.a2 * reach);
+    const double at_shoulder = std::acos(std::clamp(cosine, -1.0, 1.0));
+    const double direction = std::atan2(z, x);
+    for (const bool up : {true, false}) {
+      const double link = direction + (up ? at_shoulder : -at_shoulder);  // above the horizontal
+      const double elbow_x = geometry_.a2 * std::cos(link);
+      const double elbow_z = geometry_.a2 * std::sin(link);
+      const double line = std::atan2(z - elbow_z, x - elbow_x);
+      const Joints base{j1, wrapped(pi / 2 - link), 0, 0, 0, 0};
+      for (const double j3 : turns_within(wrapped(line - forearm_angle_), limits_[2])) {
+        Placement placement{base, front, up};
+        placement.joints[2] = j3;
+        placements.push_back(placement);
+      }
+    }
+  }
+  return placements;
+}
+
+std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
+                                                        std::string* reason) const {
+  std::string why;
+  std::vector<InverseSolution> solutions;
+  const Quaterniond half_turn(0, 1, 0, 0);
+  const Vector3d wrist = flange.position - geometry_.d6 * (flange.rotation * Vector3d::UnitZ());
+  std::string singular;
+  for (const Placement& placement : place_wrist(wrist, why)) {
+    const Pose forearm = link_poses(placement.joints)[3];
+    // what is left for the wrist: Rz(J4) Ry(-J5) Rz(J6)
+    const Matrix3d m =
+        (forearm.rotation.conjugate() * flange.rotation * half_turn).toRotationMatrix();
+    const double sine = std::hypot(m(0, 2), m(1, 2));
+    if (sine < singular_sine) {
+      singular = "singular: J5 is 0, so that J4 and J6 turn about one axis";
+      continue;
+    }
+    for (const bool flip : {false, true}) {
+      Joints joints = placement.joints;
+      const double sign = flip ? 1.0 : -1.0;  // of J5
+      const double j4 = std::atan2(-sign * m(1, 2), -sign * m(0, 2));
+      joints[4] = std::atan2(sign * sine, m(2, 2));
+      const double j6 = std::atan2(-sign * m(2, 1), sign * m(2, 0));
+      const std::vector<double> of_j1 = turns_within(joints[0], limits_[0]);
+      const std::vector<double> of_j4 = turns_within(j4, limits_[3]);
+      const std::vector<double> of_j6 = turns_within(j6, limits_[5]);
+      for (const double q1 : of_j1) {
+        for (const double q4 : of_j4) {
+          for (const double q6 : of_j6) {
+            joints[0] = q1;
+            joints[3] = q4;
+            joints[5] = q6;
+            const std::string violation = limit_violation(joints);
+            if (!violation.empty()) {
+              if (why.empty() || why.starts_with("unreachable")) why = "out of limits: " + violation;
+              continue;
+            }
+            solutions.push_back({joints,
+                                 {flip,
+                                  placement.up,
+                                  placement.front,
+                                  {turn_number(q4), turn_number(joints[4]), turn_number(q6)}}});
+          }
+        }
+      }
+      if (of_j1.empty() || of_j4.empty() || of_j6.empty()) {
+        why = "out of limits: no turn of J1, J4 or J6 is within its limits";
+      }
+    }
+  }
+  if (reason != nullptr) {
+    if (!solutions.empty()) {
+      why.clear();
+    } else if (!singular.empty()) {
+      why = singular;
+    } else if (why.empty()) {
+      why = "out of limits: no turn of J3 is within its limits";
+    }
+    *reason = why;
+  }
+  return solutions;
+}
+
+Matrix6d SphericalWristArm::jacobian(const Joints& joints) const {
+  const std::array<Pose, 7> links = link_poses(joints);
+  Matrix6d relative;  // by the DH angles
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Vector3d axis = links[i].rotation * Vector3d::UnitZ();
+    const auto column = static_cast<Eigen::Index>(i);
+    relative.block<3, 1>(0, column) = axis.cross(links[6].position - links[i].position);
+    relative.block<3, 1>(3, column) = axis;
+  }
+  // J2 turns two DH angles at once
+  relative.col(1) += relative.col(2);
+  return relative;
+}
+
+double SphericalWristArm::manipulability(const Joints& joints) const {
+  Matrix6d scaled = jacobian(joints);
+  scaled.topRows<3>() /= geometry_.a1 + geometry_.a2 + forearm_;
+  return Eigen::JacobiSVD<Matrix6d>(scaled).singularValues()(5);
+}
+
+Joints SphericalWristArm::motor_joints(const Joints& joints) const {
+  Joints motors = joints;
+  motors[2] += joints[1];
+  return motors;
+}
+
+std::string SphericalWristArm::limit_violation(const Joints& joints) const {
+  const auto check = [](const std::string& what, double value, double low, double high) {
+    std::string text;
+    if (value < low - limit_tolerance) {
+      text = what + formatted(" = %.2f deg is below its limit of %.2f deg", degrees(value),
+                              degrees(low));
+    } else if (!(value <= high + limit_tolerance)) {
+      text = what + formatted(" = %.2f deg is above its limit of %.2f deg", degrees(value),
+                              degrees(high));
+    }
+    return text;
+  };
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    std::string text =
+        check("J" + std::to_string(i + 1), joints[i], limits_[i].low, limits_[i].high);
+    if (!text.empty()) return text;
+  }
+  return check("J2 + J3", joints[1] + joints[2], sum_low_, sum_high_);
+}
+
+ArmConfiguration SphericalWristArm::configuration(const Joints& joints) const {
+  const double wrist = joints[2] + forearm_angle_;
+  const double radius =
+      geometry_.a1 + geometry_.a2 * std::sin(joints[1]) + forearm_ * std::cos(wrist);
+  // the elbow is up where the forearm turns forward and down from the upper arm's direction
+  const double bend = std::sin(pi / 2 - joints[1] - wrist);
+  return {joints[4] > 0,
+          bend >= 0,
+          radius >= 0,
+          {turn_number(joints[3]), turn_number(joints[4]), turn_number(joints[5])}};
+}
+
+}  // namespace berth
