@@ -40,7 +40,8 @@ PlacedArm read_arm(Config& config, ArmRole role, const std::filesystem::path& di
   return arm;
 }
 
-/// A rod from the faceplate to where the target's back is met, or to its origin when it has a hole there.
+/// A rod from the faceplate to where the target's back is met, or to its origin when it has a hole
+/// there.
 Mesh make_mount(const Mesh& target, const Pose& flange_model, double diameter) {
   const Pose model_flange = flange_model.inverse();
   const Ray ray{model_flange.position, model_flange.rotation * Vector3d::UnitZ()};

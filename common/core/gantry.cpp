@@ -3,8 +3,9 @@
 
 #include <Eigen/SVD>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include "common/core/text.h"
 
 namespace berth {
 namespace {
@@ -21,8 +22,7 @@ Quaterniond about(const Vector3d& axis, double angle) {
 Gantry::Gantry(Config& config) {
   for (const bool linear : {true, false}) {
     Config section = config.section(linear ? "travel" : "turn");
-    const double limit =
-        section.quantity("limit", linear ? Dimension::length : Dimension::angle);
+    const double limit = section.quantity("limit", linear ? Dimension::length : Dimension::angle);
     const double speed =
         section.quantity("speed", linear ? Dimension::speed : Dimension::angular_speed);
     const double acceleration = section.quantity(
@@ -60,7 +60,8 @@ std::vector<InverseSolution> Gantry::inverse(const Pose& flange, std::string* re
   const Matrix3d m = flange.rotation.toRotationMatrix();
   const double cosine = std::hypot(m(0, 0), m(1, 0));
   if (cosine < 1e-9) {
-    if (reason != nullptr) *reason = "singular: p is +-90 degrees, so that w and r turn about one axis";
+    if (reason != nullptr)
+      *reason = "singular: p is +-90 degrees, so that w and r turn about one axis";
     return {};
   }
   std::vector<InverseSolution> solutions;
@@ -101,10 +102,10 @@ std::string Gantry::limit_violation(const Joints& joints) const {
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (joints[i] >= limits_[i].low && joints[i] <= limits_[i].high) continue;
     const double scale = linear_[i] ? 1.0 : 180.0 / pi;
-    char text[120];
-    std::snprintf(text, sizeof text, "%s = %.2f %s is beyond its limits of %.2f to %.2f",
-                  axis_names[i], joints[i] * scale, linear_[i] ? "m" : "deg",
-                  limits_[i].low * scale, limits_[i].high * scale);
+    std::string text = axis_names[i];
+    text += " = " + fixed(joints[i] * scale, 2) + (linear_[i] ? " m" : " deg");
+    text += " is beyond its limits of " + fixed(limits_[i].low * scale, 2) + " to ";
+    text += fixed(limits_[i].high * scale, 2);
     return text;
   }
   return "";

@@ -4,8 +4,9 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include "common/core/text.h"
 
 namespace berth {
 namespace {
@@ -19,9 +20,10 @@ constexpr double singular_radius = 1e-9;
 
 double wrapped(double angle) { return std::remainder(angle, 2 * pi); }
 
-std::string formatted(const char* format, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a, b);
+std::string reach_text(double distance, const std::string& verb, double limit) {
+  std::string text = "unreachable: the wrist centre is ";
+  text += fixed(distance, 3) + " m from the shoulder, the arm " + verb + " ";
+  text += fixed(limit, 3) + " m";
   return text;
 }
 
@@ -118,19 +120,11 @@ std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
     const double longest = geometry_.a2 + forearm_;
     const double shortest = std::abs(geometry_.a2 - forearm_);
     if (reach > longest * (1 + 1e-12)) {
-      if (reason.empty()) {
-        reason = formatted(
-            "unreachable: the wrist centre is %.3f m from the shoulder, the arm reaches %.3f m",
-            reach, longest);
-      }
+      if (reason.empty()) reason = reach_text(reach, "reaches", longest);
       continue;
     }
     if (reach < shortest * (1 - 1e-12) || reach < singular_radius) {
-      if (reason.empty()) {
-        reason = formatted(
-            "unreachable: the wrist centre is %.3f m from the shoulder, the arm folds to %.3f m",
-            reach, shortest);
-      }
+      if (reason.empty()) reason = reach_text(reach, "folds to", shortest);
       continue;
     }
     const double cosine = (geometry_.a2 * geometry_.a2 + reach * reach - forearm_ * forearm_) /
@@ -187,7 +181,8 @@ std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
             joints[5] = q6;
             const std::string violation = limit_violation(joints);
             if (!violation.empty()) {
-              if (why.empty() || why.starts_with("unreachable")) why = "out of limits: " + violation;
+              if (why.empty() || why.starts_with("unreachable"))
+                why = "out of limits: " + violation;
               continue;
             }
             solutions.push_back({joints,
@@ -243,23 +238,24 @@ Joints SphericalWristArm::motor_joints(const Joints& joints) const {
 }
 
 std::string SphericalWristArm::limit_violation(const Joints& joints) const {
-  const auto check = [](const std::string& what, double value, double low, double high) {
-    std::string text;
-    if (value < low - limit_tolerance) {
-      text = what + formatted(" = %.2f deg is below its limit of %.2f deg", degrees(value),
-                              degrees(low));
-    } else if (!(value <= high + limit_tolerance)) {
-      text = what + formatted(" = %.2f deg is above its limit of %.2f deg", degrees(value),
-                              degrees(high));
-    }
-    return text;
+  const auto within = [](double value, double low, double high) {
+    return value >= low - limit_tolerance && value <= high + limit_tolerance;
+  };
+  const auto violation = [](std::string what, double value, double low, double high) {
+    const bool above = !(value < low);
+    what += " = " + fixed(degrees(value), 2) + " deg is " + (above ? "above" : "below");
+    what += " its limit of " + fixed(degrees(above ? high : low), 2) + " deg";
+    return what;
   };
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    std::string text =
-        check("J" + std::to_string(i + 1), joints[i], limits_[i].low, limits_[i].high);
-    if (!text.empty()) return text;
+    const JointLimit& limit = limits_[i];
+    if (!within(joints[i], limit.low, limit.high)) {
+      return violation("J" + std::to_string(i + 1), joints[i], limit.low, limit.high);
+    }
   }
-  return check("J2 + J3", joints[1] + joints[2], sum_low_, sum_high_);
+  const double sum = joints[1] + joints[2];
+  if (!within(sum, sum_low_, sum_high_)) return violation("J2 + J3", sum, sum_low_, sum_high_);
+  return "";
 }
 
 ArmConfiguration SphericalWristArm::configuration(const Joints& joints) const {

@@ -5,8 +5,8 @@
 
 namespace berth {
 
-/// A six-axis arm whose wrist axes meet in a point, with the Fanuc parallelogram: the pendant's J3 is
-/// the forearm's angle to the horizontal, so that the relative joint 3 (what its motor turns) is
+/// A six-axis arm whose wrist axes meet in a point, with the Fanuc parallelogram: the pendant's J3
+/// is the forearm's angle to the horizontal, so that the relative joint 3 (what its motor turns) is
 /// J2 + J3. Standard DH, lengths in m, angles as on the pendant:
 ///
 ///     i   a    alpha   d    theta
@@ -17,9 +17,10 @@ namespace berth {
 ///     5   0    -90     0    J5
 ///     6   0    180    -d6   J6
 ///
-/// Base: the controller's World, on the axis of J1 at the height of J2. link_poses() are the DH frames.
-/// Configuration: N is J5 <= 0, U the elbow above the line from shoulder to wrist as at all joints
-/// zero, T the wrist in front of the axis of J1 as joint 1 sees it; turn 0 is -180..180 degrees.
+/// Base: the controller's World, on the axis of J1 at the height of J2. link_poses() are the DH
+/// frames. Configuration: N is J5 <= 0, U the elbow above the line from shoulder to wrist as at all
+/// joints zero, T the wrist in front of the axis of J1 as joint 1 sees it; turn 0 is -180..180
+/// degrees.
 class SphericalWristArm final : public ArmKinematics {
  public:
   struct Geometry {
