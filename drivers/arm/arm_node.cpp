@@ -367,17 +367,17 @@ void ArmNode::start() {
   order_.follow = true;
   have_order_ = true;
   following_ = start_pending_ = true;
+  start_pulsed_ = false;
   streamed_ = hold_wanted_ = false;
   started_ = setpoint_received_ = now();
   order_.time_ms = static_cast<int>(started_ / millisecond % arm_.map.counter_wrap);
-  write_order();
-  // Behind the end of a hold's pulse, if one still lasts.
+  // A hold's pulse must be over before START's begins.
   if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
     loop().cancel(holding->second);
     pulse_timers_.erase(holding);
     reader_.write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
   }
-  pulse(arm_.map.start_coil);
+  write_order();
 }
 
 void ArmNode::hold() {
@@ -438,11 +438,16 @@ void ArmNode::write_order() {
   }
   order_.heartbeat = (order_.heartbeat + 1) % arm_.map.counter_wrap;
   writer_.write_registers(wire_.map().command.first, wire_.encode(order_),
-                          [this](const ModbusAnswer& answer) {
-                            if (answer.ok()) {
-                              ++statistics_.writes;
-                            } else {
+                          [this, follow = order_.follow](const ModbusAnswer& answer) {
+                            if (!answer.ok()) {
                               ++writes_missed_;
+                              return;
+                            }
+                            ++statistics_.writes;
+                            // The controller may start once it knows where to.
+                            if (start_pending_ && !start_pulsed_ && follow) {
+                              start_pulsed_ = true;
+                              pulse(arm_.map.start_coil);
                             }
                           });
 }

@@ -94,7 +94,8 @@ class ArmNode final : public Node {
   bool have_order_ = false;
   bool following_ = false;
   bool start_pending_ = false;  // asked for, the controller does not run yet
-  bool streamed_ = false;       // a set-point came since START
+  bool start_pulsed_ = false;
+  bool streamed_ = false;  // a set-point came since START
   bool hold_wanted_ = false;
   Utime started_ = 0;
   Utime hold_repeated_ = 0;
