@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/lidar_link.h"
+
+#include <unistd.h>
+
+namespace berth::lidar {
+
+LidarLink::LidarLink(LinkSettings settings, Loop& loop, Wires& wires, Events events)
+    : settings_(std::move(settings)),
+      loop_(loop),
+      wires_(wires),
+      events_(std::move(events)),
+      reason_("not connected yet") {
+  poll_timer_ = loop_.every(settings_.status_period, [this] { poll(); });
+  redial_timer_ = loop_.after(0, [this] { dial(); });
+}
+
+LidarLink::~LidarLink() {
+  *alive_ = false;
+  loop_.cancel(poll_timer_);
+  loop_.cancel(redial_timer_);
+}
+
+void LidarLink::dial() {
+  wires_.dial(settings_.address, [this, alive = alive_](int fd) {
+    if (*alive) {
+      connected(fd);
+    } else if (fd >= 0) {
+      ::close(fd);
+    }
+  });
+}
+
+void LidarLink::connected(int fd) {
+  if (fd < 0) return drop("nobody answers at " + settings_.address);
+  heard_ = loop_.now();
+  connection_ = std::make_unique<Connection>(
+      loop_, fd, [this](const Message& message) { receive(message); },
+      [this](const std::string& reason) { drop(reason); });
+  connection_->send(Hello{});
+}
+
+void LidarLink::drop(const std::string& reason) {
+  const bool news = ready_ || reason != reason_;
+  connection_.reset();
+  greeted_ = false;
+  ready_ = false;
+  clock_.clear();
+  queries_.clear();
+  reason_ = reason;
+  loop_.cancel(redial_timer_);
+  redial_timer_ = loop_.after(settings_.redial, [this] { dial(); });
+  if (news) events_.lost(reason);
+}
+
+void LidarLink::send(const Message& message) {
+  if (connection_) connection_->send(message);
+}
+
+void LidarLink::poll() {
+  if (!connection_) return;
+  if (loop_.now() - heard_ > settings_.silence) {
+    return drop("nothing heard from the LIDAR for " + std::to_string(settings_.silence / second) +
+                " s");
+  }
+  if (!greeted_) return;
+  queries_[++token_] = loop_.now();
+  connection_->send(StatusQuery{token_});
+}
+
+void LidarLink::receive(const Message& message) {
+  heard_ = loop_.now();
+  if (const auto* identity = std::get_if<Identity>(&message)) return greet(*identity);
+  if (const auto* complaint = std::get_if<Complaint>(&message)) {
+    return drop("the LIDAR complains: " + complaint->reason);
+  }
+  if (const auto* status = std::get_if<Status>(&message)) read_clock(*status);
+  if (ready_) events_.message(message);
+}
+
+void LidarLink::greet(const Identity& identity) {
+  if (identity.version != protocol_version) {
+    return drop("the LIDAR speaks version " + std::to_string(identity.version) +
+                " of the protocol, expected " + std::to_string(protocol_version));
+  }
+  if (identity.model != settings_.model) {
+    return drop("the LIDAR is a '" + identity.model + "', expected '" + settings_.model + "'");
+  }
+  identity_ = identity;
+  greeted_ = true;
+  poll();
+}
+
+void LidarLink::read_clock(const Status& status) {
+  const auto query = queries_.find(status.token);
+  if (query == queries_.end()) return;
+  clock_.add(query->second, status.device_time, loop_.now());
+  queries_.erase(queries_.begin(), std::next(query));
+  if (ready_) return;
+  ready_ = true;
+  reason_.clear();
+  events_.ready();
+}
+
+}  // namespace berth::lidar

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/lidar_node.h"
+
+#include <algorithm>
+#include <berth/lidar_state_t.hpp>
+
+#include "drivers/devices.h"
+#include "drivers/lidar/limits.h"
+#include "lcmtypes/channels.h"
+
+namespace berth {
+namespace {
+
+constexpr Utime state_period = 500 * millisecond;
+constexpr Utime repeat_period = 1 * second;
+constexpr Utime clock_tolerance = 5 * millisecond;
+
+std::vector<lidar::Window> windows_of(const scan_request_t& request) {
+  std::vector<lidar::Window> windows;
+  for (const scan_window_t& w : request.windows) {
+    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad,
+                       static_cast<lidar::Pattern>(w.pattern), w.count, w.spacing_rad});
+  }
+  return windows;
+}
+
+}  // namespace
+
+LidarNode::LidarNode(NodeSetup setup, LidarNodeConfig config, Bus& bus, Loop& loop, Wires& wires)
+    : Node(std::move(setup), bus, loop),
+      config_(std::move(config)),
+      link_(config_.link, loop, wires,
+            {[this] {
+               was_ready_ = true;
+               report(node_status_t::READY);
+               event(event_t::INFO, "lidar-connected",
+                     link_.identity().model + " " + link_.identity().serial + " at " +
+                         config_.link.address);
+               publish_state();
+             },
+             [this](const lidar::Message& message) { take_message(message); },
+             [this](const std::string& reason) { lost(reason); }}) {
+  this->bus().subscribe<scan_request_t>(
+      channels::scan_request, Queue::fifo(),
+      [this](const scan_request_t& request) { take_request(request); });
+  tick_timer_ = loop.every(state_period, [this] { tick(); });
+  report(node_status_t::STARTING, "waiting for the LIDAR at " + config_.link.address);
+}
+
+LidarNode::~LidarNode() { loop().cancel(tick_timer_); }
+
+void LidarNode::take_request(const scan_request_t& request) {
+  if (request.session != session()) {
+    if (request.session == foreign_session_) return;
+    foreign_session_ = request.session;
+    return event(event_t::WARNING, "foreign-session",
+                 "scan request of session " + std::to_string(request.session) + ", this is " +
+                     std::to_string(session()) + ": not obeyed");
+  }
+  if (request.action == scan_request_t::CANCEL) return cancel(request);
+  if (request.scan_id == last_requested_) return;  // a repeat
+  if (request.scan_id < last_requested_) {
+    return event(event_t::NOTICE, "stale-scan-request",
+                 "scan " + std::to_string(request.scan_id) + " was asked for after scan " +
+                     std::to_string(last_requested_) + ": not obeyed");
+  }
+  last_requested_ = request.scan_id;
+  if (!scan_) return start(request);
+  // The newer one waits until the device has let go of the older one.
+  pending_ = request;
+  if (!scan_->cancelling) link_.send(lidar::Cancel{scan_->request.scan_id});
+  scan_->cancelling = true;
+}
+
+void LidarNode::cancel(const scan_request_t& request) {
+  if (pending_ && pending_->scan_id == request.scan_id) pending_.reset();
+  if (!scan_ || scan_->request.scan_id != request.scan_id || scan_->cancelling) return;
+  scan_->cancelling = true;
+  link_.send(lidar::Cancel{request.scan_id});
+}
+
+std::string LidarNode::refusal(const scan_request_t& request) const {
+  if (!link_.ready()) return "the LIDAR is offline: " + link_.reason();
+  if (!device_fault_.empty()) return "the LIDAR reports a fault: " + device_fault_;
+  return lidar::check_windows(config_.profile, windows_of(request));
+}
+
+void LidarNode::start(const scan_request_t& request) {
+  scan_.emplace();
+  scan_->request = request;
+  scan_->began = now();
+  scan_->news = now();
+  const std::string why = refusal(request);
+  if (!why.empty()) return finish(scan_packet_t::REFUSED, why, now());
+  scan_->clock_offset = link_.clock().offset();
+  link_.send(lidar::ScanOrder{request.scan_id, windows_of(request)});
+  publish_state();
+}
+
+void LidarNode::take_message(const lidar::Message& message) {
+  if (const auto* status = std::get_if<lidar::Status>(&message)) {
+    const std::string fault =
+        status->state == lidar::DeviceState::fault ? "fault: " + status->reason : "";
+    if (fault == device_fault_) return;
+    device_fault_ = fault;
+    report(fault.empty() ? node_status_t::READY : node_status_t::FAULT, fault);
+    publish_state();
+  } else if (const auto* answer = std::get_if<lidar::ScanAnswer>(&message)) {
+    if (!scan_ || answer->scan_id != scan_->request.scan_id) return;
+    scan_->news = now();
+    scan_->beams_total = answer->beams;
+    if (!answer->accepted) {
+      finish(scan_packet_t::REFUSED, "the LIDAR refuses: " + answer->reason, now());
+    }
+  } else if (const auto* returns = std::get_if<lidar::Returns>(&message)) {
+    take_returns(*returns);
+  } else if (const auto* end = std::get_if<lidar::ScanEnd>(&message)) {
+    take_end(*end);
+  }
+}
+
+scan_packet_t LidarNode::packet_of(const Scan& scan) const {
+  scan_packet_t packet{};
+  packet.session = session();
+  packet.scan_id = scan.request.scan_id;
+  packet.packet = scan.packets;
+  packet.beams_before = static_cast<std::int32_t>(scan.beams);
+  return packet;
+}
+
+void LidarNode::take_returns(const lidar::Returns& returns) {
+  if (!scan_ || returns.scan_id != scan_->request.scan_id) return;
+  scan_->news = now();
+  if (returns.beams_before != scan_->beams || returns.window >= scan_->request.windows.size()) {
+    return link_.drop("returns of the LIDAR do not follow one another");
+  }
+  for (std::size_t first = 0; first < returns.beams.size();) {
+    const std::size_t count =
+        std::min(returns.beams.size() - first, static_cast<std::size_t>(config_.beams_per_packet));
+    const std::uint32_t base = returns.beams[first].after_us;
+    scan_packet_t packet = packet_of(*scan_);
+    packet.scan_status = scan_packet_t::RUNNING;
+    packet.window = static_cast<std::int16_t>(returns.window);
+    packet.utime = returns.device_time + base - scan_->clock_offset;
+    packet.count = static_cast<std::int32_t>(count);
+    for (std::size_t i = first; i < first + count; ++i) {
+      const lidar::BeamReturn& beam = returns.beams[i];
+      packet.time_us.push_back(static_cast<std::int32_t>(beam.after_us - base));
+      packet.range_m.push_back(beam.range_m);
+      packet.azimuth_rad.push_back(beam.azimuth_rad);
+      packet.elevation_rad.push_back(beam.elevation_rad);
+      packet.intensity.push_back(static_cast<std::int16_t>(std::min<int>(beam.intensity, 4095)));
+      packet.status.push_back(static_cast<std::int8_t>(beam.status));
+    }
+    if (packet.utime > now() + clock_tolerance || packet.utime < scan_->began - clock_tolerance) {
+      event(event_t::ERROR, "lidar-clock",
+            "a beam's time stamp lies outside the scan by the mapped clock");
+      return link_.drop("time stamps of the LIDAR make no sense");
+    }
+    scan_->beams += static_cast<std::uint32_t>(count);
+    ++scan_->packets;
+    first += count;
+    publish(packet);
+  }
+}
+
+void LidarNode::take_end(const lidar::ScanEnd& end) {
+  if (!scan_ || end.scan_id != scan_->request.scan_id) return;
+  const Utime when = end.device_time - scan_->clock_offset;
+  if (end.result == lidar::ScanResult::complete && end.beams == scan_->beams) {
+    finish(scan_packet_t::COMPLETE, "", when);
+  } else if (end.result == lidar::ScanResult::cancelled) {
+    finish(scan_packet_t::ABORTED,
+           pending_ ? "replaced by scan " + std::to_string(pending_->scan_id) : "cancelled", when);
+  } else {
+    finish(scan_packet_t::ABORTED,
+           end.reason.empty() ? "the LIDAR lost returns" : "the LIDAR fails: " + end.reason, when);
+  }
+}
+
+void LidarNode::finish(std::int8_t status, const std::string& reason, Utime when) {
+  scan_packet_t packet = packet_of(*scan_);
+  packet.utime = when;
+  packet.scan_status = status;
+  packet.reason = reason;
+  packet.window = static_cast<std::int16_t>(std::max(scan_->request.window_count - 1, 0));
+  last_progress_ = status == scan_packet_t::COMPLETE ? 1
+                   : scan_->beams_total == 0
+                       ? 0
+                       : static_cast<double>(scan_->beams) / scan_->beams_total;
+  scan_.reset();
+  publish(packet);
+  last_ = std::move(packet);
+  last_published_ = now();
+  count("scans", static_cast<double>(++scans_));
+  if (!reason.empty()) {
+    event(event_t::WARNING, status == scan_packet_t::REFUSED ? "scan-refused" : "scan-aborted",
+          "scan " + std::to_string(last_->scan_id) + ": " + reason);
+  }
+  publish_state();
+  start_pending();
+}
+
+void LidarNode::start_pending() {
+  if (!pending_) return;
+  const scan_request_t request = std::move(*pending_);
+  pending_.reset();
+  start(request);
+}
+
+void LidarNode::lost(const std::string& reason) {
+  device_fault_.clear();
+  // Before the first connection the device may just be starting, as we are.
+  report(was_ready_ ? node_status_t::FAULT : node_status_t::STARTING, reason);
+  event(was_ready_ ? event_t::ERROR : event_t::NOTICE, "lidar-offline", reason);
+  if (scan_) return finish(scan_packet_t::ABORTED, reason, now());
+  publish_state();
+}
+
+void LidarNode::tick() {
+  if (scan_ && now() - scan_->news > config_.returns_silence) {
+    return link_.drop("no returns of a running scan for " +
+                      std::to_string(config_.returns_silence / millisecond) + " ms");
+  }
+  if (!scan_ && last_ && now() - last_published_ >= repeat_period) {
+    publish(*last_);
+    last_published_ = now();
+  }
+  publish_state();
+}
+
+void LidarNode::publish(scan_packet_t& packet) {
+  packet.seq = ++packet_seq_;
+  bus().publish(channels::scan_data, packet);
+}
+
+void LidarNode::publish_state() {
+  lidar_state_t state{};
+  state.utime = now();
+  state.seq = ++state_seq_;
+  state.session = session();
+  state.state = !link_.ready()           ? lidar_state_t::OFFLINE
+                : !device_fault_.empty() ? lidar_state_t::FAULT
+                : scan_                  ? lidar_state_t::SCANNING
+                                         : lidar_state_t::IDLE;
+  state.reason = link_.ready() ? device_fault_ : link_.reason();
+  state.model = config_.profile.model;
+  state.serial = link_.ready() ? link_.identity().serial : "";
+  state.scan_id = scan_ ? scan_->request.scan_id : last_ ? last_->scan_id : 0;
+  state.progress = !scan_ ? last_progress_
+                   : scan_->beams_total == 0
+                       ? 0
+                       : static_cast<double>(scan_->beams) / scan_->beams_total;
+  if (link_.ready()) {
+    state.clock_offset_s = seconds(link_.clock().offset());
+    state.clock_offset_sigma_s = link_.clock().sigma_s();
+  }
+  state.rate_hz = config_.profile.rate_hz;
+  state.range_min_m = config_.profile.beam.range_min_m;
+  state.range_max_m = config_.profile.beam.range_max_m;
+  state.field_of_view_rad[0] = config_.profile.field_of_view_width;
+  state.field_of_view_rad[1] = config_.profile.field_of_view_height;
+  bus().publish(channels::lidar_state, state);
+}
+
+std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop,
+                                      Wires& wires) {
+  const Devices devices = load_devices(run.config);
+  LidarNodeConfig config;
+  config.profile = load_lidar_profile(run.config / "lidars" / (devices.lidar.model + ".yaml"));
+  config.link.address = devices.lidar.address;
+  config.link.model = config.profile.model;
+  return std::make_unique<LidarNode>(std::move(setup), std::move(config), bus, loop, wires);
+}
+
+}  // namespace berth

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/bus/loop.h"
+#include "common/core/lidar_profile.h"
+#include "common/core/random.h"
+#include "drivers/lidar/connection.h"
+#include "drivers/lidar/scan_pattern.h"
+#include "drivers/simulated/cell_scene.h"
+
+namespace berth {
+
+/// How the simulated LIDAR departs from its profile, and what the profile does not say:
+/// config/simulation_lidar.yaml.
+struct SimulatedLidarSettings {
+  std::string serial = "simulated";
+  Utime start_delay = 5 * millisecond;   ///< from a scan order to the first beam
+  Utime window_delay = 2 * millisecond;  ///< from one window's last beam to the next one's first
+  int beams_per_packet = 50;
+  std::int64_t clock_offset = 0;   ///< device clock minus host clock at the start, us
+  double clock_drift = 0;          ///< parts of one
+  double noise_scale = 1;          ///< on the profile's three sigmas; 0: none
+  double full_scale_range_m = 10;  ///< a white surface, square to the beam, gives 4095 here
+  int least_intensity = 0;         ///< weaker returns are lost (MISS)
+  SceneSettings scene;
+};
+
+/// @throws InputError.
+SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
+
+/// A scanning LIDAR behind its wire (drivers/lidar/PROTOCOL.md). Beams are fired at the profile's
+/// rate, each cast into the scene as it was when the beam left; one timer per packet.
+///
+/// Noise, as in the paper's Table 1: the mirror points where it was told to plus the angle errors,
+/// the device reports where it was told to; the range error is added to the range met. Returns
+/// nearer than the least range are TOO_NEAR, with range 0. The same draws are made for each beam
+/// whatever it meets, so that two worlds with one seed see the same noise.
+class SimulatedLidar {
+ public:
+  SimulatedLidar(std::string address, LidarProfile profile, SimulatedLidarSettings settings,
+                 std::uint64_t seed, Loop& loop, Wires& wires, Scene& scene);
+  ~SimulatedLidar();
+  SimulatedLidar(const SimulatedLidar&) = delete;
+  SimulatedLidar& operator=(const SimulatedLidar&) = delete;
+
+  /// Fault injection: while mute, the device measures on and answers nothing.
+  void set_mute(bool mute) { mute_ = mute; }
+  std::int64_t beams_fired() const { return beams_fired_; }
+
+ private:
+  struct Scan {
+    std::int64_t id = 0;
+    std::vector<lidar::ScanPattern> windows;
+    std::size_t window = 0;
+    std::int64_t next = 0;    // beam of this window
+    Utime window_start = 0;   // when its first beam is fired
+    std::uint32_t beams = 0;  // sent
+    bool over = false;        // ended; kept for its id
+  };
+
+  void accept(int fd);
+  void receive(const lidar::Message& message);
+  void greet(const lidar::Hello& hello);
+  void take_order(const lidar::ScanOrder& order);
+  void answer_status(std::uint32_t token);
+  void schedule_packet();
+  void measure_packet();
+  lidar::BeamReturn measure(const lidar::BeamAngles& angles, Utime t);
+  void end(lidar::ScanResult result);
+  void stop();
+  void send(const lidar::Message& message);
+  bool scanning() const { return scan_ && !scan_->over; }
+  Utime fired_at(std::int64_t beam) const;
+  std::int64_t device_time(Utime t) const;
+
+  LidarProfile profile_;
+  SimulatedLidarSettings settings_;
+  Random random_;
+  Loop& loop_;
+  Scene& scene_;
+  Utime started_;
+  std::unique_ptr<lidar::Connection> connection_;
+  bool greeted_ = false;
+  bool mute_ = false;
+  std::optional<Scan> scan_;
+  Loop::TimerId packet_timer_ = 0;
+  std::int64_t beams_fired_ = 0;
+  lidar::Returns packet_;
+};
+
+}  // namespace berth
