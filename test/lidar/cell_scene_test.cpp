@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/cell_scene.h"
+
+#include <cmath>
+
+#include "test/catch.h"
+
+using namespace berth;
+
+namespace {
+
+/// Joints 1 to 3 shift the flange, joint 4 turns it about y; two bodies, on the base and on the
+/// last link.
+class Slide final : public ArmKinematics {
+ public:
+  Slide() {
+    Mesh block;
+    block.append(make_box({0.2, 0.2, 0.2}), {{0, 0.5, -0.5}, Quaterniond::Identity()});
+    bodies_ = {{"base", 0, block}, {"hand", 6, make_box({0.1, 0.1, 0.1})}};
+  }
+  Pose forward(const Joints& j) const override {
+    return {{j[0], j[1], j[2]}, rotation_from_vector(Vector3d(0, j[3], 0))};
+  }
+  std::array<Pose, 7> link_poses(const Joints& j) const override {
+    std::array<Pose, 7> poses;
+    poses[6] = forward(j);
+    return poses;
+  }
+  std::vector<InverseSolution> inverse(const Pose&, std::string*) const override { return {}; }
+  double manipulability(const Joints&) const override { return 1; }
+  Matrix6d jacobian(const Joints&) const override { return Matrix6d::Identity(); }
+  std::string limit_violation(const Joints&) const override { return ""; }
+};
+
+/// Sensor at the cell's origin looking along its z; a plate 1 m square 5 m before it, held from
+/// behind by a rod and a slide; a wall 9 m away.
+Cell small_cell() {
+  Cell cell;
+  cell.sensor.role = ArmRole::sensor;
+  cell.sensor.kinematics = std::make_shared<Slide>();
+  cell.replica.kinematics = std::make_shared<Slide>();
+  cell.replica.base.position = {0, 0, 6};
+  cell.replica.tool.position = {0, 0, -1};
+  cell.target.mesh = make_box({1, 1, 0.01});
+  cell.mount.append(make_box({0.1, 0.1, 0.9}), {{0, 0, -0.5}, Quaterniond::Identity()});
+  cell.sensor_housing = make_box({1, 1, 1});
+  cell.room.push_back({"wall", {}, false});
+  cell.room[0].mesh.append(make_box({4, 4, 0.02}), {{0, 0, 9.01}, Quaterniond::Identity()});
+  cell.room.push_back({"do not enter", {}, true});
+  cell.room[1].mesh.append(make_box({4, 4, 0.02}), {{0, 0, 3}, Quaterniond::Identity()});
+  return cell;
+}
+
+Vector3d towards(double x, double y, double z) { return Vector3d(x, y, z).normalized(); }
+
+}  // namespace
+
+TEST_CASE("the scene shows target, mount, arms and room, each with its distance") {
+  const auto still = [](Utime) { return Joints{}; };
+  SceneSettings settings;
+  settings.target_reflectivity = 0.1;
+  settings.mount_reflectivity = 0.2;
+  settings.arm_reflectivity = 0.3;
+  settings.room_reflectivity = 0.4;
+  CellScene scene(small_cell(), still, still, settings);
+  SceneHit hit;
+
+  // Straight ahead: no housing, no keep-out volume, not the hand that holds the sensor.
+  REQUIRE(scene.cast(0, Vector3d::UnitZ(), 100, hit));
+  CHECK(hit.target);
+  CHECK(hit.range == Approx(4.995).epsilon(1e-9));
+  CHECK(hit.incidence == Approx(0).margin(1e-6));
+  CHECK(hit.reflectivity == 0.1);
+
+  REQUIRE(scene.cast(0, towards(0.3, 0.2, 4.995), 100, hit));
+  CHECK(hit.range == Approx(Vector3d(0.3, 0.2, 4.995).norm()).epsilon(1e-9));
+  CHECK(hit.incidence == Approx(std::acos(4.995 / hit.range)).epsilon(1e-9));
+
+  // Past the plate: the base of the replica's slide, 5.4 m away and half a metre down.
+  REQUIRE(scene.cast(0, towards(0.0, 0.59, 5.4), 100, hit));
+  CHECK_FALSE(hit.target);
+  CHECK(hit.reflectivity == 0.3);
+  CHECK(hit.range == Approx(Vector3d(0, 0.59, 5.4).norm()).epsilon(1e-9));
+
+  // Past everything: the wall, or nothing.
+  REQUIRE(scene.cast(0, towards(1, 1, 9), 100, hit));
+  CHECK(hit.reflectivity == 0.4);
+  CHECK(hit.range == Approx(std::sqrt(83.0)).epsilon(1e-9));
+  CHECK_FALSE(scene.cast(0, towards(1, 1, 9), 9, hit));
+  CHECK_FALSE(scene.cast(0, Vector3d::UnitX(), 100, hit));
+}
+
+TEST_CASE("the mount is seen beside a target that does not hide it") {
+  const auto still = [](Utime) { return Joints{}; };
+  Cell cell = small_cell();
+  cell.target.mesh = make_box({0.01, 0.01, 0.01});
+  CellScene scene(cell, still, still);
+  SceneHit hit;
+  REQUIRE(scene.cast(0, towards(0.03, 0, 5.05), 100, hit));
+  CHECK_FALSE(hit.target);
+  CHECK(hit.range == Approx(Vector3d(0.03, 0, 5.05).norm()).epsilon(1e-9));
+}
+
+TEST_CASE("both arms are where they are when the beam leaves") {
+  // The replica recedes at 1 m/s, the sensor follows at 0.25 m/s and turns.
+  const auto replica = [](Utime t) { return Joints{0, 0, seconds(t), 0, 0, 0}; };
+  const auto sensor = [](Utime t) {
+    return Joints{0, 0, 0.25 * seconds(t), 0.1 * seconds(t), 0, 0};
+  };
+  CellScene scene(small_cell(), replica, sensor);
+  for (const Utime t : {Utime{0}, 10 * millisecond, 500 * millisecond, 1 * second}) {
+    const Pose truth = scene.relative_pose(t);
+    CHECK((truth.position - rotation_from_vector(Vector3d(0, -0.1 * seconds(t), 0)) *
+                                Vector3d(0, 0, 5 + 0.75 * seconds(t)))
+              .norm() < 1e-12);
+    SceneHit hit;
+    // At the middle of the plate's front.
+    const Vector3d aim = truth * Vector3d(0, 0, -0.005);
+    REQUIRE(scene.cast(t, aim.normalized(), 100, hit));
+    CHECK(hit.target);
+    CHECK(hit.range == Approx(aim.norm()).epsilon(1e-9));
+  }
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/protocol.h"
+
+#include "common/core/random.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::lidar;
+
+namespace {
+
+std::vector<Message> samples() {
+  Identity identity;
+  identity.model = "ILRIS-3D";
+  identity.serial = "0042";
+  identity.rate_hz = 2000;
+  identity.field_of_view_rad[1] = 0.7;
+  ScanOrder order{17, {{0.1, -0.2, 0.3, 0.4, Pattern::rosette, 100, 0}, {}}};
+  Returns returns;
+  returns.scan_id = 17;
+  returns.window = 1;
+  returns.beams_before = 150;
+  returns.device_time = -5;
+  returns.beams = {{0, 5.25F, 0.1F, -0.2F, 4095, BeamStatus::hit},
+                   {500, 0, 0.1F, -0.2F, 0, BeamStatus::miss}};
+  return {Hello{},
+          identity,
+          order,
+          ScanAnswer{17, false, 0, "too much"},
+          returns,
+          ScanEnd{17, ScanResult::failed, 2, 123456789012345, "dust"},
+          Cancel{-3},
+          StatusQuery{0xffffffff},
+          Status{7, 1LL << 60, DeviceState::fault, 17, 2, "hot"},
+          Complaint{"what?"}};
+}
+
+std::vector<std::uint8_t> stream_of(const std::vector<Message>& messages) {
+  std::vector<std::uint8_t> bytes;
+  for (const Message& message : messages) {
+    const auto frame = encode(message);
+    bytes.insert(bytes.end(), frame.begin(), frame.end());
+  }
+  return bytes;
+}
+
+std::vector<Message> decode_all(Decoder& decoder) {
+  std::vector<Message> messages;
+  while (auto message = decoder.next()) messages.push_back(std::move(*message));
+  return messages;
+}
+
+}  // namespace
+
+TEST_CASE("every message survives the wire, whatever the pieces it comes in") {
+  const auto messages = samples();
+  const auto bytes = stream_of(messages);
+  for (const std::size_t piece : {std::size_t{1}, std::size_t{3}, std::size_t{16}, bytes.size()}) {
+    Decoder decoder;
+    std::vector<Message> received;
+    for (std::size_t i = 0; i < bytes.size(); i += piece) {
+      decoder.feed(std::span(bytes).subspan(i, std::min(piece, bytes.size() - i)));
+      for (auto& message : decode_all(decoder)) received.push_back(std::move(message));
+    }
+    INFO(decoder.error());
+    REQUIRE(received.size() == messages.size());
+    // Equal encodings are equal messages.
+    for (std::size_t i = 0; i < messages.size(); ++i) {
+      CHECK(received[i].index() == messages[i].index());
+      CHECK(encode(received[i]) == encode(messages[i]));
+    }
+  }
+}
+
+TEST_CASE("the bytes are the documented ones") {
+  const auto bytes = encode(StatusQuery{0x01020304});
+  const std::vector<std::uint8_t> head = {'B', 'L', 'D', 'R', 1, 0x04, 0, 0, 4, 0, 0, 0};
+  REQUIRE(bytes.size() == 20);
+  CHECK(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + 12) == head);
+  CHECK(std::vector<std::uint8_t>(bytes.begin() + 16, bytes.end()) ==
+        std::vector<std::uint8_t>{4, 3, 2, 1});
+  // CRC-32 of 01 04 00 00 04 00 00 00 04 03 02 01 by the bit-wise definition.
+  std::uint32_t crc = 0xffffffff;
+  for (const int byte : {1, 4, 0, 0, 4, 0, 0, 0, 4, 3, 2, 1}) {
+    crc ^= static_cast<std::uint32_t>(byte);
+    for (int k = 0; k < 8; ++k) crc = (crc & 1U) != 0 ? (crc >> 1) ^ 0xedb88320U : crc >> 1;
+  }
+  crc = ~crc;
+  for (std::size_t i = 0; i < 4; ++i) CHECK(bytes[12 + i] == ((crc >> (8 * i)) & 0xff));
+}
+
+TEST_CASE("texts too long are cut, messages too long are a bug of the caller") {
+  Decoder decoder;
+  decoder.feed(encode(Complaint{std::string(1000, 'x')}));
+  const auto message = decoder.next();
+  REQUIRE(message);
+  CHECK(std::get<Complaint>(*message).reason.size() == 255);
+  Returns returns;
+  returns.beams.resize(10000);
+  CHECK_THROWS_AS(encode(returns), std::length_error);
+}
+
+TEST_CASE("each kind of damage stops the decoder with a reason") {
+  const auto error_of = [](std::vector<std::uint8_t> bytes) {
+    Decoder decoder;
+    decoder.feed(bytes);
+    CHECK_FALSE(decoder.next());
+    CHECK(decoder.broken());
+    decoder.feed(encode(Hello{}));  // and it stays stopped
+    CHECK_FALSE(decoder.next());
+    return decoder.error();
+  };
+  using Catch::Matchers::Contains;
+  const auto good = encode(Cancel{5});
+  const auto with = [&](std::size_t at, std::uint8_t value) {
+    auto bytes = good;
+    bytes[at] = value;
+    return bytes;
+  };
+  CHECK_THAT(error_of({'H', 'T', 'T', 'P'}), Contains("BLDR"));
+  CHECK_THAT(error_of({'X'}), Contains("BLDR"));
+  CHECK_THAT(error_of(with(4, 2)), Contains("version 2"));
+  CHECK_THAT(error_of(with(6, 1)), Contains("reserved"));
+  CHECK_THAT(error_of(with(11, 0x7f)), Contains("at most 65536"));
+  CHECK_THAT(error_of(with(5, 0x99)), Contains("check sum"));
+  CHECK_THAT(error_of(with(20, 0xff)), Contains("check sum"));
+}
+
+TEST_CASE("a frame that is whole but wrong inside is refused") {
+  // Made by encoding values that the reader must not accept.
+  const auto error_of = [](const Message& message) {
+    Decoder decoder;
+    decoder.feed(encode(message));
+    CHECK_FALSE(decoder.next());
+    return decoder.error();
+  };
+  using Catch::Matchers::Contains;
+  Returns returns;
+  returns.beams.resize(1);
+  returns.beams[0].range_m = std::numeric_limits<float>::infinity();
+  CHECK_THAT(error_of(returns), Contains("malformed"));
+  returns.beams[0].range_m = 1;
+  returns.beams[0].status = static_cast<BeamStatus>(9);
+  CHECK_THAT(error_of(returns), Contains("malformed"));
+  ScanOrder order{1, std::vector<Window>(max_windows + 1)};
+  CHECK_THAT(error_of(order), Contains("malformed"));
+  order.windows.resize(1);
+  order.windows[0].pattern = static_cast<Pattern>(4);
+  CHECK_THAT(error_of(order), Contains("malformed"));
+}
+
+TEST_CASE("damaged streams never give a message that was not sent") {
+  const auto messages = samples();
+  std::vector<std::vector<std::uint8_t>> sent;
+  for (const Message& message : messages) sent.push_back(encode(message));
+  const auto clean = stream_of(messages);
+  Random random(11, "damage");
+  int broken = 0;
+  for (int round = 0; round < 20000; ++round) {
+    auto bytes = clean;
+    const int flips = 1 + static_cast<int>(random.uniform() * 3);
+    for (int k = 0; k < flips; ++k) {
+      bytes[static_cast<std::size_t>(random.uniform() * static_cast<double>(bytes.size()))] ^=
+          static_cast<std::uint8_t>(1U << static_cast<unsigned>(random.uniform() * 8));
+    }
+    if (random.uniform() < 0.3) {
+      bytes.resize(static_cast<std::size_t>(random.uniform() * static_cast<double>(bytes.size())));
+    }
+    Decoder decoder;
+    decoder.feed(bytes);
+    std::size_t i = 0;
+    for (const Message& message : decode_all(decoder)) {
+      if (i >= sent.size() || encode(message) != sent[i]) FAIL("a message out of nothing");
+      ++i;
+    }
+    if (decoder.broken()) ++broken;
+  }
+  CHECK(broken > 15000);
+}
+
+TEST_CASE("noise is survived") {
+  Random random(12, "noise");
+  for (int round = 0; round < 2000; ++round) {
+    std::vector<std::uint8_t> bytes = {'B', 'L', 'D', 'R', 1};
+    const auto size = static_cast<std::size_t>(random.uniform() * 200);
+    for (std::size_t i = 0; i < size; ++i) {
+      bytes.push_back(static_cast<std::uint8_t>(random.bits()));
+    }
+    Decoder decoder;
+    decoder.feed(bytes);
+    CHECK_FALSE(decoder.next());
+  }
+}

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/lidar/simulated_lidar.h"
+
+#include <cmath>
+#include <type_traits>
+
+#include "common/bus/simulation.h"
+#include "test/catch.h"
+#include "test/lidar/lidar_fixture.h"
+#include "test/lidar/wall_scene.h"
+
+using namespace berth;
+using namespace berth::lidar;
+
+namespace {
+
+/// The device on its wire and a host that keeps all it says.
+struct Bench {
+  explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1)
+      : device("lidar:1", ilris(), std::move(settings), seed, device_loop, simulation.wires(),
+               scene) {}
+
+  void connect() {
+    simulation.wires().dial("lidar:1", [this](int fd) {
+      REQUIRE(fd >= 0);
+      host = std::make_unique<Connection>(
+          host_loop, fd, [this](const Message& m) { said.push_back(m); },
+          [this](const std::string& reason) { closed = reason; });
+    });
+    simulation.run_for(10 * millisecond);
+  }
+  /// From an event of the host's loop: the Simulation looks for bytes after each event.
+  void tell(const Message& message) {
+    host_loop.after(0, [this, message] { host->send(message); });
+  }
+  void greet() {
+    connect();
+    tell(Hello{});
+    simulation.run_for(10 * millisecond);
+  }
+  template <class Kind>
+  std::vector<Kind> all() const {
+    std::vector<Kind> found;
+    for (const Message& message : said) {
+      if (const auto* m = std::get_if<Kind>(&message)) found.push_back(*m);
+    }
+    return found;
+  }
+  std::vector<BeamReturn> beams() const {
+    std::vector<BeamReturn> list;
+    for (const Returns& returns : all<Returns>()) {
+      list.insert(list.end(), returns.beams.begin(), returns.beams.end());
+    }
+    return list;
+  }
+
+  Simulation simulation;
+  SimulatedLoop& device_loop = simulation.make_loop();
+  SimulatedLoop& host_loop = simulation.make_loop();
+  WallScene scene{simulation.now()};
+  SimulatedLidar device;
+  std::unique_ptr<Connection> host;
+  std::vector<Message> said;
+  std::string closed;
+};
+
+SimulatedLidarSettings perfect() {
+  SimulatedLidarSettings settings;
+  settings.noise_scale = 0;
+  return settings;
+}
+
+const Window small{0, 0, 0.1, 0.1, Pattern::raster, 120, 0};
+
+}  // namespace
+
+TEST_CASE("the device names itself and its limits") {
+  Bench bench;
+  bench.greet();
+  const auto identity = bench.all<Identity>();
+  REQUIRE(identity.size() == 1);
+  CHECK(identity[0].model == "ILRIS-3D");
+  CHECK(identity[0].rate_hz == 2000);
+  CHECK(identity[0].field_of_view_rad[0] == Approx(radians(40)));
+}
+
+TEST_CASE("a host that does not speak the protocol is told so and left") {
+  Bench bench;
+  bench.connect();
+  SECTION("no greeting") { bench.tell(Cancel{1}); }
+  SECTION("another version") { bench.tell(Hello{9}); }
+  bench.simulation.run_for(10 * millisecond);
+  CHECK(bench.all<Complaint>().size() == 1);
+  CHECK_FALSE(bench.closed.empty());
+  // And the next one is served.
+  bench.greet();
+  CHECK(bench.all<Identity>().size() == 1);
+}
+
+TEST_CASE("a new host takes the place of the old one, and of its scan") {
+  Bench bench;
+  bench.greet();
+  bench.tell(ScanOrder{1, {small}});
+  bench.simulation.run_for(40 * millisecond);
+  auto old = std::move(bench.host);
+  bench.greet();
+  CHECK_FALSE(bench.closed.empty());
+  bench.said.clear();
+  bench.simulation.run_for(1 * second);
+  CHECK(bench.said.empty());
+}
+
+TEST_CASE("beams come at 2000 a second, in packets of one window, while the scan runs") {
+  Bench bench(perfect());
+  bench.greet();
+  const Utime start = bench.simulation.now();
+  bench.tell(ScanOrder{7, {small, small}});
+  bench.simulation.run_for(40 * millisecond);
+  CHECK(bench.all<Returns>().size() == 1);  // not all at the end
+  bench.simulation.run_for(1 * second);
+
+  const auto answer = bench.all<ScanAnswer>();
+  REQUIRE(answer.size() == 1);
+  CHECK(answer[0].accepted);
+  CHECK(answer[0].beams == 240);
+  const auto packets = bench.all<Returns>();
+  REQUIRE(packets.size() == 6);  // 50, 50, 20 of each window
+  std::uint32_t beams = 0;
+  std::int64_t previous = 0;
+  for (const Returns& packet : packets) {
+    CHECK(packet.scan_id == 7);
+    CHECK(packet.beams_before == beams);
+    CHECK(packet.window == (beams < 120 ? 0 : 1));
+    for (const BeamReturn& beam : packet.beams) {
+      const std::int64_t fired = packet.device_time + beam.after_us;
+      if (previous != 0) CHECK(fired - previous == (beams == 120 ? 2500 : 500));
+      previous = fired;
+      ++beams;
+    }
+  }
+  CHECK(beams == 240);
+  const auto end = bench.all<ScanEnd>();
+  REQUIRE(end.size() == 1);
+  CHECK(end[0].result == ScanResult::complete);
+  CHECK(end[0].beams == 240);
+  CHECK(bench.simulation.now() - start > 120 * millisecond);
+}
+
+TEST_CASE("each beam meets the scene as it was when the beam left") {
+  Bench bench(perfect());
+  bench.scene.speed = 0.5;  // 30 mm over the scan
+  bench.greet();
+  bench.tell(ScanOrder{1, {small}});
+  bench.simulation.run_for(1 * second);
+  double first = 0;
+  double last = 0;
+  for (const Returns& packet : bench.all<Returns>()) {
+    for (const BeamReturn& beam : packet.beams) {
+      REQUIRE(beam.status == BeamStatus::hit);
+      const Utime fired = packet.device_time + beam.after_us;  // this clock has no offset
+      const double depth = double{beam.range_m} *
+                           beam_direction(double{beam.azimuth_rad}, double{beam.elevation_rad}).z();
+      CHECK(depth == Approx(bench.scene.distance_at(fired)).margin(2e-6));
+      if (first == 0) first = depth;
+      last = depth;
+    }
+  }
+  CHECK(first - last == Approx(0.5 * 119 * 500e-6).margin(1e-5));
+}
+
+TEST_CASE("beams that return nothing and returns from too near say so") {
+  Bench bench(perfect());
+  bench.greet();
+  SECTION("beside the plate") {
+    bench.tell(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0}}});
+    bench.simulation.run_for(1 * second);
+    int hits = 0;
+    for (const BeamReturn& beam : bench.beams()) {
+      const bool on_plate = std::abs(5 * std::tan(double{beam.azimuth_rad})) < 1;
+      CHECK(beam.status == (on_plate ? BeamStatus::hit : BeamStatus::miss));
+      CHECK((beam.range_m > 0) == on_plate);
+      CHECK((beam.intensity > 0) == on_plate);
+      hits += on_plate ? 1 : 0;
+    }
+    CHECK(hits > 40);
+    CHECK(hits < 70);
+  }
+  SECTION("2.9 m away") {
+    bench.scene.distance = 2.9;
+    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 10, 0}}});
+    bench.simulation.run_for(1 * second);
+    REQUIRE(bench.beams().size() == 10);
+    for (const BeamReturn& beam : bench.beams()) {
+      CHECK(beam.status == BeamStatus::too_near);
+      CHECK(beam.range_m == 0);
+    }
+  }
+}
+
+TEST_CASE("noise is the profile's, in range and in both angles") {
+  Bench bench;
+  bench.greet();
+  // On the boresight a plate shows range noise only.
+  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 4000, 0}}});
+  bench.simulation.run_for(3 * second);
+  double sum = 0;
+  double squares = 0;
+  const auto beams = bench.beams();
+  REQUIRE(beams.size() == 4000);
+  for (const BeamReturn& beam : beams) {
+    sum += double{beam.range_m} - 5;
+    squares += (double{beam.range_m} - 5) * (double{beam.range_m} - 5);
+  }
+  CHECK(sum / 4000 == Approx(0).margin(5e-4));  // 3 sigma of the mean
+  CHECK(std::sqrt(squares / 4000) == Approx(0.01).epsilon(0.05));
+}
+
+TEST_CASE("weak returns drop out when the device is so set") {
+  SimulatedLidarSettings settings = perfect();
+  settings.full_scale_range_m = 5;  // the plate, half as bright as white: 2048 on the boresight
+  settings.least_intensity = 2000;
+  Bench bench(settings);
+  bench.greet();
+  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
+  bench.simulation.run_for(100 * millisecond);
+  bench.scene.distance = 5.2;
+  bench.tell(ScanOrder{2, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
+  bench.simulation.run_for(100 * millisecond);
+  const auto beams = bench.beams();
+  REQUIRE(beams.size() == 2);
+  CHECK(beams[0].intensity == 2048);
+  CHECK(beams[1].status == BeamStatus::miss);
+}
+
+TEST_CASE("one scan at a time; cancel ends it; orders outside the limits are refused") {
+  Bench bench(perfect());
+  bench.greet();
+  bench.tell(ScanOrder{1, {small}});
+  bench.simulation.run_for(10 * millisecond);
+  bench.tell(ScanOrder{2, {small}});
+  bench.tell(Cancel{5});  // of another: nothing
+  bench.simulation.run_for(25 * millisecond);
+  bench.tell(Cancel{1});
+  bench.simulation.run_for(1 * second);
+  bench.tell(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0}}});
+  bench.simulation.run_for(10 * millisecond);
+
+  const auto answers = bench.all<ScanAnswer>();
+  REQUIRE(answers.size() == 3);
+  CHECK(answers[0].accepted);
+  CHECK(answers[1].reason == "scan 1 is running");
+  CHECK_THAT(answers[2].reason, Catch::Matchers::Contains("azimuth"));
+  const auto ends = bench.all<ScanEnd>();
+  REQUIRE(ends.size() == 1);
+  CHECK(ends[0].result == ScanResult::cancelled);
+  CHECK(ends[0].beams == 50);
+}
+
+TEST_CASE("the device's clock is its own") {
+  SimulatedLidarSettings settings = perfect();
+  settings.clock_offset = -3 * second;
+  settings.clock_drift = 1e-4;
+  Bench bench(settings);
+  bench.greet();
+  const Utime start = bench.simulation.now();
+  bench.tell(StatusQuery{99});
+  bench.simulation.run_for(100 * second);
+  bench.tell(StatusQuery{100});
+  bench.simulation.run_for(1 * second);
+  const auto status = bench.all<Status>();
+  REQUIRE(status.size() == 2);
+  CHECK(status[0].token == 99);
+  CHECK(std::abs(status[0].device_time - (start - 3 * second)) < 2 * millisecond);
+  CHECK(status[1].device_time - status[0].device_time == 100010000);
+}
+
+TEST_CASE("one seed, one noise, whatever the beams meet") {
+  const auto ranges = [](std::uint64_t seed, double distance) {
+    Bench bench({}, seed);
+    bench.scene.distance = distance;
+    bench.greet();
+    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 20, 0}}});
+    bench.simulation.run_for(1 * second);
+    std::vector<float> list;
+    for (const BeamReturn& beam : bench.beams()) list.push_back(beam.range_m);
+    return list;
+  };
+  CHECK(ranges(1, 5) == ranges(1, 5));
+  CHECK(ranges(1, 5) != ranges(2, 5));
+  const auto near = ranges(1, 5);
+  const auto far = ranges(1, 6);
+  for (std::size_t i = 0; i < near.size(); ++i) CHECK(far[i] - near[i] == Approx(1).margin(1e-5));
+}
+
+TEST_CASE("its configuration file is read strictly") {
+  const SimulatedLidarSettings settings = load_simulated_lidar("config/simulation_lidar.yaml");
+  CHECK(settings.start_delay == 5 * millisecond);
+  CHECK(settings.clock_offset == 12500000);
+  CHECK(settings.scene.room_reflectivity == 0.6);
+}
