@@ -102,6 +102,10 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
   }
   sensor.finish();
 
+  config.optional("sensor_share", cell.sensor_share);
+  if (!(cell.sensor_share >= 0 && cell.sensor_share <= 1)) {
+    throw config.error("sensor_share", "expected 0..1");
+  }
   for (Config part : config.sections("room")) {
     RoomBody body;
     body.name = part.text("name");

@@ -38,8 +38,9 @@ struct Cell {
   std::string layout;
   PlacedArm replica;
   PlacedArm sensor;
-  Mesh mount;           ///< between the replica arm's flange and the target, flange frame
-  Mesh sensor_housing;  ///< flange frame of the sensor arm
+  double sensor_share = 0.5;  ///< of the travel along the line of sight that the sensor arm takes
+  Mesh mount;                 ///< between the replica arm's flange and the target, flange frame
+  Mesh sensor_housing;        ///< flange frame of the sensor arm
   std::vector<RoomBody> room;
   Target target;
 
