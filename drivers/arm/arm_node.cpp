@@ -1,0 +1,486 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/arm/arm_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/core/config.h"
+#include "lcmtypes/channels.h"
+
+namespace berth {
+namespace {
+
+constexpr Utime offline_period = 100 * millisecond;
+constexpr Utime recheck_period = 5 * second;
+constexpr Utime start_time_limit = second;
+constexpr Utime hold_repeat_period = 250 * millisecond;
+constexpr Utime refusal_repeat_period = second;
+/// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
+constexpr Utime writer_silence = second;
+
+std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
+  std::array<bool, 6> linear{};
+  for (std::size_t i = 0; i < 6; ++i) linear[i] = kinematics.is_linear(static_cast<int>(i));
+  return linear;
+}
+
+ModbusClient::Options client_options(const ArmDevice& device, int unit) {
+  ModbusClient::Options options;
+  options.address = device.address;
+  options.unit = unit;
+  options.timeout = device.timeout;
+  return options;
+}
+
+std::int8_t published_state(int controller_state) {
+  switch (static_cast<ControllerState>(controller_state)) {
+    case ControllerState::idle:
+      return arm_state_t::IDLE;
+    case ControllerState::running:
+      return arm_state_t::RUNNING;
+    case ControllerState::held:
+      return arm_state_t::HELD;
+    case ControllerState::emergency_stop:
+      return arm_state_t::ESTOP;
+    case ControllerState::fault:
+      break;
+  }
+  return arm_state_t::FAULT;
+}
+
+}  // namespace
+
+std::string arm_state_channel(ArmRole role) {
+  return role == ArmRole::replica ? channels::arm_state_replica : channels::arm_state_sensor;
+}
+
+std::string arm_command_channel(ArmRole role) {
+  return role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor;
+}
+
+ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop, Wires& wires)
+    : Node(std::move(node), bus, loop),
+      arm_(std::move(setup)),
+      wire_(arm_.map, linear_axes(*arm_.kinematics)),
+      name_(std::string(name_of(arm_.role)) + " arm"),
+      state_channel_(arm_state_channel(arm_.role)),
+      clock_(arm_.map.tick_period, arm_.map.counter_wrap),
+      reader_(loop, wires, client_options(arm_.device, arm_.map.unit),
+              [this](bool up, const std::string& reason) { on_connection(up, reason); }),
+      writer_(loop, wires, client_options(arm_.device, arm_.map.unit), nullptr) {
+  // FIFO: a HOLD must not be replaced by the set-point behind it. The newest set-point is kept
+  // here.
+  bus.subscribe<arm_command_t>(arm_command_channel(arm_.role), Queue::fifo(100),
+                               [this](const arm_command_t& command) { on_command(command); });
+  poll_timer_ = loop.every(arm_.device.status_period, [this] { poll(); });
+  write_timer_ = loop.every(arm_.device.setpoint_period, [this] { write_setpoint(); });
+  statistics_timer_ = loop.every(second, [this] { show_statistics(); });
+}
+
+ArmNode::~ArmNode() {
+  loop().cancel(poll_timer_);
+  loop().cancel(write_timer_);
+  loop().cancel(statistics_timer_);
+  loop().cancel(recheck_timer_);
+  for (const auto& [coil, timer] : pulse_timers_) loop().cancel(timer);
+}
+
+// ---- connection ----
+
+void ArmNode::on_connection(bool connected, const std::string& reason) {
+  if (connected) {
+    event(event_t::INFO, "arm-connected", name_ + " at " + arm_.device.address);
+    check_assignments();
+    return;
+  }
+  event(event_t::WARNING, "arm-disconnected", name_ + ": " + reason);
+  ready_ = false;
+  check_.reset();
+  offline_reason_ = reason;
+  stop_following();
+  report(node_status_t::DEGRADED, reason);
+  publish_offline();
+}
+
+void ArmNode::check_assignments() {
+  recheck_timer_ = 0;
+  check_ = std::make_shared<AssignmentCheck>(
+      reader_, wire_.map(), [this](AssignmentCheck::Result result, const std::string& text) {
+        on_checked(result, text);
+      });
+  check_->start();
+}
+
+void ArmNode::on_checked(AssignmentCheck::Result result, const std::string& text) {
+  using Result = AssignmentCheck::Result;
+  if (result == Result::failed) return;  // the lost connection is reported by itself
+  if (result == Result::differs) {
+    if (wrong_map_ != text) {
+      event(event_t::ERROR, "arm-map-wrong", name_ + ": " + text);
+    }
+    wrong_map_ = text;
+    report(node_status_t::FAULT, "register map: " + text);
+    publish_offline();
+    recheck_timer_ = loop().after(recheck_period, [this] { check_assignments(); });
+    return;
+  }
+  wrong_map_.clear();
+  if (result == Result::not_offered) {
+    event(event_t::WARNING, "arm-map-not-verified", name_ + ": " + text);
+  }
+  // A pulse that a lost connection cut short would be one still.
+  for (const int coil : {arm_.map.start_coil, arm_.map.hold_coil, arm_.map.reset_coil}) {
+    reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
+  }
+  clock_.reset();
+  have_report_ = false;
+  unchanged_reads_ = 0;
+  ready_ = true;
+  report(node_status_t::READY);
+}
+
+void ArmNode::publish_offline() {
+  const Utime t = now();
+  last_published_ = t;
+  arm_state_t state{};
+  state.utime = t;
+  state.utime_sent = state.utime_received = t;
+  state.state = wrong_map_.empty() ? arm_state_t::OFFLINE : arm_state_t::FAULT;
+  state.reason = wrong_map_.empty() ? offline_reason_ : "register map: " + wrong_map_;
+  publish(state);
+}
+
+// ---- status ----
+
+void ArmNode::poll() {
+  if (!ready_) {
+    if (now() - last_published_ >= offline_period) publish_offline();
+    return;
+  }
+  if (read_under_way_) {
+    ++reads_missed_;
+    return;
+  }
+  read_under_way_ = true;
+  reader_.read_registers(wire_.map().status.first, wire_.map().status.count,
+                         [this](const ModbusAnswer& answer) { on_status(answer); });
+}
+
+void ArmNode::on_status(const ModbusAnswer& answer) {
+  read_under_way_ = false;
+  if (!answer.ok()) {
+    ++reads_missed_;
+    if (answer.exception != 0) {
+      offline_reason_ = "status read " + answer.error;
+      if (now() - last_published_ >= offline_period) publish_offline();
+    }
+    return;
+  }
+  ++reads_;
+  on_report(wire_.decode(answer.words), answer);
+}
+
+void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer) {
+  const double cycle = have_report_ ? seconds(answer.received - last_received_) : 0;
+  ++statistics_.reads;
+  statistics_.interval_sum += cycle;
+  statistics_.interval_square_sum += cycle * cycle;
+  statistics_.longest_round_trip =
+      std::max(statistics_.longest_round_trip, seconds(answer.received - answer.sent));
+
+  const bool renewed = !have_report_ || report_now.tick_ms != last_tick_ms_;
+  report_ = report_now;
+  const Utime elapsed = have_report_ ? answer.received - last_received_ : 0;
+  last_received_ = answer.received;
+  have_report_ = true;
+  last_tick_ms_ = report_.tick_ms;
+
+  const Utime before = state_.controller_time_us;
+  Utime controller_time = before;
+  if (renewed) {
+    const bool known = clock_.known();
+    controller_time = clock_.add(report_.tick_ms, answer.sent, answer.received);
+    if (known && std::abs(controller_time - before - elapsed) > second) {
+      clock_.reset();
+      controller_time = clock_.add(report_.tick_ms, answer.sent, answer.received);
+      event(event_t::WARNING, "arm-clock-set",
+            name_ + ": its clock jumped; the controller may have been started anew");
+    }
+    unchanged_reads_ = 0;
+  } else if (++unchanged_reads_ < arm_.device.stale_polls) {
+    return;  // the same sample once more
+  }
+  const bool stale = unchanged_reads_ >= arm_.device.stale_polls;
+
+  arm_state_t state{};
+  // The tick says which interpolation period the joints are of; the bracket only bounds it.
+  state.utime = stale ? answer.sent + (answer.received - answer.sent) / 2
+                      : clock_.host_time(controller_time) - arm_.device.report_lag;
+  state.utime = std::max(state.utime, state_.utime + 1);
+  state.utime_sent = answer.sent;
+  state.utime_received = answer.received;
+  state.controller_time_us = controller_time;
+  state.clock_offset_s = clock_.offset_s();
+  state.clock_offset_sigma_s = clock_.offset_sigma_s();
+  state.valid = report_.valid && !stale;
+  for (std::size_t i = 0; i < 6; ++i) {
+    state.reported_joint[i] = report_.joints[i];
+    state.reported_joint_sigma[i] = arm_.kinematics->is_linear(static_cast<int>(i))
+                                        ? arm_.device.linear_sigma
+                                        : arm_.device.rotary_sigma;
+  }
+  state.state = stale ? arm_state_t::FAULT : published_state(report_.state);
+  if (stale) {
+    state.reason = "the controller's tick stands still";
+  } else if (!report_.valid) {
+    state.reason = "the controller marks its joints as not valid";
+  } else if (report_.error != 0) {
+    state.reason = "controller error " + std::to_string(report_.error);
+  }
+  state.cycle_s = cycle;
+  publish(state);
+
+  const bool running = state.state == arm_state_t::RUNNING;
+  if (start_pending_ && running) start_pending_ = false;
+  if (start_pending_ && now() - started_ > start_time_limit) {
+    hold_by_itself("start-failed", "the controller did not start: " + state.reason);
+  }
+  if (following_ && !start_pending_ && !running) {
+    event(event_t::WARNING, "arm-stopped",
+          name_ + " stopped by itself" + (state.reason.empty() ? "" : ": " + state.reason));
+    stop_following();
+  }
+  if (hold_wanted_ && running && now() - hold_repeated_ > hold_repeat_period) hold();
+  const bool healthy = !stale && report_.valid;
+  report(!healthy     ? node_status_t::DEGRADED
+         : following_ ? node_status_t::RUNNING
+                      : node_status_t::READY,
+         state.reason);
+}
+
+void ArmNode::publish(arm_state_t& state) {
+  state.seq = state_.seq + 1;
+  state.session = session();
+  for (std::size_t i = 0; i < 6; ++i) state.commanded_joint[i] = order_.joints[i];
+  state.setpoint_seq = order_.sequence;
+  state.setpoint_seq_echoed = report_.setpoint_taken;
+  state.controller_heartbeat = report_.heartbeat;
+  state.error_code = report_.error;
+  state.program_state = static_cast<std::int16_t>(report_.program_state);
+  state.speed_override = report_.speed_override;
+  state.tcp_speed_m_s = report_.tcp_speed;
+  state.reads = reads_;
+  state.reads_missed = reads_missed_;
+  state_ = state;
+  last_published_ = now();
+  bus().publish(state_channel_, state);
+}
+
+// ---- commands ----
+
+void ArmNode::refuse(const std::string& code, const std::string& text) {
+  if (code == last_refusal_ && now() - refused_at_ < refusal_repeat_period) return;
+  last_refusal_ = code;
+  refused_at_ = now();
+  event(event_t::WARNING, code, name_ + ": " + text);
+}
+
+bool ArmNode::newer(const arm_command_t& command) {
+  const bool writer_silent = now() - last_command_received_ > writer_silence;
+  if (command.seq <= last_command_seq_ && !writer_silent) return false;
+  last_command_seq_ = command.seq;
+  last_command_received_ = now();
+  return true;
+}
+
+void ArmNode::on_command(const arm_command_t& command) {
+  if (command.session != session()) {
+    return refuse("command-of-another-session",
+                  "a command of session " + std::to_string(command.session) + " was ignored");
+  }
+  if (now() > command.utime_expires) {
+    return refuse("command-expired", "a command came " +
+                                         std::to_string(now() - command.utime_expires) +
+                                         " us after it had expired");
+  }
+  if (!newer(command)) return;
+  switch (command.action) {
+    case arm_command_t::STREAM:
+      return stream(command);
+    case arm_command_t::HOLD:
+      return hold();
+    case arm_command_t::RESET:
+      return pulse(arm_.map.reset_coil);
+    case arm_command_t::START:
+      return start();
+    default:
+      refuse("command-unknown", "action " + std::to_string(command.action) + " is none");
+  }
+}
+
+std::string ArmNode::jump(const arm_command_t& command) const {
+  const double elapsed = seconds(now() - setpoint_received_);
+  std::ostringstream text;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const bool linear = arm_.kinematics->is_linear(static_cast<int>(i));
+    double allowed = linear ? arm_.device.linear_guard : arm_.device.rotary_guard;
+    if (streamed_) allowed += arm_.kinematics->limits()[i].speed * elapsed;
+    const double step = command.joint[i] - order_.joints[i];
+    if (!(std::abs(step) <= allowed)) {
+      text << "set-point of joint " << i + 1 << " is " << pendant_from_si(step, linear)
+           << (linear ? " mm" : " deg") << " away from " << (streamed_ ? "the last one" : "the arm")
+           << ", allowed are " << pendant_from_si(allowed, linear);
+      return text.str();
+    }
+  }
+  Joints joints{};
+  std::copy(std::begin(command.joint), std::end(command.joint), joints.begin());
+  return arm_.kinematics->limit_violation(joints);
+}
+
+void ArmNode::stream(const arm_command_t& command) {
+  if (!following_) {
+    return refuse("setpoint-without-start", "set-points are ignored until START");
+  }
+  const std::string wrong = jump(command);
+  if (!wrong.empty()) return hold_by_itself("setpoint-refused", wrong);
+  std::copy(std::begin(command.joint), std::end(command.joint), order_.joints.begin());
+  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
+  order_.speed_limit = std::clamp(command.speed_limit, 0.0, 1.0);
+  order_.time_ms = static_cast<int>(command.utime / millisecond % arm_.map.counter_wrap);
+  setpoint_received_ = now();
+  setpoint_expires_ = command.utime_expires;
+  streamed_ = true;
+}
+
+void ArmNode::start() {
+  if (following_) return;
+  const bool can_start = state_.state == arm_state_t::IDLE || state_.state == arm_state_t::HELD ||
+                         state_.state == arm_state_t::RUNNING;
+  if (!ready_ || !have_report_ || !state_.valid || !can_start || !writer_.connected()) {
+    return refuse(
+        "start-refused",
+        "cannot start: " + (state_.reason.empty() ? "the controller is not ready" : state_.reason));
+  }
+  // What the controller finds as its first set-point is where the arm stands.
+  order_.joints = report_.joints;
+  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
+  order_.follow = true;
+  have_order_ = true;
+  following_ = start_pending_ = true;
+  start_pulsed_ = false;
+  streamed_ = hold_wanted_ = false;
+  started_ = setpoint_received_ = now();
+  order_.time_ms = static_cast<int>(started_ / millisecond % arm_.map.counter_wrap);
+  // A hold's pulse must be over before START's begins.
+  if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
+    loop().cancel(holding->second);
+    pulse_timers_.erase(holding);
+    reader_.write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
+  }
+  write_order();
+}
+
+void ArmNode::hold() {
+  stop_following();
+  hold_wanted_ = true;
+  hold_repeated_ = now();
+  pulse(arm_.map.hold_coil);
+}
+
+void ArmNode::hold_by_itself(const std::string& code, const std::string& text) {
+  event(event_t::WARNING, code, name_ + " is held: " + text);
+  hold();
+}
+
+void ArmNode::stop_following() {
+  following_ = start_pending_ = streamed_ = false;
+  order_.follow = false;
+}
+
+void ArmNode::pulse(int coil) {
+  // Whichever connection has nothing under way.
+  const auto write = [this](int which, bool on) {
+    ModbusClient& client =
+        !reader_.idle() && writer_.idle() && writer_.connected() ? writer_ : reader_;
+    client.write_coil(
+        which, on, [](const ModbusAnswer&) {}, ModbusClient::Urgency::first);
+  };
+  write(coil, true);
+  if (const auto lasting = pulse_timers_.find(coil); lasting != pulse_timers_.end()) {
+    loop().cancel(lasting->second);
+  }
+  pulse_timers_[coil] = loop().after(arm_.map.pulse, [this, write, coil] {
+    pulse_timers_.erase(coil);
+    write(coil, false);
+  });
+}
+
+void ArmNode::write_setpoint() {
+  if (!ready_ || !have_report_) return;
+  if (!have_order_) {
+    if (!state_.valid) return;
+    order_.joints =
+        report_.joints;  // nothing is followed yet, but let the register show no nonsense
+    order_.sequence = report_.setpoint_taken;
+    have_order_ = true;
+  }
+  if (following_ && streamed_ && now() > setpoint_expires_) {
+    hold_by_itself("setpoints-stale", "set-points stopped coming");
+  }
+  write_order();
+}
+
+void ArmNode::write_order() {
+  if (!writer_.connected()) return;
+  if (!writer_.idle()) {
+    ++writes_missed_;
+    return;
+  }
+  order_.heartbeat = (order_.heartbeat + 1) % arm_.map.counter_wrap;
+  writer_.write_registers(wire_.map().command.first, wire_.encode(order_),
+                          [this, follow = order_.follow](const ModbusAnswer& answer) {
+                            if (!answer.ok()) {
+                              ++writes_missed_;
+                              return;
+                            }
+                            ++statistics_.writes;
+                            // The controller may start once it knows where to.
+                            if (start_pending_ && !start_pulsed_ && follow) {
+                              start_pulsed_ = true;
+                              pulse(arm_.map.start_coil);
+                            }
+                          });
+}
+
+void ArmNode::show_statistics() {
+  const int n = statistics_.reads;
+  const double mean = n > 0 ? statistics_.interval_sum / n : 0;
+  const double variance = n > 0 ? statistics_.interval_square_sum / n - mean * mean : 0;
+  count("reads_per_s", n);
+  count("read_jitter_ms", 1e3 * std::sqrt(std::max(0.0, variance)));
+  count("reads_missed", static_cast<double>(reads_missed_));
+  count("round_trip_max_ms", 1e3 * statistics_.longest_round_trip);
+  count("writes_per_s", statistics_.writes);
+  count("writes_missed", static_cast<double>(writes_missed_));
+  if (clock_.known()) {
+    count("clock_offset_s", clock_.offset_s());
+    count("clock_offset_sigma_ms", 1e3 * clock_.offset_sigma_s());
+  }
+  statistics_ = {};
+}
+
+std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole role, Bus& bus,
+                                    Loop& loop, Wires& wires) {
+  ArmNode::Setup setup;
+  setup.role = role;
+  setup.device = load_devices(run.config).arm(role);
+  setup.map = RegisterMap::load(run.config / "registers" / (setup.device.registers + ".yaml"));
+  // Of the layout only the arm: rooms and targets are not a driver's business.
+  Config layout = Config::load(run.config / "layouts" / (run.layout + ".yaml"));
+  setup.kinematics = ArmKinematics::load(run.config / layout.section(name_of(role)).text("arm"));
+  return std::make_unique<ArmNode>(std::move(node), std::move(setup), bus, loop, wires);
+}
+
+}  // namespace berth

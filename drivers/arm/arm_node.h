@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "common/bus/node.h"
+#include "common/core/cell.h"
+#include "common/core/run_setup.h"
+#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/assignment_check.h"
+#include "drivers/arm/controller_clock.h"
+#include "drivers/devices.h"
+#include "drivers/modbus/modbus_client.h"
+
+namespace berth {
+
+/// The driver of one arm controller: publishes every status read as ARM_STATE, writes the newest
+/// set-point of ARM_COMMAND at its own rate, passes HOLD, RESET and START on at once.
+///
+/// It holds two connections, one for reads and one for set-points, so that a HOLD always finds one
+/// that is free. It moves nothing for a command of another session, one that has expired or one
+/// that came before a newer; it follows set-points only between a START and the next HOLD, the
+/// first of them near where the arm stands and each next one as near as the joints' speed allows;
+/// it holds the arm by itself when set-points stop coming.
+class ArmNode final : public Node {
+ public:
+  struct Setup {
+    ArmRole role = ArmRole::replica;
+    ArmDevice device;
+    RegisterMap map;
+    std::shared_ptr<const ArmKinematics> kinematics;
+  };
+  ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop, Wires& wires);
+  ~ArmNode() override;
+
+ private:
+  /// How often a figure of NODE_STATUS happens within the second.
+  struct Statistics {
+    int reads = 0;
+    int writes = 0;
+    double interval_sum = 0;
+    double interval_square_sum = 0;
+    double longest_round_trip = 0;
+  };
+
+  void on_connection(bool connected, const std::string& reason);
+  void check_assignments();
+  void on_checked(AssignmentCheck::Result result, const std::string& text);
+  void poll();
+  void on_status(const ModbusAnswer& answer);
+  void on_report(const ArmReport& report, const ModbusAnswer& answer);
+  void on_command(const arm_command_t& command);
+  bool newer(const arm_command_t& command);
+  void stream(const arm_command_t& command);
+  void start();
+  void hold();
+  void hold_by_itself(const std::string& code, const std::string& text);
+  void stop_following();
+  void pulse(int coil);
+  void write_setpoint();
+  void write_order();
+  void publish_offline();
+  void publish(arm_state_t& state);
+  void show_statistics();
+  /// Empty, or why the set-point is not to be followed.
+  std::string jump(const arm_command_t& command) const;
+  void refuse(const std::string& code, const std::string& text);
+
+  Setup arm_;
+  ArmWire wire_;
+  std::string name_;
+  std::string state_channel_;
+  ControllerClock clock_;
+  ModbusClient reader_;
+  ModbusClient writer_;
+  std::shared_ptr<AssignmentCheck> check_;
+  bool ready_ = false;  // connected and the map is right
+  std::string offline_reason_ = "not connected yet";
+  std::string wrong_map_;  // empty: none
+
+  bool read_under_way_ = false;
+  arm_state_t state_{};  // last published
+  ArmReport report_;
+  bool have_report_ = false;
+  int unchanged_reads_ = 0;  // with the same controller tick
+  int last_tick_ms_ = 0;
+  Utime last_received_ = 0;
+  Utime last_published_ = 0;
+
+  ArmOrder order_;
+  bool have_order_ = false;
+  bool following_ = false;
+  bool start_pending_ = false;  // asked for, the controller does not run yet
+  bool start_pulsed_ = false;
+  bool streamed_ = false;  // a set-point came since START
+  bool hold_wanted_ = false;
+  Utime started_ = 0;
+  Utime hold_repeated_ = 0;
+  Utime setpoint_received_ = 0;
+  Utime setpoint_expires_ = 0;
+  std::int64_t last_command_seq_ = 0;
+  Utime last_command_received_ = 0;
+  std::string last_refusal_;
+  Utime refused_at_ = 0;
+
+  std::int64_t reads_ = 0;
+  std::int64_t reads_missed_ = 0;
+  std::int64_t writes_missed_ = 0;
+  Statistics statistics_;
+
+  Loop::TimerId poll_timer_;
+  Loop::TimerId write_timer_;
+  Loop::TimerId statistics_timer_;
+  std::map<int, Loop::TimerId> pulse_timers_;  // by coil
+  Loop::TimerId recheck_timer_ = 0;
+};
+
+/// The channels of one arm.
+std::string arm_state_channel(ArmRole role);
+std::string arm_command_channel(ArmRole role);
+
+/// Reads devices.yaml, the register map and the arm of the run's layout. @throws InputError.
+std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole role, Bus& bus,
+                                    Loop& loop, Wires& wires);
+
+}  // namespace berth

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/facility/plc_map.h"
+
+#include <modbus/modbus.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/config.h"
+
+namespace berth {
+namespace {
+
+constexpr double level_scale = 10000;
+constexpr double angle_scale = 100;
+
+PlcMap::Block read_block(Config config, int most) {
+  PlcMap::Block block;
+  block.first = static_cast<int>(config.integer("first"));
+  block.count = static_cast<int>(config.integer("count"));
+  if (block.first < 1 || block.count < 1 || block.count > most) {
+    throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
+  }
+  config.finish();
+  return block;
+}
+
+int read_register(Config& config, const std::string& key, const PlcMap::Block& block) {
+  const auto n = static_cast<int>(config.integer(key));
+  if (n < block.first || n >= block.first + block.count) {
+    throw config.error(key, "register " + std::to_string(n) + " is outside its block");
+  }
+  return n;
+}
+
+int read_bit(Config& config, const std::string& key) {
+  const auto bit = static_cast<int>(config.integer(key));
+  if (bit < 0 || bit > 15) throw config.error(key, "expected a bit, 0 to 15");
+  return bit;
+}
+
+}  // namespace
+
+PlcMap PlcMap::load(const std::filesystem::path& path) {
+  Config config = Config::load(path);
+  PlcMap map;
+  map.unit = static_cast<int>(config.integer("unit"));
+  map.status = read_block(config.section("status"), MODBUS_MAX_READ_REGISTERS);
+  map.command = read_block(config.section("command"), MODBUS_MAX_WRITE_REGISTERS);
+  map.safety = read_register(config, "safety", map.status);
+  Config bits = config.section("bits");
+  map.estop_bit = read_bit(bits, "estop_chain_closed");
+  map.fence_bit = read_bit(bits, "fence_closed");
+  map.motion_bit = read_bit(bits, "motion_enabled");
+  bits.finish();
+  const auto value = [&](const std::string& key) {
+    Config section = config.section(key);
+    const PlcMap::Value registers{read_register(section, "status", map.status),
+                                  read_register(section, "command", map.command)};
+    section.finish();
+    return registers;
+  };
+  map.sun_lamp = value("sun_lamp");
+  map.albedo_lamp = value("albedo_lamp");
+  map.sun_azimuth = value("sun_azimuth");
+  map.sun_elevation = value("sun_elevation");
+  map.heartbeat = read_register(config, "heartbeat", map.status);
+  config.finish();
+  return map;
+}
+
+Word word_from_level(double level) {
+  return static_cast<Word>(std::lround(level_scale * std::clamp(level, 0.0, 1.0)));
+}
+
+double level_from_word(Word word) { return word / level_scale; }
+
+Word word_from_angle(double angle) {
+  const long hundredths = std::lround(angle_scale * degrees(angle));
+  return static_cast<Word>(static_cast<std::int16_t>(std::clamp(hundredths, -32768L, 32767L)));
+}
+
+double angle_from_word(Word word) { return radians(static_cast<std::int16_t>(word) / angle_scale); }
+
+}  // namespace berth

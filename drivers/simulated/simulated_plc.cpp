@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/simulated_plc.h"
+
+#include <algorithm>
+
+namespace berth {
+namespace {
+
+constexpr int register_count = 1000;
+constexpr int bit_count = 64;
+constexpr Utime cycle = 10 * millisecond;
+
+}  // namespace
+
+SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Options options,
+                           Loop& loop, Wires& wires, SafetyChanged changed)
+    : map_(map),
+      options_(options),
+      loop_(loop),
+      started_(loop.now()),
+      changed_(std::move(changed)),
+      image_(register_count, bit_count, bit_count),
+      server_(
+          loop, wires, {address, map.unit, options.connections, options.idle_timeout}, image_,
+          [this](ModbusTable, int, int) { before_read(); },
+          [this](ModbusTable, int, int) { after_write(); }) {}
+
+void SimulatedPlc::press_estop(bool pressed) {
+  estop_closed_ = !pressed;
+  if (changed_) changed_(estop_closed_, fence_closed_);
+}
+
+void SimulatedPlc::open_fence(bool open) {
+  fence_closed_ = !open;
+  if (changed_) changed_(estop_closed_, fence_closed_);
+}
+
+double SimulatedPlc::level_now(const Lamp& lamp) const {
+  const double way = seconds(loop_.now() - lamp.since) / seconds(options_.lamp_rise);
+  return lamp.from + std::clamp(lamp.to - lamp.from, -way, way);
+}
+
+void SimulatedPlc::turn(Lamp& lamp, double level) {
+  if (level == lamp.to) return;
+  lamp = {level_now(lamp), level, loop_.now()};
+}
+
+void SimulatedPlc::before_read() {
+  image_.holding(map_.safety) = static_cast<Word>(
+      (estop_closed_ ? 1 << map_.estop_bit : 0) | (fence_closed_ ? 1 << map_.fence_bit : 0) |
+      (estop_closed_ && fence_closed_ ? 1 << map_.motion_bit : 0));
+  image_.holding(map_.sun_lamp.status) = word_from_level(sun_lamp());
+  image_.holding(map_.albedo_lamp.status) = word_from_level(albedo_lamp());
+  image_.holding(map_.sun_azimuth.status) = word_from_angle(sun_azimuth_);
+  image_.holding(map_.sun_elevation.status) = word_from_angle(sun_elevation_);
+  image_.holding(map_.heartbeat) = static_cast<Word>((loop_.now() - started_) / cycle);
+}
+
+void SimulatedPlc::after_write() {
+  turn(sun_, level_from_word(image_.holding(map_.sun_lamp.command)));
+  turn(albedo_, level_from_word(image_.holding(map_.albedo_lamp.command)));
+  sun_azimuth_ = angle_from_word(image_.holding(map_.sun_azimuth.command));
+  sun_elevation_ = angle_from_word(image_.holding(map_.sun_elevation.command));
+}
+
+}  // namespace berth
