@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/arm/arm_wire.h"
+
+#include <cmath>
+
+namespace berth {
+
+double pendant_from_si(double value, bool linear) { return linear ? 1000 * value : degrees(value); }
+
+double si_from_pendant(double value, bool linear) { return linear ? value / 1000 : radians(value); }
+
+ArmReport ArmWire::decode(std::span<const Word> words) const {
+  const auto at = [&](int address) { return words.data() + (address - map_.status.first); };
+  const auto number = [&](const RegisterField& field) { return field.get(at(field.address)); };
+  const auto whole = [&](const RegisterField& field) {
+    return static_cast<int>(std::lround(number(field)));
+  };
+  ArmReport report;
+  report.valid = *at(map_.position + position_words::joints_valid - 1) == 1;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const int address = map_.position + position_words::joints - 1 + 2 * static_cast<int>(i);
+    const double value = static_cast<double>(get_float(at(address)));
+    report.joints[i] = si_from_pendant(value, linear_[i]);
+    if (!std::isfinite(value)) report.valid = false;
+  }
+  report.tick_ms = whole(map_.tick);
+  report.heartbeat = whole(map_.heartbeat);
+  report.setpoint_taken = whole(map_.setpoint_taken);
+  report.state = whole(map_.state);
+  report.error = whole(map_.error);
+  report.program_state = *at(map_.program_state);
+  report.speed_override = number(map_.speed_override) / 100;
+  report.tcp_speed = number(map_.tcp_speed) / 1000;
+  return report;
+}
+
+std::span<const Word> ArmWire::encode(const ArmOrder& order) {
+  block_.assign(static_cast<std::size_t>(map_.command.count), 0);
+  const auto at = [&](int address) { return block_.data() + (address - map_.command.first); };
+  for (std::size_t i = 0; i < 6; ++i) {
+    put_float(static_cast<float>(pendant_from_si(order.joints[i], linear_[i])),
+              at(map_.setpoint_joints + 2 * static_cast<int>(i)));
+  }
+  *at(map_.setpoint_valid) = 1;
+  const auto put = [&](const RegisterField& field, double value) {
+    field.put(value, at(field.address));
+  };
+  put(map_.setpoint_sequence, order.sequence);
+  put(map_.command_word, order.follow ? 1 : 0);
+  put(map_.host_heartbeat, order.heartbeat);
+  put(map_.speed_limit, 100 * order.speed_limit);
+  put(map_.setpoint_time, order.time_ms);
+  put(map_.mode, 1);
+  return block_;
+}
+
+}  // namespace berth

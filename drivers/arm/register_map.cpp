@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/arm/register_map.h"
+
+#include <modbus/modbus.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "common/core/config.h"
+
+namespace berth {
+namespace {
+
+constexpr int last_register = 16384;
+constexpr int longest_name = 37;
+
+SnpxAssignment read_assignment(Config config) {
+  SnpxAssignment a;
+  a.slot = static_cast<int>(config.integer("slot"));
+  a.address = static_cast<int>(config.integer("address"));
+  a.size = static_cast<int>(config.integer("size"));
+  a.variable = config.text("variable");
+  a.multiply = static_cast<int>(config.integer("multiply"));
+  config.finish();
+  if (a.slot < 1 || a.slot > 80) throw config.error("slot", "expected 1 to 80");
+  if (a.address < 1 || a.size < 1 || a.address + a.size - 1 > last_register) {
+    throw config.error("address", "expected registers within 1 to 16384");
+  }
+  if (!parse_snpx_variable(a.variable) || a.variable.size() > longest_name ||
+      a.variable.find(' ') != std::string::npos) {
+    throw config.error("variable", "found '" + a.variable +
+                                       "', expected R[n], PR[n], POS[n], PRG[n], ALM[n] or $name, "
+                                       "perhaps with @a.b, of at most 37 characters");
+  }
+  return a;
+}
+
+RegisterBlock read_block(Config config, int most) {
+  RegisterBlock block;
+  block.first = static_cast<int>(config.integer("first"));
+  block.count = static_cast<int>(config.integer("count"));
+  if (block.first < 1 || block.count < 1 || block.count > most) {
+    throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
+  }
+  config.finish();
+  return block;
+}
+
+/// Finds variables in the assignments and complains in the file's terms.
+class Locator {
+ public:
+  Locator(const std::vector<SnpxAssignment>& assignments) : assignments_(assignments) {}
+
+  int word(Config& config, const std::string& key, int word, const RegisterBlock& block) {
+    return find(config, key, word, 1, block).address;
+  }
+
+  RegisterField number(Config& config, const std::string& key, const RegisterBlock& block) {
+    const VariableLocation at = find(config, key, 1, 2, block);
+    RegisterField field;
+    field.address = at.address;
+    field.form = at.multiply == 0 ? RegisterField::Form::float32 : RegisterField::Form::int32;
+    field.multiply = at.multiply == 0 ? 1 : at.multiply;
+    return field;
+  }
+
+  VariableLocation find(Config& config, const std::string& key, int word, int words,
+                        const RegisterBlock& block) {
+    const std::string text = config.text(key);
+    const auto variable = parse_snpx_variable(text);
+    const auto at = variable ? locate(assignments_, *variable, word) : std::nullopt;
+    if (!at) throw config.error(key, "'" + text + "' is in none of the assignments");
+    if (!block.contains(at->address, words)) {
+      throw config.error(key, "'" + text + "' stands at register " + std::to_string(at->address) +
+                                  ", outside its block");
+    }
+    return *at;
+  }
+
+ private:
+  const std::vector<SnpxAssignment>& assignments_;
+};
+
+}  // namespace
+
+double RegisterField::get(const Word* two) const {
+  return form == Form::float32 ? static_cast<double>(get_float(two)) : get_int32(two) / multiply;
+}
+
+void RegisterField::put(double value, Word* two) const {
+  if (form == Form::float32) {
+    put_float(static_cast<float>(value), two);
+  } else {
+    put_int32(static_cast<std::int32_t>(std::llround(value * multiply)), two);
+  }
+}
+
+std::optional<VariableLocation> locate(const std::vector<SnpxAssignment>& assignments,
+                                       const SnpxVariable& variable, int word) {
+  for (const SnpxAssignment& a : assignments) {
+    const auto shown = parse_snpx_variable(a.variable);
+    if (!shown || shown->kind != variable.kind || shown->name != variable.name) continue;
+    const int element = variable.index - shown->index;
+    const int within = word - shown->first_word;
+    const int offset = element * shown->words + within;
+    if (element >= 0 && within >= 0 && within < shown->words && offset < a.size) {
+      return VariableLocation{a.address + offset, a.multiply};
+    }
+  }
+  return std::nullopt;
+}
+
+RegisterMap RegisterMap::load(const std::filesystem::path& path) {
+  Config config = Config::load(path);
+  RegisterMap map;
+  map.unit = static_cast<int>(config.integer("unit"));
+
+  std::set<int> slots;
+  for (Config& section : config.sections("assignments")) {
+    map.assignments.push_back(read_assignment(section));
+    if (!slots.insert(map.assignments.back().slot).second) {
+      throw section.error("slot", "is used twice");
+    }
+  }
+  std::sort(map.assignments.begin(), map.assignments.end(),
+            [](const auto& a, const auto& b) { return a.slot < b.slot; });
+  map.status = read_block(config.section("status"), MODBUS_MAX_READ_REGISTERS);
+  map.command = read_block(config.section("command"), MODBUS_MAX_WRITE_REGISTERS);
+
+  if (config.has("bootstrap")) {
+    Config section = config.section("bootstrap");
+    Bootstrap window;
+    window.first = static_cast<int>(section.integer("first"));
+    window.peephole = static_cast<int>(section.integer("peephole"));
+    section.finish();
+    map.bootstrap = window;
+  }
+
+  Locator locator(map.assignments);
+  const auto position =
+      locator.find(config, "position", 1, position_words::joints_valid, map.status);
+  map.position = position.address;
+  if (position.multiply != 0) throw config.error("position", "expected multiply 0 (float32)");
+  const auto joints = locator.find(config, "setpoint", position_words::joints, 12, map.command);
+  if (joints.multiply != 0) throw config.error("setpoint", "expected multiply 0 (float32)");
+  map.setpoint_joints = joints.address;
+  map.setpoint_valid = locator.word(config, "setpoint", position_words::joints_valid, map.command);
+  map.program_state = locator.word(config, "program", program_words::state, map.status);
+
+  Config numbers = config.section("numbers");
+  map.tick = locator.number(numbers, "tick", map.status);
+  map.heartbeat = locator.number(numbers, "heartbeat", map.status);
+  map.setpoint_taken = locator.number(numbers, "setpoint_taken", map.status);
+  map.state = locator.number(numbers, "state", map.status);
+  map.speed_override = locator.number(numbers, "override", map.status);
+  map.tcp_speed = locator.number(numbers, "tcp_speed", map.status);
+  map.error = locator.number(numbers, "error", map.status);
+  map.setpoint_sequence = locator.number(numbers, "setpoint_sequence", map.command);
+  map.command_word = locator.number(numbers, "command", map.command);
+  map.host_heartbeat = locator.number(numbers, "host_heartbeat", map.command);
+  map.speed_limit = locator.number(numbers, "speed_limit", map.command);
+  map.setpoint_time = locator.number(numbers, "setpoint_time", map.command);
+  map.mode = locator.number(numbers, "mode", map.command);
+  numbers.finish();
+
+  map.tick_period = utime_from_seconds(config.quantity("tick_period", Dimension::time));
+  map.counter_wrap = static_cast<int>(config.integer("counter_wrap"));
+  if (map.counter_wrap < 1 << 16) throw config.error("counter_wrap", "expected at least 65536");
+  Config coils = config.section("coils");
+  map.start_coil = static_cast<int>(coils.integer("start"));
+  map.hold_coil = static_cast<int>(coils.integer("hold"));
+  map.reset_coil = static_cast<int>(coils.integer("reset"));
+  coils.finish();
+  map.pulse = utime_from_seconds(config.quantity("pulse", Dimension::time));
+  config.finish();
+  return map;
+}
+
+std::string RegisterMap::assignment_table() const {
+  std::string table;
+  for (const SnpxAssignment& a : assignments) {
+    const std::string entry = "$SNPX_ASG[" + std::to_string(a.slot) + "].";
+    table += entry + "$ADDRESS = " + std::to_string(a.address) + "\n";
+    table += entry + "$SIZE = " + std::to_string(a.size) + "\n";
+    table += entry + "$VAR_NAME = '" + a.variable + "'\n";
+    table += entry + "$MULTIPLY = " + std::to_string(a.multiply) + "\n";
+  }
+  return table;
+}
+
+}  // namespace berth

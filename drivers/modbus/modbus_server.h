@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/bus/loop.h"
+#include "drivers/modbus/frames.h"
+#include "drivers/modbus/modbus_context.h"
+#include "drivers/modbus/modbus_image.h"
+
+namespace berth {
+
+enum class ModbusTable { registers, coils, inputs };
+
+/// Serves an image over Modbus TCP: functions 1, 2, 3, 5, 6, 15 and 16. Connections beyond the
+/// limit are closed at once, silent ones after a while, and those that send anything but Modbus
+/// too.
+class ModbusServer {
+ public:
+  struct Options {
+    std::string address;  ///< host:port
+    int unit = 1;
+    int connections = 2;
+    Utime idle_timeout = 5 * second;
+  };
+  /// Called with the first number (from 1) and count of what a request touches.
+  using Hook = std::function<void(ModbusTable table, int first, int count)>;
+
+  /// before_read may renew the image; after_write looks at what has been written into it.
+  /// @throws InputError when the address cannot be listened on.
+  ModbusServer(Loop& loop, Wires& wires, Options options, ModbusImage& image, Hook before_read,
+               Hook after_write);
+  ~ModbusServer();
+  ModbusServer(const ModbusServer&) = delete;
+  ModbusServer& operator=(const ModbusServer&) = delete;
+
+  int connections() const { return static_cast<int>(connections_.size()); }
+  void drop_connections();
+  /// A silent server takes requests and answers none.
+  void set_silent(bool silent) { silent_ = silent; }
+
+ private:
+  struct Connection {
+    int fd = -1;
+    Utime last_heard = 0;
+    ModbusFrames frames;
+  };
+
+  void on_accepted(int fd);
+  void on_readable(int fd);
+  /// @return false when the connection cannot go on.
+  bool answer(int fd, std::span<const std::uint8_t> frame);
+  void drop(int fd);
+  void drop_idle();
+
+  Loop& loop_;
+  Options options_;
+  ModbusImage& image_;
+  Hook before_read_;
+  Hook after_write_;
+  ModbusContext context_;
+  std::vector<std::unique_ptr<Connection>> connections_;
+  bool silent_ = false;
+  Loop::TimerId idle_timer_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace berth

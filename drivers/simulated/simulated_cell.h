@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "common/bus/node.h"
+#include "common/core/cell.h"
+#include "common/core/lidar_profile.h"
+#include "common/core/run_setup.h"
+#include "drivers/arm/register_map.h"
+#include "drivers/devices.h"
+#include "drivers/facility/plc_map.h"
+#include "drivers/simulated/cell_scene.h"
+#include "drivers/simulated/lidar/simulated_lidar.h"
+#include "drivers/simulated/simulated_controller.h"
+#include "drivers/simulated/simulated_plc.h"
+#include "drivers/simulated/simulation_settings.h"
+#include "drivers/simulated/world_truth.h"
+
+namespace berth {
+
+/// All hardware of the cell, simulated: one scene and one clock, two arm controllers, the PLC and
+/// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others and
+/// says nothing of the truth; that goes to world_truth.lcm alone.
+class SimulatedCell final : public Node {
+ public:
+  struct Setup {
+    Cell cell;  ///< as everybody believes it to be
+    Devices devices;
+    RegisterMap replica_map;
+    RegisterMap sensor_map;
+    PlcMap plc_map;
+    SimulationSettings settings;
+    LidarProfile lidar_profile;
+    SimulatedLidarSettings lidar;
+    std::uint64_t seed = 1;
+    std::filesystem::path world_truth;  ///< empty: none is written
+  };
+
+  /// @throws InputError when an address cannot be listened on.
+  SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop, Wires& wires);
+  ~SimulatedCell() override;
+
+  SimulatedController& controller(ArmRole role) {
+    return role == ArmRole::replica ? replica_ : sensor_;
+  }
+  SimulatedPlc& plc() { return plc_; }
+  SimulatedLidar& lidar() { return lidar_; }
+  /// The cell as it really is: takes true joints.
+  const Cell& world() const { return world_; }
+  /// T_sensor_model as it really was, at any time of the last half second up to now.
+  Pose true_relative_pose(Utime t);
+
+ private:
+  void write_truth();
+  void show_counters();
+
+  ArmErrors replica_errors_;
+  ArmErrors sensor_errors_;
+  Cell world_;
+  SimulatedController replica_;
+  SimulatedController sensor_;
+  SimulatedPlc plc_;
+  CellScene scene_;
+  SimulatedLidar lidar_;
+  std::optional<WorldTruthLog> truth_;
+  std::int64_t truth_seq_ = 0;
+  Loop::TimerId truth_timer_ = 0;
+  Loop::TimerId counter_timer_ = 0;
+};
+
+/// Reads everything from RunSetup::config. @throws InputError.
+std::unique_ptr<Node> make_simulated_cell(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop,
+                                          Wires& wires);
+/// What make_simulated_cell reads.
+SimulatedCell::Setup load_simulated_cell(const RunSetup& run);
+
+}  // namespace berth

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/bus/loop.h"
+#include "drivers/arm/register_map.h"
+#include "drivers/modbus/modbus_server.h"
+#include "drivers/simulated/perturbation.h"
+#include "drivers/simulated/simulated_robot.h"
+#include "drivers/simulated/snpx_memory.h"
+
+namespace berth {
+
+/// One simulated arm controller behind Modbus TCP. What it reports comes from its encoders and the
+/// nominal kinematics; where the arm really is from the true joints (encoders less the zero
+/// errors).
+class SimulatedController {
+ public:
+  struct Options {
+    SimulatedRobot::Options robot;
+    int connections = 4;
+    Utime idle_timeout = 5 * second;
+    Utime report_lag = 2 * millisecond;
+    double rotary_quantum = 0;  ///< rad; 0: not quantised
+    double linear_quantum = 0;  ///< m
+  };
+
+  /// Serves at the address from now on. @throws InputError when it cannot be listened on.
+  SimulatedController(const std::string& address, const RegisterMap& map, const PlacedArm& arm,
+                      const ArmErrors& errors, Options options, Loop& loop, Wires& wires);
+
+  /// Where the arm really is, at any time of the last half second up to now.
+  Joints true_joints(Utime t);
+  ControllerState state();
+  int error();
+  /// The controller's clock at the start of its current period, ms, wrapped.
+  int tick_ms() const;
+
+  /// What the PLC's chain says.
+  void set_safety(bool estop_closed, bool fence_closed);
+
+  // Faults, for tests: each lasts until it is taken back.
+  /// Connections stay open, nothing is answered.
+  void silence(bool silent) { server_.set_silent(silent); }
+  /// The program stops calculating: tick and position stand still in the registers, the arm brakes.
+  void freeze(bool frozen);
+  void invalidate_joints(bool invalid) { joints_invalid_ = invalid; }
+  /// The reported joints wander away from the true ones (rad/s, m/s per joint).
+  void drift(const Joints& rate);
+  /// The arm itself creeps.
+  void run_away(const Joints& rate);
+  void drop_connections() { server_.drop_connections(); }
+  /// Clock and counters start anew, the program is aborted, all connections are gone.
+  void reboot();
+
+  SnpxMemory& memory() { return memory_; }
+
+ private:
+  void advance();
+  void before_read(ModbusTable table, int first, int count);
+  void after_write(ModbusTable table, int first, int count);
+  void renew_variables();
+  void after_register_write();
+  void after_coil_write();
+  Joints reported(const Joints& encoders) const;
+
+  const RegisterMap map_;
+  const PlacedArm arm_;
+  const ArmErrors errors_;
+  const Options options_;
+  Loop& loop_;
+  Utime started_;
+  SimulatedRobot robot_;
+  SnpxMemory memory_;
+  ModbusImage image_;
+
+  int last_sequence_ = 0;
+  int last_heartbeat_ = 0;
+  int boot_ms_ = 0;                           // the clock's reading at boot
+  bool coil_was_[3] = {false, false, false};  // START, HOLD, RESET
+  Utime renewed_tick_ = -1;
+  bool estop_closed_ = true;
+  bool fence_closed_ = true;
+  bool frozen_ = false;
+  bool joints_invalid_ = false;
+  Joints drift_rate_{};
+  Joints drift_{};
+  Utime drift_since_ = 0;
+
+  ModbusServer server_;
+};
+
+}  // namespace berth

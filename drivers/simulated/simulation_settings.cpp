@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/simulation_settings.h"
+
+namespace berth {
+namespace {
+
+void read_time(Config& config, const std::string& key, Utime& value) {
+  double s = seconds(value);
+  config.optional(key, Dimension::time, s);
+  if (!(s >= 0)) throw config.error(key, "must not be negative");
+  value = utime_from_seconds(s);
+}
+
+SimulatedController::Options read_controller(Config config) {
+  SimulatedController::Options options;
+  config.optional("connections", options.connections);
+  read_time(config, "idle_timeout", options.idle_timeout);
+  read_time(config, "interpolation_period", options.robot.interpolation_period);
+  read_time(config, "dead_time", options.robot.dead_time);
+  read_time(config, "watchdog", options.robot.watchdog);
+  config.optional("emergency_braking", options.robot.emergency_braking);
+  read_time(config, "report_lag", options.report_lag);
+  config.optional("rotary_quantum", Dimension::angle, options.rotary_quantum);
+  config.optional("linear_quantum", Dimension::length, options.linear_quantum);
+  config.finish();
+  if (options.robot.interpolation_period < millisecond) {
+    throw config.error("interpolation_period", "must be at least 1 ms");
+  }
+  if (!(options.robot.emergency_braking > 0)) {
+    throw config.error("emergency_braking", "must be positive");
+  }
+  return options;
+}
+
+SimulatedPlc::Options read_plc(Config config) {
+  SimulatedPlc::Options options;
+  config.optional("connections", options.connections);
+  read_time(config, "idle_timeout", options.idle_timeout);
+  read_time(config, "lamp_rise", options.lamp_rise);
+  config.finish();
+  if (options.lamp_rise < millisecond) throw config.error("lamp_rise", "must be at least 1 ms");
+  return options;
+}
+
+}  // namespace
+
+SimulationSettings load_simulation(const std::filesystem::path& file) {
+  Config config = Config::load(file);
+  SimulationSettings settings;
+  settings.controller = read_controller(config.section("controller"));
+  settings.plc = read_plc(config.section("plc"));
+  settings.perturbation = read_perturbation(config.section("perturbation"));
+  config.finish();
+  return settings;
+}
+
+}  // namespace berth

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+
+#include "drivers/simulated/perturbation.h"
+#include "drivers/simulated/simulated_controller.h"
+#include "drivers/simulated/simulated_plc.h"
+
+namespace berth {
+
+/// config/simulation.yaml: the simulated cell but for its LIDAR.
+struct SimulationSettings {
+  SimulatedController::Options controller;
+  SimulatedPlc::Options plc;
+  PerturbationSizes perturbation;
+};
+
+/// @throws InputError.
+SimulationSettings load_simulation(const std::filesystem::path& file);
+
+}  // namespace berth
