@@ -43,37 +43,37 @@ class CellScene final : public Scene {
     Vector3d centre;  // of a bounding sphere, own frame
     double radius;
     double reflectivity;
-    int link;  // of its arm
+    std::size_t frame;  // of its arm's frames
     bool target;
-    // Where it is now:
-    Vector3d cell_centre;
-    Vector3d position;
-    Matrix3d to_body;
   };
-  struct Arm {
-    PlacedArm placed;
-    JointsAt joints;
-    Joints now{};
-    bool known = false;  // now is of the time last asked for
+  /// What moves together, and the frames in which its bodies stand.
+  struct Group {
     std::vector<Body> bodies;
-    Pose tool;  // in the cell
+    std::array<Pose, 9> frames;  // in the cell: links 0..6 of the arm, its flange, its tool
+  };
+  struct Arm : Group {
+    PlacedArm placed;
+    JointsAt joints_at;
+    Joints joints{};
+    bool placed_once = false;
+    bool flange_is_last_link = false;  // true of all arms but perturbed ones
   };
 
-  static constexpr int flange_link = 7;
-  static constexpr int tool_link = 8;
-  static constexpr int room_link = 9;
+  static constexpr std::size_t last_link = 6;
+  static constexpr std::size_t flange_frame = 7;
+  static constexpr std::size_t tool_frame = 8;
 
-  static void add(std::vector<Body>& bodies, const Mesh& mesh, int link, double reflectivity,
+  static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
+  static void add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
                   bool target = false);
-  static void place(Body& body, const Pose& pose);
   static void move(Arm& arm, Utime t);
   void move_to(Utime t);
-  static void cast_at(const std::vector<Body>& bodies, const Ray& ray, double& nearest,
-                      const Body*& met, RayHit& hit);
+  static void cast_at(const Group& group, const Ray& ray, double& nearest, const Body*& met,
+                      double& facing);
 
   Arm replica_;
   Arm sensor_;
-  std::vector<Body> room_;
+  Group room_;
   bool moved_ = false;
   Utime time_ = 0;
 };
