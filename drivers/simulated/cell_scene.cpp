@@ -30,6 +30,7 @@ CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
 CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) {
   Arm arm;
   arm.placed = placed;
+  arm.base = placed.base;
   arm.joints_at = std::move(joints_at);
   const ArmKinematics& kinematics = *placed.kinematics;
   const Pose flange = kinematics.forward(placed.home);
@@ -54,9 +55,9 @@ void CellScene::move(Arm& arm, Utime t) {
   arm.joints = joints;
   const ArmKinematics& kinematics = *arm.placed.kinematics;
   const auto links = kinematics.link_poses(joints);
-  for (std::size_t i = 0; i < links.size(); ++i) arm.frames[i] = arm.placed.base * links[i];
-  arm.frames[flange_frame] = arm.flange_is_last_link ? arm.frames[last_link]
-                                                     : arm.placed.base * kinematics.forward(joints);
+  std::copy(links.begin(), links.end(), arm.frames.begin());
+  arm.frames[flange_frame] =
+      arm.flange_is_last_link ? links[last_link] : kinematics.forward(joints);
   arm.frames[tool_frame] = arm.frames[flange_frame] * arm.placed.tool;
 }
 
@@ -70,19 +71,23 @@ void CellScene::move_to(Utime t) {
 
 Pose CellScene::relative_pose(Utime t) {
   move_to(t);
-  return sensor_.frames[tool_frame].inverse() * replica_.frames[tool_frame];
+  return (sensor_.base * sensor_.frames[tool_frame]).inverse() *
+         (replica_.base * replica_.frames[tool_frame]);
 }
 
 void CellScene::cast_at(const Group& group, const Ray& ray, double& nearest, const Body*& met,
                         double& facing) {
+  const Quaterniond to_base = group.base.rotation.conjugate();
+  const Vector3d origin = to_base * (ray.origin - group.base.position);
+  const Vector3d direction = to_base * ray.direction;
   for (const Body& body : group.bodies) {
     const Pose& frame = group.frames[body.frame];
-    const Vector3d to_centre = frame * body.centre - ray.origin;
-    const double along = to_centre.dot(ray.direction);
+    const Vector3d to_centre = frame * body.centre - origin;
+    const double along = to_centre.dot(direction);
     if (along < -body.radius || along - body.radius > nearest) continue;
     if (to_centre.squaredNorm() - along * along > body.radius * body.radius) continue;
     const Quaterniond to_body = frame.rotation.conjugate();
-    const Ray own{to_body * (ray.origin - frame.position), to_body * ray.direction};
+    const Ray own{to_body * (origin - frame.position), to_body * direction};
     RayHit hit;
     if (!body.caster.cast(own, nearest, hit)) continue;
     nearest = hit.range;
@@ -93,7 +98,7 @@ void CellScene::cast_at(const Group& group, const Ray& ray, double& nearest, con
 
 bool CellScene::cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) {
   move_to(t);
-  const Pose& sensor = sensor_.frames[tool_frame];
+  const Pose sensor = sensor_.base * sensor_.frames[tool_frame];
   const Ray ray{sensor.position, sensor.rotation * direction};
   double nearest = max_range;
   double facing = 0;

@@ -49,7 +49,8 @@ class CellScene final : public Scene {
   /// What moves together, and the frames in which its bodies stand.
   struct Group {
     std::vector<Body> bodies;
-    std::array<Pose, 9> frames;  // in the cell: links 0..6 of the arm, its flange, its tool
+    Pose base;                   // in the cell
+    std::array<Pose, 9> frames;  // in the base: links 0..6 of the arm, its flange, its tool
   };
   struct Arm : Group {
     PlacedArm placed;
