@@ -280,25 +280,27 @@ bool read_payload(std::uint8_t type, Reader& reader, Message& message) {
 
 }  // namespace
 
+std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8_t> payload) {
+  if (payload.size() > max_payload) throw std::length_error("a LIDAR message does not fit a frame");
+  Writer writer;
+  std::vector<std::uint8_t>& bytes = writer.bytes;
+  bytes.reserve(header_size + payload.size());
+  bytes.assign(magic.begin(), magic.end());
+  writer.put(static_cast<std::uint8_t>(protocol_version));
+  writer.put(type);
+  writer.put(std::uint16_t{0});
+  writer.put(static_cast<std::uint32_t>(payload.size()));
+  writer.put(std::uint32_t{0});  // the CRC, once all is there
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  const std::uint32_t crc = frame_crc(bytes);
+  for (std::size_t i = 0; i < 4; ++i) bytes[12 + i] = static_cast<std::uint8_t>(crc >> 8 * i);
+  return std::move(bytes);
+}
+
 std::vector<std::uint8_t> encode(const Message& message) {
   Writer writer;
-  writer.bytes.assign(magic.begin(), magic.end());
-  writer.put(static_cast<std::uint8_t>(protocol_version));
-  writer.put(types[message.index()]);
-  writer.put(std::uint16_t{0});
-  writer.put(std::uint32_t{0});  // length
-  writer.put(std::uint32_t{0});  // CRC
   std::visit([&](const auto& m) { write(writer, m); }, message);
-
-  std::vector<std::uint8_t>& bytes = writer.bytes;
-  const std::size_t length = bytes.size() - header_size;
-  if (length > max_payload) throw std::length_error("a LIDAR message does not fit a frame");
-  const auto patch = [&](std::size_t at, std::uint32_t value) {
-    for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(value >> 8 * i);
-  };
-  patch(8, static_cast<std::uint32_t>(length));
-  patch(12, frame_crc(bytes));
-  return std::move(writer.bytes);
+  return frame_of(types[message.index()], writer.bytes);
 }
 
 void Decoder::feed(std::span<const std::uint8_t> bytes) {

@@ -113,6 +113,10 @@ using Message = std::variant<Hello, Identity, ScanOrder, ScanAnswer, Returns, Sc
 /// not fit a frame, which is a bug of the caller.
 std::vector<std::uint8_t> encode(const Message& message);
 
+/// A payload as it stands in a frame of this type, whether it makes sense or not.
+/// @throws std::length_error as encode.
+std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8_t> payload);
+
 /// Bytes in, messages out. Never throws on what it is fed. The transport is reliable, so damage
 /// means that the peer does not speak this protocol: the decoder then stops for good with an error
 /// that says what was wrong, and the connection is to be closed.
