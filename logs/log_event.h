@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <string_view>
+
+#include "common/bus/bus.h"
+#include "common/bus/loop.h"
+
+namespace berth::logs {
+
+/// One message in a log. Views into the reader's file.
+struct LogEvent {
+  std::int64_t number = 0;  ///< counted by the logger
+  Utime utime = 0;          ///< at which the logger received it
+  std::string_view channel;
+  Bytes data;
+};
+
+/// The stock LCM log format: per event a header of 28 bytes, big-endian: sync word u32, event
+/// number i64, receive time in us i64, length of channel i32, length of data i32; then channel and
+/// data.
+namespace format {
+inline constexpr std::uint32_t sync = 0xEDA1DA01;
+inline constexpr std::size_t header_bytes = 28;
+inline constexpr std::size_t longest_channel = 63;
+inline constexpr std::size_t largest_message = std::size_t{1} << 28;
+}  // namespace format
+
+/// The message in these bytes; nothing when they are not one of this type. Damaged length fields
+/// make generated code throw: that stays here.
+template <class Message>
+std::optional<Message> decode(Bytes bytes) {
+  try {
+    Message message{};
+    const int size = static_cast<int>(bytes.size());
+    if (message.decode(bytes.data(), 0, size) == size) return message;
+  } catch (const std::exception&) {
+    // counted by the caller as undecodable
+  }
+  return std::nullopt;
+}
+
+}  // namespace berth::logs
