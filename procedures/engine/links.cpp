@@ -121,7 +121,8 @@ void EstimatorLink::on(const estimator_state_t& state, Utime now) {
   if (answer_ != Answer::pending) return;
   if (state.refused_seq == command_.seq) {
     constexpr int most_attempts = 5;
-    if (attempts_ < most_attempts) {
+    const bool late = state.reason.rfind("late", 0) == 0;
+    if (late && attempts_ < most_attempts) {
       send_anew(now);
     } else {
       answer_ = Answer::refused;

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/procedure_node.h"
+
+#include "lcmtypes/channels.h"
+#include "logs/target_surface.h"
+
+namespace berth {
+namespace {
+
+constexpr Utime state_period = 500 * millisecond;
+constexpr int final_repeats = 3;
+
+procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run) {
+  procedures::EngineOptions options;
+  options.commander = {setup.name, setup.session};
+  options.required_nodes = run.required_nodes;
+  options.ready_timeout = run.ready_timeout;
+  options.heartbeat_timeout = run.heartbeat_timeout;
+  return options;
+}
+
+}  // namespace
+
+ProcedureNode::ProcedureNode(NodeSetup node_setup, procedures::Procedure procedure,
+                             const ProcedureRun& run, run_info_t info, logs::NearestPoint nearest,
+                             Bus& the_bus, Loop& the_loop)
+    : Node(node_setup, the_bus, the_loop),
+      engine_(std::move(procedure), options_of(node_setup, run), std::move(nearest), *this),
+      info_(std::move(info)) {
+  listen<testbed_state_t>(channels::testbed_state, 1000);
+  listen<estimator_state_t>(channels::estimator_state, 1000);
+  listen<facility_state_t>(channels::facility_state, 1000);
+  listen<lidar_state_t>(channels::lidar_state, 1000);
+  listen<pose_estimate_t>(channels::pose_estimate, 1000);
+  listen<procedure_command_t>(channels::procedure_command, 100);
+  bus().subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(5000),
+                                  [this](const ground_truth_t& message) {
+                                    if (message.session == session()) engine_.on(message);
+                                  });
+  bus().subscribe<node_status_t>(channels::node_status, Queue::fifo(1000),
+                                 [this](const node_status_t& message) {
+                                   if (message.session != session()) return;
+                                   engine_.on(message, now());
+                                   after_input();
+                                 });
+  bus().subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(1000),
+                               [this](const heartbeat_t& message) {
+                                 if (message.session == session()) engine_.on(message, now());
+                               });
+  timers_.push_back(loop().after(0, [this] { start(); }));
+}
+
+ProcedureNode::~ProcedureNode() {
+  for (const Loop::TimerId timer : timers_) loop().cancel(timer);
+}
+
+template <class Message>
+void ProcedureNode::listen(const char* channel, std::size_t capacity) {
+  bus().subscribe<Message>(channel, Queue::fifo(capacity), [this](const Message& message) {
+    if (message.session != session()) return;
+    engine_.on(message, now());
+    after_input();
+  });
+}
+
+void ProcedureNode::start() {
+  engine_.start(now());
+  publish_info();
+  publish_state();
+  timers_.push_back(loop().every(50 * millisecond, [this] {
+    engine_.tick(now());
+    after_input();
+    if (now() - last_published_ >= state_period) publish_state();
+  }));
+  timers_.push_back(loop().every(10 * second, [this] { publish_info(); }));
+}
+
+void ProcedureNode::after_input() {
+  if (engine_.revision() != published_revision_) publish_state();
+}
+
+void ProcedureNode::publish_info() {
+  info_.utime = now();
+  ++info_.seq;
+  bus().publish(channels::run_info, info_);
+}
+
+void ProcedureNode::publish_state() {
+  published_ = engine_.snapshot(now());
+  published_revision_ = engine_.revision();
+  last_published_ = now();
+  bus().publish(channels::procedure_state, published_);
+  if (!engine_.finished()) {
+    report(node_status_t::RUNNING);
+    return;
+  }
+  report(node_status_t::READY);
+  if (++final_repeats_ == final_repeats && finished_) finished_();
+}
+
+void ProcedureNode::send(const testbed_command_t& command) {
+  bus().publish(channels::testbed_command, command);
+}
+void ProcedureNode::send(const estimator_command_t& command) {
+  bus().publish(channels::estimator_command, command);
+}
+void ProcedureNode::send(const facility_command_t& command) {
+  bus().publish(channels::facility_command, command);
+}
+void ProcedureNode::event(std::int8_t severity, const std::string& code, const std::string& text) {
+  Node::event(severity, code, text);
+}
+
+std::unique_ptr<ProcedureNode> make_procedure_node(NodeSetup setup, const RunSetup& run_setup,
+                                                   const ProcedureRun& run, Bus& bus, Loop& loop) {
+  procedures::Procedure procedure = procedures::load_procedure(run.file, run.parameters);
+  const Target target = load_target(run_setup.target, run_setup.target_length);
+  run_info_t info = procedures::make_run_info(procedure, run_setup, target, run.name, run.host,
+                                              setup.configuration_hash);
+  info.session = setup.session;
+  return std::make_unique<ProcedureNode>(std::move(setup), std::move(procedure), run,
+                                         std::move(info), logs::nearest_point_on(target), bus,
+                                         loop);
+}
+
+}  // namespace berth

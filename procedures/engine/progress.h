@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/event_t.hpp>
+#include <berth/ground_truth_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/procedure_state_t.hpp>
+#include <berth/testbed_state_t.hpp>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "logs/truth_track.h"
+
+namespace berth::procedures {
+
+/// What an operator reads in a terminal while a procedure runs: a lasting line for everything that
+/// happens, and one line that is written anew all the time. Knows no terminal.
+class Progress {
+ public:
+  using Print = std::function<void(const std::string& line)>;
+
+  /// print gets the lasting lines, without line ends.
+  explicit Progress(Print print) : print_(std::move(print)) {}
+
+  void on(const procedure_state_t& message);
+  void on(const pose_estimate_t& message);
+  void on(const ground_truth_t& message);
+  void on(const testbed_state_t& message) { testbed_ = message; }
+  /// Warnings and worse are printed.
+  void on(const event_t& message);
+
+  /// The line of now: time, step, estimated range, error, rate.
+  std::string status() const;
+  bool finished() const;
+  /// Outcome and criteria; empty until finished.
+  std::string verdict() const;
+
+ private:
+  void print_changes(const procedure_state_t& message);
+  void compare(Utime until);
+
+  Print print_;
+  std::optional<procedure_state_t> state_;
+  std::string waiting_for_;
+  std::optional<testbed_state_t> testbed_;
+  std::optional<pose_estimate_t> estimate_;
+  logs::TruthTrack truth_;  // of the last seconds
+  std::deque<pose_estimate_t> uncompared_;
+  std::deque<Utime> good_;         // times of the good estimates of the last seconds
+  std::optional<Vector6d> error_;  // of the latest estimate that truth has caught up with
+};
+
+}  // namespace berth::procedures

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/run_info.h"
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "common/core/sha256.h"
+#include "common/core/version.h"
+
+namespace berth::procedures {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Leaves room in the 60 kB of a message for everything that is not an attachment's content.
+constexpr std::size_t most_content_bytes = 50000;
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file.string() + ": cannot be read");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// The configuration's files by their names in it, in order; of the layouts only the run's own.
+std::vector<fs::path> configuration_files(const RunSetup& setup) {
+  std::vector<fs::path> files;
+  if (!fs::is_directory(setup.config)) return files;
+  for (const auto& entry : fs::recursive_directory_iterator(setup.config)) {
+    if (!entry.is_regular_file() || entry.path().extension() != ".yaml") continue;
+    const fs::path name = fs::relative(entry.path(), setup.config);
+    if (name.parent_path() == "layouts" && name.stem() != setup.layout) continue;
+    files.push_back(name);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace
+
+run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, const Target& target,
+                         const std::string& run, std::int8_t host,
+                         const std::string& configuration_hash) {
+  run_info_t info{};
+  info.session = setup.session;
+  info.run = run;
+  info.host = host;
+  info.version = version();
+  info.seed = static_cast<std::int64_t>(setup.seed);
+  info.procedure = procedure.name;
+  info.target = setup.target;
+  // As asked for, so that loading it again gives the same bits.
+  info.target_length_m = setup.target_length > 0 ? setup.target_length : target.length;
+  info.target_hash = target.hash;
+  info.layout = setup.layout;
+  info.configuration_hash = configuration_hash;
+
+  std::size_t room = most_content_bytes;
+  const auto attach = [&info, &room](const std::string& name, const std::string& content) {
+    attachment_t attachment{};
+    attachment.name = name;
+    attachment.sha256 = sha256(content);
+    if (content.size() <= room) {
+      attachment.content = content;
+      room -= content.size();
+    }
+    info.attachments.push_back(attachment);
+  };
+  attach("procedure.yaml", procedure.text);
+  for (const fs::path& file : configuration_files(setup)) {
+    attach(file.generic_string(), content_of(setup.config / file));
+  }
+  info.attachment_count = static_cast<std::int32_t>(info.attachments.size());
+  return info;
+}
+
+}  // namespace berth::procedures
