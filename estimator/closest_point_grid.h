@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "common/core/mesh.h"
+
+namespace berth::estimator {
+
+/// Closest points of the model computed in advance (paper, section 4.4): for every voxel of the
+/// bounding box and a margin, the model's surface point nearest to the voxel's centre and its
+/// triangle. A look-up costs no search. All in the model frame, m.
+class ClosestPointGrid {
+ public:
+  struct Match {
+    Vector3d point;
+    Vector3d normal;  ///< unit, of either sign
+  };
+
+  ClosestPointGrid() = default;
+  /// Only the triangles named count; the others are never seen. About `voxels` voxels.
+  ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint32_t>& triangles, double margin,
+                   int voxels);
+
+  /// As published: the stored point, good to half a voxel. @return false outside the grid.
+  bool stored(const Vector3d& query, Match& match) const;
+  /// The exact nearest point of the stored triangle.
+  bool refined(const Vector3d& query, Match& match) const;
+  bool contains(const Vector3d& query) const { return index(query) >= 0; }
+
+  double cell() const { return cell_; }
+  std::size_t voxel_count() const { return voxels_.size(); }
+
+ private:
+  friend class ModelFile;
+  struct Voxel {
+    Eigen::Vector3f point;
+    std::uint32_t triangle;  // index into triangles_
+  };
+  struct Triangle {
+    Eigen::Vector3f a, b, c, normal;
+  };
+
+  std::int64_t index(const Vector3d& query) const;
+
+  Eigen::Vector3d low_ = Vector3d::Zero();
+  double cell_ = 1;
+  std::array<std::int64_t, 3> size_{};
+  std::vector<Voxel> voxels_;
+  std::vector<Triangle> triangles_;
+};
+
+/// Point of triangle abc nearest to p.
+Vector3d closest_point_of_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
+                                   const Vector3d& c);
+
+}  // namespace berth::estimator

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/estimator_options.h"
+
+#include "common/core/config.h"
+
+namespace berth::estimator {
+
+namespace {
+
+void at_least(const Config& config, const std::string& key, double value, double least) {
+  if (!(value >= least)) {
+    throw config.error(
+        key, "found a value that is too small, expected at least " + std::to_string(least));
+  }
+}
+
+void read_model(Config config, ModelOptions& model) {
+  config.optional("surface_samples", model.surface_samples);
+  config.optional("template_rotations", model.template_rotations);
+  config.optional("template_voxels", model.template_voxels);
+  config.optional("grid_voxels", model.grid_voxels);
+  config.optional("grid_margin", model.grid_margin);
+  config.optional("region_radius", model.region_radius);
+  config.finish();
+  at_least(config, "surface_samples", model.surface_samples, 1000);
+  at_least(config, "template_rotations", model.template_rotations, 4);
+  at_least(config, "template_voxels", model.template_voxels, 8);
+  if (model.template_voxels > 48) {
+    throw config.error("template_voxels", "found more than 48: a row of 64 leaves room for shifts");
+  }
+  at_least(config, "grid_voxels", model.grid_voxels, 1000);
+  at_least(config, "grid_margin", model.grid_margin, 0);
+  at_least(config, "region_radius", model.region_radius, 0.005);
+}
+
+void read_gate(Config config, RangeGate& gate) {
+  config.optional("near", Dimension::length, gate.near);
+  config.optional("far", Dimension::length, gate.far);
+  config.finish();
+  if (!(gate.near >= 0 && gate.far > gate.near)) {
+    throw config.error("far", "found a gate that holds nothing, expected far > near >= 0");
+  }
+}
+
+void read_likelihood(Config config, LikelihoodOptions& likelihood) {
+  config.optional("model_sigma", Dimension::length, likelihood.model_sigma_m);
+  config.optional("drop_out", likelihood.drop_out);
+  config.optional("outlier", likelihood.outlier);
+  config.optional("background", likelihood.background);
+  config.optional("background_depth", Dimension::length, likelihood.background_depth_m);
+  config.finish();
+  for (const auto& [key, share] :
+       {std::pair{"drop_out", likelihood.drop_out}, std::pair{"outlier", likelihood.outlier},
+        std::pair{"background", likelihood.background}}) {
+    if (!(share > 0 && share < 0.9)) {
+      throw config.error(key, "found a share outside (0, 90 %)");
+    }
+  }
+  at_least(config, "background_depth", likelihood.background_depth_m, 0.1);
+}
+
+void read_acquisition(Config config, EstimatorOptions& options) {
+  config.choice("method", {"voxel_template"});
+  AcquisitionOptions& a = options.acquisition;
+  config.optional("beams", options.acquire_beams);
+  config.optional("zoom_beams", options.zoom_beams);
+  config.optional("least_elongation", a.least_elongation);
+  config.optional("least_points", a.least_points);
+  config.optional("point_sets", a.point_sets);
+  config.optional("finalists_per_set", a.finalists_per_set);
+  config.optional("decisive_margin", a.decisive_margin);
+  config.optional("least_evidence", a.least_evidence);
+  config.optional("least_explained", a.least_explained);
+  config.optional("most_through", a.most_through);
+  config.optional("most_hypotheses", a.most_hypotheses);
+  config.finish();
+  at_least(config, "beams", options.acquire_beams, 10);
+  at_least(config, "zoom_beams", options.zoom_beams, 10);
+  at_least(config, "least_points", a.least_points, 12);
+  at_least(config, "point_sets", a.point_sets, 1);
+  at_least(config, "finalists_per_set", a.finalists_per_set, 1);
+  at_least(config, "decisive_margin", a.decisive_margin, 0);
+  at_least(config, "most_hypotheses", a.most_hypotheses, 1);
+}
+
+void read_icp(Config config, IcpOptions& icp) {
+  icp.registration =
+      config.choice("registration", {"point_to_point", "point_to_plane"}) == "point_to_point"
+          ? Registration::point_to_point
+          : Registration::point_to_plane;
+  icp.refine_closest_points = config.choice("closest_points", {"refined", "stored"}) == "refined";
+  config.optional("iterations", icp.max_iterations);
+  config.optional("start_gate", Dimension::length, icp.start_gate_m);
+  config.optional("least_gate", Dimension::length, icp.least_gate_m);
+  config.optional("gate_sigmas", icp.gate_sigmas);
+  config.optional("stop_translation", Dimension::length, icp.stop_translation_m);
+  config.optional("stop_rotation", Dimension::angle, icp.stop_rotation_rad);
+  config.finish();
+  at_least(config, "iterations", icp.max_iterations, 1);
+  at_least(config, "least_gate", icp.least_gate_m, 0.001);
+  at_least(config, "start_gate", icp.start_gate_m, icp.least_gate_m);
+}
+
+void read_tracking(Config config, EstimatorOptions& options) {
+  config.choice("method", {"icp"});
+  TrackingOptions& t = options.tracking;
+  read_icp(config.section("icp"), t.icp);
+  const std::string strategy = config.choice("strategy", scan_strategy_names());
+  parse_scan_strategy(strategy, options.strategy);
+  config.optional("returns_per_scan", options.returns_per_scan);
+  config.optional("deskew", t.deskew);
+  config.optional("least_used", t.least_used);
+  config.optional("least_inlier_share", t.least_inlier_share);
+  config.optional("most_residual", Dimension::length, t.most_residual_m);
+  config.optional("most_shift", Dimension::length, t.most_shift_m);
+  config.optional("most_turn", Dimension::angle, t.most_turn_rad);
+  config.optional("least_explained", t.least_explained);
+  config.optional("most_through", t.most_through);
+  config.optional("covariance_scale", t.covariance_scale);
+  config.optional("floor_translation", Dimension::length, t.floor_m);
+  config.optional("floor_rotation", Dimension::angle, t.floor_rad);
+  config.optional("lost_after", options.lost_after);
+  config.optional("reacquire", options.reacquire);
+  config.optional("request_latency", Dimension::time, options.request_latency_s);
+  config.finish();
+  at_least(config, "returns_per_scan", options.returns_per_scan, 10);
+  at_least(config, "least_used", t.least_used, 6);
+  at_least(config, "lost_after", options.lost_after, 1);
+  at_least(config, "covariance_scale", t.covariance_scale, 0.1);
+  at_least(config, "floor_translation", t.floor_m, 1e-6);
+  at_least(config, "floor_rotation", t.floor_rad, 1e-6);
+}
+
+void read_tracker(Config config, TrackerOptions& tracker) {
+  config.choice("method", {"alpha_beta"});
+  config.optional("alpha", tracker.alpha);
+  config.optional("beta", tracker.beta);
+  config.optional("linear_acceleration", Dimension::acceleration, tracker.linear_acceleration);
+  config.optional("angular_acceleration", Dimension::angular_acceleration,
+                  tracker.angular_acceleration);
+  config.finish();
+  if (!(tracker.alpha > 0 && tracker.alpha <= 1)) {
+    throw config.error("alpha", "found a gain outside (0, 1]");
+  }
+  if (!(tracker.beta >= 0 && tracker.beta < 4 - 2 * tracker.alpha)) {
+    throw config.error("beta",
+                       "found a gain with which the filter is not stable, expected "
+                       "0 <= beta < 4 - 2 alpha");
+  }
+}
+
+void read_planner(Config config, PlannerOptions& planner) {
+  config.optional("most_windows", planner.most_windows);
+  config.optional("margin_sigmas", planner.margin_sigmas);
+  config.optional("least_margin", Dimension::length, planner.least_margin_m);
+  config.optional("least_share_in_view", planner.least_share_in_view);
+  config.optional("surface_share", planner.surface_share);
+  config.optional("dense_factor", planner.dense_factor);
+  config.finish();
+  at_least(config, "most_windows", planner.most_windows, 1);
+  at_least(config, "dense_factor", planner.dense_factor, 1);
+  if (!(planner.surface_share > 0 && planner.surface_share < 1)) {
+    throw config.error("surface_share", "found a share outside (0, 100 %)");
+  }
+}
+
+}  // namespace
+
+EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
+  Config config = Config::load(path);
+  EstimatorOptions options;
+  options.lidar = config.text("lidar");
+  read_model(config.section("model"), options.model);
+  read_gate(config.section("range_gate"), options.gate);
+  read_likelihood(config.section("likelihood"), options.acquisition.likelihood);
+  options.tracking.likelihood = options.acquisition.likelihood;
+  read_acquisition(config.section("acquisition"), options);
+  read_tracking(config.section("tracking"), options);
+  read_tracker(config.section("target_tracker"), options.tracker);
+  read_planner(config.section("scan_planner"), options.planner);
+  config.finish();
+  return options;
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "estimator/acquisition.h"
+#include "estimator/icp_tracking.h"
+#include "estimator/scan_planner.h"
+#include "estimator/target_tracker.h"
+
+namespace berth::estimator {
+
+/// Everything that config/estimator.yaml says.
+struct EstimatorOptions {
+  std::string lidar = "ilris_3d";  ///< config/lidars/<lidar>.yaml
+  ModelOptions model;
+  RangeGate gate;  ///< unless a command gives one
+
+  AcquisitionOptions acquisition;
+  int acquire_beams = 6000;  ///< of a scan of the whole field of view
+  int zoom_beams = 5000;     ///< of a scan of the place where the target seems to be
+
+  TrackingOptions tracking;
+  ScanStrategy strategy = ScanStrategy::corners_sparse;
+  int returns_per_scan = 1000;     ///< beams of a tracking scan
+  int lost_after = 3;              ///< scans in a row without a pose
+  bool reacquire = true;           ///< when lost, acquire again unasked
+  double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next
+
+  TrackerOptions tracker;
+  PlannerOptions planner;
+};
+
+/// @throws InputError naming file, line and key.
+EstimatorOptions load_estimator_options(const std::filesystem::path& path);
+
+}  // namespace berth::estimator

@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fold: commands and packets in; requests, estimates and states out.
+#include "test/catch.h"
+#include "test/estimator/fold_fixture.h"
+
+using namespace berth;
+using namespace berth::estimator;
+using Command = estimator_command_t;
+using State = estimator_state_t;
+using Estimate = pose_estimate_t;
+
+namespace {
+
+/// A target as the approach starts: facing the sensor, a little turned.
+const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
+
+template <class Message>
+std::string encoded(const Message& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+/// Acquires and tracks for some scans.
+void acquire_and_track(Loopback& run, int scans) {
+  run.lidar.pose = start_pose;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  for (int i = 0; i < scans; ++i) REQUIRE(run.scan_once());
+  REQUIRE(run.estimator.state().mode == State::TRACKING);
+}
+
+}  // namespace
+
+TEST_CASE("An idle estimator acquires at once and goes on tracking by itself") {
+  Loopback run;
+  run.lidar.pose = start_pose;
+  REQUIRE(run.said.requests.empty());
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  REQUIRE(run.said.requests.size() == 1);
+  CHECK(run.said.requests[0].scan_id == 1);
+  CHECK(run.said.requests[0].purpose == "acquire");
+  CHECK(run.estimator.state().command_seq == 1);
+  CHECK(run.estimator.state().mode == State::ACQUIRING);
+
+  for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
+  REQUIRE(run.said.estimates.size() == 5);
+  CHECK(run.estimator.state().mode == State::TRACKING);
+  CHECK(run.said.requests.back().purpose == "track");
+  const Estimate& e = run.last();
+  CHECK(e.status == Estimate::OK);
+  CHECK(e.reason.empty());
+  CHECK(e.session == 7);
+  CHECK(e.command_seq == 1);
+  CHECK(e.scan_id == 5);
+  CHECK(e.seq == 5);
+  CHECK(e.first_packet == 0);
+  CHECK(e.last_packet > 5);
+  CHECK(e.packets_missing == 0);
+  CHECK(e.target == "radarsat2");
+  CHECK(e.target_hash == replica().hash);
+  CHECK(e.returns_used > 100);
+  CHECK(e.returns_received >= e.returns_used);
+  CHECK(e.utime >= e.utime_first_return);
+  CHECK(e.utime <= e.utime_last_return);
+  CHECK(distance(pose_in(e), start_pose) < 0.01);
+  CHECK(angle_between(pose_in(e), start_pose) < radians(1));
+}
+
+TEST_CASE("A command for a later scan waits for it") {
+  Loopback run;
+  acquire_and_track(run, 3);
+  const std::int64_t asked = run.estimator.state().scan_id;
+  run.tell(command(Command::STOP, 2, asked + 2));
+  CHECK(run.estimator.state().command_seq == 2);
+  REQUIRE(run.scan_once());
+  CHECK(run.said.requests.back().scan_id == asked + 1);
+  REQUIRE(run.scan_once());
+  CHECK(run.estimator.state().mode == State::IDLE);
+  CHECK(run.estimator.state().scan_id == asked + 1);
+  CHECK_FALSE(run.scan_once());
+}
+
+TEST_CASE("A command that comes too late is refused, and obeyed under a new number") {
+  Loopback run;
+  acquire_and_track(run, 3);
+  const std::int64_t asked = run.estimator.state().scan_id;
+  run.tell(command(Command::STOP, 2, asked));
+  CHECK(run.estimator.state().refused_seq == 2);
+  CHECK(run.estimator.state().command_seq == 1);
+  CHECK_THAT(run.estimator.state().reason, Catch::Contains("late"));
+  run.tell(command(Command::STOP, 3, asked + 2));
+  CHECK(run.estimator.state().command_seq == 3);
+}
+
+TEST_CASE("A repeated command changes nothing and brings the answer and the request again") {
+  Loopback run;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  const std::size_t states = run.said.states.size();
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  CHECK(run.said.states.size() == states + 1);
+  REQUIRE(run.said.requests.size() == 2);
+  CHECK(run.said.requests[1].scan_id == run.said.requests[0].scan_id);
+  CHECK(run.said.requests[1].seq == run.said.requests[0].seq + 1);
+}
+
+TEST_CASE("The end of a scan already used brings the outstanding request again") {
+  Loopback run;
+  acquire_and_track(run, 3);
+  const std::size_t estimates = run.said.estimates.size();
+  const scan_request_t outstanding = run.said.requests.back();
+  run.estimator.take(run.packets.back());
+  CHECK(run.said.estimates.size() == estimates);
+  CHECK(run.said.requests.back().scan_id == outstanding.scan_id);
+  CHECK(run.said.requests.back().seq == outstanding.seq + 1);
+}
+
+TEST_CASE("Duplicated and reordered packets give the same estimate") {
+  Loopback plain;
+  acquire_and_track(plain, 2);
+  Loopback shuffled;
+  acquire_and_track(shuffled, 2);
+  const auto packets = answer(plain.lidar, plain.said.requests.back());
+  for (const auto& p : packets) plain.estimator.take(p);
+  // every packet but the last twice, backwards
+  for (auto p = packets.rbegin() + 1; p != packets.rend(); ++p) {
+    shuffled.estimator.take(*p);
+    shuffled.estimator.take(*p);
+  }
+  shuffled.estimator.take(packets.back());
+  CHECK(encoded(shuffled.last()) == encoded(plain.last()));
+}
+
+TEST_CASE("Missing packets are counted and the rest is used") {
+  Loopback run;
+  acquire_and_track(run, 2);
+  auto packets = answer(run.lidar, run.said.requests.back());
+  REQUIRE(packets.size() > 8);
+  packets.erase(packets.begin() + 2, packets.begin() + 5);
+  for (const auto& p : packets) run.estimator.take(p);
+  CHECK(run.last().packets_missing == 3);
+  CHECK(run.last().status == Estimate::OK);
+}
+
+TEST_CASE("A packet of a later scan ends the one whose end was lost") {
+  Loopback run;
+  acquire_and_track(run, 2);
+  const std::int64_t id = run.estimator.state().scan_id;
+  auto packets = answer(run.lidar, run.said.requests.back());
+  packets.pop_back();
+  for (const auto& p : packets) run.estimator.take(p);
+  CHECK(run.said.estimates.size() == 2);
+  auto next = packets_of(run.lidar.sweep(full_view(100)), id + 1);
+  run.estimator.take(next.front());
+  REQUIRE(run.said.estimates.size() == 3);
+  CHECK(run.last().scan_id == id);
+  CHECK(run.last().status == Estimate::OK);
+}
+
+TEST_CASE("A scan that was never asked for is taken while one is awaited") {
+  Loopback run;
+  acquire_and_track(run, 2);
+  scan_request_t request = run.said.requests.back();
+  request.scan_id += 10;
+  for (const auto& p : answer(run.lidar, request)) run.estimator.take(p);
+  CHECK(run.last().scan_id == request.scan_id);
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(run.said.requests.back().scan_id == request.scan_id + 1);
+}
+
+TEST_CASE("An idle estimator only learns the number of a scan nobody asked for") {
+  Loopback run;
+  for (const auto& p : packets_of(run.lidar.sweep(full_view(100)), 41)) run.estimator.take(p);
+  CHECK(run.said.estimates.empty());
+  CHECK(run.estimator.state().scan_id == 41);
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  CHECK(run.said.requests.back().scan_id == 42);
+}
+
+TEST_CASE("A procedure's own windows are scanned once") {
+  Loopback run;
+  run.lidar.pose = start_pose;
+  Command scan = command(Command::SCAN, 1, 5);
+  scan.windows.resize(1);
+  scan.window_count = 1;
+  scan.windows[0].width_rad = scan.windows[0].height_rad = 0.1;
+  scan.windows[0].count = 100;
+  run.tell(scan);
+  REQUIRE(run.said.requests.size() == 1);
+  CHECK(run.said.requests[0].scan_id == 5);
+  CHECK(run.said.requests[0].purpose == "procedure");
+  REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::IDLE);
+  CHECK(run.last().returns_received > 0);
+  CHECK_FALSE(run.scan_once());
+}
+
+TEST_CASE("Empty scans are failures with a reason; three in a row lose the target") {
+  Loopback run;
+  acquire_and_track(run, 3);
+  run.lidar.pose.position.z() = 100;  // gone: every beam misses
+  for (int i = 0; i < 3; ++i) {
+    REQUIRE(run.scan_once());
+    CHECK(run.last().status == Estimate::LOST);
+    CHECK_FALSE(run.last().reason.empty());
+  }
+  CHECK(run.estimator.state().mode == State::ACQUIRING);
+  CHECK_THAT(run.estimator.state().reason, Catch::Contains("lost"));
+  REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::ACQUIRING);
+  run.lidar.pose = start_pose;
+  for (int i = 0; i < 3; ++i) REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::OK);
+}
+
+TEST_CASE("A jump of the target is never reported as a pose") {
+  Loopback run;
+  acquire_and_track(run, 4);
+  run.lidar.pose = perturbed(run.lidar.pose, (Vector6d() << 0.5, 0.3, 0, 0, 0, 0.8).finished());
+  for (int i = 0; i < 8; ++i) {
+    REQUIRE(run.scan_once());
+    const bool right = distance(pose_in(run.last()), run.lidar.pose) < 0.02;
+    CHECK((right || run.last().status != Estimate::OK));
+  }
+  CHECK(run.last().status == Estimate::OK);
+}
+
+TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") {
+  Loopback run;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.estimator.take(empty_end(1, scan_packet_t::REFUSED, "the laser is off", 1735689601000000));
+  REQUIRE(run.said.requests.size() == 1);
+  REQUIRE(run.said.estimates.size() == 1);
+  CHECK_THAT(run.last().reason, Catch::Contains("the laser is off"));
+  run.estimator.take(empty_end(1, scan_packet_t::REFUSED, "the laser is off", 1735689602000000));
+  REQUIRE(run.said.requests.size() == 2);
+  CHECK(run.said.requests[1].scan_id == 2);
+}
+
+TEST_CASE("Commands that cannot be obeyed are refused with a reason") {
+  Loopback run;
+  const auto refused = [&](Command c, const std::string& why) {
+    run.tell(c);
+    CHECK(run.estimator.state().refused_seq == c.seq);
+    CHECK_THAT(run.estimator.state().reason, Catch::Contains(why));
+  };
+  refused(command(Command::TRACK, 1, 1), "no pose");
+  Command strategy = command(Command::ACQUIRE, 2, 1);
+  strategy.strategy = "everywhere";
+  refused(strategy, "everywhere");
+  Command gate = command(Command::ACQUIRE, 3, 1);
+  gate.gate_near_m = 7;
+  gate.gate_far_m = 3;
+  refused(gate, "gate");
+  Command model = command(Command::CHOOSE_MODEL, 4, 1);
+  model.target = "sputnik";
+  refused(model, "sputnik");
+  Command pose = command(Command::TRACK, 5, 1);
+  pose.has_initial_pose = true;
+  pose.initial_position_m[0] = std::numeric_limits<double>::quiet_NaN();
+  refused(pose, "initial pose");
+  refused(command(99, 6, 1), "99");
+  refused(command(Command::SCAN, 7, 1), "windows");
+  CHECK(run.said.requests.empty());
+}
+
+TEST_CASE("A target without a long axis is refused for acquisition, and can be tracked") {
+  Loopback run;
+  Command model = command(Command::CHOOSE_MODEL, 1, 1);
+  model.target = "cube";
+  run.tell(model);
+  CHECK(run.estimator.state().target == "cube");
+  run.tell(command(Command::ACQUIRE, 2, 1));
+  CHECK(run.estimator.state().refused_seq == 2);
+  CHECK_THAT(run.estimator.state().reason, Catch::Contains("elongated"));
+}
+
+TEST_CASE("Tracking starts from a given pose") {
+  Loopback run;
+  run.lidar.pose = start_pose;
+  Command track = command(Command::TRACK, 1, 1);
+  track.utime = run.lidar.utime;
+  track.has_initial_pose = true;
+  track.strategy = "edges";
+  track.returns_per_scan = 600;
+  const Pose given =
+      perturbed(start_pose, (Vector6d() << 0.02, -0.02, 0.01, 0.02, 0.01, -0.02).finished());
+  for (int i = 0; i < 3; ++i) track.initial_position_m[i] = given.position[i];
+  track.initial_q_wxyz[0] = given.rotation.w();
+  track.initial_q_wxyz[1] = given.rotation.x();
+  track.initial_q_wxyz[2] = given.rotation.y();
+  track.initial_q_wxyz[3] = given.rotation.z();
+  run.tell(track);
+  REQUIRE(run.said.requests.size() == 1);
+  int beams = 0;
+  for (const auto& w : run.said.requests[0].windows) {
+    CHECK(w.name == "edge");
+    beams += w.count;
+  }
+  CHECK(beams == 600);
+  for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(distance(pose_in(run.last()), start_pose) < 0.01);
+}
+
+TEST_CASE(
+    "The same inputs give the same bits, however they are interleaved with the own requests") {
+  Loopback first;
+  first.lidar.pose = start_pose;
+  first.lidar.velocity = {{0.005, 0, -0.02}, {0, 0.01, 0}};
+  first.tell(command(Command::ACQUIRE, 1, 1));
+  for (int i = 0; i < 4; ++i) REQUIRE(first.scan_once());
+  const std::int64_t asked = first.estimator.state().scan_id;
+  Command track = command(Command::TRACK, 2, asked + 2);
+  track.strategy = "sparse";
+  first.tell(track);
+  for (int i = 0; i < 6; ++i) REQUIRE(first.scan_once());
+
+  // A replay: the recorded inputs alone, the requests ignored; the second command a scan earlier.
+  Said said;
+  Estimator replayed(test_setup(), said);
+  replayed.take(command(Command::ACQUIRE, 1, 1));
+  bool told = false;
+  for (const auto& p : first.packets) {
+    if (!told && p.scan_id == asked - 1) {
+      replayed.take(track);
+      told = true;
+    }
+    replayed.take(p);
+  }
+  REQUIRE(said.estimates.size() == first.said.estimates.size());
+  for (std::size_t i = 0; i < said.estimates.size(); ++i) {
+    CHECK(encoded(said.estimates[i]) == encoded(first.said.estimates[i]));
+  }
+  REQUIRE(said.requests.size() == first.said.requests.size());
+  for (std::size_t i = 0; i < said.requests.size(); ++i) {
+    // A command that came earlier moves the time of "the last input" of no request but its own.
+    CHECK(said.requests[i].windows.size() == first.said.requests[i].windows.size());
+    CHECK(said.requests[i].scan_id == first.said.requests[i].scan_id);
+  }
+}
+
+TEST_CASE("Nonsense on the bus is survived") {
+  Loopback run;
+  acquire_and_track(run, 2);
+  Random random(5, "nonsense");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int round = 0; round < 6; ++round) {
+    const std::int64_t id = run.estimator.state().scan_id;
+    std::vector<RawBeam> beams(500);
+    for (RawBeam& b : beams) {
+      b.utime = run.lidar.utime;
+      b.azimuth = round == 0 ? nan : random.uniform(-10, 10);
+      b.elevation = random.uniform(-10, 10);
+      const double ranges[] = {nan, 0, -5, 1e30, 5, std::numeric_limits<double>::infinity()};
+      b.range = ranges[round];
+      b.status = BeamStatus::hit;
+    }
+    for (const auto& p : packets_of(beams, id)) run.estimator.take(p);
+    CHECK(run.last().status != Estimate::OK);
+    CHECK_FALSE(run.last().reason.empty());
+    for (const double c : run.last().covariance) CHECK(std::isfinite(c));
+  }
+  // arrays shorter than their count
+  scan_packet_t torn = empty_end(run.estimator.state().scan_id, scan_packet_t::COMPLETE, "", 1);
+  torn.count = 10;
+  run.estimator.take(torn);
+  CHECK(run.said.notes.back() == "bad-packet");
+}
+
+TEST_CASE("A million returns are one scan") {
+  Loopback run;
+  acquire_and_track(run, 2);
+  run.lidar.rate_hz = 1e6;
+  scan_request_t request = run.said.requests.back();
+  request.windows.resize(1);
+  request.windows[0].azimuth_rad = request.windows[0].elevation_rad = 0;
+  request.windows[0].width_rad = request.windows[0].height_rad = radians(30);
+  request.windows[0].count = 1000000;
+  for (const auto& p : answer(run.lidar, request)) run.estimator.take(p);
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(distance(pose_in(run.last()), start_pose) < 0.01);
+}
+
+TEST_CASE("A moving target is tracked with its velocity") {
+  Loopback run;
+  run.lidar.pose = start_pose;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  for (int i = 0; i < 3; ++i) REQUIRE(run.scan_once());
+  run.lidar.velocity = {{0, 0, -0.02}, {0, 0, 0}};
+  for (int i = 0; i < 25; ++i) {
+    REQUIRE(run.scan_once());
+    REQUIRE(run.last().status == Estimate::OK);
+  }
+  const double late = static_cast<double>(run.last().utime - run.lidar.utime) * 1e-6;
+  const Pose truth = moved(run.lidar.pose, run.lidar.velocity, late);
+  CHECK(distance(pose_in(run.last()), truth) < 0.01);
+  CHECK(angle_between(pose_in(run.last()), truth) < radians(1));
+  CHECK(run.last().linear_velocity_m_s[2] == Approx(-0.02).margin(0.006));
+}

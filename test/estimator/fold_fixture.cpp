@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/estimator/fold_fixture.h"
+
+#include "estimator/messages.h"
+
+namespace berth::estimator {
+
+EstimatorSetup test_setup() {
+  EstimatorSetup setup;
+  setup.options = load_estimator_options("config/estimator.yaml");
+  setup.lidar = load_lidar_profile("config/lidars/ilris_3d.yaml");
+  setup.target = "radarsat2";
+  setup.session = 7;
+  setup.find_model = [](const std::string& name) -> std::shared_ptr<const TargetModel> {
+    if (name == "radarsat2") return replica_model();
+    if (name == "cube") return cube_model();
+    throw InputError("no target '" + name + "'");
+  };
+  setup.stopwatch = [] { return std::int64_t{0}; };
+  return setup;
+}
+
+std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id) {
+  constexpr std::size_t most = 50;
+  std::vector<scan_packet_t> packets;
+  for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
+    scan_packet_t p{};
+    p.scan_id = scan_id;
+    p.packet = static_cast<std::int32_t>(packets.size());
+    p.beams_before = static_cast<std::int32_t>(start);
+    const std::size_t end = std::min(beams.size(), start + most);
+    p.utime = start < end ? beams[start].utime : 0;
+    for (std::size_t i = start; i < end; ++i) {
+      p.time_us.push_back(static_cast<std::int32_t>(beams[i].utime - p.utime));
+      p.range_m.push_back(static_cast<float>(beams[i].range));
+      p.azimuth_rad.push_back(static_cast<float>(beams[i].azimuth));
+      p.elevation_rad.push_back(static_cast<float>(beams[i].elevation));
+      p.intensity.push_back(1000);
+      p.status.push_back(static_cast<std::int8_t>(beams[i].status));
+    }
+    p.count = static_cast<std::int32_t>(end - start);
+    p.scan_status = end == beams.size() ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
+    packets.push_back(p);
+  }
+  return packets;
+}
+
+std::vector<scan_packet_t> answer(ScanMaker& lidar, const scan_request_t& request) {
+  lidar.utime += 50000;
+  lidar.pose = moved(lidar.pose, lidar.velocity, 0.05);
+  std::vector<Window> windows;
+  for (const scan_window_t& w : request.windows) {
+    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
+  }
+  return packets_of(lidar.sweep(windows), request.scan_id);
+}
+
+scan_packet_t empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
+                        std::int64_t utime) {
+  scan_packet_t p{};
+  p.utime = utime;
+  p.scan_id = scan_id;
+  p.scan_status = status;
+  p.reason = reason;
+  return p;
+}
+
+estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t first_scan_id) {
+  estimator_command_t c{};
+  c.utime = 1735689600000000;
+  c.seq = seq;
+  c.session = 7;
+  c.commander = "test";
+  c.command = what;
+  c.first_scan_id = first_scan_id;
+  return c;
+}
+
+bool Loopback::scan_once() {
+  if (said.requests.empty() || said.requests.back().scan_id == answered_) return false;
+  answered_ = said.requests.back().scan_id;
+  for (const scan_packet_t& p : answer(lidar, scan_request_t(said.requests.back()))) {
+    packets.push_back(p);
+    estimator.take(p);
+  }
+  return true;
+}
+
+Pose pose_in(const pose_estimate_t& estimate) {
+  return pose_of(estimate.position_m, estimate.q_wxyz);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/estimator.h"
+#include "test/estimator/scan_maker.h"
+
+namespace berth::estimator {
+
+/// Keeps all that an estimator says.
+struct Said final : EstimatorOutput {
+  std::vector<scan_request_t> requests;
+  std::vector<pose_estimate_t> estimates;
+  std::vector<estimator_state_t> states;
+  std::vector<estimator_diagnostics_t> durations;
+  std::vector<std::string> notes;  // codes
+
+  void request(const scan_request_t& message) override { requests.push_back(message); }
+  void estimate(const pose_estimate_t& message) override { estimates.push_back(message); }
+  void state(const estimator_state_t& message) override { states.push_back(message); }
+  void diagnostics(const estimator_diagnostics_t& message) override {
+    durations.push_back(message);
+  }
+  void note(std::int8_t, const std::string& code, const std::string&) override {
+    notes.push_back(code);
+  }
+};
+
+EstimatorSetup test_setup();
+
+/// Packets of at most 50 beams, as the LIDAR driver would send them.
+std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id);
+/// Sweeps a request's windows.
+std::vector<scan_packet_t> answer(ScanMaker& lidar, const scan_request_t& request);
+scan_packet_t empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
+                        std::int64_t utime);
+
+estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t first_scan_id);
+
+/// An estimator with a LIDAR that answers its last request, and the inputs on record.
+struct Loopback {
+  Said said;
+  Estimator estimator;
+  ScanMaker lidar;
+  std::vector<scan_packet_t> packets;  // all that went in
+
+  Loopback() : estimator(test_setup(), said), lidar(replica().mesh) {}
+  void tell(const estimator_command_t& c) { estimator.take(c); }
+  /// Answers the outstanding request. @return false when there is none.
+  bool scan_once();
+  const pose_estimate_t& last() const { return said.estimates.back(); }
+
+ private:
+  std::int64_t answered_ = 0;
+};
+
+Pose pose_in(const pose_estimate_t& estimate);
+
+}  // namespace berth::estimator

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "common/core/random.h"
+#include "common/core/ray_caster.h"
+#include "estimator/scan.h"
+#include "estimator/target_model.h"
+
+namespace berth::estimator {
+
+/// A small LIDAR for tests: casts beams at a mesh that moves, with the noise of a beam model.
+class ScanMaker {
+ public:
+  explicit ScanMaker(const Mesh& mesh, std::uint64_t seed = 1);
+
+  BeamModel beam;                                 ///< of the world
+  Pose pose{{0, 0, 5}, Quaterniond::Identity()};  ///< T_sensor_model at utime
+  Velocity velocity;                              ///< sensor frame
+  std::int64_t utime = 1735689600000000;          ///< when the next beam is sent
+  double rate_hz = 2000;
+
+  /// Something else in the scene, fixed in the sensor frame. The nearer hit counts.
+  void add_clutter(const Mesh& mesh);
+
+  /// Sweeps a window as a raster. Moves utime and pose on.
+  std::vector<RawBeam> sweep(const Window& window);
+  std::vector<RawBeam> sweep(const std::vector<Window>& windows);
+  /// One beam now, as it is: time does not pass.
+  RawBeam shoot(double azimuth, double elevation);
+
+ private:
+  RayCaster caster_;
+  std::vector<RayCaster> clutter_;
+  Random random_;
+};
+
+/// The replica and its compiled model, made once per test program, cached in the build directory.
+const Target& replica();
+std::shared_ptr<const TargetModel> replica_model();
+/// A cube of 1 m: no axis to be found.
+std::shared_ptr<const TargetModel> cube_model();
+/// Uniformly random attitude at this distance on the boresight.
+Pose random_pose(Random& random, double distance);
+/// A window that covers the full 40 degree field of view.
+Window full_view(int count);
+/// A window around all of the model in a pose, clipped to the field of view.
+Window around(const TargetModel& model, const Pose& pose, int count);
+
+}  // namespace berth::estimator
