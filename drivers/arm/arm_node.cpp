@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "common/core/config.h"
+#include "common/core/text.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -328,9 +329,9 @@ std::string ArmNode::jump(const arm_command_t& command) const {
     if (streamed_) allowed += arm_.kinematics->limits()[i].speed * elapsed;
     const double step = command.joint[i] - order_.joints[i];
     if (!(std::abs(step) <= allowed)) {
-      text << "set-point of joint " << i + 1 << " is " << pendant_from_si(step, linear)
+      text << "set-point of joint " << i + 1 << " is " << fixed(pendant_from_si(step, linear), 2)
            << (linear ? " mm" : " deg") << " away from " << (streamed_ ? "the last one" : "the arm")
-           << ", allowed are " << pendant_from_si(allowed, linear);
+           << ", allowed are " << fixed(pendant_from_si(allowed, linear), 2);
       return text.str();
     }
   }

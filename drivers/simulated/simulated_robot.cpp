@@ -10,6 +10,15 @@ namespace {
 /// How fast the program forgets its least delayed set-point, us per set-point: covers the drift of
 /// two clocks.
 constexpr Utime offset_relaxation = 20;
+/// A set-point after a pause is reached from the last one in this time.
+constexpr Utime resumption = 16 * millisecond;
+
+/// The speed from which, slowing down by a every period dt, the way is just run through.
+double brakable_speed(double way, double a, double dt) {
+  const double step = a * dt * dt;
+  const double periods = std::max(1.0, std::ceil(0.5 * (std::sqrt(1 + 8 * way / step) - 1)));
+  return way / (periods * dt) + 0.5 * a * dt * (periods - 1);
+}
 
 }  // namespace
 
@@ -114,8 +123,7 @@ SimulatedRobot::Motors SimulatedRobot::follow(const Motors& desired_now,
   for (Eigen::Index i = 0; i < 6; ++i) {
     const double a = acceleration_[i];
     const double way = std::abs(behind[i]);
-    const double brakable = std::sqrt(0.25 * a * a * dt * dt + 2 * a * way) - 0.5 * a * dt;
-    const double wanted = along[i] + std::copysign(std::min(way / dt, brakable), behind[i]);
+    const double wanted = along[i] + std::copysign(brakable_speed(way, a, dt), behind[i]);
     const double most = speed_[i] * speed_limit_;
     velocity[i] =
         std::clamp(std::clamp(wanted, -most, most), velocity_[i] - a * dt, velocity_[i] + a * dt);
@@ -163,6 +171,9 @@ void SimulatedRobot::take_setpoint(const Joints& joints, int sequence, int time_
     return;
   }
   const Utime play = std::max(play_time(time_ms, now), setpoints_.back().play + 1);
+  if (play - setpoints_.back().play >= options_.dead_time) {  // not before its time
+    setpoints_.push_back({play - resumption, setpoints_.back().motors});
+  }
   setpoints_.push_back({play, to_motors(joints)});
 }
 

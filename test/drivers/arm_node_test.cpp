@@ -1,15 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
 #include "test/catch.h"
 #include "test/drivers/arm_bench.h"
 
 namespace berth {
 namespace {
 
+/// A turn of joint 1 at this speed (rad/s), from home.
+std::function<Joints(double)> turning(const ArmBench& bench, double speed) {
+  return [home = bench.placed.home, speed](double t) {
+    Joints joints = home;
+    joints[0] += speed * t;
+    return joints;
+  };
+}
+
 TEST_CASE("the driver reports where the arm is, at 100 Hz") {
   ArmBench bench;
   bench.start_driver();
   bench.simulation.run_for(3 * second);
-  REQUIRE(bench.states.size() > 250);
+  REQUIRE(bench.states.size() > 280);
   const arm_state_t& state = bench.last();
   CHECK(state.valid);
   CHECK(state.state == arm_state_t::IDLE);
@@ -20,30 +31,358 @@ TEST_CASE("the driver reports where the arm is, at 100 Hz") {
   CHECK(state.cycle_s == Approx(0.01));
   CHECK(state.utime_received - state.utime_sent == 400);
   CHECK(state.reads_missed == 0);
+  CHECK(state.session == ArmBench::session);
+  CHECK(state.program_state == 0);
+}
+
+TEST_CASE("linear axes go over the wire in mm") {
+  ArmBench bench(ArmBench::default_options(), {}, "config/arms/gantry.yaml");
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  CHECK(bench.last().reported_joint[0] == Approx(0.1).margin(1e-6));
+  CHECK(bench.last().reported_joint_sigma[0] == Approx(2e-5));
+  CHECK(bench.last().reported_joint_sigma[3] == Approx(radians(0.002)));
+  Word two[2];
+  bench.controller->memory().read(27, two);
+  CHECK(get_float(two) == Approx(100.0));
 }
 
 TEST_CASE("set-points are followed after the dead time, and only after START") {
   ArmBench bench;
   bench.start_driver();
   bench.simulation.run_for(500 * millisecond);
-  const Joints home = bench.placed.home;
-  const auto path = [&](double t) {
-    Joints joints = home;
-    joints[0] += 0.1 * t;
-    return joints;
-  };
-  bench.stream(0.5, path);
+  bench.stream(0.5, turning(bench, 0.1));
   CHECK(bench.saw("setpoint-without-start"));
-  CHECK(bench.last().reported_joint[0] == Approx(home[0]).margin(1e-6));
+  CHECK(bench.last().reported_joint[0] == Approx(0.1).margin(1e-6));
 
   bench.send(arm_command_t::START);
   bench.simulation.run_for(50 * millisecond);
   CHECK(bench.last().state == arm_state_t::RUNNING);
-  bench.stream(2, path);
+  CHECK(bench.last().program_state == 2);
+  bench.stream(2, turning(bench, 0.1));
   CHECK(bench.last().state == arm_state_t::RUNNING);
   CHECK(bench.last().setpoint_seq - bench.last().setpoint_seq_echoed <= 2);
-  const double lag = 2 - (bench.last().reported_joint[0] - home[0]) / 0.1;
+  const double lag = 2 - (bench.last().reported_joint[0] - 0.1) / 0.1;
   CHECK(lag == Approx(0.17).margin(0.02));
+  CHECK(bench.last().tcp_speed_m_s > 0.05);
+  CHECK(bench.last().commanded_joint[0] > bench.last().reported_joint[0]);
+}
+
+TEST_CASE("a reported position carries the time at which it was true") {
+  ArmErrors errors;
+  errors.clock = 12345 * millisecond;
+  errors.drift = 2e-5;
+  ArmBench bench(ArmBench::default_options(), errors);
+  bench.start_arm();
+  double worst = 0;
+  int n = 0;
+  bench.bus->subscribe<arm_state_t>(
+      channels::arm_state_replica, Queue::fifo(), [&](const arm_state_t& state) {
+        if (!state.valid || state.state != arm_state_t::RUNNING || state.tcp_speed_m_s < 0.1)
+          return;
+        const double true_joint = bench.controller->true_joints(state.utime)[0];
+        worst = std::max(worst, std::abs(state.reported_joint[0] - true_joint) / 0.5);
+        ++n;
+      });
+  bench.stream(3, turning(bench, 0.5));
+  CHECK(n > 200);
+  CHECK(worst < 1.5e-3);  // s, on a tick of 8 ms
+  const arm_state_t& state = bench.last();
+  CHECK(state.clock_offset_sigma_s < 1e-3);
+  const double started = seconds(Simulation::Options{}.start);
+  CHECK(std::abs(state.clock_offset_s + started - 12.345) < 2e-3);
+  for (std::size_t i = 1; i < bench.states.size(); ++i) {
+    REQUIRE(bench.states[i].utime > bench.states[i - 1].utime);
+  }
+}
+
+TEST_CASE("HOLD stops the arm at once, and set-points after it move nothing until START") {
+  ArmBench bench;
+  bench.start_arm();
+  const auto path = turning(bench, 0.5);
+  bench.stream(1, path);
+  const Utime ordered = bench.simulation.now();
+  bench.send(arm_command_t::HOLD);
+  REQUIRE(bench.simulation.run_until(
+      [&] { return bench.controller->state() == ControllerState::held; }, ordered + second));
+  CHECK(bench.simulation.now() - ordered < 5 * millisecond);
+  bench.stream(1, turning(bench, 0.5));
+  CHECK(bench.last().state == arm_state_t::HELD);
+  const double rest = bench.last().reported_joint[0];
+  bench.simulation.run_for(second);
+  CHECK(bench.last().reported_joint[0] == rest);
+
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+  bench.stream(1, [&](double t) {
+    Joints joints = bench.placed.home;
+    joints[0] = rest + 0.1 * t;
+    return joints;
+  });
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+  CHECK(bench.last().reported_joint[0] > rest + 0.05);
+}
+
+TEST_CASE("HOLD does not wait behind a set-point that is under way") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  bench.send(arm_command_t::STREAM, turning(bench, 0.2)(0.5));
+  bench.send(arm_command_t::HOLD);
+  const Utime ordered = bench.simulation.now();
+  REQUIRE(bench.simulation.run_until(
+      [&] { return bench.controller->state() == ControllerState::held; }, ordered + second));
+  CHECK(bench.simulation.now() - ordered < 5 * millisecond);
+}
+
+TEST_CASE("commands of another session, expired or overtaken ones move nothing") {
+  ArmBench bench;
+  bench.start_driver();
+  bench.simulation.run_for(500 * millisecond);
+  arm_command_t command{};
+  command.utime = bench.simulation.now();
+  command.utime_expires = command.utime + second;
+  command.action = arm_command_t::START;
+  command.seq = 1;
+  command.session = ArmBench::session - 1;
+  bench.bus->publish(channels::arm_command_replica, command);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.saw("command-of-another-session"));
+  CHECK(bench.last().state == arm_state_t::IDLE);
+
+  command.session = ArmBench::session;
+  command.utime_expires = bench.simulation.now() - 1;
+  bench.bus->publish(channels::arm_command_replica, command);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.saw("command-expired"));
+  CHECK(bench.last().state == arm_state_t::IDLE);
+
+  // HOLD, and behind it an older START that the network held back
+  command.utime_expires = bench.simulation.now() + second;
+  command.seq = 10;
+  command.action = arm_command_t::HOLD;
+  bench.bus->publish(channels::arm_command_replica, command);
+  command.seq = 9;
+  command.action = arm_command_t::START;
+  bench.bus->publish(channels::arm_command_replica, command);
+  bench.simulation.run_for(500 * millisecond);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  command.seq = 11;
+  bench.bus->publish(channels::arm_command_replica, command);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+}
+
+TEST_CASE("a first set-point far from the arm is refused and the arm held") {
+  ArmBench bench;
+  bench.start_arm();
+  Joints far = bench.placed.home;
+  far[3] += radians(1.1);
+  bench.send(arm_command_t::STREAM, far);
+  bench.simulation.run_for(200 * millisecond);
+  CHECK_THAT(
+      bench.text_of("setpoint-refused"),
+      Catch::Contains("set-point of joint 4 is 1.10 deg away from the arm, allowed are 1.00"));
+  CHECK(bench.last().state == arm_state_t::HELD);
+  CHECK(bench.last().reported_joint[3] == Approx(bench.placed.home[3]).margin(1e-6));
+}
+
+TEST_CASE("a set-point farther than the joint can go since the last one is refused") {
+  ArmBench bench;
+  bench.start_arm();
+  const auto path = turning(bench, 0.2);
+  bench.stream(0.5, path);
+  Joints far = path(0.5);
+  far[0] += radians(10);
+  bench.send(arm_command_t::STREAM, far);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK_THAT(bench.text_of("setpoint-refused"), Catch::Contains("away from the last one"));
+  CHECK(bench.last().state == arm_state_t::HELD);
+  CHECK(bench.last().reported_joint[0] < path(0.6)[0]);
+
+  Joints nowhere = bench.placed.home;
+  nowhere[0] = std::nan("");
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(100 * millisecond);
+  bench.send(arm_command_t::STREAM, nowhere);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::HELD);
+}
+
+TEST_CASE("the driver holds the arm when set-points stop coming") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(1, turning(bench, 0.2));
+  const Utime end = bench.simulation.now();
+  REQUIRE(bench.simulation.run_until(
+      [&] { return bench.controller->state() == ControllerState::held; }, end + second));
+  CHECK(bench.simulation.now() - end < 140 * millisecond);  // they expire after 100 ms
+  bench.simulation.run_for(10 * millisecond);
+  CHECK(bench.saw("setpoints-stale"));
+}
+
+TEST_CASE("the controller holds the arm when the driver dies") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(1, turning(bench, 0.2));
+  bench.node.reset();
+  bench.simulation.run_for(170 * millisecond);
+  CHECK(bench.controller->state() == ControllerState::held);
+  CHECK(bench.controller->error() == robot_error::host_heartbeat);
+}
+
+TEST_CASE("joints that the controller does not vouch for are marked so") {
+  ArmBench bench;
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  bench.controller->invalidate_joints(true);
+  bench.simulation.run_for(50 * millisecond);
+  CHECK_FALSE(bench.last().valid);
+  CHECK_THAT(bench.last().reason, Catch::Contains("not valid"));
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.saw("start-refused"));
+  CHECK(bench.controller->state() == ControllerState::idle);
+  bench.controller->invalidate_joints(false);
+  bench.simulation.run_for(50 * millisecond);
+  CHECK(bench.last().valid);
+}
+
+TEST_CASE("a controller whose tick stands still is not believed") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  bench.controller->freeze(true);
+  bench.stream(0.3, [&](double t) { return turning(bench, 0.2)(t + 0.5); });
+  CHECK_FALSE(bench.last().valid);
+  CHECK(bench.last().state == arm_state_t::FAULT);
+  CHECK_THAT(bench.last().reason, Catch::Contains("tick stands still"));
+  CHECK(bench.saw("arm-stopped"));
+  bench.controller->freeze(false);
+  bench.simulation.run_for(500 * millisecond);
+  CHECK(bench.last().valid);
+  CHECK(bench.last().state != arm_state_t::RUNNING);
+}
+
+TEST_CASE("a controller that answers nothing is offline, and back when it answers") {
+  ArmBench bench;
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  bench.controller->silence(true);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK(bench.last().state == arm_state_t::OFFLINE);
+  CHECK_FALSE(bench.last().valid);
+  CHECK(bench.last().reason == "no answer within 50 ms");
+  CHECK(bench.saw("arm-disconnected"));
+  bench.controller->silence(false);
+  bench.simulation.run_for(3 * second);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  CHECK(bench.last().valid);
+
+  bench.controller->drop_connections();
+  bench.simulation.run_for(20 * millisecond);
+  CHECK(bench.last().state == arm_state_t::OFFLINE);
+  bench.simulation.run_for(second);
+  CHECK(bench.last().valid);
+}
+
+TEST_CASE("a controller that reboots in motion is seen, and does not move by itself") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(1, turning(bench, 0.2));
+  bench.controller->reboot();
+  bench.simulation.run_for(3 * second);
+  CHECK(bench.saw("arm-disconnected"));
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  CHECK(bench.last().valid);
+  CHECK(bench.last().controller_time_us < 4 * second);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+}
+
+TEST_CASE("after an emergency stop the arm needs RESET and START") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  bench.controller->set_safety(false, true);
+  bench.simulation.run_for(50 * millisecond);
+  CHECK(bench.last().state == arm_state_t::ESTOP);
+  CHECK(bench.last().error_code == robot_error::emergency_stop);
+  CHECK(bench.saw("arm-stopped"));
+  bench.controller->set_safety(true, true);
+  bench.simulation.run_for(50 * millisecond);
+  CHECK(bench.last().state == arm_state_t::FAULT);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK(bench.last().state == arm_state_t::FAULT);
+  CHECK(bench.saw("start-refused"));
+  bench.send(arm_command_t::RESET);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+}
+
+TEST_CASE("a controller with another map is refused by name, until it is mended") {
+  ArmBench bench;
+  SnpxAssignment wrong = *bench.controller->memory().assignment(4);
+  const SnpxAssignment right = wrong;
+  wrong.variable = "PR[3]@27.19";
+  bench.controller->memory().assign(wrong);
+  bench.start_driver();
+  bench.simulation.run_for(2 * second);
+  CHECK(bench.text_of("arm-map-wrong") ==
+        "replica arm: $SNPX_ASG[4].$VAR_NAME is 'PR[3]@27.19', the map has 'PR[1]@27.19'");
+  CHECK(bench.last().state == arm_state_t::FAULT);
+  CHECK_FALSE(bench.last().valid);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(second);
+  CHECK(bench.controller->state() == ControllerState::idle);
+  bench.controller->memory().assign(right);
+  bench.simulation.run_for(6 * second);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+}
+
+TEST_CASE("a controller that does not show its table is used, with a warning") {
+  ArmBench bench;
+  for (int slot = 76; slot <= 79; ++slot) {
+    bench.controller->memory().assign({slot, 1, 0, "", 0});
+  }
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  CHECK(bench.saw("arm-map-not-verified"));
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  CHECK(bench.last().valid);
+}
+
+TEST_CASE("zero errors of the joints show in the truth, not in the report") {
+  ArmErrors errors;
+  errors.zero = {radians(0.5), 0, 0, 0, 0, 0};
+  ArmBench bench(ArmBench::default_options(), errors);
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  const double reported = bench.last().reported_joint[0];
+  CHECK(reported == Approx(bench.placed.home[0]).margin(1e-6));
+  CHECK(bench.controller->true_joints(bench.simulation.now())[0] ==
+        Approx(reported - radians(0.5)).margin(1e-6));
+}
+
+TEST_CASE("drift shows in the report, not in the truth; running away in both") {
+  ArmBench bench;
+  bench.start_driver();
+  bench.simulation.run_for(second);
+  bench.controller->drift({0.01, 0, 0, 0, 0, 0});
+  bench.simulation.run_for(second);
+  CHECK(bench.last().reported_joint[0] == Approx(0.11).margin(3e-4));
+  CHECK(bench.controller->true_joints(bench.simulation.now())[0] == Approx(0.1));
+  bench.controller->drift({});
+  bench.controller->run_away({0, 0.02, 0, 0, 0, 0});
+  bench.simulation.run_for(second);
+  CHECK(bench.controller->true_joints(bench.simulation.now())[1] == Approx(0.22).margin(1e-3));
+  CHECK(bench.last().reported_joint[1] == Approx(0.22).margin(1e-3));
 }
 
 }  // namespace

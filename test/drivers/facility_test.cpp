@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <berth/event_t.hpp>
+#include <optional>
+#include <vector>
+
+#include "common/bus/simulation.h"
+#include "drivers/facility/facility_node.h"
+#include "drivers/simulated/simulated_plc.h"
+#include "lcmtypes/channels.h"
+#include "test/catch.h"
+
+namespace berth {
+namespace {
+
+struct Facility {
+  Facility() {
+    PlcDevice device = load_devices("config").plc;
+    device.address = "plc:502";
+    const PlcMap map = PlcMap::load("config/registers/plc.yaml");
+    plc.emplace("plc:502", map, SimulatedPlc::Options{}, simulation.make_loop(), simulation.wires(),
+                [this](bool estop, bool fence) {
+                  chain = {estop, fence};
+                });
+    node.emplace(NodeSetup{"facility-driver", 7, ""}, device, map, simulation.make_bus(),
+                 simulation.make_loop(), simulation.wires());
+    bus.subscribe<facility_state_t>(channels::facility_state, Queue::fifo(),
+                                    [this](const facility_state_t& s) {
+                                      state = s;
+                                      ++states;
+                                    });
+    bus.subscribe<event_t>(channels::event, Queue::fifo(),
+                           [this](const event_t& e) { codes.push_back(e.code); });
+    simulation.run_for(500 * millisecond);
+  }
+  facility_command_t lamps(double sun, double albedo) {
+    facility_command_t command{};
+    command.utime = simulation.now();
+    command.utime_expires = command.utime + second;
+    command.session = 7;
+    command.sun_lamp = sun;
+    command.albedo_lamp = albedo;
+    command.sun_azimuth_rad = radians(-35.25);
+    command.sun_elevation_rad = radians(10.0);
+    return command;
+  }
+  bool saw(const std::string& code) const {
+    return std::find(codes.begin(), codes.end(), code) != codes.end();
+  }
+
+  Simulation simulation;
+  Bus& bus = simulation.make_bus();
+  std::optional<SimulatedPlc> plc;
+  std::optional<FacilityNode> node;
+  std::pair<bool, bool> chain{true, true};
+  facility_state_t state{};
+  int states = 0;
+  std::vector<std::string> codes;
+};
+
+TEST_CASE("the facility's state comes at 10 Hz, the chain closed, the lamps dark") {
+  Facility f;
+  f.states = 0;
+  f.simulation.run_for(5 * second);
+  CHECK(f.states == 50);
+  CHECK(f.state.valid);
+  CHECK(f.state.estop_chain_closed);
+  CHECK(f.state.fence_closed);
+  CHECK(f.state.motion_enabled);
+  CHECK(f.state.sun_lamp == 0);
+}
+
+TEST_CASE("lamps come up to what is asked for, and the sun's direction is shown") {
+  Facility f;
+  f.bus.publish(channels::facility_command, f.lamps(0.8, 0.25));
+  f.simulation.run_for(500 * millisecond);
+  CHECK(f.state.sun_lamp > 0.3);
+  CHECK(f.state.sun_lamp < 0.6);
+  f.simulation.run_for(second);
+  CHECK(f.state.sun_lamp == Approx(0.8));
+  CHECK(f.state.albedo_lamp == Approx(0.25));
+  CHECK(f.state.sun_azimuth_rad == Approx(radians(-35.25)));
+  CHECK(f.state.sun_elevation_rad == Approx(radians(10.0)));
+  f.bus.publish(channels::facility_command, f.lamps(0.8, 0.25));  // repeats change nothing
+  f.simulation.run_for(200 * millisecond);
+  CHECK(f.state.sun_lamp == Approx(0.8));
+}
+
+TEST_CASE("lamp commands that are foreign, late or senseless change nothing") {
+  Facility f;
+  facility_command_t command = f.lamps(1, 1);
+  command.session = 6;
+  f.bus.publish(channels::facility_command, command);
+  command = f.lamps(1, 1);
+  command.utime_expires = f.simulation.now() - 1;
+  f.bus.publish(channels::facility_command, command);
+  f.bus.publish(channels::facility_command, f.lamps(1.5, 0));
+  f.simulation.run_for(2 * second);
+  CHECK(f.saw("command-of-another-session"));
+  CHECK(f.saw("command-expired"));
+  CHECK(f.saw("command-refused"));
+  CHECK(f.state.sun_lamp == 0);
+  CHECK(f.plc->albedo_lamp() == 0);
+}
+
+TEST_CASE("an open chain or fence is on the bus within 60 ms, and handed on to the arms") {
+  Facility f;
+  const auto seen_after = [&](const std::function<bool()>& seen) {
+    const Utime begin = f.simulation.now();
+    REQUIRE(f.simulation.run_until(seen, begin + second));
+    return f.simulation.now() - begin;
+  };
+  f.plc->press_estop(true);
+  CHECK_FALSE(f.chain.first);
+  CHECK(seen_after([&] { return !f.state.estop_chain_closed; }) < 60 * millisecond);
+  CHECK_FALSE(f.state.motion_enabled);
+  f.simulation.run_for(10 * millisecond);
+  CHECK(f.saw("estop"));
+  f.plc->press_estop(false);
+  CHECK(seen_after([&] { return f.state.estop_chain_closed; }) < 60 * millisecond);
+  f.plc->open_fence(true);
+  CHECK_FALSE(f.chain.second);
+  CHECK(seen_after([&] { return !f.state.fence_closed; }) < 60 * millisecond);
+  CHECK(f.state.estop_chain_closed);
+}
+
+TEST_CASE("a PLC that does not answer is not taken for a closed chain") {
+  Facility f;
+  f.plc->silence(true);
+  f.simulation.run_for(500 * millisecond);
+  CHECK_FALSE(f.state.valid);
+  CHECK_FALSE(f.state.estop_chain_closed);
+  CHECK(f.state.reason == "no answer within 100 ms");
+  CHECK(f.saw("plc-lost"));
+  f.plc->silence(false);
+  f.simulation.run_for(3 * second);
+  CHECK(f.state.valid);
+  CHECK(f.state.estop_chain_closed);
+}
+
+}  // namespace
+}  // namespace berth

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/arm/register_map.h"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "drivers/arm/arm_wire.h"
+#include "test/catch.h"
+
+namespace berth {
+namespace {
+
+const std::filesystem::path snpx = "config/registers/snpx.yaml";
+
+std::string map_text() {
+  std::ifstream in(snpx);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// What loading says of the shipped map with one piece of text replaced.
+std::string complaint(const std::string& from, const std::string& to) {
+  std::string text = map_text();
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  text.replace(at, from.size(), to);
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("berth-map-" + std::to_string(::getpid()) + ".yaml");
+  std::ofstream(file) << text;
+  std::string what;
+  try {
+    RegisterMap::load(file);
+  } catch (const InputError& e) {
+    what = e.what();
+  }
+  std::filesystem::remove(file);
+  return what;
+}
+
+TEST_CASE("the shipped map puts everything where the controllers have it") {
+  const RegisterMap map = RegisterMap::load(snpx);
+  CHECK(map.position == 1);
+  CHECK(map.setpoint_joints == 201);
+  CHECK(map.setpoint_valid == 219);
+  CHECK(map.program_state == 92);
+  CHECK(map.tick.address == 51);
+  CHECK(map.tick.form == RegisterField::Form::float32);
+  CHECK(map.error.address == 63);
+  CHECK(map.setpoint_sequence.address == 220);
+  CHECK(map.setpoint_sequence.form == RegisterField::Form::int32);
+  CHECK(map.mode.address == 230);
+  REQUIRE(map.bootstrap);
+  CHECK(map.assignment_table().find("$SNPX_ASG[4].$ADDRESS = 201\n"
+                                    "$SNPX_ASG[4].$SIZE = 19\n"
+                                    "$SNPX_ASG[4].$VAR_NAME = 'PR[1]@27.19'\n"
+                                    "$SNPX_ASG[4].$MULTIPLY = 0\n") != std::string::npos);
+}
+
+TEST_CASE("a map that cannot work is refused with file, line and key") {
+  CHECK_THAT(complaint("tick: R[1]", "tick: R[17]"),
+             Catch::Contains("numbers.tick") && Catch::Contains("'R[17]' is in none"));
+  CHECK_THAT(complaint("command: R[32]", "command: R[2]"),
+             Catch::Contains("stands at register 53, outside its block"));
+  CHECK_THAT(complaint("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
+  CHECK_THAT(complaint("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
+  CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("1 to 123 registers"));
+  CHECK_THAT(complaint("pulse:", "puls:"), Catch::Contains("'puls'") || Catch::Contains("pulse"));
+}
+
+TEST_CASE("status and command blocks in SI units, word by word") {
+  RegisterMap map = RegisterMap::load(snpx);
+  ArmWire wire(map, {true, false, false, false, false, false});
+  std::vector<Word> words(100, 0);
+  put_float(1250.5f, &words[26]);  // J1, here a linear axis: mm
+  put_float(-90.0f, &words[28]);   // J2, deg
+  words[44] = 1;                   // VALIDJ
+  put_float(16777215.0f, &words[50]);
+  put_float(4.0f, &words[56]);
+  put_float(80.0f, &words[58]);
+  put_float(250.0f, &words[60]);
+  words[91] = 2;
+  const ArmReport report = wire.decode(words);
+  CHECK(report.valid);
+  CHECK(report.joints[0] == 1.2505);
+  CHECK(report.joints[1] == Approx(radians(-90.0)));
+  CHECK(report.tick_ms == 16777215);
+  CHECK(report.state == static_cast<int>(ControllerState::fault));
+  CHECK(report.speed_override == 0.8);
+  CHECK(report.tcp_speed == 0.25);
+  CHECK(report.program_state == 2);
+  words[44] = 0;
+  CHECK_FALSE(wire.decode(words).valid);
+
+  ArmOrder order;
+  order.joints = {1.5, radians(45.0), 0, 0, 0, 0};
+  order.sequence = 70000;
+  order.follow = true;
+  order.speed_limit = 0.5;
+  const auto block = wire.encode(order);
+  REQUIRE(block.size() == 31);
+  CHECK(block[0] == 0x8000);  // 1500.0 = 0x44bb8000
+  CHECK(block[1] == 0x44bb);
+  CHECK(block[2] == 0x0000);  // 45.0 = 0x42340000
+  CHECK(block[3] == 0x4234);
+  CHECK(block[18] == 1);       // VALIDJ
+  CHECK(block[19] == 0x1170);  // 70000 = 0x00011170
+  CHECK(block[20] == 0x0001);
+  CHECK(block[21] == 1);
+  CHECK(block[25] == 50);
+}
+
+}  // namespace
+}  // namespace berth

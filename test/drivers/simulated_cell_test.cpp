@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/simulated_cell.h"
+
+#include <unistd.h>
+
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
+#include <berth/ground_truth_t.hpp>
+#include <fstream>
+#include <lcm/lcm-cpp.hpp>
+#include <map>
+#include <sstream>
+
+#include "common/bus/simulation.h"
+#include "drivers/arm/arm_node.h"
+#include "drivers/facility/facility_node.h"
+#include "lcmtypes/channels.h"
+#include "test/catch.h"
+
+namespace berth {
+namespace {
+
+/// The simulated cell of a layout with its three Modbus drivers, in the twin.
+struct Rig {
+  explicit Rig(const std::string& layout, std::uint64_t seed = 1,
+               const PerturbationSizes& perturbation = {}, const std::filesystem::path& out = {}) {
+    run.config = "config";
+    run.layout = layout;
+    run.seed = seed;
+    run.session = 5;
+    run.out = out;
+    SimulatedCell::Setup setup = load_simulated_cell(run);
+    setup.settings.perturbation = perturbation;
+    cell = std::make_unique<SimulatedCell>(NodeSetup{"simulated-cell", 5, ""}, setup,
+                                           simulation.make_bus(), simulation.make_loop(),
+                                           simulation.wires());
+    nominal = setup.cell;
+    for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
+      nodes.push_back(make_arm_node(NodeSetup{std::string("arm-driver-") + name_of(role), 5, ""},
+                                    run, role, simulation.make_bus(), simulation.make_loop(),
+                                    simulation.wires()));
+      bus.subscribe<arm_state_t>(arm_state_channel(role), Queue::fifo(),
+                                 [this, role](const arm_state_t& state) { arms[role] = state; });
+    }
+    nodes.push_back(make_facility_node(NodeSetup{"facility-driver", 5, ""}, run,
+                                       simulation.make_bus(), simulation.make_loop(),
+                                       simulation.wires()));
+    simulation.record([this](Utime t, const std::string& channel, Bytes bytes) {
+      log += std::to_string(t) + channel;
+      log.append(bytes.begin(), bytes.end());
+    });
+    simulation.run_for(second);
+  }
+
+  void command(ArmRole role, std::int8_t action, const Joints& joints = {}) {
+    arm_command_t message{};
+    message.utime = simulation.now();
+    message.utime_expires = message.utime + 100 * millisecond;
+    message.seq = ++seq;
+    message.session = 5;
+    message.action = action;
+    message.speed_limit = 1;
+    std::copy(joints.begin(), joints.end(), message.joint);
+    bus.publish(arm_command_channel(role), message);
+  }
+
+  /// Both arms turn their first joint (in `free`: go along x), in opposite directions.
+  void move(double duration) {
+    for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
+      command(role, arm_command_t::START);
+    }
+    simulation.run_for(100 * millisecond);
+    const Utime begin = simulation.now();
+    for (int i = 0; i < static_cast<int>(60 * duration); ++i) {
+      const double way = 0.05 * seconds(simulation.now() - begin);
+      for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
+        Joints joints = nominal.arm(role).home;
+        joints[0] += role == ArmRole::replica ? way : -way;
+        command(role, arm_command_t::STREAM, joints);
+      }
+      simulation.run_until(begin + utime_from_seconds((i + 1) / 60.0));
+    }
+  }
+
+  Joints reported(ArmRole role) {
+    Joints joints{};
+    std::copy(std::begin(arms[role].reported_joint), std::end(arms[role].reported_joint),
+              joints.begin());
+    return joints;
+  }
+
+  RunSetup run;
+  Simulation simulation;
+  Bus& bus = simulation.make_bus();
+  std::unique_ptr<SimulatedCell> cell;
+  std::vector<std::unique_ptr<Node>> nodes;
+  Cell nominal;
+  std::map<ArmRole, arm_state_t> arms;
+  std::string log;
+  std::int64_t seq = 0;
+};
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+struct TemporaryDirectory {
+  TemporaryDirectory()
+      : path(std::filesystem::temp_directory_path() /
+             ("berth-cell-test-" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(path);
+  }
+  ~TemporaryDirectory() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joints say") {
+  for (const std::string layout : {"range", "contact", "free"}) {
+    INFO(layout);
+    Rig rig(layout);
+    rig.move(1);
+    rig.simulation.run_for(second);  // set-points have stopped: both arms are held
+    CHECK(rig.arms[ArmRole::replica].state == arm_state_t::HELD);
+    const Pose believed =
+        rig.nominal.relative_pose(rig.reported(ArmRole::replica), rig.reported(ArmRole::sensor));
+    const Pose truth = rig.cell->true_relative_pose(rig.simulation.now());
+    CHECK(distance(believed, truth) < 2e-5);
+    CHECK(angle_between(believed, truth) < 1e-5);
+    CHECK(distance(believed, rig.nominal.relative_pose(rig.nominal.replica.home,
+                                                       rig.nominal.sensor.home)) > 0.05);
+  }
+}
+
+TEST_CASE("each kind of perturbation moves the truth by its size, and only the truth") {
+  Rig exact("range");
+  const Pose there = exact.cell->true_relative_pose(exact.simulation.now());
+  const auto moved_by = [&](auto member, double size) {
+    PerturbationSizes sizes;
+    sizes.*member = size;
+    Rig rig("range", 3, sizes);
+    CHECK(rig.reported(ArmRole::replica) == exact.reported(ArmRole::replica));
+    const Pose pose = rig.cell->true_relative_pose(rig.simulation.now());
+    CHECK(distance(there, rig.nominal.relative_pose(rig.nominal.replica.home,
+                                                    rig.nominal.sensor.home)) < 2e-5);
+    return distance(there, pose);
+  };
+  const double base = moved_by(&PerturbationSizes::base_position, 0.005);
+  CHECK(base > 0.002);
+  CHECK(base < 0.03);
+  CHECK(moved_by(&PerturbationSizes::tool_position, 0.005) > 0.002);
+  CHECK(moved_by(&PerturbationSizes::base_rotation, 0.01) > 0.005);
+  CHECK(moved_by(&PerturbationSizes::link_position, 0.002) > 0.001);
+  CHECK(moved_by(&PerturbationSizes::rotary_zero, 0.01) > 0.005);
+  CHECK(moved_by(&PerturbationSizes::linear_zero, 0.01) < 1e-5);  // these arms have no linear axis
+}
+
+TEST_CASE("the same seed draws the same errors, another seed others") {
+  PerturbationSizes sizes;
+  sizes.base_position = 0.005;
+  const auto pose = [&](std::uint64_t seed) {
+    Rig rig("contact", seed, sizes);
+    return rig.cell->true_relative_pose(rig.simulation.now());
+  };
+  const Pose first = pose(4);
+  CHECK(distance(first, pose(4)) == 0);
+  CHECK(distance(first, pose(5)) > 1e-4);
+}
+
+TEST_CASE("two runs of one seed give the same messages and the same truth, to the bit") {
+  TemporaryDirectory directory;
+  std::string logs[2];
+  std::string truths[2];
+  for (int i : {0, 1}) {
+    PerturbationSizes sizes;
+    sizes.controller_clock = 1;
+    sizes.controller_drift = 2e-5;
+    {
+      Rig rig("range", 8, sizes, directory.path);
+      rig.move(2);
+      logs[i] = rig.log;
+    }
+    truths[i] = bytes_of(directory.path / "world_truth.lcm");
+  }
+  CHECK(logs[0].size() > 100000);
+  CHECK((logs[0] == logs[1]));
+  CHECK((truths[0] == truths[1]));
+}
+
+TEST_CASE("the world's truth is a stock log at 100 Hz, and none of it is on the bus") {
+  TemporaryDirectory directory;
+  Pose end;
+  {
+    Rig rig("range", 1, {}, directory.path);
+    rig.move(1);
+    end = rig.cell->true_relative_pose(rig.simulation.now());
+    CHECK(rig.log.find(channels::world_truth) == std::string::npos);
+    CHECK(rig.log.find(channels::ground_truth) == std::string::npos);
+  }
+  lcm::LogFile log((directory.path / "world_truth.lcm").string(), "r");
+  REQUIRE(log.good());
+  int n = 0;
+  ground_truth_t truth{};
+  while (const lcm::LogEvent* event = log.readNextEvent()) {
+    REQUIRE(event->channel == channels::world_truth);
+    REQUIRE(truth.decode(event->data, 0, event->datalen) == event->datalen);
+    REQUIRE(event->timestamp == truth.utime);
+    ++n;
+  }
+  CHECK(n == 210);
+  const Vector3d position(truth.position_m[0], truth.position_m[1], truth.position_m[2]);
+  CHECK((position - end.position).norm() < 1e-9);
+  // Each arm's flange is some 1.3 m from its axis and turns at 0.05 rad/s.
+  const Vector3d velocity(truth.linear_velocity_m_s[0], truth.linear_velocity_m_s[1],
+                          truth.linear_velocity_m_s[2]);
+  CHECK(velocity.norm() > 0.1);
+  CHECK(velocity.norm() < 0.5);
+}
+
+TEST_CASE("an emergency stop at the PLC stops both arms") {
+  Rig rig("range");
+  rig.move(1);
+  REQUIRE(rig.arms[ArmRole::sensor].state == arm_state_t::RUNNING);
+  rig.cell->plc().press_estop(true);
+  rig.simulation.run_for(30 * millisecond);
+  CHECK(rig.arms[ArmRole::replica].state == arm_state_t::ESTOP);
+  CHECK(rig.arms[ArmRole::sensor].state == arm_state_t::ESTOP);
+  rig.simulation.run_for(200 * millisecond);
+  const Pose rest = rig.cell->true_relative_pose(rig.simulation.now());
+  rig.simulation.run_for(second);
+  CHECK(distance(rest, rig.cell->true_relative_pose(rig.simulation.now())) == 0);
+}
+
+TEST_CASE("the LIDAR is served at its address") {
+  Rig rig("range");
+  int connected = 0;
+  rig.simulation.wires().dial(load_devices("config").lidar.address, [&](int fd) {
+    connected += fd >= 0 ? 1 : 0;
+    if (fd >= 0) ::close(fd);
+  });
+  rig.simulation.run_for(10 * millisecond);
+  CHECK(connected == 1);
+}
+
+}  // namespace
+}  // namespace berth

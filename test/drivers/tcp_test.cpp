@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
+#include <functional>
+#include <map>
+
+#include "common/bus/process_loop.h"
+#include "drivers/arm/arm_node.h"
+#include "drivers/simulated/simulated_controller.h"
+#include "test/catch.h"
+
+namespace berth {
+namespace {
+
+/// A port that was free a moment ago.
+int free_port() {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0);
+  REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0);
+  close(fd);
+  return ntohs(address.sin_port);
+}
+
+/// Hands messages on at once, within one loop.
+class LocalBus final : public Bus {
+ protected:
+  void send(const std::string& channel, Bytes bytes) override {
+    const std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
+    for (const RawHandler& handler : handlers_[channel]) handler(copy);
+  }
+  void receive(const std::string& channel, Queue, RawHandler handler) override {
+    handlers_[channel].push_back(std::move(handler));
+  }
+
+ private:
+  std::map<std::string, std::vector<RawHandler>> handlers_;
+};
+
+TEST_CASE("over real TCP the driver starts the arm and moves it") {
+  ProcessLoop loop(clock_offset_now());
+  TcpWires wires(loop);
+  LocalBus bus;
+  const std::string address = "127.0.0.1:" + std::to_string(free_port());
+  const RegisterMap map = RegisterMap::load("config/registers/snpx.yaml");
+  PlacedArm arm;
+  arm.kinematics = ArmKinematics::load("config/arms/m710ic_50.yaml");
+  arm.home = {0, 0, 0, 0, -0.5, 0};
+  SimulatedController controller(address, map, arm, {}, {}, loop, wires);
+
+  ArmNode::Setup setup;
+  setup.device = load_devices("config").replica_arm;
+  setup.device.address = address;
+  setup.device.timeout = 5 * second;  // a busy machine is no reason to fail
+  setup.map = map;
+  setup.kinematics = arm.kinematics;
+  ArmNode node(NodeSetup{"arm-driver-replica", 1, ""}, setup, bus, loop, wires);
+
+  int samples = 0;
+  arm_state_t last{};
+  bus.subscribe<arm_state_t>(arm_state_channel(ArmRole::replica), Queue::fifo(),
+                             [&](const arm_state_t& state) {
+                               last = state;
+                               ++samples;
+                             });
+  std::int64_t seq = 0;
+  double way = 0;
+  bool stopped = false;
+  loop.every(20 * millisecond, [&] {
+    if (way > 0.02 && last.reported_joint[0] > 0.015) {
+      stopped = true;
+      return loop.stop();
+    }
+    if (!last.valid) return;
+    const bool running = last.state == arm_state_t::RUNNING;
+    if (running && way < 0.025) way += 0.001;
+    arm_command_t command{};
+    command.utime = loop.now();
+    command.utime_expires = loop.now() + 10 * second;
+    command.seq = ++seq;
+    command.session = 1;
+    command.action = running ? arm_command_t::STREAM : arm_command_t::START;
+    command.speed_limit = 1;
+    command.joint[0] = way;
+    command.joint[4] = -0.5;
+    bus.publish(arm_command_channel(ArmRole::replica), command);
+  });
+  loop.after(60 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(stopped);
+  CHECK(samples > 20);
+  CHECK(last.setpoint_seq_echoed > 0);
+  CHECK(last.utime_received >= last.utime_sent);
+  CHECK(std::abs(last.utime - last.utime_received) < 10 * second);
+}
+
+}  // namespace
+}  // namespace berth
