@@ -121,3 +121,26 @@ TEST_CASE("both arms are where they are when the beam leaves") {
     CHECK(hit.range == Approx(aim.norm()).epsilon(1e-9));
   }
 }
+
+TEST_CASE(
+    "in every layout shipped the sensor sees the target from home, and room where there is one") {
+  for (const char* layout : {"range", "contact", "free"}) {
+    INFO(layout);
+    const Cell cell =
+        load_cell(std::string("config/layouts/") + layout + ".yaml", load_target("radarsat2", 0));
+    CellScene scene(
+        cell, [&](Utime) { return cell.replica.home; }, [&](Utime) { return cell.sensor.home; });
+    const Pose truth = scene.relative_pose(0);
+    CHECK(distance(truth, cell.relative_pose(cell.replica.home, cell.sensor.home)) < 1e-12);
+    SceneHit hit;
+    REQUIRE(scene.cast(0, truth.position.normalized(), 100, hit));
+    CHECK(hit.target);
+    CHECK(hit.range > 2);
+    CHECK(hit.range < truth.position.norm());
+    // Far from the target: walls or nothing, never something before the aperture.
+    const Vector3d aside = Vector3d(0.3, -0.3, 1).normalized();
+    const bool met = scene.cast(0, aside, 100, hit);
+    CHECK(met == !cell.room.empty());
+    if (met) CHECK(hit.range > 1);
+  }
+}

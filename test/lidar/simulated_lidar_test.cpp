@@ -16,9 +16,10 @@ namespace {
 
 /// The device on its wire and a host that keeps all it says.
 struct Bench {
-  explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1)
-      : device("lidar:1", ilris(), std::move(settings), seed, device_loop, simulation.wires(),
-               scene) {}
+  explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1,
+                 LidarProfile profile = ilris())
+      : device("lidar:1", std::move(profile), std::move(settings), seed, device_loop,
+               simulation.wires(), scene) {}
 
   void connect() {
     simulation.wires().dial("lidar:1", [this](int fd) {
@@ -198,21 +199,44 @@ TEST_CASE("beams that return nothing and returns from too near say so") {
 }
 
 TEST_CASE("noise is the profile's, in range and in both angles") {
-  Bench bench;
+  // A plate square to the boresight shows an angle error as range: 5 tan(a) / cos(a) m/rad.
+  const double aside = 0.15;
+  const double lever = 5 * std::tan(aside) / std::cos(aside);
+  LidarProfile profile = ilris();
+  Window stare{0, 0, 0, 0, Pattern::raster, 4000, 0};
+  double sigma = 0;
+  SECTION("range") {
+    profile.beam.azimuth_sigma_rad = profile.beam.elevation_sigma_rad = 0;
+    sigma = profile.beam.range_sigma_m = 0.02;
+  }
+  SECTION("azimuth") {
+    profile.beam.range_sigma_m = profile.beam.elevation_sigma_rad = 0;
+    profile.beam.azimuth_sigma_rad = 1e-3;
+    stare.azimuth = aside;
+    sigma = 1e-3 * lever;
+  }
+  SECTION("elevation") {
+    profile.beam.range_sigma_m = profile.beam.azimuth_sigma_rad = 0;
+    profile.beam.elevation_sigma_rad = 2e-3;
+    stare.elevation = aside;
+    sigma = 2e-3 * lever;
+  }
+  Bench bench({}, 1, profile);
   bench.greet();
-  // On the boresight a plate shows range noise only.
-  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 4000, 0}}});
+  bench.tell(ScanOrder{1, {stare}});
   bench.simulation.run_for(3 * second);
-  double sum = 0;
-  double squares = 0;
   const auto beams = bench.beams();
   REQUIRE(beams.size() == 4000);
+  double sum = 0;
+  double squares = 0;
   for (const BeamReturn& beam : beams) {
-    sum += double{beam.range_m} - 5;
-    squares += (double{beam.range_m} - 5) * (double{beam.range_m} - 5);
+    CHECK(double{beam.azimuth_rad} == Approx(stare.azimuth).margin(1e-7));  // as it was told
+    const double error = double{beam.range_m} - 5 / std::cos(stare.azimuth + stare.elevation);
+    sum += error;
+    squares += error * error;
   }
-  CHECK(sum / 4000 == Approx(0).margin(5e-4));  // 3 sigma of the mean
-  CHECK(std::sqrt(squares / 4000) == Approx(0.01).epsilon(0.05));
+  CHECK(std::abs(sum / 4000) < 4 * sigma / std::sqrt(4000.0));
+  CHECK(std::sqrt(squares / 4000) == Approx(sigma).epsilon(0.05));
 }
 
 TEST_CASE("weak returns drop out when the device is so set") {

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "common/bus/process_loop.h"
+#include "drivers/lidar/lidar_link.h"
+#include "drivers/simulated/lidar/simulated_lidar.h"
+#include "test/catch.h"
+#include "test/lidar/lidar_fixture.h"
+#include "test/lidar/wall_scene.h"
+
+using namespace berth;
+
+namespace {
+
+int free_port() {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  const bool bound = bind(fd, reinterpret_cast<const sockaddr*>(&at), size) == 0 &&
+                     getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0;
+  close(fd);
+  REQUIRE(bound);
+  return ntohs(at.sin_port);
+}
+
+}  // namespace
+
+TEST_CASE("driver and device speak over real TCP") {
+  ProcessLoop loop(clock_offset_now());
+  TcpWires wires(loop);
+  WallScene scene(loop.now());
+  const std::string address = "127.0.0.1:" + std::to_string(free_port());
+  LidarProfile profile = ilris();
+  profile.rate_hz = 100000;  // a long scan in little time, with frames that fill socket buffers
+  SimulatedLidarSettings settings;
+  settings.beams_per_packet = 3000;
+  settings.clock_offset = 5 * second;
+  SimulatedLidar device(address, profile, settings, 1, loop, wires, scene);
+
+  lidar::LinkSettings link_settings;
+  link_settings.address = address;
+  link_settings.model = "ILRIS-3D";
+  std::uint32_t beams = 0;
+  std::optional<lidar::ScanEnd> end;
+  std::unique_ptr<lidar::LidarLink> link;
+  link = std::make_unique<lidar::LidarLink>(
+      link_settings, loop, wires,
+      lidar::LidarLink::Events{
+          [&] {
+            link->send(lidar::ScanOrder{1, {{0, 0, 0.1, 0.1, lidar::Pattern::raster, 30000, 0}}});
+          },
+          [&](const lidar::Message& message) {
+            if (const auto* returns = std::get_if<lidar::Returns>(&message)) {
+              CHECK(returns->beams_before == beams);
+              beams += static_cast<std::uint32_t>(returns->beams.size());
+            }
+            if (const auto* e = std::get_if<lidar::ScanEnd>(&message)) {
+              end = *e;
+              loop.stop();
+            }
+          },
+          [&](const std::string& reason) {
+            FAIL_CHECK(reason);
+            loop.stop();
+          }});
+  loop.after(60 * second, [&] { loop.stop(); });  // a hang must not hang the test
+  loop.run();
+  REQUIRE(end);
+  CHECK(end->result == lidar::ScanResult::complete);
+  CHECK(beams == 30000);
+  CHECK(std::abs(seconds(link->clock().offset()) - 5) < 1);
+}
