@@ -180,10 +180,10 @@ TEST_CASE("damaged streams never give a message that was not sent") {
 
 TEST_CASE("noise in a sound frame is refused, or is a message") {
   Random random(12, "noise");
+  const auto examples = samples();
   int understood = 0;
   for (int round = 0; round < 20000; ++round) {
-    const auto& example = samples()[static_cast<std::size_t>(round) % samples().size()];
-    auto frame = encode(example);
+    auto frame = encode(examples[static_cast<std::size_t>(round) % examples.size()]);
     const std::uint8_t type = frame[5];
     std::vector<std::uint8_t> payload(frame.begin() + 16, frame.end());
     for (auto& byte : payload) {
