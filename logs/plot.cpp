@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/plot.h"
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <sstream>
@@ -11,23 +14,13 @@
 namespace berth::logs {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 struct ClosePipe {
   void operator()(std::FILE* pipe) const { pclose(pipe); }
 };
 
-/// A line of numbers; a blank line where truth is interrupted, so that the curve is too.
 void put_line(std::ostream& out, double time, const std::array<double, 6>& values) {
   out << time;
-  for (const double v : values) {
-    out << ' ';
-    if (std::isfinite(v)) {
-      out << v;
-    } else {
-      out << "NaN";
-    }
-  }
+  for (const double v : values) out << ' ' << v;
   out << '\n';
 }
 
@@ -64,11 +57,8 @@ std::string error_block(const Measurer& measurer, Utime start) {
   return out.str();
 }
 
-/// gnuplot refuses an empty data block.
 std::string data_block(const char* name, const std::string& lines) {
-  std::ostringstream empty;
-  put_line(empty, 0, {nan, nan, nan, nan, nan, nan});
-  return std::string("$") + name + " << EOD\n" + (lines.empty() ? empty.str() : lines) + "EOD\n";
+  return std::string("$") + name + " << EOD\n" + lines + "EOD\n";
 }
 
 std::string phase_marks(const RunRecord& record, Utime start) {
@@ -89,6 +79,7 @@ std::string phase_marks(const RunRecord& record, Utime start) {
   return out.str();
 }
 
+/// Empty when there is nothing to draw.
 std::string script_for(const RunRecord& record, const std::filesystem::path& svg) {
   const Measurer measurer(record, {});
   const auto run = record.phase(whole_run);
@@ -97,25 +88,34 @@ std::string script_for(const RunRecord& record, const std::filesystem::path& svg
                                                    : record.estimates().front().utime;
   std::string name;
   for (const char c : svg.string()) name += c == '\'' ? std::string("''") : std::string(1, c);
+  const std::string truth = truth_block(record, start);
+  const std::string estimate = estimate_block(record, start);
+  const std::string error = error_block(measurer, start);
+  if (truth.empty() && estimate.empty()) return {};
   std::ostringstream out;
   out << "set terminal svg size 1100,1500 font 'Helvetica,11' background rgb 'white'\n"
       << "set output '" << name << "'\n"
-      << data_block("truth", truth_block(record, start))
-      << data_block("estimate", estimate_block(record, start))
-      << data_block("error", error_block(measurer, start))
+      << data_block("truth", truth) << data_block("estimate", estimate)
+      << data_block("error", error)
       << "set multiplot layout 4,2\nset grid lc rgb '#e0e0e0'\nset xlabel 's'\n"
       << "set key top right\n"
       << phase_marks(record, start);
   if (run) {
     out << "set xrange [0:" << std::max(1e-3, seconds(run->end() - start)) << "]\n";
   }
+  // gnuplot refuses to draw what is empty.
   constexpr const char* axes[] = {"x, mm", "w, deg", "y, mm", "p, deg", "z, mm", "r, deg"};
   constexpr int columns[] = {2, 5, 3, 6, 4, 7};
   for (int i = 0; i < 6; ++i) {
-    out << "set ylabel '" << axes[i] << "'\n"
-        << "plot $truth using 1:" << columns[i] << " with lines lc rgb '#888888' title 'truth', "
-        << "$estimate using 1:" << columns[i]
-        << " with points pt 7 ps 0.3 lc rgb '#0060c0' title 'estimate'\n";
+    out << "set ylabel '" << axes[i] << "'\nplot ";
+    if (!truth.empty()) {
+      out << "$truth using 1:" << columns[i] << " with lines lc rgb '#888888' title 'truth'";
+    }
+    if (!estimate.empty()) {
+      out << (truth.empty() ? "" : ", ") << "$estimate using 1:" << columns[i]
+          << " with points pt 7 ps 0.3 lc rgb '#0060c0' title 'estimate'";
+    }
+    out << '\n';
   }
   const auto errors = [&out](const char* unit, int first, const char* names[3]) {
     constexpr const char* colours[] = {"#c03030", "#30a030", "#3060c0"};
@@ -127,8 +127,10 @@ std::string script_for(const RunRecord& record, const std::filesystem::path& svg
   };
   const char* position[] = {"x", "y", "z"};
   const char* attitude[] = {"about x", "about y", "about z"};
-  errors("position error, mm", 2, position);
-  errors("attitude error, deg", 5, attitude);
+  if (!error.empty()) {
+    errors("position error, mm", 2, position);
+    errors("attitude error, deg", 5, attitude);
+  }
   out << "unset multiplot\nset output\n";
   return out.str();
 }
@@ -137,6 +139,7 @@ std::string script_for(const RunRecord& record, const std::filesystem::path& svg
 
 bool write_plot(const RunRecord& record, const std::filesystem::path& svg) {
   const std::string script = script_for(record, svg);
+  if (script.empty()) return false;
   if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) return false;
   std::unique_ptr<std::FILE, ClosePipe> pipe(popen("gnuplot >/dev/null 2>&1", "w"));
   if (pipe == nullptr) return false;

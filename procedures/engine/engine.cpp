@@ -81,6 +81,11 @@ void Engine::start(Utime now) {
 
 void Engine::on(const testbed_state_t& message, Utime now) {
   bench_.testbed.on(message);
+  if (message.state != testbed_state_t::NOT_READY) {
+    not_ready_since_ = 0;
+  } else if (not_ready_since_ == 0) {
+    not_ready_since_ = now;
+  }
   tick(now);
 }
 
@@ -413,8 +418,10 @@ std::string Engine::trouble_with_testbed(Utime now) const {
     return "lost the lease" +
            (testbed.lease_holder.empty() ? std::string() : " to " + testbed.lease_holder);
   }
-  if (testbed.state == testbed_state_t::FAULT || testbed.state == testbed_state_t::NOT_READY) {
-    return "testbed fault: " + testbed.reason;
+  if (testbed.state == testbed_state_t::FAULT) return "testbed fault: " + testbed.reason;
+  // One late status is no reason to end a run.
+  if (not_ready_since_ != 0 && now - not_ready_since_ > 2 * second) {
+    return "the testbed is not ready: " + testbed.reason;
   }
   const bool our_hold = held_since_ != 0 || now - resumed_ < 2 * second;
   if (testbed.state == testbed_state_t::HELD && !our_hold) {
@@ -464,7 +471,10 @@ void Engine::resume(Utime now) {
     between_steps_ = false;
     return begin_step(state_.current_step + 1, now);
   }
-  bench_.testbed.order(testbed_command_t::RESUME, now);
+  // Steps that move nothing were held by us alone.
+  if (bench_.testbed.state()->state != testbed_state_t::IDLE) {
+    bench_.testbed.order(testbed_command_t::RESUME, now);
+  }
 }
 
 void Engine::skip(const std::string& reason, Utime now) {

@@ -132,6 +132,7 @@ class Engine {
   bool between_steps_ = false;  // held after one step and before the next
   bool tracking_expected_ = false;
   Utime last_good_estimate_ = 0;
+  Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
   bool reset_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
   std::set<std::int64_t> commands_seen_;

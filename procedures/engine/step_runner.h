@@ -7,8 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "procedures/engine/links.h"
+#include "procedures/engine/estimator_link.h"
+#include "procedures/engine/facility_link.h"
 #include "procedures/engine/procedure.h"
+#include "procedures/engine/testbed_link.h"
 
 namespace berth::procedures {
 

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/testbed_state_t.hpp>
+#include <optional>
+#include <string>
+
+#include "procedures/engine/actions.h"
+
+namespace berth::procedures {
+
+/// Commands of one kind to the testbed: one motion at a time, and the lease beside it.
+class TestbedLink {
+ public:
+  TestbedLink(Actions& actions, Commander commander);
+
+  /// Starts a motion under a new seq; fills in all but what it asks for.
+  void command(testbed_command_t command, Utime now);
+  Answer answer() const { return motion_.answer; }
+  const std::string& refusal() const { return motion_.refusal; }
+
+  /// HOLD, RESUME, STOP or RESET: goes beside the motion, whose answer is still awaited.
+  void order(std::int8_t what, Utime now);
+  Answer order_answer() const { return order_.answer; }
+
+  /// Asks for the lease and keeps it until release_lease.
+  void take_lease(Utime now);
+  void release_lease(Utime now);
+  bool has_lease() const { return wants_lease_ && holds_lease_; }
+  /// It was ours and somebody else took it, or the testbed dropped it.
+  bool lost_lease() const { return wants_lease_ && held_once_ && !holds_lease_; }
+
+  void on(const testbed_state_t& state);
+  /// Repeats what has not been acknowledged; keeps the lease.
+  void tick(Utime now);
+  const std::optional<testbed_state_t>& state() const { return state_; }
+
+ private:
+  struct Tracked {
+    testbed_command_t command{};
+    Utime sent = 0;
+    Answer answer = Answer::none;
+    std::string refusal;
+  };
+
+  void start(Tracked& tracked, testbed_command_t command, Utime now);
+  static void look_for_answer(Tracked& tracked, const testbed_state_t& state);
+  void send(testbed_command_t& command, Utime now);
+  void send_lease(Utime now);
+
+  Actions& actions_;
+  Commander commander_;
+  std::int64_t last_seq_ = 0;
+  Tracked motion_;
+  Tracked order_;
+  bool wants_lease_ = false;
+  bool holds_lease_ = false;
+  bool held_once_ = false;
+  Utime lease_sent_ = 0;
+  std::optional<testbed_state_t> state_;
+};
+
+}  // namespace berth::procedures

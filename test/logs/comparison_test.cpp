@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/comparison.h"
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/core/error.h"
+#include "lcmtypes/channels.h"
+#include "logs/log_writer.h"
+#include "logs/plot.h"
+#include "test/catch.h"
+#include "test/logs/made_run.h"
+
+using namespace berth;
+using namespace berth::logs;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TemporaryFolder {
+  fs::path path = fs::temp_directory_path() / ("berth-compare-" + std::to_string(::getpid()));
+  TemporaryFolder() { fs::create_directories(path); }
+  ~TemporaryFolder() { fs::remove_all(path); }
+};
+
+template <class Message>
+void write(LogWriter& log, const char* channel, const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  log.write(message.utime, channel, bytes);
+}
+
+/// A run wrong by 5 mm along z for 10 s, and what its engine would have said.
+void write_run(const fs::path& path, std::int64_t other_session = 0) {
+  RunRecord record;
+  LogWriter log(path);
+  run_info_t info{};
+  info.utime = made::start;
+  info.session = made::session;
+  info.run = "made-run";
+  info.host = run_info_t::TWIN;
+  info.procedure = "made";
+  info.layout = "range";
+  info.target = "no-such-target.ply";
+  attachment_t procedure{};
+  procedure.name = "procedure.yaml";
+  procedure.content =
+      "name: made\ncriteria:\n"
+      "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
+      "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
+  info.attachments = {procedure};
+  info.attachment_count = 1;
+  write(log, channels::run_info, info);
+  for (int i = 0; i <= 1250; ++i) {
+    const Utime t = i * 8 * millisecond;
+    const auto truth = made::truth(made::start + t, made::flight(seconds(t)));
+    record.add(truth);
+    write(log, channels::ground_truth, truth);
+    if (i % 50 != 25) continue;
+    Vector6d error = Vector6d::Zero();
+    error(2) = 5e-3;
+    auto estimate = made::estimate(made::start + t, perturbed(made::flight(seconds(t)), error));
+    record.add(estimate);
+    write(log, channels::pose_estimate, estimate);
+    if (other_session != 0) {
+      estimate.session = other_session;
+      estimate.position_m[2] += 1;
+      estimate.seq += 1;
+      write(log, channels::pose_estimate, estimate);
+    }
+  }
+  auto state = made::state({{"go", 0, 10}});
+  record.add(state);
+  Config config = Config::parse(procedure.content, "p");
+  state.criteria = judge(read_criteria(config), Measurer(record, {}));
+  state.criterion_count = static_cast<std::int32_t>(state.criteria.size());
+  state.outcome = outcome_of(state.criteria);
+  write(log, channels::procedure_state, state);
+}
+
+}  // namespace
+
+TEST_CASE("compare gives the recorded verdict again, from the log alone") {
+  TemporaryFolder folder;
+  write_run(folder.path / "run.lcm");
+  const Comparison c = compare_log(folder.path / "run.lcm");
+  CHECK(c.agrees);
+  CHECK(c.outcome == procedure_state_t::INCONCLUSIVE);  // the target's mesh is not at hand
+  REQUIRE(c.criteria.size() == 2);
+  CHECK(c.criteria[0].result == criterion_result_t::PASSED);
+  CHECK(c.criteria[0].value == Approx(5));
+  CHECK(c.criteria[1].result == criterion_result_t::INCONCLUSIVE);
+  REQUIRE(c.phases.size() == 2);
+  CHECK(c.phases[0].phase == "go");
+  CHECK(c.phases[0].estimates == 25);
+  CHECK(c.summary.damaged_bytes == 0);
+
+  const std::string text = text_of(c);
+  CHECK(text.find("verdict: INCONCLUSIVE; the recorded verdict came out again") !=
+        std::string::npos);
+  CHECK(text.find("no-such-target.ply") != std::string::npos);
+  const auto json = nlohmann::json::parse(json_of(c));
+  CHECK(json["criteria"][0]["value"].get<double>() == c.criteria[0].value);
+  CHECK(json["criteria"][1]["value"].is_null());
+  CHECK(json["agrees_with_recorded"] == true);
+  CHECK(json["phases"][0]["measurements"]["z_error"]["mean"].get<double>() == Approx(5));
+}
+
+TEST_CASE("messages of another session do not count") {
+  TemporaryFolder folder;
+  write_run(folder.path / "run.lcm", 99);
+  const Comparison c = compare_log(folder.path / "run.lcm");
+  CHECK(c.agrees);
+  CHECK(c.summary.other_session == 25);
+}
+
+TEST_CASE("a log cut off before its end is judged as far as it goes") {
+  TemporaryFolder folder;
+  const fs::path log = folder.path / "run.lcm";
+  write_run(log);
+  fs::resize_file(log, fs::file_size(log) - 10);  // the final state is gone
+  const Comparison c = compare_log(log);
+  CHECK_FALSE(c.agrees);
+  CHECK(c.recorded_outcome == procedure_state_t::NONE);
+  CHECK(text_of(c).find("the log holds no PROCEDURE_STATE") != std::string::npos);
+  CHECK(c.summary.damaged_bytes > 0);
+}
+
+TEST_CASE("a log without a run is an error of the input") {
+  TemporaryFolder folder;
+  { LogWriter log(folder.path / "empty.lcm"); }
+  CHECK_THROWS_AS(compare_log(folder.path / "empty.lcm"), InputError);
+  CHECK_THROWS_AS(compare_log(folder.path / "none.lcm"), InputError);
+}
+
+TEST_CASE("the picture shows truth, estimate and errors") {
+  TemporaryFolder folder;
+  write_run(folder.path / "run.lcm");
+  LogSummary summary;
+  const RunRecord record = read_run(folder.path / "run.lcm", summary);
+  const fs::path svg = folder.path / "plot's.svg";
+  if (!write_plot(record, svg)) {
+    WARN("gnuplot is not there");
+    return;
+  }
+  std::ifstream in(svg);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  CHECK(text.find("position error, mm") != std::string::npos);
+  CHECK(text.find("</svg>") != std::string::npos);
+  CHECK_FALSE(write_plot(RunRecord{}, folder.path / "nothing.svg"));
+  RunRecord blind;
+  blind.add(made::estimate(made::start, Pose{}));
+  blind.add(made::estimate(made::start + second, Pose{}));
+  CHECK(write_plot(blind, folder.path / "blind.svg"));
+}
+
+TEST_CASE("the result of a procedure as JSON") {
+  procedure_state_t state = made::state({{"go", 0, 10}});
+  state.outcome = procedure_state_t::FAIL;
+  state.reason = "a \"quoted\" reason\n";
+  criterion_result_t c{};
+  c.name = "z";
+  c.value = 3;
+  c.lower_limit = -INFINITY;
+  c.upper_limit = 2;
+  c.result = criterion_result_t::FAILED;
+  state.criteria = {c};
+  const auto json = nlohmann::json::parse(result_json(state));
+  CHECK(json["outcome"] == "FAIL");
+  CHECK(json["exit_code"] == 1);
+  CHECK(json["reason"] == state.reason);
+  CHECK(json["steps"][0]["state"] == "PASSED");
+  CHECK(json["criteria"][0]["min"].is_null());
+  CHECK(json["criteria"][0]["margin"] == -1);
+}
