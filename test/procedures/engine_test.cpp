@@ -1,0 +1,474 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "common/core/error.h"
+#include "logs/comparison.h"
+#include "logs/log_writer.h"
+#include "logs/target_surface.h"
+#include "procedures/engine/procedure_node.h"
+#include "procedures/engine/progress.h"
+#include "test/catch.h"
+#include "test/procedures/fake_cell.h"
+
+using namespace berth;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const script_text = R"(name: test
+steps:
+  - lights: {sun: 50 %}
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}
+  - acquire: {returns: 3000}
+    timeout: 10 s
+  - track: {returns: 1000, settle: 3}
+  - approach: {standoff: 3.2 m, speed: 20 mm/s}
+  - hold: 4 s
+criteria:
+  - {name: position, measurement: position_error, statistic: rms, phase: hold, max: 10 mm}
+  - {name: range, measurement: surface_range, statistic: final, phase: hold, min: 3 m}
+  - {name: share, measurement: tracking_share, phase: hold, min: 95 %}
+)";
+
+/// The engine and its fake cell, on a simulated clock, recorded.
+class Bench {
+ public:
+  explicit Bench(const fake::Script& given = {}, const std::string& text = script_text)
+      : script(given) {
+    writer = std::make_unique<logs::LogWriter>(log);
+    simulation.record([this](Utime utime, const std::string& channel, Bytes bytes) {
+      writer->write(utime, channel, bytes);
+    });
+    testbed = add<fake::Testbed>();
+    estimator = add<fake::Estimator>();
+    facility = add<fake::Facility>();
+    lidar = add<fake::LidarDriver>();
+
+    auto procedure = procedures::parse_procedure(text, "test.yaml");
+    ProcedureRun run;
+    run.name = "test-run";
+    run.host = run_info_t::TWIN;
+    run.required_nodes = {"testbed", "estimator", "facility-driver", "lidar-driver"};
+    run.ready_timeout = 5 * second;
+    RunSetup setup;
+    setup.session = fake::session;
+    setup.target = "radarsat2";
+    const Target target = load_target("radarsat2", 0);
+    auto info = procedures::make_run_info(procedure, setup, target, run.name, run.host, "hash");
+    SimulatedLoop& loop = simulation.make_loop();
+    node = std::make_unique<ProcedureNode>(
+        NodeSetup{"procedure", fake::session, "hash"}, std::move(procedure), run, std::move(info),
+        logs::nearest_point_on(target), simulation.make_bus(), loop);
+    node->when_finished([this] { done = true; });
+
+    operator_bus = &simulation.make_bus();
+    listen<procedure_state_t>(channels::procedure_state);
+    listen<pose_estimate_t>(channels::pose_estimate);
+    listen<ground_truth_t>(channels::ground_truth);
+    listen<event_t>(channels::event);
+  }
+  ~Bench() { fs::remove(log); }
+
+  /// Runs to the end; the outcome.
+  int run(double limit_s = 120) {
+    REQUIRE(simulation.run_until([this] { return done; },
+                                 simulation.now() + utime_from_seconds(limit_s)));
+    writer->flush();
+    return node->state().outcome;
+  }
+
+  void run_for(double s) { simulation.run_for(utime_from_seconds(s)); }
+
+  void command(std::int8_t what, const std::string& text = "") {
+    procedure_command_t message{};
+    message.utime = simulation.now();
+    message.seq = ++operator_seq;
+    message.session = fake::session;
+    message.utime_expires = message.utime + second;
+    message.commander = "operator";
+    message.command = what;
+    message.text = text;
+    operator_bus->publish(channels::procedure_command, message);
+  }
+
+  const procedure_step_t& step(const std::string& name) const {
+    for (const auto& step : node->state().steps) {
+      if (step.name == name) return step;
+    }
+    throw std::logic_error("no step " + name);
+  }
+
+  bool told_testbed(std::int8_t what) const {
+    for (const auto& c : testbed->obeyed) {
+      if (c.command == what) return true;
+    }
+    return false;
+  }
+
+  bool printed(const std::string& text) const {
+    for (const auto& line : lines) {
+      if (line.find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  fake::Script script;
+  Simulation simulation;
+  fs::path log = fs::temp_directory_path() /
+                 ("berth-engine-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
+  std::unique_ptr<logs::LogWriter> writer;
+  std::unique_ptr<fake::Testbed> testbed;
+  std::unique_ptr<fake::Estimator> estimator;
+  std::unique_ptr<fake::Facility> facility;
+  std::unique_ptr<fake::LidarDriver> lidar;
+  std::unique_ptr<ProcedureNode> node;
+  SimulatedBus* operator_bus = nullptr;
+  std::int64_t operator_seq = 0;
+  std::vector<std::string> lines;
+  procedures::Progress progress{[this](const std::string& line) { lines.push_back(line); }};
+  bool done = false;
+
+ private:
+  template <class FakeNode>
+  std::unique_ptr<FakeNode> add() {
+    SimulatedLoop& loop = simulation.make_loop();
+    return std::make_unique<FakeNode>(script, simulation.make_bus(), loop);
+  }
+
+  template <class Message>
+  void listen(const char* channel) {
+    operator_bus->subscribe<Message>(channel, Queue::fifo(),
+                                     [this](const Message& m) { progress.on(m); });
+  }
+
+  static inline int count = 0;
+};
+
+}  // namespace
+
+TEST_CASE("a good run passes, and its log says the same, number for number") {
+  Bench bench;
+  CHECK(bench.run() == procedure_state_t::PASS);
+  CHECK(bench.node->exit_code() == 0);
+  const procedure_state_t& state = bench.node->state();
+  CHECK(state.state == procedure_state_t::FINISHED);
+  for (const auto& step : state.steps) CHECK(step.state == procedure_step_t::PASSED);
+  CHECK(seconds(bench.step("hold").utime_end - bench.step("hold").utime_start) ==
+        Approx(4).margin(0.06));
+  REQUIRE(state.criteria.size() == 3);
+  CHECK(state.criteria[0].value == Approx(4).margin(0.01));
+  CHECK(state.criteria[0].samples == 8);
+
+  const logs::Comparison c = logs::compare_log(bench.log);
+  CHECK(c.agrees);
+  CHECK(c.outcome == procedure_state_t::PASS);
+  REQUIRE(c.criteria.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(c.criteria[i].value == state.criteria[i].value);
+    CHECK(c.criteria[i].uncertainty == state.criteria[i].uncertainty);
+  }
+  CHECK(c.info->run == "test-run");
+}
+
+TEST_CASE("every command is obeyed once, in the order of the steps") {
+  fake::Script script;
+  script.commands_lost = 5;
+  script.late_refusals = 2;
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::PASS);
+  std::vector<int> testbed;
+  for (const auto& c : bench.testbed->obeyed) testbed.push_back(c.command);
+  CHECK(testbed == std::vector<int>{testbed_command_t::MOVE, testbed_command_t::APPROACH,
+                                    testbed_command_t::RELEASE_LEASE});
+  std::vector<int> estimator;
+  for (const auto& c : bench.estimator->obeyed) estimator.push_back(c.command);
+  CHECK(estimator == std::vector<int>{estimator_command_t::ACQUIRE, estimator_command_t::TRACK,
+                                      estimator_command_t::STOP});
+  CHECK(bench.testbed->obeyed[0].position_m[2] == Approx(5));
+  CHECK(bench.testbed->obeyed[0].speed_m_s == Approx(0.1));
+  CHECK(bench.testbed->obeyed[1].standoff_m == Approx(3.2));
+  CHECK(bench.estimator->obeyed[0].returns_per_scan == 3000);
+  CHECK(bench.facility->sun() == 0);  // switched off at the end
+}
+
+TEST_CASE("a criterion that fails fails the run") {
+  fake::Script script;
+  script.position_error_m = 0.05;
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::FAIL);
+  CHECK(bench.node->exit_code() == 1);
+  CHECK(bench.node->state().criteria[0].result == criterion_result_t::FAILED);
+  CHECK(logs::compare_log(bench.log).agrees);
+}
+
+TEST_CASE("without truth the run is inconclusive") {
+  fake::Script script;
+  script.truth = false;
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::INCONCLUSIVE);
+  CHECK(bench.node->exit_code() == 4);
+  CHECK(bench.node->state().criteria[0].reason == "no truth for any of 8 estimates");
+  CHECK(logs::compare_log(bench.log).agrees);
+}
+
+TEST_CASE("a step that takes too long ends the run, and the teardown still runs") {
+  fake::Script script;
+  script.acquire_takes_s = 1000;
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::TIMEOUT);
+  CHECK(bench.node->exit_code() == 2);
+  CHECK(bench.node->state().reason ==
+        "step 'acquire' is not done after 10 s: 0 of 1 good estimates: made so");
+  CHECK(bench.step("acquire").state == procedure_step_t::TIMEOUT);
+  CHECK(bench.step("approach").state == procedure_step_t::PENDING);
+  CHECK(bench.step("stop_tracking").state == procedure_step_t::PASSED);
+  CHECK(bench.step("lights off").state == procedure_step_t::PASSED);
+  CHECK(bench.facility->sun() == 0);
+  CHECK(logs::compare_log(bench.log).agrees);
+}
+
+TEST_CASE("an estimator that loses the target fails the run") {
+  fake::Script script;
+  script.move_takes_s = 20;
+  script.lost_from_s = 30;  // on approach
+  Bench bench(script, std::string(script_text) + "limits: {lost_for: 5 s}\n");
+  CHECK(bench.run() == procedure_state_t::FAIL);
+  CHECK(bench.node->state().reason.find(
+            "the estimator lost the target: no good estimate for 5 s") == 0);
+  CHECK(bench.step("approach").state == procedure_step_t::FAILED);
+  CHECK(bench.told_testbed(testbed_command_t::STOP));
+}
+
+TEST_CASE("a rig at fault is an error and no failed test") {
+  fake::Script script;
+  std::string reason;
+  SECTION("testbed fault") {
+    script.testbed_fault_from_s = 4;
+    reason = "testbed fault: made to fail";
+  }
+  SECTION("node fault") {
+    script.estimator_fault_from_s = 6;
+    reason = "node estimator: FAULT: made to fail";
+  }
+  SECTION("a node falls silent") {
+    script.lidar_silent_from_s = 4;
+    reason = "node lidar-driver is silent";
+  }
+  SECTION("the lease is lost") {
+    script.lease_lost_from_s = 4;
+    reason = "lost the lease";
+  }
+  SECTION("a motion is refused") {
+    script.refuse_moves = "joint 5 of replica at its limit";
+    reason = "step 'move': the testbed refuses: joint 5 of replica at its limit";
+  }
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::ERROR);
+  CHECK(bench.node->exit_code() == 2);
+  CHECK(bench.node->state().reason == reason);
+  CHECK(bench.facility->sun() == 0);
+  const logs::Comparison c = logs::compare_log(bench.log);
+  CHECK(c.outcome == procedure_state_t::ERROR);
+  CHECK(c.agrees);
+}
+
+TEST_CASE("nothing moves while a node is missing or another commander has the lease") {
+  fake::Script script;
+  std::string reason;
+  SECTION("nodes not ready") {
+    script.ready_after_s = 1000;
+    reason =
+        "not ready within 5 s: estimator (STARTING), facility-driver (STARTING), lidar-driver "
+        "(STARTING), testbed (STARTING)";
+  }
+  SECTION("lease") {
+    script.other_holder = "somebody";
+    reason = "no lease on the testbed within 15 s: somebody has it";
+  }
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::ERROR);
+  CHECK(bench.node->state().reason == reason);
+  CHECK_FALSE(bench.told_testbed(testbed_command_t::MOVE));
+  for (const auto& step : bench.node->state().steps) CHECK(step.state == procedure_step_t::PENDING);
+}
+
+TEST_CASE("a node that was never heard of is named") {
+  fake::Script script;
+  script.lidar_silent_from_s = 0;
+  Bench bench(script);
+  CHECK(bench.run() == procedure_state_t::ERROR);
+  CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (not heard of)");
+}
+
+TEST_CASE("lamps that do not answer time out, also in the teardown") {
+  fake::Script script;
+  script.lamps_work = false;
+  Bench bench(script, "name: dark\nsteps:\n  - wait: 1 s\nteardown:\n  - lights: {sun: 10 %}\n");
+  CHECK(bench.run() == procedure_state_t::ERROR);
+  CHECK(bench.node->state().reason == "teardown step 'lights' failed: no answer in time");
+}
+
+TEST_CASE("abort stops the arms, tears down and keeps its reason") {
+  fake::Script script;
+  script.move_takes_s = 30;
+  Bench bench(script);
+  bench.run_for(10);
+  CHECK(bench.step("move").state == procedure_step_t::RUNNING);
+  bench.command(procedure_command_t::ABORT, "smoke");
+  CHECK(bench.run() == procedure_state_t::ABORTED);
+  CHECK(bench.node->exit_code() == 3);
+  CHECK(bench.node->state().reason == "smoke");
+  CHECK(bench.step("move").state == procedure_step_t::ABORTED);
+  CHECK(bench.step("lights off").state == procedure_step_t::PASSED);
+  CHECK(bench.testbed->obeyed[1].command == testbed_command_t::STOP);
+  CHECK(logs::compare_log(bench.log).outcome == procedure_state_t::ABORTED);
+}
+
+TEST_CASE("abort works before anything has begun, and a second one cuts the teardown short") {
+  fake::Script script;
+  SECTION("before") {
+    script.ready_after_s = 1000;
+    Bench bench(script);
+    bench.run_for(1);
+    bench.command(procedure_command_t::ABORT);
+    CHECK(bench.run() == procedure_state_t::ABORTED);
+    CHECK(bench.node->state().reason == "aborted by operator");
+  }
+  SECTION("twice") {
+    script.lamps_work = false;
+    Bench bench(script, "name: dark\nsteps:\n  - wait: 20 s\nteardown:\n  - lights: {sun: 10 %}\n");
+    bench.run_for(4);
+    bench.command(procedure_command_t::ABORT);
+    bench.run_for(2);
+    CHECK_FALSE(bench.node->finished());
+    bench.command(procedure_command_t::ABORT);
+    CHECK(bench.run(8) == procedure_state_t::ABORTED);
+  }
+}
+
+TEST_CASE("commands that are late or of another session are not obeyed") {
+  Bench bench;
+  bench.run_for(3);
+  procedure_command_t message{};
+  message.seq = 100;
+  message.session = fake::session;
+  message.command = procedure_command_t::ABORT;
+  message.utime_expires = bench.simulation.now() - second;
+  bench.operator_bus->publish(channels::procedure_command, message);
+  message.seq = 101;
+  message.session = fake::session + 1;
+  message.utime_expires = bench.simulation.now() + second;
+  bench.operator_bus->publish(channels::procedure_command, message);
+  CHECK(bench.run() == procedure_state_t::PASS);
+}
+
+TEST_CASE("on hold the arms wait and the step's clock stands still") {
+  fake::Script script;
+  script.move_takes_s = 6;
+  // Without criteria: the made flight does not wait.
+  Bench bench(script, std::string(script_text).substr(0, std::string(script_text).find("crit")));
+  const auto hold_for = [&bench](double s) {
+    bench.command(procedure_command_t::HOLD);
+    bench.run_for(s);
+    CHECK(bench.node->state().state == procedure_state_t::HELD);
+    bench.command(procedure_command_t::RESUME);
+    bench.run_for(0.2);
+    CHECK(bench.node->state().state == procedure_state_t::RUNNING);
+  };
+  bench.run_for(4);
+  hold_for(300);  // longer than the move's time limit
+  REQUIRE(bench.simulation.run_until(
+      [&bench] { return bench.step("hold").state == procedure_step_t::RUNNING; },
+      bench.simulation.now() + 60 * second));
+  hold_for(20);
+  CHECK(bench.run() == procedure_state_t::PASS);
+  CHECK(seconds(bench.step("hold").utime_end - bench.step("hold").utime_start) ==
+        Approx(24).margin(0.1));
+  CHECK(bench.printed("HELD"));
+}
+
+TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
+  fake::Script script;
+  script.move_takes_s = 30;
+  Bench bench(script);
+  bench.run_for(5);
+  bench.command(procedure_command_t::SKIP, "is there already");
+  bench.run_for(0.5);
+  CHECK(bench.step("move").state == procedure_step_t::SKIPPED);
+  CHECK(bench.step("move").detail == "is there already");
+  CHECK(bench.told_testbed(testbed_command_t::STOP));
+  CHECK(bench.step("acquire").state == procedure_step_t::RUNNING);
+
+  bench.command(procedure_command_t::HOLD);
+  bench.run_for(1);
+  bench.command(procedure_command_t::STEP);
+  bench.run_for(20);
+  CHECK(bench.step("acquire").state == procedure_step_t::PASSED);
+  CHECK(bench.step("track").state == procedure_step_t::PENDING);
+  CHECK(bench.node->state().state == procedure_state_t::HELD);
+  bench.command(procedure_command_t::RESUME);
+  bench.script.move_takes_s = 2;
+  CHECK(bench.run() == procedure_state_t::PASS);
+}
+
+TEST_CASE("the operator reads steps, errors and the verdict") {
+  Bench bench;
+  bench.run_for(9);
+  const std::string status = bench.progress.status();
+  INFO(status);
+  CHECK(status.find("| ok, range 4.") != std::string::npos);
+  CHECK(status.find("2.0 Hz") != std::string::npos);
+  CHECK(status.find("error 4.0 mm 0.00 deg") != std::string::npos);
+  CHECK(bench.progress.verdict().empty());
+  bench.run();
+  CHECK(bench.printed("waiting for estimator (not heard of)"));
+  CHECK(bench.printed("done     approach"));
+  REQUIRE(bench.progress.finished());
+  const std::string verdict = bench.progress.verdict();
+  INFO(verdict);
+  CHECK(verdict.find("rms position_error") != std::string::npos);
+  CHECK(verdict.find("\nPASS\n") != std::string::npos);
+}
+
+TEST_CASE("the same run gives the same log to the bit") {
+  const auto log_of_a_run = [] {
+    Bench bench;
+    bench.run();
+    std::ifstream in(bench.log, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  const std::string first = log_of_a_run();
+  CHECK(first.size() > 100000);
+  CHECK((first == log_of_a_run()));
+}
+
+TEST_CASE("a run names everything that shaped it, in one datagram") {
+  const fs::path folder = fs::temp_directory_path() / ("berth-info-" + std::to_string(::getpid()));
+  fs::create_directories(folder / "layouts");
+  const auto put = [&folder](const char* name, std::size_t size) {
+    std::ofstream(folder / name) << std::string(size, 'x');
+  };
+  put("layouts/range.yaml", 100);
+  put("layouts/contact.yaml", 100);
+  put("estimator.yaml", 60000);
+  put("testbed.yaml", 30000);
+  RunSetup setup;
+  setup.config = folder;
+  const auto procedure = procedures::parse_procedure(script_text, "test.yaml");
+  const auto info =
+      procedures::make_run_info(procedure, setup, Target{}, "r", run_info_t::TWIN, "");
+  fs::remove_all(folder);
+  REQUIRE(info.attachments.size() == 4);
+  CHECK(info.attachments[0].name == "procedure.yaml");
+  CHECK(info.attachments[0].content == procedure.text);
+  CHECK(info.attachments[1].name == "estimator.yaml");
+  CHECK(info.attachments[1].content.empty());
+  CHECK(info.attachments[1].sha256.size() == 64);
+  CHECK(info.attachments[2].name == "layouts/range.yaml");
+  CHECK(info.attachments[3].content.size() == 30000);
+  CHECK(info.getEncodedSize() < Bus::max_message_bytes);
+}
