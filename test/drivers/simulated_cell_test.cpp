@@ -6,6 +6,8 @@
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
 #include <berth/ground_truth_t.hpp>
+#include <cmath>
+#include <ctime>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
@@ -242,6 +244,27 @@ TEST_CASE("the LIDAR is served at its address") {
   });
   rig.simulation.run_for(10 * millisecond);
   CHECK(connected == 1);
+}
+
+TEST_CASE("what both arms at 100 Hz status and 60 Hz set-points cost", "[.benchmark]") {
+  Rig rig("range");
+  rig.move(1);
+  const auto cpu = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
+  const double begin = cpu();
+  constexpr double span = 60;
+  const Utime start = rig.simulation.now();
+  for (int i = 0; i < static_cast<int>(60 * span); ++i) {
+    for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
+      Joints joints = rig.nominal.arm(role).home;
+      const double way = 0.05 * std::cos(0.1 * i / 60.0);
+      joints[0] += role == ArmRole::replica ? way : -way;
+      rig.command(role, arm_command_t::STREAM, joints);
+    }
+    rig.simulation.run_until(start + utime_from_seconds((i + 1) / 60.0));
+  }
+  const double used = cpu() - begin;
+  WARN("CPU per simulated second: " << 1e3 * used / span << " ms; running: "
+                                    << (rig.arms[ArmRole::sensor].state == arm_state_t::RUNNING));
 }
 
 }  // namespace
