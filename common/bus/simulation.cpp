@@ -133,8 +133,11 @@ bool Simulation::run_until(const std::function<bool()>& done, Utime limit) {
     }
     event.task();
     ++events_run_;
-    impl_->notice_readable(now_);
-    if (done()) return true;
+    // Once before the clock moves on: what is written now is seen a latency from now.
+    const bool moves_on = impl_->events.empty() || impl_->events.begin()->first.first > now_;
+    const bool is_done = done();
+    if (moves_on || is_done) impl_->notice_readable(now_);
+    if (is_done) return true;
   }
   now_ = std::max(now_, limit);
   return done();
