@@ -86,7 +86,7 @@ std::string LidarNode::refusal(const scan_request_t& request) const {
 }
 
 void LidarNode::start(const scan_request_t& request) {
-  scan_.emplace();
+  scan_ = Scan();
   scan_->request = request;
   scan_->began = now();
   scan_->news = now();

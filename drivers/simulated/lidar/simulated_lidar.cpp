@@ -8,7 +8,7 @@
 
 namespace berth {
 
-SimulatedLidar::SimulatedLidar(std::string address, LidarProfile profile,
+SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
                                SimulatedLidarSettings settings, std::uint64_t seed, Loop& loop,
                                Wires& wires, Scene& scene)
     : profile_(std::move(profile)),
@@ -83,7 +83,7 @@ void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
   answer.accepted = answer.reason.empty();
   if (!answer.accepted) return send(answer);
 
-  scan_.emplace();
+  scan_ = Scan();
   scan_->id = order.scan_id;
   scan_->window_start = loop_.now() + settings_.start_delay;
   for (const lidar::Window& window : order.windows) {

@@ -43,7 +43,7 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 /// whatever it meets, so that two worlds with one seed see the same noise.
 class SimulatedLidar {
  public:
-  SimulatedLidar(std::string address, LidarProfile profile, SimulatedLidarSettings settings,
+  SimulatedLidar(const std::string& address, LidarProfile profile, SimulatedLidarSettings settings,
                  std::uint64_t seed, Loop& loop, Wires& wires, Scene& scene);
   ~SimulatedLidar();
   SimulatedLidar(const SimulatedLidar&) = delete;
