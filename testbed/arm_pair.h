@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/cell.h"
+
+namespace berth::testbed {
+
+/// The joints of both arms at one time.
+struct ArmPair {
+  Joints replica{};
+  Joints sensor{};
+
+  Joints& of(ArmRole role) { return role == ArmRole::replica ? replica : sensor; }
+  const Joints& of(ArmRole role) const { return role == ArmRole::replica ? replica : sensor; }
+};
+
+inline constexpr ArmRole both_arms[] = {ArmRole::replica, ArmRole::sensor};
+
+/// a + s * (b - a), joint by joint.
+inline ArmPair blend(const ArmPair& a, const ArmPair& b, double s) {
+  ArmPair pair;
+  for (std::size_t i = 0; i < 6; ++i) {
+    pair.replica[i] = a.replica[i] + s * (b.replica[i] - a.replica[i]);
+    pair.sensor[i] = a.sensor[i] + s * (b.sensor[i] - a.sensor[i]);
+  }
+  return pair;
+}
+
+/// Largest change of any joint, rad or m.
+inline double largest_change(const ArmPair& a, const ArmPair& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    largest = std::max(
+        {largest, std::abs(a.replica[i] - b.replica[i]), std::abs(a.sensor[i] - b.sensor[i])});
+  }
+  return largest;
+}
+
+}  // namespace berth::testbed

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/settings.h"
+
+#include <cmath>
+
+#include "common/core/config.h"
+
+namespace berth::testbed {
+namespace {
+
+/// A positive quantity: nothing here makes sense at zero or below.
+double positive(Config& config, const std::string& key, Dimension dimension) {
+  const double value = config.quantity(key, dimension);
+  if (!(value > 0)) throw config.error(key, "must be positive");
+  return value;
+}
+
+std::int64_t microseconds(Config& config, const std::string& key) {
+  return std::llround(1e6 * positive(config, key, Dimension::time));
+}
+
+std::int64_t period(Config& config, const std::string& key) {
+  return std::llround(1e6 / positive(config, key, Dimension::frequency));
+}
+
+}  // namespace
+
+Settings load_settings(const std::filesystem::path& file) {
+  Config config = Config::load(file);
+  Settings s;
+
+  Config setpoints = config.section("setpoints");
+  s.setpoint_period = period(setpoints, "rate");
+  s.dead_time = microseconds(setpoints, "dead_time");
+  s.setpoint_lifetime = microseconds(setpoints, "lifetime");
+  setpoints.finish();
+
+  Config motion = config.section("motion");
+  s.motion.speed = positive(motion, "speed", Dimension::speed);
+  s.motion.angular_speed = positive(motion, "angular_speed", Dimension::angular_speed);
+  s.greatest_speed = positive(motion, "greatest_speed", Dimension::speed);
+  s.greatest_angular_speed = positive(motion, "greatest_angular_speed", Dimension::angular_speed);
+  s.motion.acceleration = positive(motion, "acceleration", Dimension::acceleration);
+  s.motion.angular_acceleration =
+      positive(motion, "angular_acceleration", Dimension::angular_acceleration);
+  s.motion.rise_time = positive(motion, "rise_time", Dimension::time);
+  s.hold_settling = positive(motion, "hold_settling", Dimension::time);
+  s.retreat_speed = positive(motion, "retreat_speed", Dimension::speed);
+  s.rejoin_speed = positive(motion, "rejoin_speed", Dimension::angular_speed);
+  s.start_time_limit = microseconds(motion, "start_time_limit");
+  motion.finish();
+
+  Config path = config.section("path_check");
+  s.path.speed = positive(path, "joint_speed", Dimension::number);
+  s.path.acceleration = positive(path, "joint_acceleration", Dimension::number);
+  s.path.manipulability = positive(path, "manipulability", Dimension::number);
+  s.path.sample_time = positive(path, "sample_time", Dimension::time);
+  s.clearance.between = positive(path, "clearance", Dimension::length);
+  s.clearance.within = positive(path, "own_clearance", Dimension::length);
+  path.finish();
+
+  Config guidance = config.section("guidance");
+  s.guidance.dead_time = s.dead_time;
+  s.guidance.hold_settling = s.hold_settling;
+  s.guidance.stale_after = microseconds(guidance, "stale_after");
+  s.guidance.give_up_after = microseconds(guidance, "give_up_after");
+  s.guidance.settle_for = microseconds(guidance, "settle_for");
+  s.guidance.settle_tolerance = positive(guidance, "settle_tolerance", Dimension::length);
+  s.guidance.good_estimates = static_cast<int>(guidance.integer("good_estimates"));
+  s.guidance.gain = positive(guidance, "gain", Dimension::number);
+  s.guidance.correction_speed = positive(guidance, "correction_speed", Dimension::speed);
+  s.guidance.correction_angular_speed =
+      positive(guidance, "correction_angular_speed", Dimension::angular_speed);
+  s.guidance.largest_correction = positive(guidance, "largest_correction", Dimension::length);
+  s.guidance.largest_angular_correction =
+      positive(guidance, "largest_angular_correction", Dimension::angle);
+  guidance.finish();
+
+  Config safety = config.section("safety");
+  s.safety.arm_silence = microseconds(safety, "arm_silence");
+  s.safety.heartbeat_silence = microseconds(safety, "heartbeat_silence");
+  s.safety.facility_silence = microseconds(safety, "facility_silence");
+  s.safety.watched_nodes = safety.texts("watched_nodes");
+  s.safety.largest_lag = positive(safety, "largest_lag", Dimension::angle);
+  s.lease_lifetime = microseconds(safety, "lease_lifetime");
+  safety.finish();
+
+  Config truth = config.section("ground_truth");
+  s.truth.period = period(truth, "rate");
+  s.truth.largest_gap = microseconds(truth, "largest_gap");
+  s.truth.velocity_window = microseconds(truth, "velocity_window");
+  s.truth.position_sigma = positive(truth, "position_sigma", Dimension::length);
+  s.truth.rotation_sigma = positive(truth, "rotation_sigma", Dimension::angle);
+  s.truth.time_sigma = positive(truth, "time_sigma", Dimension::time);
+  truth.finish();
+
+  config.finish();
+  return s;
+}
+
+}  // namespace berth::testbed

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+
+#include "testbed/clearance.h"
+#include "testbed/ground_truth.h"
+#include "testbed/guidance.h"
+#include "testbed/path_check.h"
+#include "testbed/safety.h"
+
+namespace berth::testbed {
+
+/// Everything in config/testbed.yaml. Times in us, the rest SI.
+struct Settings {
+  std::int64_t setpoint_period = 16667;
+  std::int64_t dead_time = 150000;
+  std::int64_t setpoint_lifetime = 200000;
+
+  RelativeLimits motion;  ///< speeds where a command names none
+  double greatest_speed = 0.5;
+  double greatest_angular_speed = 0.52;
+  double hold_settling = 0.8;
+  double retreat_speed = 0.05;
+  double rejoin_speed = 0.035;
+  std::int64_t start_time_limit = 5000000;
+
+  PathLimits path;
+  Clearance::Limits clearance;
+  Guidance::Settings guidance;
+  SafetySupervisor::Settings safety;
+  std::int64_t lease_lifetime = 2000000;
+  GroundTruth::Settings truth;
+};
+
+/// @throws InputError.
+Settings load_settings(const std::filesystem::path& file);
+
+}  // namespace berth::testbed

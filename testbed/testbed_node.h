@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
+#include <berth/facility_state_t.hpp>
+#include <berth/heartbeat_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_state_t.hpp>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/bus/node.h"
+#include "common/core/run_setup.h"
+#include "testbed/lease.h"
+#include "testbed/motion_planner.h"
+#include "testbed/settings.h"
+
+namespace berth {
+
+/// The testbed controller: the only commander of the arms. It turns TESTBED_COMMANDs into
+/// set-points for both (ARM_COMMAND_*, streamed at the set-point rate from START to HOLD),
+/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell when the supervisor says so.
+///
+/// How it stops:
+/// - HOLD, a lapsed lease, a stale or lost estimate, silent partners: both arms come to rest on the
+///   path. The last two go on by themselves (HOLDING), the first two wait for RESUME (HELD).
+/// - E-stop, fence, a controller that faults, stops or does not follow: ARM_COMMAND HOLD at once.
+///   RESUME starts the arms again, brings them back to the path and goes on.
+/// HOLD and STOP are obeyed from anybody of the session; everything else only from the lease
+/// holder.
+class TestbedNode final : public Node {
+ public:
+  TestbedNode(NodeSetup setup, Cell cell, testbed::Settings settings, std::string calibration_hash,
+              Bus& bus, Loop& loop);
+  ~TestbedNode() override;
+
+ private:
+  using Verdict = testbed::SafetySupervisor::Verdict;
+  using Level = testbed::SafetySupervisor::Level;
+
+  enum class Mode { idle, starting, moving, closed_loop };
+
+  /// What the testbed carries out, from its acceptance to its end.
+  struct Task {
+    std::int64_t seq = 0;
+    Mode mode = Mode::idle;                            // moving or closed_loop
+    std::shared_ptr<const testbed::ArmMotion> motion;  // moving
+    double time = 0;                                   // along the motion
+    bool retreat = false;
+    std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
+  };
+
+  // messages
+  void on_arm_state(ArmRole role, const arm_state_t& state);
+  void on_facility(const facility_state_t& state);
+  void on_estimate(const pose_estimate_t& message);
+  void on_command(const testbed_command_t& command);
+  bool on_lease_command(const testbed_command_t& command);
+
+  // commands
+  void begin(const testbed_command_t& command);
+  std::string begin_motion(const testbed_command_t& command);
+  std::string begin_move(const testbed_command_t& command, Task& task);
+  std::string begin_closed_loop(const testbed_command_t& command, Task& task);
+  std::string begin_path(std::shared_ptr<const testbed::RelativePath> path,
+                         const testbed_command_t& command, Task& task);
+  std::string retreat(const testbed_command_t& command);
+  std::string resume(const testbed_command_t& command);
+  std::string limits_of(const testbed_command_t& command, testbed::RelativeLimits& limits) const;
+  void start_task(Task task);
+  void accept(const testbed_command_t& command);
+  void refuse(const testbed_command_t& command, const std::string& reason);
+
+  // motion
+  void tick();
+  void run_start(double dt);
+  void run_motion(double dt, bool wait);
+  void run_closed_loop(double dt);
+  void end_task(bool finished);
+  void stop_arms(const std::string& code, const std::string& reason);
+  void supervise(const Verdict& verdict);
+  void stream(const testbed::ArmPair& joints);
+  void order(std::int8_t action);
+  void send(ArmRole role, std::int8_t action, const Joints& joints);
+  void remember(const testbed::ArmPair& joints);
+  double travel_between(const testbed::ArmPair& a, const testbed::ArmPair& b) const;
+  testbed::ArmPair reference_joints() const;
+  Pose relative(const testbed::ArmPair& joints) const;
+
+  void publish_truth(const testbed::Truth& truth);
+  void publish_state(bool if_changed);
+  testbed_state_t current_state() const;
+
+  Cell cell_;
+  testbed::Settings settings_;
+  std::string calibration_hash_;
+  RayCaster target_;
+  testbed::Clearance clearance_;
+  testbed::PathCheck check_;
+  testbed::MotionPlanner planner_;
+  testbed::GroundTruth truth_;
+  testbed::Guidance guidance_;
+  testbed::SafetySupervisor safety_;
+  testbed::Lease lease_;
+  testbed::TimeScale scale_;
+  Verdict verdict_;
+
+  testbed::ArmPair reported_;
+  bool reported_valid_[2] = {false, false};
+  testbed::ArmPair commanded_;
+  bool engaged_ = false;  // both arms follow our set-points
+  Utime engaged_since_ = 0;
+  std::deque<std::pair<Utime, testbed::ArmPair>> command_history_;
+  Velocity commanded_velocity_;
+
+  Mode mode_ = Mode::idle;
+  Task task_;
+  bool held_ = false;                            // waits for RESUME
+  bool stopping_ = false;                        // comes to rest to be abandoned
+  std::optional<testbed_command_t> after_stop_;  // STOP to finish or RETREAT to begin
+  std::string hold_reason_;
+  std::string guidance_reason_;  // holds by itself
+  double override_ = 1;
+  Utime last_tick_ = 0;
+  Utime next_instant_check_ = 0;
+
+  Utime start_begun_ = 0;
+  Utime order_sent_ = 0;
+  bool rejoining_ = false;
+  testbed::ArmPair rejoin_from_;
+  testbed::SmoothTravel rejoin_;
+  double rejoin_time_ = 0;
+
+  std::vector<testbed::ArmPair> trail_;  // of the motion under way or last done
+  std::vector<double> trail_lengths_;
+
+  std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
+  std::int64_t command_seq_ = 0;
+  std::int64_t finished_seq_ = 0;
+  std::int64_t refused_seq_ = 0;
+  std::string refusal_;
+  double clearance_m_ = -1;
+  int clearance_countdown_ = 0;
+
+  std::int64_t arm_command_seq_ = 0;
+  std::int64_t truth_seq_ = 0;
+  std::int64_t state_seq_ = 0;
+  testbed_state_t published_{};
+  Loop::TimerId tick_timer_;
+  Loop::TimerId state_timer_;
+};
+
+/// Reads the run's layout, target and config/testbed.yaml. @throws InputError.
+std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
+
+}  // namespace berth
