@@ -156,7 +156,8 @@ struct Clearance::Impl {
               (a.party == Party::room && b.link <= 1) || (b.party == Party::room && a.link <= 1);
           if (standing) continue;
           pairs.push_back({i, j, limits.between, true});
-        } else if (a.party != Party::room && far - near > 1 && !(far == held_link && near >= 5)) {
+        } else if (a.party != Party::room && far - near > 2) {
+          // nearer links are kept apart by the joints' own limits
           pairs.push_back({i, j, limits.within, false});
         }
       }

@@ -9,7 +9,7 @@ namespace {
 /// Places of a path at which a sharing is judged before it is checked closely.
 constexpr int margin_samples = 12;
 /// Sharings that are checked closely besides the nominal one.
-constexpr std::size_t most_checks = 8;
+constexpr std::size_t most_checks = 5;
 /// rad of joint margin that counts as plenty.
 constexpr double plenty = 1.0;
 
@@ -17,7 +17,7 @@ std::vector<Sharing> alternatives(double nominal_share) {
   std::vector<Sharing> list;
   for (const double side : {0.0, 0.3, -0.3}) {
     for (const double up : {0.0, 0.25, -0.25}) {
-      for (const double along : {0.0, 0.3, -0.3, 0.6, -0.6}) {
+      for (const double along : {0.0, 0.3, -0.3}) {
         for (const double lateral : {0.0, 0.5}) {
           Sharing sharing;
           sharing.travel = nominal_share;
@@ -50,7 +50,7 @@ struct MotionPlanner::Candidate {
 
 double MotionPlanner::margin(const ArmMotion& motion, const ArmPair& start) const {
   // Small steps keep the branch; each place is judged by its worse arm.
-  constexpr int steps_between = 4;
+  constexpr int steps_between = 3;
   ArmPair near = start;
   double least = plenty;
   for (int k = 0; k <= margin_samples * steps_between; ++k) {

@@ -2,6 +2,7 @@
 #include "common/core/cell.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/core/body_shapes.h"
 #include "common/core/ray_caster.h"
@@ -54,19 +55,51 @@ Mesh make_mount(const Mesh& target, const Pose& flange_model, double diameter) {
   return mount;
 }
 
-/// The target hangs on the faceplate's axis, so far out that all of it is beyond the gap.
+/// How long the rod must be for all of the target to be beyond the gap.
+double rod_length(const Mesh& target, const Quaterniond& attitude, double gap) {
+  double back = 0;
+  for (const Vector3d& vertex : target.vertices) {
+    back = std::max(back, -(attitude * vertex).z());
+  }
+  return gap + back;
+}
+
+/// The target hangs on the faceplate's axis: by its back, or by its side where that rod would be
+/// too long for the arm to make room behind it.
 void mount_target(Config& config, Cell& cell) {
   const double gap = config.quantity("gap", Dimension::length);
   const double diameter = config.quantity("diameter", Dimension::length);
-  const Quaterniond attitude = config.pose("attitude").rotation;
+  const double longest = config.quantity("longest", Dimension::length);
+  const Quaterniond back = config.pose("back").rotation;
+  const Quaterniond side = config.pose("side").rotation;
   config.finish();
   if (gap < 0 || diameter <= 0) throw config.error("gap", "gap and diameter must be positive");
-  double back = 0;
-  for (const Vector3d& vertex : cell.target.mesh.vertices) {
-    back = std::max(back, -(attitude * vertex).z());
+  const Mesh& target = cell.target.mesh;
+  const bool by_back =
+      rod_length(target, back, gap) <= std::max(longest, rod_length(target, side, gap));
+  const Quaterniond& attitude = by_back ? back : side;
+  cell.replica.tool = {Vector3d(0, 0, rod_length(target, attitude, gap)), attitude};
+  cell.mount = make_mount(target, cell.replica.tool, diameter);
+}
+
+/// The replica arm's joints nearest to those given that place the target before the waiting sensor,
+/// however long its rod is. Those given, where there are none.
+Joints home_with_target(const Cell& cell, const Pose& relative) {
+  const PlacedArm& arm = cell.replica;
+  const Pose model = cell.sensor.tool_pose(cell.sensor.home) * relative;
+  Joints best = arm.home;
+  double best_distance = -1;
+  for (const InverseSolution& solution :
+       arm.kinematics->inverse(arm.base.inverse() * model * arm.tool.inverse(), nullptr)) {
+    double distance = 0;
+    for (std::size_t i = 0; i < 6; ++i) {
+      distance += std::pow(solution.joints[i] - arm.home[i], 2);
+    }
+    if (best_distance >= 0 && distance >= best_distance) continue;
+    best = solution.joints;
+    best_distance = distance;
   }
-  cell.replica.tool = {Vector3d(0, 0, gap + back), attitude};
-  cell.mount = make_mount(cell.target.mesh, cell.replica.tool, diameter);
+  return best;
 }
 
 }  // namespace
@@ -91,6 +124,9 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
     Config mount = replica.section("mount");
     mount_target(mount, cell);
   }
+  const bool home_by_pose = replica.has("home_pose");
+  Pose home_pose;
+  replica.optional("home_pose", home_pose);
   replica.finish();
 
   Config sensor = config.section("sensor");
@@ -101,6 +137,7 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
     part.finish();
   }
   sensor.finish();
+  if (home_by_pose) cell.replica.home = home_with_target(cell, home_pose);
 
   config.optional("sensor_share", cell.sensor_share);
   if (!(cell.sensor_share >= 0 && cell.sensor_share <= 1)) {

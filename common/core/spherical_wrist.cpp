@@ -33,14 +33,33 @@ Pose dh_step(double a, const Quaterniond& twist, double d, double theta) {
   return {Vector3d(a * std::cos(theta), a * std::sin(theta), d), turn * twist};
 }
 
-/// A joint turned by whole turns so that it comes within [low, high]: all possibilities.
-std::vector<double> turns_within(double angle, const JointLimit& limit) {
-  std::vector<double> values;
-  const auto first = std::ceil((limit.low - limit_tolerance - angle) / (2 * pi));
-  for (double k = first; angle + 2 * pi * k <= limit.high + limit_tolerance; ++k) {
-    values.push_back(angle + 2 * pi * k);
+/// A joint turned by whole turns so that it comes within its limits: all possibilities.
+class Turns {
+ public:
+  Turns(double angle, const JointLimit& limit) {
+    double turned = angle + 2 * pi * std::ceil((limit.low - limit_tolerance - angle) / (2 * pi));
+    for (; count_ < values_.size() && turned <= limit.high + limit_tolerance; turned += 2 * pi) {
+      values_[count_++] = turned;
+    }
   }
-  return values;
+  const double* begin() const { return values_.data(); }
+  const double* end() const { return values_.data() + count_; }
+  bool empty() const { return count_ == 0; }
+
+ private:
+  std::array<double, 8> values_{};
+  std::size_t count_ = 0;
+};
+
+/// Rotation of DH frame 3: x up across the forearm, z back along it, when J3 is 0.
+Matrix3d forearm_frame(const Joints& joints) {
+  const double c1 = std::cos(joints[0]);
+  const double s1 = std::sin(joints[0]);
+  const double c3 = std::cos(joints[2]);
+  const double s3 = std::sin(joints[2]);
+  Matrix3d m;
+  m << -c1 * s3, -s1, -c1 * c3, -s1 * s3, c1, -s1 * c3, c3, 0, -s3;
+  return m;
 }
 
 /// 0 for -180..180 degrees, both ends included.
@@ -137,7 +156,7 @@ std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
       const double elbow_z = geometry_.a2 * std::sin(link);
       const double line = std::atan2(z - elbow_z, x - elbow_x);
       const Joints base{j1, wrapped(pi / 2 - link), 0, 0, 0, 0};
-      for (const double j3 : turns_within(wrapped(line - forearm_angle_), limits_[2])) {
+      for (const double j3 : Turns(wrapped(line - forearm_angle_), limits_[2])) {
         Placement placement{base, front, up};
         placement.joints[2] = j3;
         placements.push_back(placement);
@@ -151,14 +170,14 @@ std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
                                                         std::string* reason) const {
   std::string why;
   std::vector<InverseSolution> solutions;
-  const Quaterniond half_turn(0, 1, 0, 0);
+  solutions.reserve(32);
+  Matrix3d wanted = flange.rotation.toRotationMatrix();
+  wanted.rightCols<2>() *= -1;  // the last twist undone
   const Vector3d wrist = flange.position - geometry_.d6 * (flange.rotation * Vector3d::UnitZ());
   std::string singular;
   for (const Placement& placement : place_wrist(wrist, why)) {
-    const Pose forearm = link_poses(placement.joints)[3];
     // what is left for the wrist: Rz(J4) Ry(-J5) Rz(J6)
-    const Matrix3d m =
-        (forearm.rotation.conjugate() * flange.rotation * half_turn).toRotationMatrix();
+    const Matrix3d m = forearm_frame(placement.joints).transpose() * wanted;
     const double sine = std::hypot(m(0, 2), m(1, 2));
     if (sine < singular_sine) {
       singular = "singular: J5 is 0, so that J4 and J6 turn about one axis";
@@ -170,9 +189,9 @@ std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
       const double j4 = std::atan2(-sign * m(1, 2), -sign * m(0, 2));
       joints[4] = std::atan2(sign * sine, m(2, 2));
       const double j6 = std::atan2(-sign * m(2, 1), sign * m(2, 0));
-      const std::vector<double> of_j1 = turns_within(joints[0], limits_[0]);
-      const std::vector<double> of_j4 = turns_within(j4, limits_[3]);
-      const std::vector<double> of_j6 = turns_within(j6, limits_[5]);
+      const Turns of_j1(joints[0], limits_[0]);
+      const Turns of_j4(j4, limits_[3]);
+      const Turns of_j6(j6, limits_[5]);
       for (const double q1 : of_j1) {
         for (const double q4 : of_j4) {
           for (const double q6 : of_j6) {

@@ -50,6 +50,18 @@ TEST_CASE("the mount keeps the target off the faceplate, whatever its size") {
   }
 }
 
+TEST_CASE("a target too deep to be held from behind is held by its side, where it stood before") {
+  Target deep;
+  deep.mesh = make_box(Vector3d(0.6, 0.4, 3.0));
+  const Cell cell = load_cell("config/layouts/range.yaml", deep);
+  CHECK(cell.replica.tool.position.z() == Approx(0.25 + 0.3));
+  const Pose relative = cell.relative_pose(cell.replica.home, cell.sensor.home);
+  CHECK(distance(relative, pose_from_xyzwpr({0, 0, 5500, 0, 0, 0})) < 1e-6);
+  CHECK(angle_between(relative, Pose{}) < 1e-6);
+  const Cell flat = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  CHECK(distance(relative, flat.relative_pose(flat.replica.home, flat.sensor.home)) < 1e-3);
+}
+
 TEST_CASE("in free space the replica's axes are its pose in the sensor frame") {
   const Cell cell = load_cell("config/layouts/free.yaml", load_target("radarsat2", 0));
   const Pose pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
