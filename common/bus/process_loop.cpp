@@ -108,7 +108,7 @@ void ProcessLoop::wake() {
   [[maybe_unused]] const auto written = write(wake_fd_, &one, sizeof one);
 }
 
-void ProcessLoop::stop_on_signals() {
+void ProcessLoop::on_signals(std::function<void(int)> handler) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
@@ -116,9 +116,11 @@ void ProcessLoop::stop_on_signals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal_fd_ = signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC);
   if (signal_fd_ < 0) throw_errno("signalfd");
-  watch(signal_fd_, [this] {
+  watch(signal_fd_, [this, handler = std::move(handler)] {
     signalfd_siginfo info;
-    while (read(signal_fd_, &info, sizeof info) == sizeof info) stopped_ = true;
+    while (read(signal_fd_, &info, sizeof info) == sizeof info) {
+      handler(static_cast<int>(info.ssi_signo));
+    }
   });
 }
 

@@ -37,8 +37,11 @@ class ProcessLoop final : public Loop {
   void stop();
   /// Hands a task to the loop from any thread.
   void post(Task task);
-  /// SIGINT and SIGTERM stop the loop. Call before other threads start.
-  void stop_on_signals();
+  /// Calls handler for SIGINT and SIGTERM, on the loop. Call before other threads start.
+  void on_signals(std::function<void(int)> handler);
+  void stop_on_signals() {
+    on_signals([this](int) { stopped_ = true; });
+  }
 
  private:
   struct Timer {

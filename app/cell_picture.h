@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/core/cell.h"
+
+namespace berth {
+
+/// What is drawn beside the cell itself.
+struct CellPicture {
+  Joints replica{};
+  Joints sensor{};
+  std::vector<Vector3d> returns;  ///< of the LIDAR, sensor frame
+  Vector3d eye{3.2, -7.5, 4.6};   ///< cell frame
+  Vector3d look_at{3.2, 0.2, 1.4};
+  std::string caption;
+};
+
+/// The cell with both arms, target, sensor and LIDAR returns as an SVG, in perspective. Walls are
+/// left out. Triangles are sorted by depth: good enough to look at, not a renderer.
+std::string draw(const Cell& cell, const CellPicture& picture);
+
+}  // namespace berth

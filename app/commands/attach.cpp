@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "app/active_runs.h"
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/monitor.h"
+#include "common/core/error.h"
+
+namespace berth::commands {
+namespace {
+
+ActiveRun require_active_run(const std::filesystem::path& directory) {
+  const auto run = find_active_run(directory);
+  if (run) return *run;
+  throw InputError(directory.empty() ? "nothing is running"
+                                     : directory.string() + ": is not running");
+}
+
+int stop(const ActiveRun& run, bool now) {
+  std::printf("stopping %s\n", run.directory.c_str());
+  kill(run.supervisor, SIGTERM);
+  for (int tenths = 0; kill(run.supervisor, 0) == 0; ++tenths) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (now && tenths == 3) kill(run.supervisor, SIGTERM);
+    if (tenths > 900) {
+      std::fprintf(stderr, "berth: process %d does not end\n", run.supervisor);
+      return exit_code::error;
+    }
+  }
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_attach(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("attach", "Show a running procedure in this terminal");
+  auto directory = std::make_shared<std::filesystem::path>();
+  command->add_option("run", *directory, "Run directory; the newest run when left out");
+  command->callback(
+      [directory, &exit_code] { exit_code = monitor(require_active_run(*directory)); });
+}
+
+void add_stop(CLI::App& app, int& exit_code) {
+  auto* command =
+      app.add_subcommand("stop", "Abort the procedure that runs, or bring the cell down");
+  auto directory = std::make_shared<std::filesystem::path>();
+  auto now = std::make_shared<bool>(false);
+  command->add_option("run", *directory, "Run directory; the newest run when left out");
+  command->add_flag("--now", *now, "Do not wait for the procedure's teardown");
+  command->callback(
+      [directory, now, &exit_code] { exit_code = stop(require_active_run(*directory), *now); });
+}
+
+}  // namespace berth::commands

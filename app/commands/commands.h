@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+/// One function per subcommand of berth: adds its options, and a callback that sets exit_code.
+namespace berth::commands {
+
+void add_run(CLI::App& app, int& exit_code);
+void add_up(CLI::App& app, int& exit_code);
+void add_attach(CLI::App& app, int& exit_code);
+void add_stop(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_compare(CLI::App& app, int& exit_code);
+void add_log(CLI::App& app, int& exit_code);
+void add_picture(CLI::App& app, int& exit_code);
+void add_doctor(CLI::App& app, int& exit_code);
+
+}  // namespace berth::commands

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <berth/arm_state_t.hpp>
+#include <berth/scan_packet_t.hpp>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include "app/cell_picture.h"
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/run_files.h"
+#include "common/core/beam_model.h"
+#include "common/core/error.h"
+#include "lcmtypes/channels.h"
+#include "logs/log_reader.h"
+
+namespace berth::commands {
+namespace {
+
+struct Options {
+  std::filesystem::path run;
+  double at_s = -1;
+  std::filesystem::path out = "cell.svg";
+};
+
+void take_joints(const logs::LogEvent& event, const char* channel, Joints& joints) {
+  if (event.channel != channel) return;
+  if (const auto state = logs::decode<arm_state_t>(event.data); state && state->valid) {
+    std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
+  }
+}
+
+/// The returns of the scan that runs; a new scan starts anew.
+void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<Vector3d>& returns) {
+  if (event.channel != channels::scan_data) return;
+  const auto packet = logs::decode<scan_packet_t>(event.data);
+  if (!packet) return;
+  if (packet->scan_id != scan) returns.clear();
+  scan = packet->scan_id;
+  for (std::size_t i = 0; i < packet->status.size(); ++i) {
+    if (packet->status[i] != scan_packet_t::HIT) continue;
+    returns.push_back(static_cast<double>(packet->range_m[i]) *
+                      beam_direction(static_cast<double>(packet->azimuth_rad[i]),
+                                     static_cast<double>(packet->elevation_rad[i])));
+  }
+}
+
+int picture(const Options& options) {
+  const RunFiles files = RunFiles::open(options.run);
+  const Target target = load_target(files.setup.target, files.setup.target_length);
+  const Cell cell =
+      load_cell(files.setup.config / "layouts" / (files.setup.layout + ".yaml"), target);
+  CellPicture picture;
+  picture.replica = cell.replica.home;
+  picture.sensor = cell.sensor.home;
+  logs::LogReader reader(files.log());
+  logs::LogEvent event;
+  Utime start = 0;
+  Utime now = 0;
+  std::int64_t scan = 0;
+  while (reader.next(event)) {
+    if (start == 0) start = event.utime;
+    if (options.at_s >= 0 && seconds(event.utime - start) > options.at_s) break;
+    now = event.utime;
+    take_joints(event, channels::arm_state_replica, picture.replica);
+    take_joints(event, channels::arm_state_sensor, picture.sensor);
+    take_returns(event, scan, picture.returns);
+  }
+  char caption[200];
+  std::snprintf(caption, sizeof caption, "%s, %.1f s after the start, replica at %.2f m, scan %lld",
+                files.name.c_str(), seconds(now - start),
+                cell.relative_pose(picture.replica, picture.sensor).position.norm(),
+                static_cast<long long>(scan));
+  picture.caption = caption;
+  std::ofstream out(options.out);
+  out << draw(cell, picture);
+  if (!out.flush()) throw InputError(options.out.string() + ": cannot be written");
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_picture(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("picture", "Draw the cell at one time of a run, as SVG");
+  auto options = std::make_shared<Options>();
+  command->add_option("run", options->run, "Run directory")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("--time", options->at_s, "Seconds after the start; the end when left out");
+  command->add_option("--out", options->out, "Picture to write")->capture_default_str();
+  command->callback([options, &exit_code] { exit_code = picture(*options); });
+}
+
+}  // namespace berth::commands

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdio>
+#include <memory>
+
+#include "app/active_runs.h"
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/monitor.h"
+#include "app/supervisor.h"
+#include "app/terminal_progress.h"
+#include "app/twin_host.h"
+#include "app/verdict.h"
+#include "common/bus/lcm_bus.h"
+#include "common/core/error.h"
+#include "common/core/quantity.h"
+
+namespace berth::commands {
+namespace {
+
+struct Options {
+  RunRequest request;
+  std::vector<std::string> set;
+  std::string target_length;
+  bool twin = false;
+  bool hardware = false;
+  bool detach = false;
+};
+
+void add_cell_options(CLI::App& command, Options& options) {
+  command.add_option("--layout", options.request.layout,
+                     "Layout of config/layouts (range, contact, free)");
+  command.add_option("--target", options.request.target,
+                     "Target: 'radarsat2', or a mesh (PLY, STL, OBJ)");
+  command.add_option("--target-length", options.target_length,
+                     "Scale the target so that its longest side is this long, in metres");
+  command.add_option("--seed", options.request.seed, "Seed of everything simulated")
+      ->capture_default_str();
+  command
+      .add_option("--out", options.request.out, "The run directory is made under this directory")
+      ->capture_default_str();
+  command.add_option("--config", options.request.config,
+                     "Configuration directory instead of the one shipped");
+  command.add_option("--lcm-url", options.request.url,
+                     "LCM URL, e.g. udpm://239.255.76.67:7667?ttl=0; testbeds side by side need "
+                     "ports of their own");
+  command.add_flag("--hardware", options.hardware,
+                   "The devices of config/devices.yaml are real: do not simulate them");
+  command.add_flag("--detach", options.detach, "Do not wait; see berth attach and berth stop");
+}
+
+void complete(Options& options) {
+  RunRequest& request = options.request;
+  if (!options.target_length.empty()) {
+    const bool has_unit = options.target_length.find('m') != std::string::npos;
+    try {
+      request.target_length =
+          parse_quantity(options.target_length + (has_unit ? "" : " m"), Dimension::length);
+    } catch (const InputError& e) {
+      throw InputError(std::string("--target-length: ") + e.what());
+    }
+    if (request.target_length <= 0) throw InputError("--target-length: must be positive");
+  }
+  for (const auto& assignment : options.set) {
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError("--set " + assignment + ": expected NAME=VALUE");
+    }
+    request.parameters[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+  }
+  if (options.twin && options.hardware)
+    throw InputError("--twin and --hardware exclude each other");
+  request.host = options.twin ? "twin" : options.hardware ? "cell" : "simulated-cell";
+  if (options.twin) return;
+  request.url = bus_url(request.url);
+  for (const auto& run : active_runs()) {
+    if (run.url != request.url) continue;
+    const bool is_cell = !RunFiles::open(run.directory).has_procedure;
+    if (!is_cell || request.procedure.empty()) {
+      throw InputError(run.directory.string() + " runs on " + request.url +
+                       ": berth attach, berth stop, or another --lcm-url");
+    }
+    request.joins = run.directory;
+  }
+}
+
+std::atomic<bool> interrupted = false;
+
+int run_in_twin(const RunFiles& files) {
+  std::printf("twin %s\n", files.directory.c_str());
+  signal(SIGINT, [](int) { interrupted = true; });
+  TerminalProgress progress;
+  const TwinResult result = run_twin(
+      files,
+      [&](const std::string& channel, Bytes bytes) {
+        progress.take(channel, bytes);
+        progress.refresh();
+      },
+      [] { return interrupted.load(); });
+  const int code = write_verdict(files, result.exit_code);
+  show_verdict(files);
+  std::printf("simulated %.1f s in %.2f s: %.0f times real time (and %.2f s to prepare)\n",
+              result.simulated_s, result.wall_s, result.simulated_s / result.wall_s,
+              result.preparation_s);
+  return code;
+}
+
+int run_in_processes(const RunFiles& files, bool detach) {
+  std::printf("run %s\n", files.directory.c_str());
+  std::fflush(stdout);
+  const pid_t supervisor = supervise_in_background(files);
+  if (detach) return exit_code::passed;
+  return monitor({supervisor, files.directory, bus_url(files.url)});
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("run", "Run a procedure to its verdict");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("procedure", options->request.procedure,
+                   "Procedure, e.g. procedures/approach.yaml")
+      ->required();
+  command->add_flag(
+      "--twin", options->twin,
+      "In one process on a simulated clock: deterministic, far faster than real time");
+  command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")
+      ->type_name("NAME=VALUE");
+  add_cell_options(*command, *options);
+  command->callback([options, &exit_code] {
+    complete(*options);
+    const RunFiles files = RunFiles::create(options->request);
+    exit_code = options->twin ? run_in_twin(files) : run_in_processes(files, options->detach);
+  });
+}
+
+void add_up(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "up", "Bring a cell up without a procedure; berth run then runs procedures in it");
+  auto options = std::make_shared<Options>();
+  add_cell_options(*command, *options);
+  command->callback([options, &exit_code] {
+    complete(*options);
+    const RunFiles files = RunFiles::create(options->request);
+    exit_code = run_in_processes(files, options->detach);
+  });
+}
+
+}  // namespace berth::commands

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/procedure_run.h"
+
+namespace berth {
+
+ProcedureRun procedure_run(const RunFiles& files) {
+  ProcedureRun run;
+  run.file = files.procedure();
+  run.parameters = files.parameters;
+  run.name = files.name;
+  run.host = files.host == "twin"   ? run_info_t::TWIN
+             : files.host == "cell" ? run_info_t::CELL
+                                    : run_info_t::SIMULATED_CELL;
+  return run;
+}
+
+}  // namespace berth

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "common/core/run_setup.h"
+
+namespace berth {
+
+/// What a user asks of a run before it has a directory.
+struct RunRequest {
+  std::filesystem::path procedure;                ///< empty: only bring the cell up
+  std::string layout;                             ///< empty: the procedure's own
+  std::string target;                             ///< empty: the procedure's own
+  double target_length = 0;                       ///< m; 0: the procedure's own
+  std::map<std::string, std::string> parameters;  ///< --set NAME=VALUE
+  std::uint64_t seed = 1;
+  std::string host = "simulated-cell";  ///< "simulated-cell", "cell" or "twin"
+  std::string url;                      ///< LCM URL; empty in the twin
+  std::filesystem::path joins;          ///< run directory of a cell that is up already
+  std::filesystem::path config;         ///< configuration to copy; empty: the one shipped
+  std::filesystem::path out = "runs";   ///< the run directory is made under it
+};
+
+/// A run directory: everything that makes and records one run.
+///
+///     run.yaml            what the run is (read by every node program)
+///     procedure.yaml      the procedure as run
+///     config/             the configuration as used
+///     run.lcm             the log
+///     world_truth.lcm     of a simulated cell: where everything really was; only tests and reports
+///     open it results.json, verdict.txt, plot.svg output/             what the processes printed
+struct RunFiles {
+  std::filesystem::path directory;
+  std::string name;  ///< of the run; in the twin it holds no wall time
+  std::string host;
+  std::string url;
+  std::map<std::string, std::string> parameters;
+  bool has_procedure = false;
+  bool joins = false;  ///< the cell was up already: only recorder and procedure are ours
+  std::string configuration_hash;  ///< over config/, layout and target
+  RunSetup setup;                  ///< paths inside the directory
+
+  /// Makes the directory. @throws InputError for what a user got wrong.
+  static RunFiles create(const RunRequest& request);
+  /// Reads one. @throws InputError when it is none.
+  static RunFiles open(const std::filesystem::path& directory);
+
+  std::filesystem::path procedure() const { return directory / "procedure.yaml"; }
+  std::filesystem::path log() const { return directory / "run.lcm"; }
+};
+
+/// Where the shipped config/ and procedures/ are: BERTH_HOME, or found from the program's place.
+/// @throws InputError when there are none.
+std::filesystem::path shared_files();
+
+/// Directory of the running program, where its sister programs are.
+std::filesystem::path program_directory();
+
+}  // namespace berth

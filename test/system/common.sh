@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# For the system tests: sourced with the directory of the programs as $1.
+set -euo pipefail
+bin=$1
+home=$PWD
+export BERTH_HOME=$home
+work=$(mktemp -d)
+export XDG_RUNTIME_DIR=$work/runtime
+mkdir -p "$XDG_RUNTIME_DIR"
+# Ports of this test process alone.
+port=$((20000 + $$ % 10000))
+url="udpm://239.255.76.67:$port?ttl=0"
+trap 'status=$?; pkill -KILL -f "$work" || true; [ $status = 0 ] && rm -rf "$work" || echo "left in $work"' EXIT
+
+fail() { echo "FAILED: $*"; exit 1; }
+
+# expect CODE COMMAND...: runs it, and fails unless it exits so.
+expect() {
+  local wanted=$1 code=0
+  shift
+  "$@" >"$work/out.txt" 2>&1 || code=$?
+  [ "$code" = "$wanted" ] || { cat "$work/out.txt"; fail "exit code $code, expected $wanted: $*"; }
+}
+
+# says TEXT: the last output must hold it.
+says() { grep -qF -- "$1" "$work/out.txt" || { cat "$work/out.txt"; fail "nothing said of: $1"; }; }
+
+only_run() { ls -d "$1"/*/ | head -1; }

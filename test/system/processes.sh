@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# A run in the cell of processes: verdict, complete run directory, a recorder that lost nothing,
+# replay and comparison from its log, and no process left behind.
+. "$(dirname "$0")/common.sh"
+
+code=0
+"$bin/berth" run --out "$work/runs" --lcm-url "$url" procedures/track_static.yaml || code=$?
+[ $code = 0 ] || fail "exit code $code"
+run=$(only_run "$work/runs")
+for file in run.yaml procedure.yaml run.lcm world_truth.lcm results.json verdict.txt; do
+  [ -s "$run/$file" ] || fail "$file is missing"
+done
+! pgrep -f "$work" || fail "processes are left behind"
+expect 0 "$bin/berth" compare "$run"
+
+. "$home/test/system/replay.sh"
+replay "$run"
