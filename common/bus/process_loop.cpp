@@ -223,7 +223,7 @@ void TcpWires::dial(const std::string& address, Connected connected) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) throw_errno("socket");
   send_small_frames_at_once(fd);
-  const auto finish = [this, fd, connected = std::move(connected)] {
+  const auto finish = [this, fd, connected] {
     loop_.unwatch(fd);
     int error = 0;
     socklen_t size = sizeof error;
@@ -235,7 +235,7 @@ void TcpWires::dial(const std::string& address, Connected connected) {
   if (connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 && errno != EINPROGRESS) {
     close(fd);
     // Through the loop, so that a caller is never called back from inside its own call.
-    loop_.at(loop_.now(), [connected = finish] { connected(); });
+    loop_.at(loop_.now(), [connected = std::move(connected)] { connected(-1); });
     return;
   }
   loop_.watch_writable(fd, finish);

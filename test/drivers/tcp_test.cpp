@@ -101,5 +101,29 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   CHECK(std::abs(last.utime - last.utime_received) < 10 * second);
 }
 
+TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
+  ProcessLoop loop(clock_offset_now());
+  TcpWires wires(loop);
+  const std::string address = "127.0.0.1:" + std::to_string(free_port());
+  int got = 0;
+  wires.dial(address, [&](int fd) {
+    got = fd;
+    loop.stop();
+  });
+  loop.after(30 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(got == -1);
+
+  bool connected = false;
+  ModbusClient client(loop, wires, {address}, [&](bool up, const std::string&) {
+    connected = up;
+    loop.stop();
+  });
+  loop.after(300 * millisecond, [&] { wires.listen(address, [](int) {}); });
+  loop.after(30 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(connected);
+}
+
 }  // namespace
 }  // namespace berth
