@@ -15,7 +15,7 @@ constexpr double plenty = 1.0;
 
 std::vector<Sharing> alternatives(double nominal_share) {
   std::vector<Sharing> list;
-  for (const double side : {0.0, 0.3, -0.3}) {
+  for (const double side : {0.0, 0.3, -0.4, -0.8}) {
     for (const double up : {0.0, 0.25, -0.25}) {
       for (const double along : {0.0, 0.3, -0.3}) {
         for (const double lateral : {0.0, 0.5}) {

@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/testbed_node.h"
+
+#include "test/catch.h"
+#include "test/testbed/fake_cell.h"
+
+namespace berth {
+namespace {
+
+using Catch::Matchers::Contains;
+
+const Xyzwpr start_pose{100, -100, 5500, 10, 8, -12};
+
+TEST_CASE("a move brings the replica where it was asked, with both arms, and says so") {
+  FakeCell cell;
+  REQUIRE(cell.state.state == testbed_state_t::IDLE);
+  cell.take_lease();
+  CHECK(cell.state.lease_holder == "test");
+  const Joints replica_home = cell.replica->joints();
+  const std::int64_t seq = cell.send(cell.move_to({100, -100, 4500, 10, 8, -12}));
+  cell.run_for(1.0);
+  CHECK(cell.state.command_seq == seq);
+  CHECK(cell.state.state == testbed_state_t::MOVING);
+  REQUIRE(cell.finished(seq, 60));
+  cell.run_for(0.5);
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+  const Pose goal = pose_from_xyzwpr({100, -100, 4500, 10, 8, -12});
+  CHECK(distance(cell.relative(), goal) < 1e-6);
+  CHECK(angle_between(cell.relative(), goal) < 1e-6);
+  // each arm did its part of the metre
+  const double by_sensor = distance(cell.cell.sensor.tool_pose(cell.cell.sensor.home),
+                                    cell.cell.sensor.tool_pose(cell.sensor->joints()));
+  CHECK(by_sensor == Approx(0.5).margin(0.02));
+  CHECK(cell.replica->joints() != replica_home);
+  CHECK(cell.state.clearance_m > 0.1);
+  CHECK(cell.state.progress == 0);
+}
+
+TEST_CASE("what cannot be done is refused with where, when and which limit") {
+  FakeCell cell;
+  cell.take_lease();
+  const auto refusal = [&](const testbed_command_t& command) {
+    const std::int64_t seq = cell.send(command);
+    cell.run_for(0.2);
+    CHECK(cell.state.refused_seq == seq);
+    CHECK(cell.state.command_seq != seq);
+    return cell.state.refusal;
+  };
+  CHECK_THAT(refusal(cell.move_to({0, 0, 9000, 0, 0, 0})),
+             Contains("relative pose") && Contains("arm"));
+  CHECK_THAT(refusal(cell.move_to({0, 1250, 5500, 0, 0, 0})), Contains("comes within"));
+  CHECK_THAT(refusal(cell.move_to(start_pose, 2.0)), Contains("2000.0 mm/s"));
+  testbed_command_t broken = cell.move_to(start_pose);
+  broken.q_wxyz[0] = std::nan("");
+  CHECK_THAT(refusal(broken), Contains("not a pose"));
+  CHECK_THAT(refusal(cell.command(testbed_command_t::TRAJECTORY)), Contains("waypoint"));
+  CHECK_THAT(refusal(cell.command(testbed_command_t::RETREAT)), Contains("no way back"));
+  CHECK_THAT(refusal(cell.command(testbed_command_t::RESUME)), Contains("nothing is held"));
+  CHECK_THAT(refusal(cell.command(99)), Contains("99"));
+  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  approach.standoff_m = 3.2;
+  CHECK_THAT(refusal(approach), Contains("no estimate"));
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+  CHECK(cell.replica->setpoints == 0);
+}
+
+TEST_CASE("a path that is only too fast is refused with the speed at which it passes") {
+  FakeCell cell;
+  cell.take_lease();
+  testbed_command_t trajectory = cell.command(testbed_command_t::TRAJECTORY);
+  waypoint_t waypoint{};
+  waypoint.time_s = 0.3;
+  waypoint.position_m[2] = 4.5;
+  waypoint.q_wxyz[0] = 1;
+  trajectory.waypoints = {waypoint};
+  trajectory.waypoint_count = 1;
+  const std::int64_t seq = cell.send(trajectory);
+  cell.run_for(0.2);
+  CHECK(cell.state.refused_seq == seq);
+  CHECK_THAT(cell.state.refusal,
+             Contains("deg/s") && Contains("it passes at") && Contains("% of the speed asked for"));
+}
+
+TEST_CASE("hold brings the arms to rest on the path, resume goes on to the same end") {
+  FakeCell cell;
+  cell.take_lease();
+  const Pose from = cell.relative();
+  const Xyzwpr goal{0, 0, 4500, 0, 0, 0};
+  const std::int64_t seq = cell.send(cell.move_to(goal));
+  cell.run_for(5.0);
+  const std::int64_t hold = cell.send(testbed_command_t::HOLD);
+  cell.run_for(1.5);
+  CHECK(cell.state.command_seq == hold);
+  CHECK(cell.state.state == testbed_state_t::HELD);
+  const Pose held = cell.relative();
+  cell.run_for(3.0);
+  CHECK(distance(held, cell.relative()) < 1e-6);
+  // on the line from start to goal
+  const Vector3d line = (pose_from_xyzwpr(goal).position - from.position).normalized();
+  CHECK((held.position - from.position).cross(line).norm() < 1e-5);
+  CHECK(cell.replica->holds == 0);
+  cell.send(testbed_command_t::RESUME);
+  REQUIRE(cell.finished(seq, 60));
+  cell.run_for(0.5);
+  CHECK(distance(cell.relative(), pose_from_xyzwpr(goal)) < 1e-6);
+}
+
+TEST_CASE("speed override changes the time and not the path") {
+  FakeCell slow;
+  slow.take_lease();
+  testbed_command_t move = slow.move_to({0, 0, 5000, 0, 0, 0});
+  move.speed_override = 0.5;
+  const Utime begun = slow.now();
+  const std::int64_t seq = slow.send(move);
+  REQUIRE(slow.finished(seq, 60));
+  const double halved = seconds(slow.now() - begun);
+  FakeCell full;
+  full.take_lease();
+  move.speed_override = 1;
+  const Utime begun_full = full.now();
+  REQUIRE(full.finished(full.send(full.move_to({0, 0, 5000, 0, 0, 0})), 60));
+  const double whole = seconds(full.now() - begun_full);
+  CHECK(halved > 1.6 * whole);
+  CHECK(distance(slow.relative(), full.relative()) < 1e-3);
+}
+
+TEST_CASE("stop abandons a motion; retreat goes back along where it came from") {
+  FakeCell cell;
+  cell.take_lease();
+  const Joints replica_home = cell.replica->joints();
+  const std::int64_t seq = cell.send(cell.move_to({200, 100, 4800, 5, 5, 5}));
+  cell.run_for(5.0);
+  const std::int64_t stop = cell.send(testbed_command_t::STOP);
+  REQUIRE(cell.finished(stop, 3));
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+  CHECK(cell.state.finished_seq != seq);
+  cell.run_for(0.5);
+  CHECK(distance(cell.relative(), pose_from_xyzwpr({200, 100, 4800, 5, 5, 5})) > 0.1);
+  const std::int64_t retreat = cell.send(testbed_command_t::RETREAT);
+  REQUIRE(cell.finished(retreat, 60));
+  cell.run_for(0.5);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(cell.replica->joints()[i] == Approx(replica_home[i]).margin(1e-6));
+  }
+}
+
+TEST_CASE("a trajectory goes through its waypoints at their times") {
+  FakeCell cell;
+  cell.take_lease();
+  testbed_command_t trajectory = cell.command(testbed_command_t::TRAJECTORY);
+  const std::vector<Xyzwpr> poses{
+      {0, 0, 5300, 0, 5, 0}, {100, 0, 5100, 5, 5, 10}, {100, 50, 5000, 0, 0, 0}};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Pose pose = pose_from_xyzwpr(poses[i]);
+    waypoint_t waypoint{};
+    waypoint.time_s = 5.0 * static_cast<double>(i + 1);
+    for (int k = 0; k < 3; ++k) waypoint.position_m[k] = pose.position[k];
+    waypoint.q_wxyz[0] = pose.rotation.w();
+    for (int k = 0; k < 3; ++k) waypoint.q_wxyz[k + 1] = pose.rotation.vec()[k];
+    trajectory.waypoints.push_back(waypoint);
+  }
+  trajectory.waypoint_count = 3;
+  const std::int64_t seq = cell.send(trajectory);
+  std::vector<double> nearest(poses.size(), 1e9);
+  REQUIRE(cell.run_until(
+      [&] {
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+          nearest[i] = std::min(nearest[i], distance(cell.relative(), pose_from_xyzwpr(poses[i])));
+        }
+        return cell.state.finished_seq == seq;
+      },
+      30));
+  cell.run_for(0.5);
+  CHECK(nearest[0] < 2e-3);
+  CHECK(nearest[1] < 2e-3);
+  CHECK(distance(cell.relative(), pose_from_xyzwpr(poses[2])) < 1e-6);
+}
+
+TEST_CASE("an approach by the estimate alone ends at the standoff, whatever the nominal bias") {
+  FakeCell cell;
+  cell.take_lease();
+  REQUIRE(cell.finished(cell.send(cell.move_to(start_pose)), 30));
+  // the world is as the estimate says: 8 mm and 0.2 degrees from nominal, constant
+  cell.estimator->offset << 0.005, -0.004, 0.006, 0.002, -0.002, 0.003;
+  cell.estimator->silent = false;
+  cell.run_for(3.0);
+  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  approach.standoff_m = 4.5;
+  approach.speed_m_s = 0.04;
+  const std::int64_t seq = cell.send(approach);
+  cell.run_for(5.0);
+  CHECK(cell.state.state == testbed_state_t::CLOSED_LOOP);
+  CHECK(cell.state.progress > 0.05);
+  CHECK(cell.state.commanded_velocity_m_s[2] == Approx(-0.04).margin(0.005));
+  REQUIRE(cell.finished(seq, 120));
+  cell.run_for(1.0);
+  // by what the estimator sees
+  const Pose seen = perturbed(cell.relative(), cell.estimator->offset);
+  const Vector3d eye = seen.inverse().position;
+  const double reached = (RayCaster(cell.cell.target.mesh).nearest(eye) - eye).norm();
+  CHECK(reached == Approx(4.5).margin(0.01));
+  // attitude and sideways offset as at the start
+  const Pose start = perturbed(pose_from_xyzwpr(start_pose), cell.estimator->offset);
+  CHECK(std::abs(seen.position.x() - start.position.x()) < 0.01);
+  CHECK(std::abs(seen.position.y() - start.position.y()) < 0.01);
+  CHECK(degrees(angle_between(seen, start)) < 0.5);
+}
+
+TEST_CASE("an estimate that drifts from the commanded pose is followed") {
+  FakeCell cell;
+  cell.take_lease();
+  REQUIRE(cell.finished(cell.send(cell.move_to({0, 0, 5500, 0, 0, 0})), 30));
+  cell.estimator->silent = false;
+  cell.run_for(3.0);
+  testbed_command_t keep = cell.move_to({0, 0, 5500, 0, 0, 0});
+  keep.command = testbed_command_t::STATION_KEEP;
+  cell.send(keep);
+  cell.run_for(3.0);
+  cell.estimator->offset << 0.05, 0, -0.03, 0, 0, 0;
+  cell.run_for(40.0);
+  CHECK(cell.state.state == testbed_state_t::CLOSED_LOOP);
+  // the arms have worked the difference off
+  CHECK(cell.relative().position.x() == Approx(-0.05).margin(0.006));
+  CHECK(cell.relative().position.z() == Approx(5.53).margin(0.006));
+  const std::int64_t stop = cell.send(testbed_command_t::STOP);
+  CHECK(cell.finished(stop, 3));
+}
+
+TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on") {
+  FakeCell cell;
+  cell.take_lease();
+  REQUIRE(cell.finished(cell.send(cell.move_to(start_pose)), 30));
+  cell.estimator->silent = false;
+  cell.run_for(3.0);
+  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  approach.standoff_m = 4.8;
+  approach.speed_m_s = 0.04;
+  const std::int64_t seq = cell.send(approach);
+  cell.run_for(4.0);
+  REQUIRE(cell.state.state == testbed_state_t::CLOSED_LOOP);
+
+  SECTION("silent: held within its limit of age, and given up in the end") {
+    cell.estimator->silent = true;
+    cell.run_for(5.0);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("s old"));
+    const Pose held = cell.relative();
+    cell.run_for(5.0);
+    CHECK(distance(held, cell.relative()) < 1e-6);
+    cell.run_for(26.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    cell.estimator->silent = false;
+    cell.run_for(5.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);  // a person must say so
+    cell.send(testbed_command_t::RESUME);
+    REQUIRE(cell.finished(seq, 60));
+  }
+  SECTION("lost: held at once") {
+    cell.estimator->status = pose_estimate_t::LOST;
+    cell.run_for(2.5);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("lost"));
+    cell.estimator->status = pose_estimate_t::OK;
+    REQUIRE(cell.finished(seq, 60));
+    CHECK(cell.surface_distance() == Approx(4.8).margin(0.01));
+  }
+  SECTION("ambiguous: held at once") {
+    cell.estimator->status = pose_estimate_t::AMBIGUOUS;
+    cell.run_for(2.5);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("ambiguous"));
+  }
+  SECTION("confidently wrong by half a metre: not believed") {
+    cell.estimator->offset << 0, 0, 0.5, 0, 0, 0;
+    const Pose before = cell.relative();
+    cell.run_for(10.0);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("mm"));
+    CHECK(distance(before, cell.relative()) < 0.15);
+  }
+}
+
+TEST_CASE("only the holder of the lease moves the arms") {
+  FakeCell cell;
+  SECTION("nobody holds it") {
+    const std::int64_t seq = cell.send(cell.move_to(start_pose));
+    cell.run_for(0.5);
+    CHECK(cell.state.refused_seq == seq);
+    CHECK_THAT(cell.state.refusal, Contains("lease"));
+  }
+  SECTION("somebody else holds it") {
+    cell.take_lease();
+    testbed_command_t other = cell.move_to(start_pose);
+    other.commander = "other";
+    cell.send(other);
+    cell.run_for(0.5);
+    CHECK_THAT(cell.state.refusal, Contains("'test'"));
+    testbed_command_t take = cell.command(testbed_command_t::TAKE_LEASE);
+    take.commander = "other";
+    cell.send(take);
+    cell.run_for(0.5);
+    CHECK(cell.state.refused_seq == take.seq);
+    CHECK(cell.state.lease_holder == "test");
+    CHECK(cell.replica->setpoints == 0);
+    // but anybody may stop them
+    const std::int64_t move = cell.send(cell.move_to({0, 0, 5000, 0, 0, 0}));
+    cell.run_for(2.0);
+    CHECK(cell.state.command_seq == move);
+    testbed_command_t hold = cell.command(testbed_command_t::HOLD);
+    hold.commander = "other";
+    cell.send(hold);
+    cell.run_for(2.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+  }
+  SECTION("a silent holder loses it, and the arms come to rest on the path") {
+    cell.take_lease();
+    cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+    cell.run_for(3.0);
+    cell.keep_lease = false;
+    cell.run_for(4.0);
+    CHECK(cell.state.lease_holder.empty());
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(cell.events["lease-lapsed"] == 1);
+    const Pose held = cell.relative();
+    cell.run_for(1.0);
+    CHECK(distance(held, cell.relative()) < 1e-6);
+  }
+  SECTION("released: the controllers stand by themselves") {
+    cell.take_lease();
+    REQUIRE(cell.finished(cell.send(cell.move_to({0, 0, 5400, 0, 0, 0})), 30));
+    cell.keep_lease = false;
+    cell.send(testbed_command_t::RELEASE_LEASE);
+    cell.run_for(0.5);
+    CHECK(cell.state.lease_holder.empty());
+    CHECK(cell.replica->state == arm_state_t::HELD);
+  }
+}
+
+TEST_CASE("commands of yesterday and late ones move nothing; a repeated one moves once") {
+  FakeCell cell;
+  cell.take_lease();
+  testbed_command_t old = cell.move_to(start_pose);
+  old.session = test_session - 1;
+  cell.send(old);
+  cell.run_for(1.0);
+  CHECK(cell.events["command-of-another-session"] == 1);
+  testbed_command_t late = cell.move_to(start_pose);
+  late.utime_expires = cell.now() - second;
+  cell.send(late);
+  cell.run_for(1.0);
+  CHECK(cell.events["command-expired"] == 1);
+  CHECK(cell.replica->setpoints == 0);
+  CHECK(cell.state.command_seq == 0);
+  CHECK(cell.state.refused_seq == 0);
+
+  const testbed_command_t move = cell.move_to({0, 0, 5400, 0, 0, 0});
+  cell.send(move);
+  REQUIRE(cell.finished(move.seq, 30));
+  const int begun = cell.events["motion-begins"];
+  cell.send(move);
+  cell.run_for(1.0);
+  CHECK(cell.events["motion-begins"] == begun);
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+}
+
+TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
+  FakeCell cell;
+  cell.take_lease();
+  const std::int64_t seq = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+  cell.run_for(4.0);
+  REQUIRE(cell.state.state == testbed_state_t::MOVING);
+  const auto goes_on_after_resume = [&] {
+    cell.send(testbed_command_t::RESUME);
+    const bool done = cell.finished(seq, 60);
+    cell.run_for(0.5);
+    return done && distance(cell.relative(), pose_from_xyzwpr({0, 0, 4500, 0, 0, 0})) < 1e-6;
+  };
+
+  SECTION("emergency stop") {
+    cell.facility->estop_closed = false;
+    const Utime pressed = cell.now();
+    cell.facility->publish_now();
+    cell.run_for(0.3);
+    CHECK(cell.replica->holds == 1);
+    CHECK(cell.sensor->holds == 1);
+    CHECK(cell.replica->last_hold - pressed < 50 * millisecond);
+    CHECK(cell.state.state == testbed_state_t::FAULT);
+    CHECK_THAT(cell.state.reason, Contains("emergency stop"));
+    cell.send(testbed_command_t::RESUME);
+    cell.run_for(0.5);
+    CHECK_THAT(cell.state.refusal, Contains("emergency stop"));
+    cell.facility->estop_closed = true;
+    cell.run_for(0.5);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(goes_on_after_resume());
+  }
+  SECTION("fence") {
+    cell.facility->fence_closed = false;
+    cell.run_for(0.5);
+    CHECK(cell.state.state == testbed_state_t::FAULT);
+    CHECK_THAT(cell.state.reason, Contains("fence"));
+  }
+  SECTION("one controller faults: the other arm stops too; reset clears it") {
+    cell.sensor->state = arm_state_t::FAULT;
+    cell.run_for(0.3);
+    CHECK(cell.replica->state == arm_state_t::HELD);
+    CHECK(cell.state.state == testbed_state_t::FAULT);
+    CHECK_THAT(cell.state.reason, Contains("sensor arm"));
+    const std::int64_t reset = cell.send(testbed_command_t::RESET);
+    cell.run_for(0.5);
+    CHECK(cell.state.finished_seq == reset);
+    CHECK(cell.state.state == testbed_state_t::IDLE);
+    CHECK(cell.finished(cell.send(cell.move_to({0, 0, 5000, 0, 0, 0})), 60));
+  }
+  SECTION("a controller stops by itself") {
+    cell.replica->state = arm_state_t::HELD;
+    cell.run_for(0.3);
+    CHECK(cell.sensor->state == arm_state_t::HELD);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK_THAT(cell.state.reason, Contains("replica arm stopped by itself"));
+    CHECK(goes_on_after_resume());
+  }
+  SECTION("an arm falls silent for a while: rest on the path, then on by itself") {
+    cell.replica->silent = true;
+    cell.run_for(0.35);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("replica arm"));
+    cell.run_for(1.5);
+    CHECK(cell.replica->holds == 0);
+    cell.replica->silent = false;
+    cell.run_for(0.5);
+    CHECK(cell.state.state == testbed_state_t::MOVING);
+    CHECK(cell.finished(seq, 60));
+  }
+  SECTION("joints that are not valid count as silence") {
+    cell.sensor->valid = false;
+    cell.run_for(0.35);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+  }
+  SECTION("a driver dies: its heartbeat is missed") {
+    cell.facility.reset();
+    cell.run_for(0.35);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("heartbeat of facility-driver"));
+  }
+  SECTION("an arm does not follow") {
+    cell.sensor->stuck = true;
+    REQUIRE(cell.run_until([&] { return cell.state.state == testbed_state_t::HELD; }, 10));
+    CHECK_THAT(cell.state.reason, Contains("sensor arm's joint"));
+    CHECK(cell.sensor->holds > 0);
+  }
+}
+
+TEST_CASE("ground truth runs at 125 Hz, 20 ms behind, and is where the arms are") {
+  FakeCell cell;
+  cell.take_lease();
+  cell.send(cell.move_to({0, 0, 4500, 5, 0, 0}));
+  cell.run_for(4.0);
+  cell.truths.clear();
+  const Utime from = cell.now();
+  cell.run_for(2.0);
+  REQUIRE(cell.truths.size() >= 248);
+  CHECK(cell.truths.size() <= 251);
+  for (std::size_t i = 1; i < cell.truths.size(); ++i) {
+    CHECK(cell.truths[i].utime - cell.truths[i - 1].utime == 8000);
+  }
+  CHECK(cell.truths.front().utime > from - 30 * millisecond);
+  CHECK(cell.truths.back().utime <= cell.now());
+  CHECK(cell.truths.back().linear_velocity_m_s[2] == Approx(-0.1).margin(0.01));
+  CHECK(cell.truths.back().basis == "nominal");
+  CHECK(cell.truths.back().calibration_hash.size() == 64);
+  for (int i = 0; i < 6; ++i) CHECK(cell.truths.back().covariance[7 * i] > 0);
+}
+
+TEST_CASE("in free space the replica flies by itself") {
+  FakeCell cell("free");
+  cell.take_lease();
+  testbed_command_t move = cell.move_to({100, -230, 8000, 25, 20, -30}, 0.5);
+  const std::int64_t seq = cell.send(move);
+  REQUIRE(cell.finished(seq, 60));
+  cell.run_for(0.5);
+  CHECK(distance(cell.relative(), pose_from_xyzwpr({100, -230, 8000, 25, 20, -30})) < 1e-6);
+  for (const double q : cell.sensor->joints()) CHECK(q == Approx(0).margin(1e-9));
+  CHECK(cell.replica->joints()[2] == Approx(8.0));
+  CHECK(cell.state.clearance_m == -1);
+}
+
+}  // namespace
+}  // namespace berth
