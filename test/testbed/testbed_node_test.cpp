@@ -48,7 +48,7 @@ TEST_CASE("what cannot be done is refused with where, when and which limit") {
   };
   CHECK_THAT(refusal(cell.move_to({0, 0, 9000, 0, 0, 0})),
              Contains("relative pose") && Contains("arm"));
-  CHECK_THAT(refusal(cell.move_to({0, 1250, 5500, 0, 0, 0})), Contains("comes within"));
+  CHECK_THAT(refusal(cell.move_to({0, 1250, 5500, 0, 0, 90})), Contains("comes within"));
   CHECK_THAT(refusal(cell.move_to(start_pose, 2.0)), Contains("2000.0 mm/s"));
   testbed_command_t broken = cell.move_to(start_pose);
   broken.q_wxyz[0] = std::nan("");
