@@ -90,7 +90,7 @@ TEST_CASE("an approach is refused without a good estimate, or from within the st
   auto reason = flight.guidance.approach(flight.now, start, 5.4, limits);
   REQUIRE(reason);
   CHECK_THAT(*reason, Contains("nearer than the standoff"));
-  flight.guidance.on_estimate({flight.now - 20000, start, false, "ambiguous"});
+  flight.guidance.on_estimate({flight.now - 10000, start, false, "ambiguous"});
   reason = flight.guidance.approach(flight.now, start, 4.0, limits);
   REQUIRE(reason);
   CHECK_THAT(*reason, Contains("ambiguous"));
