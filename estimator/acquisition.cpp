@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/beam_registration.h"
 #include "estimator/text.h"
 
 namespace berth::estimator {
@@ -210,13 +211,25 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
   while (finalists.back().log_likelihood < hopeless) finalists.pop_back();
 
   // The last word: all points, nearly all beams.
+  constexpr int beam_steps = 4;
   polish.max_iterations = 25;
   polish.start_gate_m = 0.08 * model_.canonical.half_length;
   polish.stop_translation_m = 1e-4;
   polish.stop_rotation_rad = 1e-4;
   const std::size_t stride = std::max<std::size_t>(1, scan.beams.size() / 6000);
   for (Hypothesis& h : finalists) {
-    h = weigh(align(model_, points, h.pose, polish).pose, stride);
+    const IcpResult polished = align(model_, points, h.pose, polish);
+    // Beams do better than closest points, where they do: the likelihood tells.
+    Hypothesis by_points = weigh(polished.pose, stride);
+    Pose pose = polished.pose;
+    for (int i = 0; i < beam_steps; ++i) {
+      const double gate = i == 0 ? 0.1 : 0.05;
+      pose = perturbed(pose, beam_step(model_, scan.beams, pose, gate, 2000).step);
+    }
+    const Hypothesis by_beams = weigh(pose, stride);
+    h = more_likely(by_beams, by_points) ? by_beams : by_points;
+    h.inlier_share = polished.inlier_share();
+    h.constrained = polished.constrained;
   }
   keep_distinct(12);
 
@@ -263,6 +276,16 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
     result.reason = fixed(100 * winner.fit.through / predicted, 0) +
                     " % of the beams go through the best fit, at most " +
                     fixed(100 * options_.most_through, 0) + " % may";
+    return result;
+  }
+  if (winner.inlier_share < options_.least_inlier_share) {
+    result.reason = "only " + fixed(100 * winner.inlier_share, 0) +
+                    " % of the returns about the best fit belong to it, at least " +
+                    fixed(100 * options_.least_inlier_share, 0) + " % are needed";
+    return result;
+  }
+  if (!winner.constrained) {
+    result.reason = "the returns do not determine all six degrees of freedom";
     return result;
   }
   if (distinct.size() > 1 && best - distinct[1].log_likelihood < options_.decisive_margin) {

@@ -72,6 +72,7 @@ void read_acquisition(Config config, EstimatorOptions& options) {
   config.optional("least_evidence", a.least_evidence);
   config.optional("least_explained", a.least_explained);
   config.optional("most_through", a.most_through);
+  config.optional("least_inlier_share", a.least_inlier_share);
   config.optional("most_hypotheses", a.most_hypotheses);
   config.finish();
   at_least(config, "beams", options.acquire_beams, 10);
@@ -108,6 +109,7 @@ void read_tracking(Config config, EstimatorOptions& options) {
   const std::string strategy = config.choice("strategy", scan_strategy_names());
   parse_scan_strategy(strategy, options.strategy);
   config.optional("returns_per_scan", options.returns_per_scan);
+  config.optional("beam_steps", t.beam_steps);
   config.optional("deskew", t.deskew);
   config.optional("least_used", t.least_used);
   config.optional("least_inlier_share", t.least_inlier_share);

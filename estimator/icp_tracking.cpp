@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/beam_registration.h"
 #include "estimator/text.h"
 
 namespace berth::estimator {
@@ -71,6 +72,12 @@ TrackingResult IcpTracking::track(const CleanScan& scan, const Pose& predicted,
   result.icp =
       align(model_, points_at_mean_time(scan, predicted, velocity), predicted, options_.icp);
   result.pose = result.icp.pose;
+  constexpr std::size_t most_beams = 4000;
+  for (int i = 0; i < options_.beam_steps; ++i) {
+    const BeamStep refined =
+        beam_step(model_, scan.beams, result.pose, options_.icp.least_gate_m, most_beams);
+    result.pose = perturbed(result.pose, refined.step);
+  }
 
   constexpr std::size_t beams_checked = 300;
   const std::size_t stride = std::max<std::size_t>(1, scan.beams.size() / beams_checked);
@@ -79,14 +86,21 @@ TrackingResult IcpTracking::track(const CleanScan& scan, const Pose& predicted,
   result.confidence =
       result.icp.inlier_share() * result.fit.explained / std::max(1, result.fit.predicted);
 
+  // Residuals to closest points hide noise: a return that the noise carries through a panel is
+  // close to its other side. Beams show it, and what they would still correct is a systematic
+  // error.
+  const BeamStep against =
+      beam_step(model_, scan.beams, result.pose, 3 * options_.icp.least_gate_m, most_beams);
+  const double sigma =
+      std::max({result.icp.residual_rms, against.sigma, beam_model_.range_sigma_m});
   // Directions that the returns do not hold stay as uncertain as the prediction; its own covariance
   // is only used, three sigma wide, to bound them.
-  const double sigma = std::max(result.icp.residual_rms, beam_model_.range_sigma_m);
   const Matrix6d bound = (9 * covariance).ldlt().solve(Matrix6d::Identity());
   const Matrix6d information =
       result.icp.information / (options_.covariance_scale * sigma * sigma) + bound;
   result.covariance = information.ldlt().solve(Matrix6d::Identity());
   result.covariance = Matrix6d(0.5 * (result.covariance + result.covariance.transpose()));
+  result.covariance += against.step * against.step.transpose();
   result.covariance.diagonal().head<3>().array() += options_.floor_m * options_.floor_m;
   result.covariance.diagonal().tail<3>().array() += options_.floor_rad * options_.floor_rad;
 

@@ -2,6 +2,7 @@
 #include "estimator/scan_regions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "estimator/point_index.h"
@@ -13,13 +14,27 @@ namespace {
 // How far the centroid of a neighbourhood of radius 1 stands off, by integration: inside a face 0,
 // edge of a box 0.30, rim of a thin panel 0.42, corner of a box 0.49, corner of a panel 0.60.
 constexpr double edge_offset = 0.22;
-constexpr double corner_offset = 0.40;
+constexpr double corner_offset = 0.36;
 constexpr double corner_contrast = 1.2;  ///< of a corner over the edges that meet in it
 
 struct Neighbourhood {
   double offset = 0;  // of its centroid, in radii
   int count = 0;
 };
+
+std::vector<Neighbourhood> neighbourhoods(const std::vector<Vector3d>& points, double radius) {
+  const PointIndex index(points, radius);
+  std::vector<Neighbourhood> result(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Vector3d sum = Vector3d::Zero();
+    index.for_neighbours(points[i], radius, [&](std::uint32_t j) {
+      sum += points[j] - points[i];
+      ++result[i].count;
+    });
+    result[i].offset = sum.norm() / (result[i].count * radius);
+  }
+  return result;
+}
 
 DirectionSet majority_visibility(const std::vector<SurfaceSample>& samples,
                                  const std::vector<std::uint32_t>& members) {
@@ -68,17 +83,20 @@ std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samp
   std::vector<Vector3d> points;
   points.reserve(samples.size());
   for (const SurfaceSample& s : samples) points.push_back(s.position.cast<double>());
-  const PointIndex index(points, 2 * radius);
-
-  std::vector<Neighbourhood> around(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    Vector3d sum = Vector3d::Zero();
-    index.for_neighbours(points[i], radius, [&](std::uint32_t j) {
-      sum += points[j] - points[i];
-      ++around[i].count;
-    });
-    around[i].offset = sum.norm() / (around[i].count * radius);
+  std::vector<Neighbourhood> around = neighbourhoods(points, radius);
+  // On a bulky target samples are sparse, and a small neighbourhood would show but their noise.
+  constexpr int least_median = 60;
+  std::vector<int> counts;
+  for (const Neighbourhood& n : around) counts.push_back(n.count);
+  if (!counts.empty()) {
+    const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
+    std::nth_element(counts.begin(), middle, counts.end());
+    if (*middle < least_median) {
+      radius *= std::sqrt(static_cast<double>(least_median) / *middle);
+      around = neighbourhoods(points, radius);
+    }
   }
+  const PointIndex index(points, 2 * radius);
 
   // A corner leads its neighbours and stands out from the edges around it.
   std::vector<std::uint32_t> corners;

@@ -28,7 +28,7 @@ struct ScanRegion {
 
 /// Finds corners, edges and an even cover of the surface from visible samples alone: at an edge the
 /// neighbourhood's centroid stands off to one side, at a corner more so; inside a surface it does
-/// not. radius: of a corner or edge region, m.
+/// not. radius: of a corner or edge region, m; larger where the samples are too sparse for it.
 std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samples, double radius);
 
 }  // namespace berth::estimator

@@ -29,11 +29,11 @@ Run run_for(Utime duration) {
     bytes.append(reinterpret_cast<const char*>(message.data()), message.size());
   });
   SimulatedLoop& loop = simulation.make_loop();
-  SimulatedBus& bus = simulation.make_bus(loop);
+  SimulatedBus& bus = simulation.make_bus();
   EstimatorNode node({"estimator", 7, "hash"}, test_setup(), bus, loop);
 
   SimulatedLoop& other_loop = simulation.make_loop();
-  SimulatedBus& other = simulation.make_bus(other_loop);
+  SimulatedBus& other = simulation.make_bus();
   ScanMaker lidar(replica().mesh);
   lidar.pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
   std::int64_t answered = 0;
@@ -43,7 +43,8 @@ Run run_for(Utime duration) {
         answered = request.scan_id;
         lidar.utime = other_loop.now();
         for (const auto& p : answer(lidar, request)) {
-          other_loop.at(p.utime + p.time_us.back(), [&other, p] { other.publish(channels::scan_data, p); });
+          other_loop.at(p.utime + p.time_us.back(),
+                        [&other, p] { other.publish(channels::scan_data, p); });
         }
       });
   other.subscribe<pose_estimate_t>(
@@ -53,8 +54,7 @@ Run run_for(Utime duration) {
       channels::estimator_state, Queue::fifo(),
       [&](const estimator_state_t& state) { run.states.push_back(state); });
   other_loop.after(second, [&] {
-    other.publish(channels::estimator_command,
-                  command(estimator_command_t::ACQUIRE, 1, 1));
+    other.publish(channels::estimator_command, command(estimator_command_t::ACQUIRE, 1, 1));
   });
   simulation.run_for(duration);
   run.log = sha256(bytes);

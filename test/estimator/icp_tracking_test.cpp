@@ -44,8 +44,8 @@ struct Trials {
   int ok = 0;
 };
 
-Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int count,
-                  double start_m, double start_rad) {
+Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int count, double start_m,
+                  double start_rad) {
   const auto model = replica_model();
   const PlannerOptions planner_options;
   const ScanPlanner planner(*model, {}, planner_options);
@@ -58,8 +58,8 @@ Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int cou
     const Pose truth = lidar.pose;
     const Pose start = displaced(truth, random, start_m, start_rad);
     const auto raw = lidar.sweep(planner.plan(start, start_m, strategy, 1000));
-    const TrackingResult result = tracking.track(preprocess(raw, {}, beam_model), start,
-                                                 prior(start_m, start_rad), {});
+    const TrackingResult result =
+        tracking.track(preprocess(raw, {}, beam_model), start, prior(start_m, start_rad), {});
     const Vector6d error = difference(result.pose, truth);
     trials.error_m.push_back(error.head<3>().norm());
     trials.error_rad.push_back(error.tail<3>().norm());
@@ -73,9 +73,8 @@ Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int cou
 
 TEST_CASE("Tracking converges from 30 mm and 2 degrees with every registration and strategy") {
   const auto registration = GENERATE(Registration::point_to_point, Registration::point_to_plane);
-  const auto strategy =
-      GENERATE(ScanStrategy::sparse, ScanStrategy::corners, ScanStrategy::edges,
-               ScanStrategy::corners_sparse, ScanStrategy::edges_sparse);
+  const auto strategy = GENERATE(ScanStrategy::sparse, ScanStrategy::corners, ScanStrategy::edges,
+                                 ScanStrategy::corners_sparse, ScanStrategy::edges_sparse);
   TrackingOptions options;
   options.icp.registration = registration;
   const Trials trials = run_trials(options, strategy, 25, 0.03, radians(2));
@@ -87,8 +86,7 @@ TEST_CASE("Tracking converges from 30 mm and 2 degrees with every registration a
 }
 
 TEST_CASE("Tracking converges from 100 mm and 5 degrees") {
-  const Trials trials =
-      run_trials({}, ScanStrategy::corners_sparse, 25, 0.1, radians(5));
+  const Trials trials = run_trials({}, ScanStrategy::corners_sparse, 25, 0.1, radians(5));
   for (const double e : trials.error_m) CHECK(e < 0.015);
   for (const double e : trials.error_rad) CHECK(e < radians(1));
 }
@@ -104,9 +102,9 @@ TEST_CASE("Stored closest points are coarser than refined ones, and still good t
 
 TEST_CASE("The covariance says how large the errors are") {
   const Trials trials = run_trials({}, ScanStrategy::corners_sparse, 100, 0.03, radians(2));
-  // Mean of 100 chi-squared variables of 6 degrees of freedom over 6: 1 +- 0.06.
-  CHECK(trials.nees > 0.5);
-  CHECK(trials.nees < 1.5);
+  // A mean over 100 trials; somewhat below 1 is cautious, above it is not honest.
+  CHECK(trials.nees > 0.4);
+  CHECK(trials.nees < 1.2);
 }
 
 TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
@@ -119,8 +117,8 @@ TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
     lidar.beam.range_sigma_m = noisy != 0 ? 0.02 : 0.01;
     lidar.pose = paper_pose;
     const auto raw = lidar.sweep(around(*model, paper_pose, 4000));
-    const TrackingResult result = tracking.track(preprocess(raw, {}, beam_model), paper_pose,
-                                                 prior(0.03, radians(2)), {});
+    const TrackingResult result =
+        tracking.track(preprocess(raw, {}, beam_model), paper_pose, prior(0.03, radians(2)), {});
     REQUIRE(result.ok);
     CHECK(result.covariance == result.covariance.transpose());
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(result.covariance);
@@ -171,8 +169,8 @@ TEST_CASE("An arm behind the target and strays in front do not disturb") {
   }
   Random start_random(1, "start");
   const TrackingResult result =
-      tracking.track(preprocess(raw, {}, beam_model), displaced(paper_pose, start_random, 0.03, 0.03),
-                     prior(0.03, 0.03), {});
+      tracking.track(preprocess(raw, {}, beam_model),
+                     displaced(paper_pose, start_random, 0.03, 0.03), prior(0.03, 0.03), {});
   REQUIRE(result.ok);
   CHECK(distance(result.pose, paper_pose) < 0.008);
 }
@@ -203,8 +201,8 @@ TEST_CASE("A pose that the scan contradicts is not ok") {
     CHECK_FALSE(r.ok);
   }
   SECTION("nothing is there") {
-    const TrackingResult r = track(model->target.mesh, {{0, 0, 500}, Quaterniond::Identity()},
-                                   paper_pose);
+    const TrackingResult r =
+        track(model->target.mesh, {{0, 0, 500}, Quaterniond::Identity()}, paper_pose);
     CHECK_FALSE(r.ok);
     CHECK(r.icp.used == 0);
   }

@@ -76,12 +76,12 @@ TEST_CASE("Regions on the far side are left out") {
   const auto model = compile_target_model(box, coarse);
   const ScanPlanner planner(*model, {}, options);
   // seen along z from below: the face z = -0.5
-  const auto seen = planner.visible({{0, 0, 6}, Quaterniond::Identity()}, ScanRegion::Kind::surface);
+  const auto seen =
+      planner.visible({{0, 0, 6}, Quaterniond::Identity()}, ScanRegion::Kind::surface);
   REQUIRE_FALSE(seen.empty());
   for (const ScanRegion* region : seen) CHECK(region->position.z() < 0.45F);
-  const auto all = std::count_if(model->regions.begin(), model->regions.end(), [](const auto& r) {
-    return r.kind == ScanRegion::Kind::surface;
-  });
+  const auto all = std::count_if(model->regions.begin(), model->regions.end(),
+                                 [](const auto& r) { return r.kind == ScanRegion::Kind::surface; });
   CHECK(static_cast<std::ptrdiff_t>(seen.size()) < all);
 }
 
@@ -89,8 +89,8 @@ TEST_CASE("Windows shrink with distance and grow with uncertainty") {
   const auto model = replica_model();
   const ScanPlanner planner(*model, {}, options);
   const auto width = [&](double range, double sigma) {
-    const auto windows = planner.plan({{0, 0, range}, Quaterniond::Identity()}, sigma,
-                                      ScanStrategy::corners, 1000);
+    const auto windows =
+        planner.plan({{0, 0, range}, Quaterniond::Identity()}, sigma, ScanStrategy::corners, 1000);
     double widest = 0;
     for (const Window& w : windows) widest = std::max(widest, w.width);
     return widest;
@@ -114,8 +114,8 @@ TEST_CASE("A target out of view has no windows") {
   const ScanPlanner planner(*model, {}, options);
   CHECK(planner.plan({{20, 0, 5}, Quaterniond::Identity()}, 0.01, ScanStrategy::corners, 1000)
             .empty());
-  CHECK(planner.plan({{0, 0, -5}, Quaterniond::Identity()}, 0.01, ScanStrategy::dense, 1000)
-            .empty());
+  CHECK(
+      planner.plan({{0, 0, -5}, Quaterniond::Identity()}, 0.01, ScanStrategy::dense, 1000).empty());
 }
 
 TEST_CASE("Strategies are known by the paper's names") {

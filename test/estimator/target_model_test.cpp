@@ -114,8 +114,7 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
                        random.normal_vector(0.02);
     ClosestPointGrid::Match match;
     REQUIRE(model->grid.refined(q, match));
-    const double excess =
-        (match.point - q).norm() - (model->caster.nearest(q) - q).norm();
+    const double excess = (match.point - q).norm() - (model->caster.nearest(q) - q).norm();
     worst = std::max(worst, excess);
     off += excess > 0.002 ? 1 : 0;
     REQUIRE(match.normal.norm() == Approx(1));
@@ -196,7 +195,8 @@ TEST_CASE("A model comes out of the cache as it went in") {
   CHECK(again->canonical.pose.rotation.coeffs() == compiled->canonical.pose.rotation.coeffs());
   Random random(1, "cache");
   for (int i = 0; i < 200; ++i) {
-    const Vector3d q = {random.uniform(-1, 1), random.uniform(-0.3, 0.3), random.uniform(-0.2, 0.2)};
+    const Vector3d q = {random.uniform(-1, 1), random.uniform(-0.3, 0.3),
+                        random.uniform(-0.2, 0.2)};
     ClosestPointGrid::Match a;
     ClosestPointGrid::Match b;
     REQUIRE(again->grid.refined(q, a));
