@@ -127,7 +127,9 @@ void Engine::on(const heartbeat_t& message, Utime now) {
 }
 
 void Engine::on(const procedure_command_t& message, Utime now) {
-  if (message.utime_expires < now || !commands_seen_.insert(message.seq).second) return;
+  // Several terminals may be attached, one after the other, each counting from 1.
+  const bool is_new = commands_seen_.insert({message.commander, message.utime, message.seq}).second;
+  if (message.utime_expires < now || !is_new) return;
   switch (message.command) {
     case procedure_command_t::ABORT:
       return abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);

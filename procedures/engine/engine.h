@@ -9,6 +9,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "logs/run_record.h"
@@ -135,7 +136,7 @@ class Engine {
   Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
   bool reset_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
-  std::set<std::int64_t> commands_seen_;
+  std::set<std::tuple<std::string, Utime, std::int64_t>> commands_seen_;
 };
 
 }  // namespace berth::procedures

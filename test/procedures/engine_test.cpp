@@ -363,6 +363,23 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   message.session = fake::session + 1;
   message.utime_expires = bench.simulation.now() + second;
   bench.operator_bus->publish(channels::procedure_command, message);
+  bench.run_for(1);
+  CHECK(bench.node->state().state == procedure_state_t::RUNNING);
+
+  // A repeat is no new command; the first one of another terminal is.
+  message.seq = 1;
+  message.session = fake::session;
+  message.utime = bench.simulation.now();
+  message.utime_expires = message.utime + 10 * second;
+  message.command = procedure_command_t::HOLD;
+  bench.operator_bus->publish(channels::procedure_command, message);
+  bench.run_for(0.5);
+  procedure_command_t other = message;
+  other.commander = "second terminal";
+  other.command = procedure_command_t::RESUME;
+  bench.operator_bus->publish(channels::procedure_command, other);
+  bench.run_for(0.5);
+  bench.operator_bus->publish(channels::procedure_command, message);
   CHECK(bench.run() == procedure_state_t::PASS);
 }
 
