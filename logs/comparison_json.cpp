@@ -56,7 +56,7 @@ ordered_json json_of_run(const run_info_t& info) {
   ordered_json files = ordered_json::object();
   for (const attachment_t& a : info.attachments) files[a.name] = a.sha256;
   return {{"run", info.run},
-          {"host", info.host},
+          {"host", text_of_host(info.host)},
           {"version", info.version},
           {"seed", info.seed},
           {"session", info.session},

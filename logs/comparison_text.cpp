@@ -54,7 +54,8 @@ std::string phase_text(const PhaseTable& phase) {
     lines.push_back({row.measurement, row.unit, std::to_string(row.samples), shown(row.mean),
                      shown(row.rms), shown(row.p95), shown(row.peak)});
   }
-  return head + (phase.rows.empty() ? std::string() : aligned(lines, 2));
+  // Without an estimate there is nothing to compare; the JSON has the rest.
+  return head + (phase.estimates == 0 ? std::string() : aligned(lines, 2));
 }
 
 }  // namespace
@@ -82,14 +83,15 @@ std::string text_of(const Comparison& comparison) {
   }
   if (comparison.info) {
     const run_info_t& info = *comparison.info;
-    constexpr const char* hosts[] = {"cell", "simulated cell", "twin"};
     text += "run " + info.run + ": procedure " + info.procedure + ", layout " + info.layout +
             ", target " + info.target + " (" + shown(info.target_length_m) + " m), host " +
-            hosts[std::clamp<int>(info.host, 0, 2)] + ", seed " + std::to_string(info.seed) +
-            ", version " + info.version + "\n";
+            text_of_host(info.host) + ", seed " + std::to_string(info.seed) + ", version " +
+            info.version + "\n";
   }
   text += "\n";
-  for (const PhaseTable& phase : comparison.phases) text += phase_text(phase) + "\n";
+  for (const PhaseTable& phase : comparison.phases) {
+    if (phase.phase != teardown_phase) text += phase_text(phase) + "\n";
+  }
   if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
   text += std::string("verdict: ") + text_of_outcome(comparison.outcome);

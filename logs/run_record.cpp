@@ -98,6 +98,11 @@ std::optional<Phase> RunRecord::phase(const std::string& name) const {
   return std::nullopt;
 }
 
+const char* text_of_host(std::int8_t host) {
+  constexpr const char* names[] = {"cell", "simulated cell", "twin"};
+  return host >= 0 && host <= run_info_t::TWIN ? names[host] : "unknown";
+}
+
 namespace {
 
 /// Decodes one message for the record and keeps the counts.

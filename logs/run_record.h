@@ -80,6 +80,9 @@ inline constexpr char teardown_phase[] = "teardown";
 /// Name of the phase from the first step to the last one before the teardown.
 inline constexpr char whole_run[] = "run";
 
+/// "cell", "simulated cell" or "twin".
+const char* text_of_host(std::int8_t host);
+
 /// How a log was as a file.
 struct LogSummary {
   std::int64_t events = 0;
