@@ -11,6 +11,8 @@ ProcedureRun procedure_run(const RunFiles& files) {
   run.host = files.host == "twin"   ? run_info_t::TWIN
              : files.host == "cell" ? run_info_t::CELL
                                     : run_info_t::SIMULATED_CELL;
+  // It knows at once when a process ends that should not.
+  if (files.host != "twin") run.required_nodes.push_back("supervisor");
   return run;
 }
 

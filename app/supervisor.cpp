@@ -9,6 +9,7 @@
 #include <berth/procedure_command_t.hpp>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <system_error>
 
 #include "app/active_runs.h"
@@ -74,7 +75,9 @@ class Supervisor : public Node {
 
   void start_cell() {
     const std::vector<std::string> real_time{"--real-time"};
-    if (files_.host == "simulated-cell") node("simulated-cell", "berth-simulated-cell", real_time);
+    if (files_.host == "simulated-cell") {
+      devices_ = node("simulated-cell", "berth-simulated-cell", real_time);
+    }
     node("arm-driver-replica", "berth-arm-driver", {"--arm", "replica", "--real-time"});
     node("arm-driver-sensor", "berth-arm-driver", {"--arm", "sensor", "--real-time"});
     node("lidar-driver", "berth-lidar-driver", {});
@@ -83,11 +86,11 @@ class Supervisor : public Node {
     node("estimator", "berth-estimator", {});
   }
 
-  void node(const std::string& name, const std::string& program,
-            const std::vector<std::string>& arguments) {
-    launch(name, program_directory() / program, run_arguments(arguments), [this, name](int code) {
+  ChildProcess* node(const std::string& name, const std::string& program,
+                     const std::vector<std::string>& arguments) {
+    return launch(name, program_directory() / program, run_arguments(arguments), [this, name](int code) {
       if (stage_ != Stage::running) return children_ended();
-      trouble(name + " ended with code " + std::to_string(code) + "; see output/" + name + ".txt");
+      trouble(name + " ended with code " + std::to_string(code) + ": " + last_words(name));
     });
   }
 
@@ -99,9 +102,20 @@ class Supervisor : public Node {
 
   ChildProcess* launch(const std::string& name, const std::filesystem::path& program,
                        const std::vector<std::string>& arguments, std::function<void(int)> exited) {
-    children_.emplace_back(loop_, name, program, arguments,
-                           files_.directory / "output" / (name + ".txt"), std::move(exited));
+    children_.emplace_back(loop_, name, program, arguments, output_of(name), std::move(exited));
     return &children_.back();
+  }
+
+  /// The last line that a process printed.
+  std::string last_words(const std::string& name) const {
+    std::ifstream in(output_of(name));
+    std::string last = "it said nothing";
+    for (std::string line; std::getline(in, line);) last = line;
+    return last;
+  }
+
+  std::filesystem::path output_of(const std::string& name) const {
+    return files_.directory / "output" / (name + ".txt");
   }
 
   /// A process is gone that should not be. The procedure sees its silence and ends by itself, with
@@ -131,8 +145,12 @@ class Supervisor : public Node {
     if (stage_ != Stage::running) return;
     stage_ = Stage::stopping;
     exit_code_ = code;
+    // The devices last, so that nobody complains of their silence.
     for (auto& child : children_) {
-      if (&child != recorder_) child.signal(SIGTERM);
+      if (&child != recorder_ && &child != devices_) child.signal(SIGTERM);
+    }
+    if (devices_ != nullptr) {
+      loop_.after(300 * millisecond, [this] { devices_->signal(SIGTERM); });
     }
     loop_.after(time_to_stop, [this] {
       for (auto& child : children_) {
@@ -161,6 +179,7 @@ class Supervisor : public Node {
   std::deque<ChildProcess> children_;
   ChildProcess* recorder_ = nullptr;
   ChildProcess* procedure_ = nullptr;
+  ChildProcess* devices_ = nullptr;
   Stage stage_ = Stage::running;
   bool aborting_ = false;
   bool troubled_ = false;
