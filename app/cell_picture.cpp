@@ -11,7 +11,7 @@ namespace {
 
 constexpr double width = 1000;
 constexpr double height = 600;
-constexpr double focal = 1000;  // pixels
+constexpr double focal = 780;  // pixels
 
 struct Colour {
   double red, green, blue;

@@ -14,7 +14,7 @@ struct CellPicture {
   Joints sensor{};
   std::vector<Vector3d> returns;  ///< of the LIDAR, sensor frame
   Vector3d eye{3.2, -7.5, 4.6};   ///< cell frame
-  Vector3d look_at{3.2, 0.2, 1.4};
+  Vector3d look_at{3.0, 0.4, 1.35};
   std::string caption;
 };
 
