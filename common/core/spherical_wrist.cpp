@@ -27,10 +27,14 @@ std::string reach_text(double distance, const std::string& verb, double limit) {
   return text;
 }
 
-/// Rz(theta) Tz(d) Tx(a) Rx(alpha).
-Pose dh_step(double a, const Quaterniond& twist, double d, double theta) {
-  const Quaterniond turn(std::cos(0.5 * theta), 0, 0, std::sin(0.5 * theta));
-  return {Vector3d(a * std::cos(theta), a * std::sin(theta), d), turn * twist};
+/// before * Rz(theta) Tz(d) Tx(a) Rx(alpha), the twist given as a quaternion (tw, tx, 0, 0). A
+/// product of unit quaternions stays one to rounding over so short a chain.
+Pose dh_step(const Pose& before, double a, double tw, double tx, double d, double theta) {
+  const double c = std::cos(0.5 * theta);
+  const double s = std::sin(0.5 * theta);
+  const Quaterniond step(c * tw, c * tx, s * tx, s * tw);
+  const Vector3d offset(a * (1 - 2 * s * s), a * 2 * s * c, d);
+  return {before.rotation * offset + before.position, before.rotation * step};
 }
 
 /// A joint turned by whole turns so that it comes within its limits: all possibilities.
@@ -106,17 +110,14 @@ SphericalWristArm::SphericalWristArm(Config& config) {
 }
 
 std::array<Pose, 7> SphericalWristArm::link_poses(const Joints& joints) const {
-  const double half = std::sqrt(0.5);
-  static const Quaterniond minus_quarter(half, -half, 0, 0);
-  static const Quaterniond plus_quarter(half, half, 0, 0);
-  static const Quaterniond half_turn(0, 1, 0, 0);
+  constexpr double half = std::numbers::sqrt2 / 2;
   std::array<Pose, 7> links;
-  links[1] = dh_step(geometry_.a1, minus_quarter, 0, joints[0]);
-  links[2] = links[1] * dh_step(geometry_.a2, half_turn, 0, joints[1] - pi / 2);
-  links[3] = links[2] * dh_step(geometry_.a3, minus_quarter, 0, joints[1] + joints[2]);
-  links[4] = links[3] * dh_step(0, plus_quarter, -geometry_.d4, joints[3]);
-  links[5] = links[4] * dh_step(0, minus_quarter, 0, joints[4]);
-  links[6] = links[5] * dh_step(0, half_turn, -geometry_.d6, joints[5]);
+  links[1] = dh_step(links[0], geometry_.a1, half, -half, 0, joints[0]);
+  links[2] = dh_step(links[1], geometry_.a2, 0, 1, 0, joints[1] - pi / 2);
+  links[3] = dh_step(links[2], geometry_.a3, half, -half, 0, joints[1] + joints[2]);
+  links[4] = dh_step(links[3], 0, half, half, -geometry_.d4, joints[3]);
+  links[5] = dh_step(links[4], 0, half, -half, 0, joints[4]);
+  links[6] = dh_step(links[5], 0, 0, 1, -geometry_.d6, joints[5]);
   return links;
 }
 
