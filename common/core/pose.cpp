@@ -6,7 +6,7 @@
 namespace berth {
 
 Pose Pose::operator*(const Pose& other) const {
-  return {rotation * other.position + position, (rotation * other.rotation).normalized()};
+  return {rotation * other.position + position, rotation * other.rotation};
 }
 
 Pose Pose::inverse() const {
