@@ -12,7 +12,10 @@ ProcedureRun procedure_run(const RunFiles& files) {
              : files.host == "cell" ? run_info_t::CELL
                                     : run_info_t::SIMULATED_CELL;
   // It knows at once when a process ends that should not.
-  if (files.host != "twin") run.required_nodes.push_back("supervisor");
+  if (files.host != "twin") {
+    run.supervisor = "supervisor";
+    run.required_nodes.push_back(run.supervisor);
+  }
   return run;
 }
 

@@ -194,6 +194,9 @@ void Engine::tick(Utime now) {
 void Engine::wait_for_nodes(Utime now) {
   std::string missing;
   for (const auto& [name, node] : nodes_) {
+    if (name == options_.supervisor && node.state == node_status_t::FAULT) {
+      return conclude(procedure_state_t::ERROR, node.reason, now);
+    }
     if (node.state == node_status_t::READY || node.state == node_status_t::RUNNING) continue;
     missing += missing.empty() ? "" : ", ";
     missing += name + " (" + (node.heard ? text_of_state(node.state) : "not heard of");

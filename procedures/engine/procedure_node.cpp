@@ -14,6 +14,7 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
   procedures::EngineOptions options;
   options.commander = {setup.name, setup.session};
   options.required_nodes = run.required_nodes;
+  options.supervisor = run.supervisor;
   options.ready_timeout = run.ready_timeout;
   options.heartbeat_timeout = run.heartbeat_timeout;
   return options;

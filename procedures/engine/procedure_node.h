@@ -21,6 +21,7 @@ struct ProcedureRun {
   std::vector<std::string> required_nodes = {"arm-driver-replica", "arm-driver-sensor",
                                              "lidar-driver",       "facility-driver",
                                              "estimator",          "testbed"};
+  std::string supervisor;  ///< as EngineOptions::supervisor
   Utime ready_timeout = 120 * second;
   Utime heartbeat_timeout = second;
 };
