@@ -189,12 +189,16 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
   result.information = Matrix6d(result.information.selfadjointView<Eigen::Lower>());
   if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
   if (result.used >= static_cast<int>(least_pairs)) {
-    // In units in which a radian counts as the model's radius, so that eigenvalues can be compared.
+    // In units in which a radian counts as the model's half length, so that eigenvalues compare. The
+    // weakest direction must be known to a hundredth of the target's length.
     Vector6d scale;
-    scale << 1, 1, 1, Vector3d::Constant(1 / model.radius);
+    scale << 1, 1, 1, Vector3d::Constant(1 / model.canonical.half_length);
     const Matrix6d scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled, Eigen::EigenvaluesOnly);
-    result.constrained = eigen.eigenvalues()[0] > 1e-4 * result.used;
+    constexpr double least_sigma = 0.005;
+    const double sigma = std::max(result.residual_rms, least_sigma);
+    const double needed = 0.02 * model.canonical.half_length;
+    result.constrained = eigen.eigenvalues()[0] * needed * needed > sigma * sigma;
   }
   return result;
 }
