@@ -109,9 +109,12 @@ class Matcher {
                                                          : model_.grid.stored(q, found);
       if (inside) pairs_.push_back({q, found.point, found.normal, (found.point - q).squaredNorm()});
     }
-    near_ = static_cast<int>(pairs_.size());
     adapt_gate();
     const double limit = gate_ * gate_;
+    near_ = 0;
+    for (const Pair& p : pairs_) {
+      if (p.squared_distance <= limit || !is_behind(p, to_model.position)) ++near_;
+    }
     pairs_.erase(std::remove_if(pairs_.begin(), pairs_.end(),
                                 [&](const Pair& p) { return p.squared_distance > limit; }),
                  pairs_.end());
@@ -121,6 +124,15 @@ class Matcher {
   int near() const { return near_; }
 
  private:
+  /// Whether a return lies farther along its beam than the model next to it: an arm or a mount
+  /// behind the target contradicts nothing; a return beside or before it does.
+  static bool is_behind(const Pair& p, const Vector3d& eye) {
+    constexpr double least_cosine = 0.3;
+    const Vector3d beam = p.data - eye;
+    const Vector3d from_model = p.data - p.model;
+    return from_model.dot(beam) > least_cosine * from_model.norm() * beam.norm();
+  }
+
   /// The gate follows the spread of the pairs inside the last one: it closes as the fit improves.
   void adapt_gate() {
     const double limit = gate_ * gate_;
@@ -189,8 +201,8 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
   result.information = Matrix6d(result.information.selfadjointView<Eigen::Lower>());
   if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
   if (result.used >= static_cast<int>(least_pairs)) {
-    // In units in which a radian counts as the model's half length, so that eigenvalues compare. The
-    // weakest direction must be known to a hundredth of the target's length.
+    // In units in which a radian counts as the model's half length, so that eigenvalues compare.
+    // The weakest direction must be known to a hundredth of the target's length.
     Vector6d scale;
     scale << 1, 1, 1, Vector3d::Constant(1 / model.canonical.half_length);
     const Matrix6d scaled = scale.asDiagonal() * result.information * scale.asDiagonal();

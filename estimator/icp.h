@@ -32,7 +32,7 @@ struct IcpResult {
   double residual_rms = 0;  ///< of the pairs used, along the normal, m
   int iterations = 0;
   int used = 0;  ///< pairs inside the gate
-  int near = 0;  ///< points inside the grid, thus about the target
+  int near = 0;  ///< points about the target: used, or beside it or before it
   bool converged = false;
   bool constrained = false;  ///< the matches determine all six degrees of freedom
 
