@@ -8,9 +8,9 @@
 
 namespace berth::testbed {
 
-/// How near the bodies of the cell come to each other: arms, mount, target, sensor housing, room and
-/// keep-outs. Bodies are convex; the target is covered by boxes, a slice of it each. Links of an arm
-/// that its joint limits keep apart are not compared.
+/// How near the bodies of the cell come to each other: arms, mount, target, sensor housing, room
+/// and keep-outs. Bodies are convex; the target is covered by boxes, a slice of it each. Links of
+/// an arm that its joint limits keep apart are not compared.
 class Clearance {
  public:
   struct Limits {

@@ -41,7 +41,10 @@ struct PathCheck::Rates {
 std::string PathCheck::place(double t, const ArmPair& joints) const {
   const Xyzwpr v = xyzwpr_from_pose(cell_.relative_pose(joints.replica, joints.sensor));
   std::string text = "at " + fixed(t, 1) + " s, relative pose (";
-  for (std::size_t i = 0; i < 6; ++i) text += (i == 0 ? "" : ", ") + fixed(v[i], i < 3 ? 0 : 1);
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (i > 0) text += ", ";
+    text += fixed(v[i], i < 3 ? 0 : 1);
+  }
   return text + "): ";
 }
 

@@ -38,6 +38,7 @@ std::vector<Box> cover_with_boxes(const Mesh& mesh, int slices) {
     Box box{Vector3d::Constant(infinity), Vector3d::Constant(-infinity)};
     for (const auto& triangle : mesh.triangles) {
       std::vector<Vector3d> polygon;
+      polygon.reserve(triangle.size());
       for (const std::uint32_t vertex : triangle) polygon.push_back(mesh.vertices[vertex]);
       double least = infinity;
       double most = -infinity;

@@ -9,6 +9,8 @@ using namespace testbed;
 
 namespace {
 
+constexpr Utime planning_time = second;
+
 bool is_motion(std::int8_t command) {
   return command >= testbed_command_t::MOVE && command <= testbed_command_t::STATION_KEEP;
 }
@@ -188,6 +190,8 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
     return "frozen_arm is " + std::to_string(command.frozen_arm) +
            ", expected 0 (none), 1 (replica) or 2 (sensor)";
   }
+  // planning may take longer than a set-point lasts
+  if (engaged_) stream(commanded_, planning_time);
   Task task;
   task.seq = command.seq;
   const bool closed_loop = command.command == testbed_command_t::APPROACH ||
@@ -224,7 +228,7 @@ std::string TestbedNode::begin_move(const testbed_command_t& command, Task& task
     const auto goal = pose_of(command.position_m, command.q_wxyz);
     if (!goal) return "the goal is not a pose";
     RelativeLimits limits;
-    const std::string wrong = limits_of(command, limits);
+    std::string wrong = limits_of(command, limits);
     if (!wrong.empty()) return wrong;
     return begin_path(std::make_shared<const StraightPath>(from, *goal, limits), command, task);
   }
@@ -291,7 +295,7 @@ std::string TestbedNode::retreat(const testbed_command_t& command) {
   RelativeLimits limits;
   testbed_command_t with_speed = command;
   if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
-  const std::string wrong = limits_of(with_speed, limits);
+  std::string wrong = limits_of(with_speed, limits);
   if (!wrong.empty()) return wrong;
 
   std::vector<ArmPair> points(trail_.rbegin(), trail_.rend());
@@ -301,6 +305,7 @@ std::string TestbedNode::retreat(const testbed_command_t& command) {
     lengths.insert(lengths.begin(), travel_between(start, points.front()));
     points.insert(points.begin(), start);
   }
+  if (engaged_) stream(commanded_, planning_time);
   Task task;
   task.seq = command.seq;
   task.mode = Mode::moving;

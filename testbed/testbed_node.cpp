@@ -195,7 +195,7 @@ void TestbedNode::tick() {
         order(arm_command_t::HOLD);
         engaged_ = false;
       }
-      if (engaged_) stream(commanded_);
+      if (engaged_) stream(commanded_, settings_.setpoint_lifetime);
       break;
     case Mode::starting:
       run_start(dt);
@@ -278,7 +278,7 @@ void TestbedNode::run_start(double dt) {
   }
   rejoin_time_ += dt;
   const double s = rejoin_.length() > 0 ? rejoin_.position(rejoin_time_) / rejoin_.length() : 1.0;
-  stream(blend(rejoin_from_, commanded_, s));
+  stream(blend(rejoin_from_, commanded_, s), settings_.setpoint_lifetime);
   if (rejoin_time_ < rejoin_.duration()) return;
   rejoining_ = false;
   mode_ = task_.mode;
@@ -291,7 +291,7 @@ void TestbedNode::run_motion(double dt, bool wait) {
   std::string reason;
   const auto joints = task_.motion->at(task_.time, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
-  stream(*joints);
+  stream(*joints, settings_.setpoint_lifetime);
   remember(*joints);
   if (stopping_ && scale_.at_rest()) return end_task(false);
   if (task_.time >= task_.motion->duration()) end_task(!stopping_);
@@ -312,7 +312,7 @@ void TestbedNode::run_closed_loop(double dt) {
     next_instant_check_ = now() + instant_check_period;
     if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
   }
-  stream(*joints);
+  stream(*joints, settings_.setpoint_lifetime);
   remember(*joints);
   if (stopping_) {
     if (guidance_.at_rest()) end_task(false);
@@ -385,23 +385,27 @@ void TestbedNode::remember(const ArmPair& joints) {
   trail_lengths_.push_back(length);
 }
 
-void TestbedNode::stream(const ArmPair& joints) {
+void TestbedNode::stream(const ArmPair& joints, Utime lifetime) {
   if (mode_ != Mode::starting) commanded_ = joints;
   command_history_.emplace_back(now(), joints);
   while (command_history_.front().first < now() - history_length) command_history_.pop_front();
-  for (const ArmRole role : both_arms) send(role, arm_command_t::STREAM, joints.of(role));
+  for (const ArmRole role : both_arms) {
+    send(role, arm_command_t::STREAM, joints.of(role), lifetime);
+  }
 }
 
 void TestbedNode::order(std::int8_t action) {
-  for (const ArmRole role : both_arms) send(role, action, reported_.of(role));
+  for (const ArmRole role : both_arms) {
+    send(role, action, reported_.of(role), settings_.setpoint_lifetime);
+  }
 }
 
-void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints) {
+void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime) {
   arm_command_t command{};
   command.utime = now() + (action == arm_command_t::STREAM ? settings_.dead_time : 0);
   command.seq = ++arm_command_seq_;
   command.session = session();
-  command.utime_expires = now() + settings_.setpoint_lifetime;
+  command.utime_expires = now() + lifetime;
   command.action = action;
   std::copy(joints.begin(), joints.end(), command.joint);
   command.speed_limit = 1;

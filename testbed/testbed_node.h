@@ -84,9 +84,9 @@ class TestbedNode final : public Node {
   void end_task(bool finished);
   void stop_arms(const std::string& code, const std::string& reason);
   void supervise(const Verdict& verdict);
-  void stream(const testbed::ArmPair& joints);
+  void stream(const testbed::ArmPair& joints, Utime lifetime);
   void order(std::int8_t action);
-  void send(ArmRole role, std::int8_t action, const Joints& joints);
+  void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
   void remember(const testbed::ArmPair& joints);
   double travel_between(const testbed::ArmPair& a, const testbed::ArmPair& b) const;
   testbed::ArmPair reference_joints() const;
