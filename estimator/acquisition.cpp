@@ -51,15 +51,12 @@ std::vector<Pose> Acquisition::match_templates(const std::vector<PointSet>& sets
       static_cast<int>(std::ceil(0.6 * model_.canonical.half_length / templates.cell()));
   const int reach_yz =
       static_cast<int>(std::ceil(0.8 * model_.canonical.radius / templates.cell()));
-  constexpr double foreshortened = 1.5;  // the major axis may be the second one of what is seen
-
   std::vector<Pose> poses;
   for (const PointSet& set : sets) {
-    std::vector<Vector3d> axes = {set.axis, -set.axis};
-    if (set.elongation < foreshortened) {
-      axes.push_back(set.second);
-      axes.push_back(-set.second);
-    }
+    // The major axis may be another one of what is seen: aslant it is shortened, end on it is
+    // depth.
+    const Vector3d third = set.axis.cross(set.second);
+    const Vector3d axes[] = {set.axis, -set.axis, set.second, -set.second, third, -third};
     for (const Vector3d& axis : axes) {
       // Any frame with the axis as x.
       const Quaterniond to_axis = Quaterniond::FromTwoVectors(axis, Vector3d::UnitX());
@@ -139,7 +136,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
     return result;
   }
 
-  constexpr std::size_t most_points_matched = 4000;
+  constexpr std::size_t most_points_matched = 2000;
   const std::vector<Vector3d> points = thinned(scan.points, most_points_matched);
   const std::vector<PointSet> sets =
       candidate_point_sets(points, {model_.canonical.half_length, model_.canonical.radius},
@@ -155,11 +152,11 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
 
   IcpOptions polish;
   polish.registration = Registration::point_to_plane;
-  polish.max_iterations = 12;
+  polish.max_iterations = 10;
   polish.start_gate_m = 0.16 * model_.canonical.half_length;
   polish.stop_translation_m = 1e-3;
   polish.stop_rotation_rad = 1e-3;
-  const std::vector<Vector3d> few = thinned(points, 400);
+  const std::vector<Vector3d> few = thinned(points, 300);
   const auto weigh = [&](const Pose& pose, std::size_t stride) {
     Hypothesis h;
     h.pose = pose;
@@ -197,7 +194,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
       finalists.push_back(weigh(align(model_, few, twin, polish).pose, quick_stride));
     }
   }
-  keep_distinct(12);
+  keep_distinct(10);
 
   // Against the hypothesis that there is no target: every beam sees the background.
   Pose nowhere;
@@ -212,7 +209,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
 
   // The last word: all points, nearly all beams.
   constexpr int beam_steps = 4;
-  polish.max_iterations = 25;
+  polish.max_iterations = 20;
   polish.start_gate_m = 0.08 * model_.canonical.half_length;
   polish.stop_translation_m = 1e-4;
   polish.stop_rotation_rad = 1e-4;
@@ -231,7 +228,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
     h.inlier_share = polished.inlier_share();
     h.constrained = polished.constrained;
   }
-  keep_distinct(12);
+  keep_distinct(10);
 
   // Poses that a symmetry of the target carries into each other are one and the same: the one
   // turned least from the sensor's axes stands for all.

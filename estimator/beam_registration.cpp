@@ -35,12 +35,11 @@ BeamStep beam_step(const TargetModel& model, const std::vector<Beam>& beams, con
     const Vector3d arm = beam.direction * hit.range - pose.position;
     Vector6d j;
     j << normal, arm.cross(normal);
-    a.selfadjointView<Eigen::Lower>().rankUpdate(j);
+    a.noalias() += j * j.transpose();
     b += j * residual;
   }
   result.used = static_cast<int>(residuals.size());
   if (result.used < 12) return result;
-  a = Matrix6d(a.selfadjointView<Eigen::Lower>());
   a.diagonal().array() += 1e-4 * result.used;  // what no surface holds stays where it is
   result.step = a.ldlt().solve(b);
   const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);

@@ -81,10 +81,9 @@ Pose register_planes(const std::vector<Pair>& pairs) {
   for (const Pair& p : pairs) {
     Vector6d j;
     j << p.normal, p.data.cross(p.normal);
-    a.selfadjointView<Eigen::Lower>().rankUpdate(j);
+    a.noalias() += j * j.transpose();
     b += j * p.normal.dot(p.model - p.data);
   }
-  a = Matrix6d(a.selfadjointView<Eigen::Lower>());
   // What no plane holds stays where it is.
   a.diagonal().array() += 1e-6 * static_cast<double>(pairs.size());
   return perturbed(Pose{}, a.ldlt().solve(b));
@@ -196,9 +195,8 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
     const Vector3d arm = rotation * p.model;
     Vector6d j;
     j << normal, arm.cross(normal);
-    result.information.selfadjointView<Eigen::Lower>().rankUpdate(j);
+    result.information.noalias() += j * j.transpose();
   }
-  result.information = Matrix6d(result.information.selfadjointView<Eigen::Lower>());
   if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
   if (result.used >= static_cast<int>(least_pairs)) {
     // In units in which a radian counts as the model's half length, so that eigenvalues compare.

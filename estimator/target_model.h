@@ -16,8 +16,8 @@ namespace berth::estimator {
 /// How finely a model is compiled.
 struct ModelOptions {
   int surface_samples = 12000;
-  int template_rotations = 48;
-  int template_voxels = 40;  ///< along the major axis; at most 48
+  int template_rotations = 36;
+  int template_voxels = 32;  ///< along the major axis; at most 48
   int grid_voxels = 600000;
   double grid_margin = 0.10;     ///< of the length
   double region_radius = 0.035;  ///< of the length

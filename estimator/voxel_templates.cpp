@@ -82,7 +82,7 @@ double VoxelTemplates::angle(int rotation) const {
 std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& points, int reach_x,
                                                    int reach_yz) const {
   struct Row {
-    int y, z;
+    int y, z, count;
     std::uint64_t bits;
   };
   VoxelRows data(height_ + 2 * reach_yz);
@@ -91,34 +91,52 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
   for (int z = 0; z < data.height; ++z) {
     for (int y = 0; y < data.height; ++y) {
       const std::uint64_t bits = data.rows[static_cast<std::size_t>(z * data.height + y)];
-      if (bits != 0) occupied.push_back({y - reach_yz, z - reach_yz, bits});
+      if (bits == 0) continue;
+      occupied.push_back({y - reach_yz, z - reach_yz, __builtin_popcountll(bits), bits});
     }
   }
+  // Shifts across the axis, small ones first: the best is found early and rules out most others.
+  std::vector<std::array<int, 2>> shifts;
+  for (int dz = -reach_yz; dz <= reach_yz; ++dz) {
+    for (int dy = -reach_yz; dy <= reach_yz; ++dy) shifts.push_back({dy, dz});
+  }
+  std::stable_sort(shifts.begin(), shifts.end(), [](const auto& a, const auto& b) {
+    return a[0] * a[0] + a[1] * a[1] < b[0] * b[0] + b[1] * b[1];
+  });
+
+  // A fit of so few of the data's voxels is chance: not worth a closer look.
+  constexpr double least_share = 0.3;
+  int total = 0;
+  for (const Row& row : occupied) total += row.count;
+  const int chance = static_cast<int>(least_share * total);
 
   std::vector<Correlation> best(templates_.size());
-  const int widest = 2 * reach_x + 1;
-  std::vector<int> scores(static_cast<std::size_t>(widest));
+  std::vector<std::pair<std::uint64_t, std::uint64_t>>
+      pairs;  // rows of data and template that meet
+  pairs.reserve(occupied.size());
   for (std::size_t r = 0; r < templates_.size(); ++r) {
     const std::vector<std::uint64_t>& rows = templates_[r].rows;
     best[r].rotation = static_cast<int>(r);
-    for (int dz = -reach_yz; dz <= reach_yz; ++dz) {
-      for (int dy = -reach_yz; dy <= reach_yz; ++dy) {
-        std::fill(scores.begin(), scores.end(), 0);
-        for (const Row& row : occupied) {
-          const int y = row.y - dy;
-          const int z = row.z - dz;
-          if (y < 0 || z < 0 || y >= height_ || z >= height_) continue;
-          const std::uint64_t bits = rows[static_cast<std::size_t>(z * height_ + y)];
-          if (bits == 0) continue;
-          for (int i = 0; i < widest; ++i) {
-            scores[static_cast<std::size_t>(i)] +=
-                __builtin_popcountll(row.bits & shifted(bits, i - reach_x));
-          }
+    for (const auto& [dy, dz] : shifts) {
+      pairs.clear();
+      int at_most = 0;
+      for (const Row& row : occupied) {
+        const int y = row.y - dy;
+        const int z = row.z - dz;
+        if (y < 0 || z < 0 || y >= height_ || z >= height_) continue;
+        const std::uint64_t bits = rows[static_cast<std::size_t>(z * height_ + y)];
+        if (bits == 0) continue;
+        at_most += std::min(row.count, __builtin_popcountll(bits));
+        pairs.emplace_back(row.bits, bits);
+      }
+      if (at_most <= std::max(best[r].score, chance))
+        continue;  // no shift along the axis can do better
+      for (int dx = -reach_x; dx <= reach_x; ++dx) {
+        int score = 0;
+        for (const auto& [from_data, from_template] : pairs) {
+          score += __builtin_popcountll(from_data & shifted(from_template, dx));
         }
-        for (int i = 0; i < widest; ++i) {
-          const int score = scores[static_cast<std::size_t>(i)];
-          if (score > best[r].score) best[r] = {static_cast<int>(r), {i - reach_x, dy, dz}, score};
-        }
+        if (score > best[r].score) best[r] = {static_cast<int>(r), {dx, dy, dz}, score};
       }
     }
   }
