@@ -208,7 +208,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
   while (finalists.back().log_likelihood < hopeless) finalists.pop_back();
 
   // The last word: all points, nearly all beams.
-  constexpr int beam_steps = 4;
+  constexpr int beam_steps = 8;
   polish.max_iterations = 20;
   polish.start_gate_m = 0.08 * model_.canonical.half_length;
   polish.stop_translation_m = 1e-4;
@@ -220,7 +220,7 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
     Hypothesis by_points = weigh(polished.pose, stride);
     Pose pose = polished.pose;
     for (int i = 0; i < beam_steps; ++i) {
-      const double gate = i == 0 ? 0.1 : 0.05;
+      const double gate = i < 3 ? 0.1 : 0.05;
       pose = perturbed(pose, beam_step(model_, scan.beams, pose, gate, 2000).step);
     }
     const Hypothesis by_beams = weigh(pose, stride);
