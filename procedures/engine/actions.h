@@ -27,6 +27,8 @@ enum class Answer { none, pending, accepted, refused, finished };
 struct Commander {
   std::string name;
   std::int64_t session = 0;
+  /// Commands are numbered above this: above all that this commander sent before in the session.
+  std::int64_t last_seq = 0;
 };
 
 /// How often a command is repeated until it is acknowledged, and for how long one is good.

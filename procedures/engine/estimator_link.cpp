@@ -4,7 +4,7 @@
 namespace berth::procedures {
 
 EstimatorLink::EstimatorLink(Actions& actions, Commander commander)
-    : actions_(actions), commander_(std::move(commander)) {}
+    : actions_(actions), commander_(std::move(commander)), last_seq_(commander_.last_seq) {}
 
 void EstimatorLink::command(estimator_command_t command, Utime now) {
   command_ = std::move(command);

@@ -29,7 +29,7 @@ class EstimatorLink {
 
   Actions& actions_;
   Commander commander_;
-  std::int64_t last_seq_ = 0;
+  std::int64_t last_seq_;
   estimator_command_t command_{};
   int attempts_ = 0;
   Utime sent_ = 0;

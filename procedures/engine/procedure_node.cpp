@@ -10,9 +10,10 @@ namespace {
 constexpr Utime state_period = 500 * millisecond;
 constexpr int final_repeats = 3;
 
-procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run) {
+procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
   procedures::EngineOptions options;
-  options.commander = {setup.name, setup.session};
+  // A procedure after another in the same session goes on above its numbers.
+  options.commander = {setup.name, setup.session, now};
   options.required_nodes = run.required_nodes;
   options.supervisor = run.supervisor;
   options.ready_timeout = run.ready_timeout;
@@ -26,7 +27,8 @@ ProcedureNode::ProcedureNode(NodeSetup node_setup, procedures::Procedure procedu
                              const ProcedureRun& run, run_info_t info, logs::NearestPoint nearest,
                              Bus& the_bus, Loop& the_loop)
     : Node(node_setup, the_bus, the_loop),
-      engine_(std::move(procedure), options_of(node_setup, run), std::move(nearest), *this),
+      engine_(std::move(procedure), options_of(node_setup, run, the_loop.now()), std::move(nearest),
+              *this),
       info_(std::move(info)) {
   listen<testbed_state_t>(channels::testbed_state, 1000);
   listen<estimator_state_t>(channels::estimator_state, 1000);

@@ -4,7 +4,7 @@
 namespace berth::procedures {
 
 TestbedLink::TestbedLink(Actions& actions, Commander commander)
-    : actions_(actions), commander_(std::move(commander)) {}
+    : actions_(actions), commander_(std::move(commander)), last_seq_(commander_.last_seq) {}
 
 void TestbedLink::send(testbed_command_t& command, Utime now) {
   command.utime = now;

@@ -50,7 +50,7 @@ class TestbedLink {
 
   Actions& actions_;
   Commander commander_;
-  std::int64_t last_seq_ = 0;
+  std::int64_t last_seq_;
   Tracked motion_;
   Tracked order_;
   bool wants_lease_ = false;
