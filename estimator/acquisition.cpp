@@ -239,9 +239,10 @@ AcquisitionResult Acquisition::acquire(const CleanScan& scan,
     });
     if (same == distinct.end()) {
       distinct.push_back(h);
-    } else if (angle_between({}, h.pose) < angle_between({}, same->pose)) {
-      same->pose = h.pose;
+      continue;
     }
+    ++same->equal_poses;
+    if (angle_between({}, h.pose) < angle_between({}, same->pose)) same->pose = h.pose;
   }
 
   const double best = distinct.front().log_likelihood;

@@ -31,6 +31,7 @@ struct Hypothesis {
   double probability = 0;
   Likelihood fit;
   double inlier_share = 0;   ///< of the returns about the target
+  int equal_poses = 1;       ///< that a symmetry of the target makes one and the same
   bool constrained = false;  ///< the returns determine all six degrees of freedom
 };
 

@@ -17,6 +17,9 @@ using Command = estimator_command_t;
 // Of a pose that a commander gives: as good as a measuring tape.
 constexpr double given_pose_sigma_m = 0.05;
 constexpr double given_pose_sigma_rad = radians(3);
+// Of a pose that nobody knows.
+constexpr double unknown_sigma_m = 1000;
+constexpr double unknown_sigma_rad = radians(180);
 // After a pause nobody knows how the target moved.
 constexpr double resumed_pose_sigma_m = 0.1;
 constexpr double resumed_pose_sigma_rad = radians(5);
@@ -424,10 +427,16 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
       estimate.status = pose_estimate_t::OK;
       estimate.reason.clear();
       change_mode(Mode::TRACKING, "tracking");
+      if (const int equal = found.hypotheses.front().equal_poses; equal > 1) {
+        output_.note(event_t::NOTICE, "symmetric-target",
+                     "the target looks the same in " + std::to_string(equal) +
+                         " poses found; the one turned least from the sensor's axes is reported");
+      }
       return;
     }
     estimate.reason = "found a pose that does not hold: " + measured.reason;
   }
+  fill_filtered(estimate);
   for (const Hypothesis& h : found.hypotheses) hints_.push_back(h.pose);
   if (found.status == AcquisitionResult::Status::ambiguous) {
     estimate.status = pose_estimate_t::AMBIGUOUS;
@@ -492,6 +501,7 @@ void Estimator::count_failure(const std::string& reason) {
 void Estimator::fill_filtered(pose_estimate_t& estimate) const {
   if (!tracker_.started()) {
     fill_pose({}, estimate.position_m, estimate.q_wxyz);
+    fill_matrix(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
     return;
   }
   // The pose at the estimate's own time: after an update that is the filter's, else a prediction.

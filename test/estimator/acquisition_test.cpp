@@ -137,6 +137,7 @@ TEST_CASE("Two equal poses of a symmetric target are one: the one turned less") 
       acquisition.acquire(preprocess(lidar.sweep(full_view(6000)), {}, beam_model));
   REQUIRE(result.status == AcquisitionResult::Status::found);
   const Pose& pose = result.hypotheses.front().pose;
+  CHECK(result.hypotheses.front().equal_poses > 1);
   // a half turn about an axis of the box carries the found pose into the true one
   const Quaterniond rest = pose.rotation.conjugate() * lidar.pose.rotation;
   const double turn = angle_between({}, {Vector3d::Zero(), rest});

@@ -231,6 +231,7 @@ TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") 
   REQUIRE(run.said.requests.size() == 1);
   REQUIRE(run.said.estimates.size() == 1);
   CHECK_THAT(run.last().reason, Catch::Contains("the laser is off"));
+  CHECK(run.last().covariance[0] > 1e5);  // of no pose at all
   run.estimator.take(empty_end(1, scan_packet_t::REFUSED, "the laser is off", 1735689602000000));
   REQUIRE(run.said.requests.size() == 2);
   CHECK(run.said.requests[1].scan_id == 2);
