@@ -88,10 +88,11 @@ class Supervisor : public Node {
 
   ChildProcess* node(const std::string& name, const std::string& program,
                      const std::vector<std::string>& arguments) {
-    return launch(name, program_directory() / program, run_arguments(arguments), [this, name](int code) {
-      if (stage_ != Stage::running) return children_ended();
-      trouble(name + " ended with code " + std::to_string(code) + ": " + last_words(name));
-    });
+    return launch(
+        name, program_directory() / program, run_arguments(arguments), [this, name](int code) {
+          if (stage_ != Stage::running) return children_ended();
+          trouble(name + " ended with code " + std::to_string(code) + ": " + last_words(name));
+        });
   }
 
   std::vector<std::string> run_arguments(const std::vector<std::string>& more) const {

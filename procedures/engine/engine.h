@@ -22,9 +22,9 @@ struct EngineOptions {
   std::vector<std::string> required_nodes;  ///< without which nothing starts or goes on
   /// Of the required nodes, the one whose FAULT is final: it is not waited for. Empty: none.
   std::string supervisor;
-  Utime ready_timeout = 120 * second;       ///< for all of them to be ready
-  Utime lease_timeout = 15 * second;        ///< for the testbed to give the lease and be idle
-  Utime heartbeat_timeout = second;         ///< silence after which a node is lost
+  Utime ready_timeout = 120 * second;  ///< for all of them to be ready
+  Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and be idle
+  Utime heartbeat_timeout = second;    ///< silence after which a node is lost
 };
 
 /// Runs a procedure: waits for the nodes, takes the lease, goes from step to step, watches the rig
