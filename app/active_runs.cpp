@@ -24,6 +24,15 @@ fs::path registry() {
 
 }  // namespace
 
+bool is_alive(pid_t pid) {
+  if (pid <= 0 || kill(pid, 0) != 0) return false;
+  std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  std::getline(in, line);
+  const auto name_end = line.rfind(") ");
+  return name_end == std::string::npos || line.compare(name_end + 2, 1, "Z") != 0;
+}
+
 std::vector<ActiveRun> active_runs() {
   std::vector<std::pair<fs::file_time_type, ActiveRun>> found;
   for (const auto& entry : fs::directory_iterator(registry())) {
@@ -34,7 +43,7 @@ std::vector<ActiveRun> active_runs() {
     std::getline(in, directory);
     std::getline(in, run.url);
     run.directory = directory;
-    if (run.supervisor <= 0 || kill(run.supervisor, 0) != 0) {
+    if (!is_alive(run.supervisor)) {
       fs::remove(entry.path());
       continue;
     }

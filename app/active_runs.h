@@ -17,6 +17,9 @@ struct ActiveRun {
   std::string url;
 };
 
+/// Whether the process still runs: one that has ended and waits to be reaped does not.
+bool is_alive(pid_t pid);
+
 /// All of them, newest last. Entries of dead supervisors are removed.
 std::vector<ActiveRun> active_runs();
 /// The newest, or the one in the directory given.

@@ -27,7 +27,7 @@ ActiveRun require_active_run(const std::filesystem::path& directory) {
 int stop(const ActiveRun& run, bool now) {
   std::printf("stopping %s\n", run.directory.c_str());
   kill(run.supervisor, SIGTERM);
-  for (int tenths = 0; kill(run.supervisor, 0) == 0; ++tenths) {
+  for (int tenths = 0; is_alive(run.supervisor); ++tenths) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     if (now && tenths == 3) kill(run.supervisor, SIGTERM);
     if (tenths > 900) {
