@@ -30,7 +30,7 @@ struct Simulation::Impl {
 
   struct Subscription {
     SimulatedBus* bus;
-    Bus::RawHandler handler;
+    std::function<void(Bytes)> handler;
   };
 
   class PairedWires final : public Wires {
