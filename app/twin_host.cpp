@@ -13,7 +13,7 @@
 #include "drivers/facility/facility_node.h"
 #include "drivers/lidar/lidar_node.h"
 #include "drivers/simulated/simulated_cell.h"
-#include "estimator/estimator_node.h"
+#include "estimator/node/estimator_node.h"
 #include "lcmtypes/channels.h"
 #include "logs/log_writer.h"
 #include "testbed/testbed_node.h"

@@ -60,8 +60,8 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
 }
 
 void read_acquisition(Config config, EstimatorOptions& options) {
-  config.choice("method", {"voxel_template"});
-  AcquisitionOptions& a = options.acquisition;
+  options.acquisition_method = config.choice("method", {"voxel_template"});
+  VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
   config.optional("zoom_beams", options.zoom_beams);
   config.optional("least_elongation", a.least_elongation);
@@ -103,8 +103,8 @@ void read_icp(Config config, IcpOptions& icp) {
 }
 
 void read_tracking(Config config, EstimatorOptions& options) {
-  config.choice("method", {"icp"});
-  TrackingOptions& t = options.tracking;
+  options.tracking_method = config.choice("method", {"icp"});
+  IcpTrackingOptions& t = options.icp_tracking;
   read_icp(config.section("icp"), t.icp);
   const std::string strategy = config.choice("strategy", scan_strategy_names());
   parse_scan_strategy(strategy, options.strategy);
@@ -133,8 +133,9 @@ void read_tracking(Config config, EstimatorOptions& options) {
   at_least(config, "floor_rotation", t.floor_rad, 1e-6);
 }
 
-void read_tracker(Config config, TrackerOptions& tracker) {
-  config.choice("method", {"alpha_beta"});
+void read_tracker(Config config, EstimatorOptions& options) {
+  options.tracker_method = config.choice("method", {"alpha_beta"});
+  AlphaBetaOptions& tracker = options.alpha_beta;
   config.optional("alpha", tracker.alpha);
   config.optional("beta", tracker.beta);
   config.optional("linear_acceleration", Dimension::acceleration, tracker.linear_acceleration);
@@ -174,11 +175,11 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   options.lidar = config.text("lidar");
   read_model(config.section("model"), options.model);
   read_gate(config.section("range_gate"), options.gate);
-  read_likelihood(config.section("likelihood"), options.acquisition.likelihood);
-  options.tracking.likelihood = options.acquisition.likelihood;
+  read_likelihood(config.section("likelihood"), options.voxel_template.likelihood);
+  options.icp_tracking.likelihood = options.voxel_template.likelihood;
   read_acquisition(config.section("acquisition"), options);
   read_tracking(config.section("tracking"), options);
-  read_tracker(config.section("target_tracker"), options.tracker);
+  read_tracker(config.section("target_tracker"), options);
   read_planner(config.section("scan_planner"), options.planner);
   config.finish();
   return options;

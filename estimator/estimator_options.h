@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <string>
 
-#include "estimator/acquisition.h"
-#include "estimator/icp_tracking.h"
-#include "estimator/scan_planner.h"
-#include "estimator/target_tracker.h"
+#include "estimator/acquisition/voxel_template_acquisition.h"
+#include "estimator/filter/alpha_beta_tracker.h"
+#include "estimator/planning/scan_planner.h"
+#include "estimator/tracking/icp_tracking.h"
 
 namespace berth::estimator {
 
@@ -17,18 +17,21 @@ struct EstimatorOptions {
   ModelOptions model;
   RangeGate gate;  ///< unless a command gives one
 
-  AcquisitionOptions acquisition;
+  std::string acquisition_method = "voxel_template";
+  VoxelTemplateOptions voxel_template;
   int acquire_beams = 6000;  ///< of a scan of the whole field of view
   int zoom_beams = 5000;     ///< of a scan of the place where the target seems to be
 
-  TrackingOptions tracking;
+  std::string tracking_method = "icp";
+  IcpTrackingOptions icp_tracking;
   ScanStrategy strategy = ScanStrategy::corners_sparse;
   int returns_per_scan = 1000;     ///< beams of a tracking scan
   int lost_after = 3;              ///< scans in a row without a pose
   bool reacquire = true;           ///< when lost, acquire again unasked
   double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next
 
-  TrackerOptions tracker;
+  std::string tracker_method = "alpha_beta";
+  AlphaBetaOptions alpha_beta;
   PlannerOptions planner;
 };
 

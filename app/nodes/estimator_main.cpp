@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/process_host.h"
-#include "estimator/estimator_node.h"
+#include "estimator/node/estimator_node.h"
 
 int main(int argc, char* argv[]) {
   using namespace berth;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The estimator on a bus, with the simulated clock.
-#include "estimator/estimator_node.h"
+#include "estimator/node/estimator_node.h"
 
 #include "common/bus/simulation.h"
 #include "common/core/sha256.h"
@@ -79,5 +79,5 @@ TEST_CASE("The configuration file of the estimator is read as it is shipped") {
   CHECK(options.lidar == "ilris_3d");
   CHECK(options.strategy == ScanStrategy::corners_sparse);
   CHECK(options.returns_per_scan == 1000);
-  CHECK(options.tracking.icp.registration == Registration::point_to_point);
+  CHECK(options.icp_tracking.icp.registration == Registration::point_to_point);
 }

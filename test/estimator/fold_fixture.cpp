@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "test/estimator/fold_fixture.h"
 
-#include "estimator/messages.h"
+#include "estimator/node/messages.h"
 
 namespace berth::estimator {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "estimator/estimator.h"
+#include "estimator/node/estimator.h"
 #include "test/estimator/scan_maker.h"
 
 namespace berth::estimator {

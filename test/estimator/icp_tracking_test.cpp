@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/icp_tracking.h"
+#include "estimator/tracking/icp_tracking.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "estimator/scan_planner.h"
+#include "estimator/planning/scan_planner.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -44,8 +44,8 @@ struct Trials {
   int ok = 0;
 };
 
-Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int count, double start_m,
-                  double start_rad) {
+Trials run_trials(const IcpTrackingOptions& options, ScanStrategy strategy, int count,
+                  double start_m, double start_rad) {
   const auto model = replica_model();
   const PlannerOptions planner_options;
   const ScanPlanner planner(*model, {}, planner_options);
@@ -59,7 +59,7 @@ Trials run_trials(const TrackingOptions& options, ScanStrategy strategy, int cou
     const Pose start = displaced(truth, random, start_m, start_rad);
     const auto raw = lidar.sweep(planner.plan(start, start_m, strategy, 1000));
     const TrackingResult result =
-        tracking.track(preprocess(raw, {}, beam_model), start, prior(start_m, start_rad), {});
+        tracking.track(preprocess(raw, {}, beam_model), {start, prior(start_m, start_rad), {}});
     const Vector6d error = difference(result.pose, truth);
     trials.error_m.push_back(error.head<3>().norm());
     trials.error_rad.push_back(error.tail<3>().norm());
@@ -75,7 +75,7 @@ TEST_CASE("Tracking converges from 30 mm and 2 degrees with every registration a
   const auto registration = GENERATE(Registration::point_to_point, Registration::point_to_plane);
   const auto strategy = GENERATE(ScanStrategy::sparse, ScanStrategy::corners, ScanStrategy::edges,
                                  ScanStrategy::corners_sparse, ScanStrategy::edges_sparse);
-  TrackingOptions options;
+  IcpTrackingOptions options;
   options.icp.registration = registration;
   const Trials trials = run_trials(options, strategy, 25, 0.03, radians(2));
   CHECK(trials.ok == 25);
@@ -92,7 +92,7 @@ TEST_CASE("Tracking converges from 100 mm and 5 degrees") {
 }
 
 TEST_CASE("Stored closest points are coarser than refined ones, and still good to a centimetre") {
-  TrackingOptions stored;
+  IcpTrackingOptions stored;
   stored.icp.refine_closest_points = false;
   const Trials coarse = run_trials(stored, ScanStrategy::corners_sparse, 25, 0.03, radians(2));
   const Trials fine = run_trials({}, ScanStrategy::corners_sparse, 25, 0.03, radians(2));
@@ -109,7 +109,7 @@ TEST_CASE("The covariance says how large the errors are") {
 
 TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
   const auto model = replica_model();
-  const TrackingOptions options;
+  const IcpTrackingOptions options;
   const IcpTracking tracking(*model, beam_model, options);
   double trace[2] = {0, 0};
   for (const int noisy : {0, 1}) {
@@ -118,7 +118,7 @@ TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
     lidar.pose = paper_pose;
     const auto raw = lidar.sweep(around(*model, paper_pose, 4000));
     const TrackingResult result =
-        tracking.track(preprocess(raw, {}, beam_model), paper_pose, prior(0.03, radians(2)), {});
+        tracking.track(preprocess(raw, {}, beam_model), {paper_pose, prior(0.03, radians(2)), {}});
     REQUIRE(result.ok);
     CHECK(result.covariance == result.covariance.transpose());
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(result.covariance);
@@ -130,7 +130,7 @@ TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
 
 TEST_CASE("A moving target is measured where it was at the scan's mean time") {
   const auto model = replica_model();
-  const TrackingOptions options;
+  const IcpTrackingOptions options;
   const IcpTracking tracking(*model, beam_model, options);
   ScanMaker lidar(model->target.mesh);
   lidar.pose = paper_pose;
@@ -141,21 +141,21 @@ TEST_CASE("A moving target is measured where it was at the scan's mean time") {
   const Pose truth =
       moved(at_start, lidar.velocity, static_cast<double>(scan.utime_mean - start) * 1e-6);
   const TrackingResult result =
-      tracking.track(scan, truth, prior(0.03, radians(2)), lidar.velocity);
+      tracking.track(scan, {truth, prior(0.03, radians(2)), lidar.velocity});
   REQUIRE(result.ok);
   CHECK(distance(result.pose, truth) < 0.005);
   CHECK(angle_between(result.pose, truth) < radians(0.3));
 
-  TrackingOptions skewed = options;
+  IcpTrackingOptions skewed = options;
   skewed.deskew = false;
   const TrackingResult worse = IcpTracking(*model, beam_model, skewed)
-                                   .track(scan, truth, prior(0.03, radians(2)), lidar.velocity);
+                                   .track(scan, {truth, prior(0.03, radians(2)), lidar.velocity});
   CHECK(difference(worse.pose, truth).norm() > difference(result.pose, truth).norm());
 }
 
 TEST_CASE("An arm behind the target and strays in front do not disturb") {
   const auto model = replica_model();
-  const TrackingOptions options;
+  const IcpTrackingOptions options;
   const IcpTracking tracking(*model, beam_model, options);
   ScanMaker lidar(model->target.mesh);
   lidar.pose = paper_pose;
@@ -170,20 +170,20 @@ TEST_CASE("An arm behind the target and strays in front do not disturb") {
   Random start_random(1, "start");
   const TrackingResult result =
       tracking.track(preprocess(raw, {}, beam_model),
-                     displaced(paper_pose, start_random, 0.03, 0.03), prior(0.03, 0.03), {});
+                     {displaced(paper_pose, start_random, 0.03, 0.03), prior(0.03, 0.03), {}});
   REQUIRE(result.ok);
   CHECK(distance(result.pose, paper_pose) < 0.008);
 }
 
 TEST_CASE("A pose that the scan contradicts is not ok") {
   const auto model = replica_model();
-  const TrackingOptions options;
+  const IcpTrackingOptions options;
   const IcpTracking tracking(*model, beam_model, options);
   const auto track = [&](const Mesh& mesh, const Pose& truth, const Pose& start) {
     ScanMaker lidar(mesh);
     lidar.pose = truth;
     const auto raw = lidar.sweep(around(*model, start, 2000));
-    return tracking.track(preprocess(raw, {}, beam_model), start, prior(0.03, radians(2)), {});
+    return tracking.track(preprocess(raw, {}, beam_model), {start, prior(0.03, radians(2)), {}});
   };
   SECTION("the target is elsewhere") {
     const TrackingResult r =
@@ -204,6 +204,6 @@ TEST_CASE("A pose that the scan contradicts is not ok") {
     const TrackingResult r =
         track(model->target.mesh, {{0, 0, 500}, Quaterniond::Identity()}, paper_pose);
     CHECK_FALSE(r.ok);
-    CHECK(r.icp.used == 0);
+    CHECK(r.used == 0);
   }
 }

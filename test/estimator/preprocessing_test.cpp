@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/preprocessing.h"
+#include "estimator/scan/preprocessing.h"
 
 #include <cmath>
 

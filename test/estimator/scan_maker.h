@@ -7,8 +7,8 @@
 #include "common/core/beam_model.h"
 #include "common/core/random.h"
 #include "common/core/ray_caster.h"
-#include "estimator/scan.h"
-#include "estimator/target_model.h"
+#include "estimator/model/target_model.h"
+#include "estimator/scan/scan.h"
 
 namespace berth::estimator {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/scan_planner.h"
+#include "estimator/planning/scan_planner.h"
 
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"

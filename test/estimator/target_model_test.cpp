@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/target_model.h"
+#include "estimator/model/target_model.h"
 
 #include <unistd.h>
 
 #include <fstream>
 #include <set>
 
-#include "estimator/model_file.h"
+#include "estimator/model/model_file.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

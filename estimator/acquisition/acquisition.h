@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimator/likelihood/beam_likelihood.h"
+
+namespace berth::estimator {
+
+/// A pose that may explain a scan.
+struct Hypothesis {
+  Pose pose;  ///< T_sensor_model
+  double log_likelihood = 0;
+  double probability = 0;
+  Likelihood fit;
+  double inlier_share = 0;   ///< of the returns about the target
+  int equal_poses = 1;       ///< that a symmetry of the target makes one and the same
+  bool constrained = false;  ///< the returns determine all six degrees of freedom
+};
+
+struct AcquisitionResult {
+  enum class Status { found, ambiguous, not_found, refused };
+  Status status = Status::not_found;
+  std::string reason;                  ///< empty when found
+  std::vector<Hypothesis> hypotheses;  ///< best first, distinct; probabilities sum to 1
+  int point_sets = 0;
+  int candidates = 0;  ///< poses that were polished and weighed
+};
+
+/// Finds the target's pose in one scan without any prior. const and deterministic; the model, beam
+/// model and options that it was made from must outlive it.
+class Acquisition {
+ public:
+  virtual ~Acquisition() = default;
+
+  /// As configuration files and estimates name the method.
+  virtual std::string name() const = 0;
+  /// Empty, or why this model cannot be acquired by this method.
+  virtual std::string refusal() const { return ""; }
+  /// hints: poses that an earlier scan left open, if any.
+  virtual AcquisitionResult acquire(const CleanScan& scan,
+                                    const std::vector<Pose>& hints) const = 0;
+  AcquisitionResult acquire(const CleanScan& scan) const { return acquire(scan, {}); }
+};
+
+}  // namespace berth::estimator

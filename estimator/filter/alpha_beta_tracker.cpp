@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/filter/alpha_beta_tracker.h"
+
+#include <algorithm>
+
+namespace berth::estimator {
+
+namespace {
+
+double elapsed(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) * 1e-6; }
+
+/// Symmetric to the last bit.
+Matrix6d symmetric(const Matrix6d& m) { return 0.5 * (m + m.transpose()); }
+
+// What a target that has only been seen once may do: it starts at rest for want of better.
+constexpr double unknown_speed = 0.05;     // m/s
+constexpr double unknown_rotation = 0.05;  // rad/s
+
+}  // namespace
+
+void AlphaBetaTracker::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) {
+  started_ = true;
+  updates_ = 0;
+  utime_ = utime;
+  pose_ = pose;
+  velocity_ = {};
+  covariance_ = covariance;
+  cross_covariance_.setZero();
+  Vector6d variance;
+  variance << Vector3d::Constant(unknown_speed * unknown_speed),
+      Vector3d::Constant(unknown_rotation * unknown_rotation);
+  velocity_covariance_ = variance.asDiagonal();
+}
+
+Pose AlphaBetaTracker::predict(std::int64_t utime) const {
+  return moved(pose_, velocity_, elapsed(utime_, utime));
+}
+
+Matrix6d AlphaBetaTracker::predicted_covariance(std::int64_t utime) const {
+  const double dt = elapsed(utime_, utime);
+  Vector6d acceleration;
+  acceleration << Vector3d::Constant(options_.linear_acceleration),
+      Vector3d::Constant(options_.angular_acceleration);
+  const Vector6d drift = 0.5 * dt * dt * acceleration;
+  return symmetric(covariance_ + dt * (cross_covariance_ + cross_covariance_.transpose()) +
+                   dt * dt * velocity_covariance_ + Matrix6d(drift.cwiseAbs2().asDiagonal()));
+}
+
+void AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
+                              std::int64_t utime) {
+  const double dt = elapsed(utime_, utime);
+  const Pose predicted = predict(utime);
+  const Vector6d innovation = difference(predicted, measured);
+
+  // The gains of the first updates are those of a straight line through so few poses: the filter
+  // does not start from a velocity of which it knows nothing.
+  ++updates_;
+  const double n = updates_ + 1;
+  const double alpha = std::max(options_.alpha, 2 * (2 * n - 1) / (n * (n + 1)));
+  const double beta = dt > 0 ? std::max(options_.beta, 6 / (n * (n + 1))) / dt : 0;
+
+  // The covariance of x = [pose; velocity] under x' = F x + G (z - H F x) with these gains.
+  const double drift = 0.5 * dt * dt;
+  Vector6d q;  // variances of the acceleration
+  q << Vector3d::Constant(options_.linear_acceleration * options_.linear_acceleration),
+      Vector3d::Constant(options_.angular_acceleration * options_.angular_acceleration);
+  const Matrix6d acceleration = q.asDiagonal();
+  const Matrix6d p = covariance_ + dt * (cross_covariance_ + cross_covariance_.transpose()) +
+                     dt * dt * velocity_covariance_ + drift * drift * acceleration;
+  const Matrix6d c = cross_covariance_ + dt * velocity_covariance_ + drift * dt * acceleration;
+  const Matrix6d v = velocity_covariance_ + dt * dt * acceleration;
+  covariance_ = symmetric((1 - alpha) * (1 - alpha) * p + alpha * alpha * covariance);
+  cross_covariance_ = (1 - alpha) * (c - beta * p) + alpha * beta * covariance;
+  velocity_covariance_ = symmetric(v - beta * (c + c.transpose()) + beta * beta * (p + covariance));
+
+  pose_ = perturbed(predicted, alpha * innovation);
+  velocity_.linear += beta * innovation.head<3>();
+  velocity_.angular += beta * innovation.tail<3>();
+  utime_ = std::max(utime_, utime);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/model/target_model.h"
+#include "estimator/scan/preprocessing.h"
+
+namespace berth::estimator {
+
+/// How beams that do not meet the target, or do not meet it as they should, are weighed.
+struct LikelihoodOptions {
+  double model_sigma_m =
+      0.006;                ///< of the surface about the mesh, and of a pose not fully polished
+  double drop_out = 0.03;   ///< share of beams on the target that return nothing
+  double outlier = 0.04;    ///< share of beams on the target with a range of something else
+  double background = 0.5;  ///< share of beams past the target that return at all
+  double background_depth_m = 6.0;  ///< over which their ranges are spread
+};
+
+struct Likelihood {
+  double log_likelihood = 0;
+  int predicted = 0;  ///< beams that should meet the target
+  int explained = 0;  ///< of these, those that returned from where they should
+  int through = 0;  ///< of these, those that saw nothing, or something behind: free space where the
+                    ///< pose puts the target
+};
+
+/// The log-likelihood of a scan's beams for a pose (T_sensor_model), on the shared beam model:
+/// hits, misses, returns from behind (free space) and from before (occluders). Every stride-th beam
+/// is used.
+Likelihood beam_likelihood(const TargetModel& model, const BeamModel& beam_model,
+                           const std::vector<Beam>& beams, const Pose& pose, std::size_t stride,
+                           const LikelihoodOptions& options);
+
+}  // namespace berth::estimator

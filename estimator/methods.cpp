@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/methods.h"
+
+namespace berth::estimator {
+
+std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
+                                              const TargetModel& model,
+                                              const BeamModel& beam_model) {
+  return std::make_unique<VoxelTemplateAcquisition>(model, beam_model, options.voxel_template);
+}
+
+std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const TargetModel& model,
+                                        const BeamModel& beam_model) {
+  return std::make_unique<IcpTracking>(model, beam_model, options.icp_tracking);
+}
+
+std::unique_ptr<TargetTracker> make_tracker(const EstimatorOptions& options) {
+  return std::make_unique<AlphaBetaTracker>(options.alpha_beta);
+}
+
+}  // namespace berth::estimator

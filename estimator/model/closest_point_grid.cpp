@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/model/closest_point_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/ray_caster.h"
+
+namespace berth::estimator {
+
+Vector3d closest_point_of_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
+                                   const Vector3d& c) {
+  // Which of the triangle's seven Voronoi regions holds p, from dot products alone.
+  const Vector3d ab = b - a;
+  const Vector3d ac = c - a;
+  const Vector3d ap = p - a;
+  const double d1 = ab.dot(ap);
+  const double d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const Vector3d bp = p - b;
+  const double d3 = ab.dot(bp);
+  const double d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + ab * (d1 / (d1 - d3));
+  const Vector3d cp = p - c;
+  const double d5 = ab.dot(cp);
+  const double d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + ac * (d2 / (d2 - d6));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+  const double sum = va + vb + vc;
+  return a + ab * (vb / sum) + ac * (vc / sum);
+}
+
+ClosestPointGrid::ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
+                                   double margin, int voxels) {
+  Mesh seen;
+  seen.vertices = mesh.vertices;
+  for (const std::uint32_t t : triangles) {
+    seen.triangles.push_back(mesh.triangles[t]);
+    const Vector3d& a = mesh.vertices[mesh.triangles[t][0]];
+    const Vector3d& b = mesh.vertices[mesh.triangles[t][1]];
+    const Vector3d& c = mesh.vertices[mesh.triangles[t][2]];
+    const Vector3d normal = (b - a).cross(c - a).normalized();
+    triangles_.push_back({a.cast<float>(), b.cast<float>(), c.cast<float>(), normal.cast<float>()});
+  }
+  const Box box = bounding_box(mesh);
+  low_ = box.low - Vector3d::Constant(margin);
+  const Vector3d extent = box.size() + Vector3d::Constant(2 * margin);
+  cell_ = std::cbrt(extent.prod() / voxels);
+  for (std::size_t i = 0; i < 3; ++i) {
+    size_[i] = static_cast<std::int64_t>(std::ceil(extent[static_cast<Eigen::Index>(i)] / cell_));
+  }
+  voxels_.resize(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]));
+  const RayCaster caster(seen);
+  std::size_t i = 0;
+  for (std::int64_t z = 0; z < size_[2]; ++z) {
+    for (std::int64_t y = 0; y < size_[1]; ++y) {
+      for (std::int64_t x = 0; x < size_[0]; ++x, ++i) {
+        const Vector3d centre =
+            low_ + cell_ * Vector3d(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5,
+                                    static_cast<double>(z) + 0.5);
+        std::uint32_t triangle = 0;
+        voxels_[i].point = caster.nearest(centre, &triangle).cast<float>();
+        voxels_[i].triangle = triangle;
+      }
+    }
+  }
+}
+
+std::int64_t ClosestPointGrid::index(const Vector3d& query) const {
+  const Vector3d cell = (query - low_) / cell_;
+  const auto x = static_cast<std::int64_t>(std::floor(cell.x()));
+  const auto y = static_cast<std::int64_t>(std::floor(cell.y()));
+  const auto z = static_cast<std::int64_t>(std::floor(cell.z()));
+  if (x < 0 || y < 0 || z < 0 || x >= size_[0] || y >= size_[1] || z >= size_[2]) return -1;
+  return x + size_[0] * (y + size_[1] * z);
+}
+
+bool ClosestPointGrid::stored(const Vector3d& query, Match& match) const {
+  const std::int64_t i = index(query);
+  if (i < 0) return false;
+  const Voxel& voxel = voxels_[static_cast<std::size_t>(i)];
+  match.point = voxel.point.cast<double>();
+  match.normal = triangles_[voxel.triangle].normal.cast<double>();
+  return true;
+}
+
+bool ClosestPointGrid::refined(const Vector3d& query, Match& match) const {
+  const std::int64_t i = index(query);
+  if (i < 0) return false;
+  const Triangle& t = triangles_[voxels_[static_cast<std::size_t>(i)].triangle];
+  match.point =
+      closest_point_of_triangle(query, t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>());
+  match.normal = t.normal.cast<double>();
+  return true;
+}
+
+}  // namespace berth::estimator

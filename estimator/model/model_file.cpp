@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/model/model_file.h"
+
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "common/core/sha256.h"
+
+namespace berth::estimator {
+
+namespace {
+
+// Counts up whenever what is compiled, or how, changes.
+constexpr std::uint32_t format_version = 3;
+constexpr std::size_t checksum_length = 64;
+
+/// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.
+std::string checksum(std::string_view bytes) {
+  std::uint64_t hash = 14695981039346656037U;
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + i, 8);
+    hash = (hash ^ word) * 1099511628211U;
+    hash ^= hash >> 29;
+  }
+  for (; i < bytes.size(); ++i) {
+    hash = (hash ^ static_cast<unsigned char>(bytes[i])) * 1099511628211U;
+  }
+  return sha256({reinterpret_cast<const char*>(&hash), sizeof hash});
+}
+
+struct Writer {
+  std::string bytes;
+
+  template <class T>
+  void value(const T& v) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+  }
+  template <class T>
+  void list(const std::vector<T>& v) {
+    value<std::uint64_t>(v.size());
+    bytes.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(T));
+  }
+  void vector(const Vector3d& v) {
+    for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
+  }
+};
+
+struct Reader {
+  std::string_view bytes;
+  bool good = true;
+
+  bool take(void* to, std::size_t size) {
+    if (!good || size > bytes.size()) return good = false;
+    if (size > 0) std::memcpy(to, bytes.data(), size);
+    bytes.remove_prefix(size);
+    return true;
+  }
+  template <class T>
+  void value(T& v) {
+    take(&v, sizeof v);
+  }
+  template <class T>
+  void list(std::vector<T>& v) {
+    std::uint64_t size = 0;
+    value(size);
+    if (!good || size > bytes.size() / sizeof(T)) {
+      good = false;
+      return;
+    }
+    v.resize(size);
+    take(static_cast<void*>(v.data()), size * sizeof(T));
+  }
+  void vector(Vector3d& v) {
+    for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
+  }
+};
+
+}  // namespace
+
+std::string ModelFile::name(const Target& target, const ModelOptions& options) {
+  Writer key;
+  key.value(format_version);
+  key.bytes += target.hash;
+  key.value(options.surface_samples);
+  key.value(options.template_rotations);
+  key.value(options.template_voxels);
+  key.value(options.grid_voxels);
+  key.value(options.grid_margin);
+  key.value(options.region_radius);
+  return sha256(key.bytes) + ".model";
+}
+
+bool ModelFile::write(const std::filesystem::path& path, const TargetModel& model) {
+  Writer out;
+  out.list(model.surface.samples);
+  out.list(model.surface.triangles);
+  out.vector(model.canonical.pose.position);
+  for (const double q : model.canonical.pose.rotation.coeffs()) out.value(q);
+  out.vector(model.canonical.spread);
+  out.value(model.canonical.half_length);
+  out.value(model.canonical.radius);
+  out.value(model.templates.cell_);
+  out.value(model.templates.height_);
+  out.value<std::uint64_t>(model.templates.templates_.size());
+  for (const VoxelRows& rows : model.templates.templates_) out.list(rows.rows);
+  out.vector(model.grid.low_);
+  out.value(model.grid.cell_);
+  out.value(model.grid.size_);
+  out.list(model.grid.voxels_);
+  out.list(model.grid.triangles_);
+  out.list(model.regions);
+
+  std::error_code error;
+  std::filesystem::create_directories(path.parent_path(), error);
+  const std::filesystem::path temporary = path.string() + "." + std::to_string(getpid()) + ".new";
+  {
+    std::ofstream file(temporary, std::ios::binary);
+    file << checksum(out.bytes);
+    file.write(out.bytes.data(), static_cast<std::streamsize>(out.bytes.size()));
+    file.close();
+    if (!file) {
+      std::filesystem::remove(temporary, error);
+      return false;
+    }
+  }
+  std::filesystem::rename(temporary, path, error);
+  return !error;
+}
+
+bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) return false;
+  const auto size = static_cast<std::size_t>(file.tellg());
+  if (size < checksum_length) return false;
+  std::string content(size, '\0');
+  file.seekg(0);
+  file.read(content.data(), static_cast<std::streamsize>(size));
+  if (!file) return false;
+  const std::string_view body = std::string_view(content).substr(checksum_length);
+  if (checksum(body) != content.substr(0, checksum_length)) return false;
+
+  Reader in{body};
+  in.list(model.surface.samples);
+  in.list(model.surface.triangles);
+  in.vector(model.canonical.pose.position);
+  for (Eigen::Index i = 0; i < 4; ++i) in.value(model.canonical.pose.rotation.coeffs()[i]);
+  in.vector(model.canonical.spread);
+  in.value(model.canonical.half_length);
+  in.value(model.canonical.radius);
+  in.value(model.templates.cell_);
+  in.value(model.templates.height_);
+  std::uint64_t templates = 0;
+  in.value(templates);
+  if (templates > static_cast<std::uint64_t>(model.options.template_rotations)) return false;
+  for (std::uint64_t i = 0; i < templates && in.good; ++i) {
+    VoxelRows& rows = model.templates.templates_.emplace_back(model.templates.height_);
+    in.list(rows.rows);
+  }
+  in.vector(model.grid.low_);
+  in.value(model.grid.cell_);
+  in.value(model.grid.size_);
+  in.list(model.grid.voxels_);
+  in.list(model.grid.triangles_);
+  in.list(model.regions);
+  return in.good && in.bytes.empty();
+}
+
+}  // namespace berth::estimator

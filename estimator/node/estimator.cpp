@@ -1,0 +1,557 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/node/estimator.h"
+
+#include <algorithm>
+#include <berth/event_t.hpp>
+#include <cmath>
+
+#include "estimator/node/messages.h"
+
+namespace berth::estimator {
+
+namespace {
+
+using Mode = estimator_state_t;
+using Command = estimator_command_t;
+
+// Of a pose that a commander gives: as good as a measuring tape.
+constexpr double given_pose_sigma_m = 0.05;
+constexpr double given_pose_sigma_rad = radians(3);
+// Of a pose that nobody knows.
+constexpr double unknown_sigma_m = 1000;
+constexpr double unknown_sigma_rad = radians(180);
+// After a pause nobody knows how the target moved.
+constexpr double resumed_pose_sigma_m = 0.1;
+constexpr double resumed_pose_sigma_rad = radians(5);
+
+Matrix6d diagonal_covariance(double translation, double rotation) {
+  Vector6d v;
+  v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
+  return v.asDiagonal();
+}
+
+}  // namespace
+
+Estimator::Estimator(EstimatorSetup setup, EstimatorOutput& output)
+    : setup_(std::move(setup)), output_(output), tracker_(make_tracker(setup_.options)) {
+  now_.session = setup_.session;
+  now_.gate = setup_.options.gate;
+  now_.strategy = setup_.options.strategy;
+  now_.returns_per_scan = setup_.options.returns_per_scan;
+  use_model(setup_.find_model(setup_.target));
+  mode_reason_ = "waiting for a command";
+}
+
+void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
+  model_ = std::move(model);
+  const EstimatorOptions& o = setup_.options;
+  acquisition_ = make_acquisition(o, *model_, setup_.lidar.beam);
+  tracking_ = make_tracking(o, *model_, setup_.lidar.beam);
+  planner_ = std::make_unique<ScanPlanner>(
+      *model_, FieldOfView{setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height},
+      o.planner);
+}
+
+// ------------------------------------------------------------------------------------------
+// commands
+
+std::string Estimator::refusal_of(const Command& command,
+                                  std::shared_ptr<const TargetModel>& model) const {
+  if (command.command < Command::STOP || command.command > Command::SCAN) {
+    return "command " + std::to_string(command.command) + " is not known";
+  }
+  if (scan_ && command.first_scan_id <= last_id_) {
+    return "late: scan " + std::to_string(last_id_) + " is already asked for, the command is for " +
+           std::to_string(command.first_scan_id);
+  }
+  const std::string malformed = why_malformed(command);
+  if (!malformed.empty()) return malformed;
+
+  // As things will be when the commands before this one are obeyed.
+  std::shared_ptr<const TargetModel> coming = model_;
+  bool pose = tracker_->started() || now_.mode == Mode::ACQUIRING;
+  for (const Pending& p : pending_) {
+    if (p.command.command == Command::CHOOSE_MODEL) {
+      coming = p.model;
+      pose = false;
+    }
+    if (p.command.command == Command::ACQUIRE || p.command.has_initial_pose) pose = true;
+  }
+  if (command.command == Command::CHOOSE_MODEL) {
+    try {
+      model = setup_.find_model(command.target);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  }
+  if (command.command == Command::ACQUIRE) {
+    return make_acquisition(setup_.options, *coming, setup_.lidar.beam)->refusal();
+  }
+  if (command.command == Command::TRACK && !command.has_initial_pose && !pose) {
+    return "no pose to track from: acquire first, or give one";
+  }
+  return "";
+}
+
+void Estimator::take(const Command& command) {
+  std::int64_t& last_seq = heard_[{command.session, command.commander}];
+  if (command.seq <= last_seq) {
+    // Repeated: the answer may have been lost, and so may the request that followed.
+    announce();
+    if (scan_ && !scan_->held_back) publish_request();
+    return;
+  }
+  last_seq = command.seq;
+  last_input_utime_ = command.utime;
+  std::shared_ptr<const TargetModel> model;
+  const std::string refusal = refusal_of(command, model);
+  if (!refusal.empty()) {
+    state_.refused_seq = command.seq;
+    state_.reason = refusal;
+    announce();
+    return;
+  }
+  state_.command_seq = command.seq;
+  pending_.push_back({command, std::move(model)});
+  if (!scan_) proceed(false);
+  state_.reason = mode_reason_;
+  say_state();
+}
+
+void Estimator::obey(const Pending& pending) {
+  const Command& command = pending.command;
+  now_.session = command.session;
+  now_.command_seq = command.seq;
+  if (command.command == Command::ACQUIRE || command.command == Command::TRACK) {
+    const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
+    now_.gate = own_gate ? setup_.options.gate : RangeGate{command.gate_near_m, command.gate_far_m};
+    now_.returns_per_scan =
+        command.returns_per_scan > 0 ? command.returns_per_scan : setup_.options.returns_per_scan;
+    now_.strategy = setup_.options.strategy;
+    if (!command.strategy.empty()) parse_scan_strategy(command.strategy, now_.strategy);
+    failures_ = 0;
+  }
+  switch (command.command) {
+    case Command::STOP:
+      change_mode(Mode::IDLE, "stopped");
+      break;
+    case Command::ACQUIRE:
+      tracker_->stop();
+      hints_.clear();
+      zoom_.reset();
+      change_mode(Mode::ACQUIRING, "acquiring");
+      break;
+    case Command::TRACK:
+      if (command.has_initial_pose) {
+        tracker_->start(pose_of(command.initial_position_m, command.initial_q_wxyz),
+                        diagonal_covariance(given_pose_sigma_m, given_pose_sigma_rad),
+                        command.utime);
+      } else if (now_.mode != Mode::TRACKING && tracker_->started()) {
+        tracker_->start(tracker_->pose(),
+                        diagonal_covariance(resumed_pose_sigma_m, resumed_pose_sigma_rad),
+                        command.utime);
+      }
+      if (tracker_->started()) {
+        change_mode(Mode::TRACKING, "tracking");
+      } else {
+        change_mode(Mode::ACQUIRING, "acquiring before tracking");
+      }
+      break;
+    case Command::CHOOSE_MODEL:
+      tracker_->stop();
+      hints_.clear();
+      zoom_.reset();
+      use_model(pending.model);
+      change_mode(Mode::IDLE, "model chosen");
+      break;
+    case Command::SCAN:
+      own_scans_.push_back(command.windows);
+      break;
+    default:
+      break;
+  }
+}
+
+void Estimator::obey_commands_up_to(std::int64_t scan_id) {
+  for (auto it = pending_.begin(); it != pending_.end();) {
+    if (it->command.first_scan_id > scan_id) {
+      ++it;
+      continue;
+    }
+    const Pending pending = *it;
+    it = pending_.erase(it);
+    obey(pending);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------
+// scans
+
+void Estimator::proceed(bool hold_back) {
+  std::int64_t next = last_id_ + 1;
+  obey_commands_up_to(next);
+  const auto scanning = [&] {
+    return !own_scans_.empty() || now_.mode == Mode::ACQUIRING || now_.mode == Mode::TRACKING;
+  };
+  // Idle: no scan will come before the one a command waits for.
+  while (!scanning() && !pending_.empty()) {
+    next = std::max(next, pending_.front().command.first_scan_id);
+    for (const Pending& p : pending_)
+      next = std::min(next, std::max(last_id_ + 1, p.command.first_scan_id));
+    obey_commands_up_to(next);
+  }
+  if (!scanning()) {
+    say_state();
+    return;
+  }
+  last_id_ = next - 1;
+  if (!own_scans_.empty()) {
+    std::vector<scan_window_t> windows = std::move(own_scans_.front());
+    own_scans_.pop_front();
+    ask_for(std::move(windows), "procedure", true, hold_back);
+    return;
+  }
+  std::vector<Window> windows = plan_windows();
+  while (windows.empty() && now_.mode == Mode::TRACKING) {
+    count_failure("the target is out of the field of view");
+    windows = plan_windows();
+  }
+  if (windows.empty()) {
+    say_state();
+    return;
+  }
+  ask_for(messages_of(windows), now_.mode == Mode::ACQUIRING ? "acquire" : "track", false,
+          hold_back);
+}
+
+std::vector<Window> Estimator::plan_windows() {
+  const EstimatorOptions& o = setup_.options;
+  if (now_.mode == Mode::ACQUIRING) {
+    return {zoom_ ? *zoom_ : planner_->everything(o.acquire_beams)};
+  }
+  if (now_.mode != Mode::TRACKING) return {};
+  // The middle of the scan to come.
+  const double ahead = o.request_latency_s + 0.5 * now_.returns_per_scan / setup_.lidar.rate_hz;
+  const std::int64_t then =
+      std::max(last_input_utime_, tracker_->utime()) + static_cast<std::int64_t>(1e6 * ahead);
+  const Matrix6d covariance = tracker_->predicted_covariance(then);
+  const double translation = std::sqrt(covariance.diagonal().head<3>().maxCoeff());
+  const double rotation = std::sqrt(covariance.diagonal().tail<3>().maxCoeff());
+  const double sigma = std::hypot(translation, rotation * model_->canonical.half_length);
+  // Windows that have grown to the size of the target find nothing that the whole view does not.
+  const double most = 0.3 * model_->canonical.half_length;
+  return planner_->plan(tracker_->predict(then), std::min(sigma, most), now_.strategy,
+                        now_.returns_per_scan);
+}
+
+void Estimator::ask_for(std::vector<scan_window_t> windows, const std::string& purpose,
+                        bool own_windows, bool hold_back) {
+  Scan scan;
+  scan.id = ++last_id_;
+  scan.own_windows = own_windows;
+  scan.held_back = hold_back;
+  scan.request.utime = last_input_utime_;
+  scan.request.session = now_.session;
+  scan.request.scan_id = scan.id;
+  scan.request.action = scan_request_t::SCAN;
+  scan.request.purpose = purpose;
+  scan.request.window_count = static_cast<std::int32_t>(windows.size());
+  scan.request.windows = std::move(windows);
+  scan_ = std::move(scan);
+  if (!hold_back) publish_request();
+  say_state();
+}
+
+void Estimator::publish_request() {
+  scan_->held_back = false;
+  scan_->request.seq = ++request_seq_;
+  output_.request(scan_->request);
+}
+
+void Estimator::take(const scan_packet_t& packet) {
+  if (!is_well_formed(packet)) {
+    output_.note(event_t::WARNING, "bad-packet", "a scan packet contradicts itself and is ignored");
+    return;
+  }
+  const bool ends_scan = packet.scan_status != scan_packet_t::RUNNING;
+  if (packet.scan_id <= finished_id_) {
+    // The LIDAR repeats the end of its last scan when it has nothing to do: it did not hear of the
+    // next one.
+    if (ends_scan && scan_) publish_request();
+    return;
+  }
+  if (scan_ && packet.scan_id > scan_->id) {
+    // A later scan: this one gets no more packets.
+    if (!scan_->packets.empty()) finish_scan();
+    if (scan_ && packet.scan_id > scan_->id) {
+      // Not the scan that was asked for, yet a scan of what we look at.
+      output_.note(event_t::NOTICE, "scan-skipped",
+                   "scan " + std::to_string(packet.scan_id) + " came while scan " +
+                       std::to_string(scan_->id) + " was awaited");
+      obey_commands_up_to(packet.scan_id);
+      scan_->id = packet.scan_id;
+      scan_->held_back = false;
+      last_id_ = packet.scan_id;
+      finished_id_ = packet.scan_id - 1;
+    }
+  }
+  if (!scan_) {
+    // Nobody asked: only its number matters, so that ours go on from there.
+    last_id_ = std::max(last_id_, packet.scan_id);
+    finished_id_ = std::max(finished_id_, ends_scan ? packet.scan_id : packet.scan_id - 1);
+    say_state();
+    return;
+  }
+  if (packet.scan_id < scan_->id) return;
+  if (!scan_->packets.emplace(packet.packet, packet).second) return;
+  const std::int64_t until = utime_of_end(packet);
+  last_input_utime_ = std::max(last_input_utime_, until);
+  if (ends_scan) finish_scan();
+}
+
+Estimator::Bundle Estimator::bundle(const Scan& scan) const {
+  Bundle b;
+  b.id = scan.id;
+  b.own_windows = scan.own_windows;
+  b.status = scan_packet_t::ABORTED;
+  b.reason = "its end did not arrive";
+  b.first_packet = scan.packets.begin()->first;
+  b.last_packet = scan.packets.rbegin()->first;
+  b.packets_missing = b.last_packet + 1 - static_cast<std::int32_t>(scan.packets.size());
+  for (const auto& [index, packet] : scan.packets) {
+    append_beams(packet, b.beams);
+    b.utime = std::max(b.utime, utime_of_end(packet));
+    if (packet.scan_status != scan_packet_t::RUNNING) {
+      b.status = packet.scan_status;
+      b.reason = packet.reason;
+    }
+  }
+  return b;
+}
+
+void Estimator::finish_scan() {
+  const Bundle b = bundle(*scan_);
+  finished_id_ = scan_->id;
+  scan_.reset();
+  process(b);
+  // A scan that failed at once is not asked for again at once: the request waits until the LIDAR is
+  // heard of again, once a second.
+  const bool failed = b.status == scan_packet_t::REFUSED || b.status == scan_packet_t::ABORTED;
+  proceed(failed && b.beams.empty());
+}
+
+// -----------------------------------------------------------------------------------------
+// estimates
+
+void Estimator::process(const Bundle& b) {
+  Durations durations;
+  std::int64_t start = setup_.stopwatch();
+  const CleanScan scan = preprocess(b.beams, now_.gate, setup_.lidar.beam);
+  durations.preprocess = setup_.stopwatch() - start;
+
+  pose_estimate_t estimate{};
+  estimate.session = now_.session;
+  estimate.command_seq = now_.command_seq;
+  estimate.scan_id = b.id;
+  estimate.first_packet = b.first_packet;
+  estimate.last_packet = b.last_packet;
+  estimate.packets_missing = b.packets_missing;
+  estimate.utime_first_return = scan.utime_first;
+  estimate.utime_last_return = scan.utime_last;
+  estimate.utime = scan.points.empty() ? b.utime : scan.utime_mean;
+  estimate.target = model_->target.name;
+  estimate.target_hash = model_->target.hash;
+  estimate.returns_received = scan.received - scan.misses;
+  estimate.misses = scan.misses;
+  estimate.operating_range = pose_estimate_t::RANGE_MEDIUM;
+
+  if (now_.mode == Mode::ACQUIRING) {
+    acquire(scan, estimate, durations);
+  } else if (now_.mode == Mode::TRACKING) {
+    track(scan, estimate, durations);
+  } else {
+    estimate.method = "none";
+    estimate.status = pose_estimate_t::IDLE;
+    estimate.reason = mode_reason_;
+    fill_filtered(estimate);
+  }
+  if (estimate.status != pose_estimate_t::OK && !b.reason.empty()) {
+    estimate.reason += "; the scan: " + b.reason;
+  }
+  estimate.seq = ++estimate_seq_;
+  output_.estimate(estimate);
+
+  estimator_diagnostics_t d{};
+  d.utime = estimate.utime;
+  d.seq = estimate.seq;
+  d.session = estimate.session;
+  d.scan_id = estimate.scan_id;
+  d.preprocess_us = durations.preprocess;
+  d.acquire_us = durations.acquire;
+  d.track_us = durations.track;
+  d.plan_us = durations.plan;
+  const std::pair<const char*, int> values[] = {{"dropped_invalid", scan.invalid},
+                                                {"dropped_saturated", scan.saturated},
+                                                {"dropped_too_near", scan.too_near},
+                                                {"nearer_than_gate", scan.nearer},
+                                                {"farther_than_gate", scan.farther}};
+  for (const auto& [name, value] : values) {
+    d.names.emplace_back(name);
+    d.values.push_back(value);
+  }
+  d.value_count = static_cast<std::int32_t>(d.names.size());
+  output_.diagnostics(d);
+}
+
+void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
+  const std::int64_t start = setup_.stopwatch();
+  const AcquisitionResult found = acquisition_->acquire(scan, hints_);
+  durations.acquire = setup_.stopwatch() - start;
+  const bool was_zoomed = zoom_.has_value();
+  hints_.clear();
+  zoom_.reset();
+  estimate.method = acquisition_->name();
+  estimate.status = pose_estimate_t::ACQUIRING;
+  estimate.reason = found.reason;
+
+  if (found.status == AcquisitionResult::Status::found) {
+    const Pose& pose = found.hypotheses.front().pose;
+    const TrackingResult measured = tracking_->track(
+        scan, {pose, diagonal_covariance(resumed_pose_sigma_m, resumed_pose_sigma_rad), {}});
+    estimate.confidence = measured.confidence;
+    if (measured.ok) {
+      tracker_->start(measured.pose, measured.covariance, scan.utime_mean);
+      failures_ = 0;
+      fill_measurement(measured, estimate);
+      fill_filtered(estimate);
+      estimate.status = pose_estimate_t::OK;
+      estimate.reason.clear();
+      change_mode(Mode::TRACKING, "tracking");
+      if (const int equal = found.hypotheses.front().equal_poses; equal > 1) {
+        output_.note(event_t::NOTICE, "symmetric-target",
+                     "the target looks the same in " + std::to_string(equal) +
+                         " poses found; the one turned least from the sensor's axes is reported");
+      }
+      return;
+    }
+    estimate.reason = "found a pose that does not hold: " + measured.reason;
+  }
+  fill_filtered(estimate);
+  for (const Hypothesis& h : found.hypotheses) hints_.push_back(h.pose);
+  if (found.status == AcquisitionResult::Status::ambiguous) {
+    estimate.status = pose_estimate_t::AMBIGUOUS;
+    fill_hypotheses(found.hypotheses, estimate);
+  }
+  if (found.status == AcquisitionResult::Status::refused) {
+    change_mode(Mode::LOST, found.reason);
+    estimate.status = pose_estimate_t::LOST;
+  }
+  // The next scan looks where the target seems to be; if this one did so already and found nothing,
+  // everywhere again.
+  const double margin = 0.1 * model_->canonical.half_length;
+  std::vector<Window> where;
+  if (found.status == AcquisitionResult::Status::ambiguous) {
+    where = planner_->around(hints_, margin, setup_.options.zoom_beams);
+  } else if (!was_zoomed && !hints_.empty()) {
+    where = planner_->around({hints_.front()}, 3 * margin, setup_.options.zoom_beams);
+  }
+  if (!where.empty()) zoom_ = where.front();
+}
+
+void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
+  const std::int64_t start = setup_.stopwatch();
+  const TrackingResult measured = tracking_->track(
+      scan, {tracker_->predict(estimate.utime), tracker_->predicted_covariance(estimate.utime),
+             tracker_->velocity()});
+  estimate.method = tracking_->name();
+  fill_measurement(measured, estimate);
+  if (measured.ok) {
+    failures_ = 0;
+    tracker_->update(measured.pose, measured.covariance, estimate.utime);
+    estimate.status = pose_estimate_t::OK;
+    fill_filtered(estimate);
+  } else {
+    estimate.status = pose_estimate_t::LOST;
+    estimate.reason = measured.reason;
+    fill_filtered(estimate);
+    count_failure(measured.reason);
+  }
+  durations.track = setup_.stopwatch() - start;
+}
+
+void Estimator::count_failure(const std::string& reason) {
+  ++failures_;
+  if (failures_ < setup_.options.lost_after) return;
+  const std::string lost = "lost after " + std::to_string(failures_) + " scans: " + reason;
+  failures_ = 0;
+  tracker_->stop();
+  hints_.clear();
+  zoom_.reset();
+  output_.note(event_t::WARNING, "target-lost", lost);
+  if (setup_.options.reacquire && acquisition_->refusal().empty()) {
+    change_mode(Mode::ACQUIRING, lost + "; acquiring again");
+  } else {
+    change_mode(Mode::LOST, lost);
+  }
+}
+
+void Estimator::fill_filtered(pose_estimate_t& estimate) const {
+  if (!tracker_->started()) {
+    fill_pose({}, estimate.position_m, estimate.q_wxyz);
+    fill_matrix(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
+    return;
+  }
+  // The pose at the estimate's own time: after an update that is the filter's, else a prediction.
+  const Pose pose = tracker_->predict(estimate.utime);
+  fill_pose(pose, estimate.position_m, estimate.q_wxyz);
+  const bool updated = estimate.utime == tracker_->utime();
+  fill_matrix(updated ? tracker_->covariance() : tracker_->predicted_covariance(estimate.utime),
+              estimate.covariance);
+  fill_matrix(tracker_->velocity_covariance(), estimate.velocity_covariance);
+  for (int i = 0; i < 3; ++i) {
+    estimate.linear_velocity_m_s[i] = tracker_->velocity().linear[i];
+    estimate.angular_velocity_rad_s[i] = tracker_->velocity().angular[i];
+  }
+  estimate.operating_range = operating_range(pose);
+}
+
+std::int8_t Estimator::operating_range(const Pose& pose) const {
+  const double distance = (pose * model_->centre).norm();
+  const double field =
+      std::min(setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height);
+  const double extent = 2 * std::atan2(model_->canonical.half_length, distance);
+  // A hundred beams, as dense as the LIDAR can, no longer fit on it: only a centroid is left.
+  const double finest = std::max(setup_.lidar.minimum_step_rad, setup_.lidar.beam.divergence_rad);
+  if (extent < 10 * finest) return pose_estimate_t::RANGE_LONG;
+  return extent > field ? pose_estimate_t::RANGE_SHORT : pose_estimate_t::RANGE_MEDIUM;
+}
+
+// ---------------------------------------------------------------------------------------------
+// state
+
+void Estimator::change_mode(std::int8_t mode, const std::string& reason) {
+  now_.mode = mode;
+  mode_reason_ = reason;
+  state_.reason = reason;
+}
+
+void Estimator::say_state() {
+  const bool changed = state_.command_seq != said_.command_seq ||
+                       state_.refused_seq != said_.refused_seq || state_.reason != said_.reason ||
+                       now_.mode != said_.mode || last_id_ != said_.scan_id ||
+                       now_.session != said_.session || model_->target.name != said_.target;
+  if (changed) announce();
+}
+
+void Estimator::announce() {
+  state_.utime = last_input_utime_;
+  ++state_.seq;
+  state_.session = now_.session;
+  state_.mode = now_.mode;
+  state_.scan_id = last_id_;
+  state_.target = model_->target.name;
+  said_ = state_;
+  output_.state(said_);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/node/estimator_node.h"
+
+#include "lcmtypes/channels.h"
+
+namespace berth {
+
+EstimatorNode::EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimator, Bus& the_bus,
+                             Loop& the_loop)
+    : Node(std::move(setup), the_bus, the_loop), estimator_(std::move(estimator), *this) {
+  bus().subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(4000),
+                                 [this](const scan_packet_t& packet) { estimator_.take(packet); });
+  bus().subscribe<estimator_command_t>(
+      channels::estimator_command, Queue::fifo(),
+      [this](const estimator_command_t& command) { estimator_.take(command); });
+  estimator_.announce();
+  repeat_timer_ = loop().every(
+      second, [this] { bus().publish(channels::estimator_state, estimator_.state()); });
+}
+
+EstimatorNode::~EstimatorNode() { loop().cancel(repeat_timer_); }
+
+void EstimatorNode::request(const scan_request_t& message) {
+  bus().publish(channels::scan_request, message);
+}
+
+void EstimatorNode::estimate(const pose_estimate_t& message) {
+  (message.status == pose_estimate_t::OK ? estimates_ok_ : estimates_not_ok_) += 1;
+  count("estimates_ok", static_cast<double>(estimates_ok_));
+  count("estimates_not_ok", static_cast<double>(estimates_not_ok_));
+  bus().publish(channels::pose_estimate, message);
+}
+
+void EstimatorNode::state(const estimator_state_t& message) {
+  bus().publish(channels::estimator_state, message);
+  switch (message.mode) {
+    case estimator_state_t::IDLE:
+      report(node_status_t::READY);
+      break;
+    case estimator_state_t::LOST:
+      report(node_status_t::DEGRADED, message.reason);
+      break;
+    default:
+      report(node_status_t::RUNNING);
+  }
+}
+
+void EstimatorNode::diagnostics(const estimator_diagnostics_t& message) {
+  bus().publish(channels::estimator_diagnostics, message);
+}
+
+void EstimatorNode::note(std::int8_t severity, const std::string& code, const std::string& text) {
+  event(severity, code, text);
+}
+
+std::unique_ptr<Node> make_estimator_node(NodeSetup setup, const RunSetup& run, Bus& bus,
+                                          Loop& loop) {
+  estimator::EstimatorSetup estimator;
+  estimator.options = estimator::load_estimator_options(run.config / "estimator.yaml");
+  estimator.lidar = load_lidar_profile(run.config / "lidars" / (estimator.options.lidar + ".yaml"));
+  estimator.options.planner.least_range_m = estimator.lidar.beam.range_min_m;
+  estimator.target = run.target;
+  estimator.session = setup.session;
+  estimator.find_model = [length = run.target_length,
+                          options = estimator.options.model](const std::string& target) {
+    return estimator::load_target_model(load_target(target, length), options,
+                                        estimator::default_cache_directory());
+  };
+  estimator.stopwatch = [&loop] { return loop.stopwatch(); };
+  return std::make_unique<EstimatorNode>(std::move(setup), std::move(estimator), bus, loop);
+}
+
+}  // namespace berth

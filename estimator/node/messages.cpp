@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/node/messages.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth::estimator {
+
+bool is_well_formed(const scan_packet_t& packet) {
+  constexpr std::int64_t end_of_time = 1'000'000'000'000'000'000;
+  const auto full = [&](std::size_t size) {
+    return size == static_cast<std::size_t>(packet.count);
+  };
+  return packet.count >= 0 && packet.packet >= 0 && packet.packet < 1'000'000'000 &&
+         packet.utime >= 0 && packet.utime < end_of_time && packet.scan_id > 0 &&
+         packet.scan_id < end_of_time && full(packet.time_us.size()) &&
+         full(packet.range_m.size()) && full(packet.azimuth_rad.size()) &&
+         full(packet.elevation_rad.size()) && full(packet.status.size());
+}
+
+std::int64_t utime_of_end(const scan_packet_t& packet) {
+  return packet.time_us.empty() ? packet.utime : packet.utime + packet.time_us.back();
+}
+
+void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i) {
+    RawBeam beam;
+    beam.utime = packet.utime + packet.time_us[i];
+    beam.range = static_cast<double>(packet.range_m[i]);
+    beam.azimuth = static_cast<double>(packet.azimuth_rad[i]);
+    beam.elevation = static_cast<double>(packet.elevation_rad[i]);
+    switch (packet.status[i]) {
+      case scan_packet_t::HIT:
+        beam.status = BeamStatus::hit;
+        break;
+      case scan_packet_t::MISS:
+        beam.status = BeamStatus::miss;
+        break;
+      case scan_packet_t::TOO_NEAR:
+        beam.status = BeamStatus::too_near;
+        break;
+      case scan_packet_t::TOO_FAR:
+        beam.status = BeamStatus::too_far;
+        break;
+      default:
+        beam.status = BeamStatus::saturated;
+    }
+    beams.push_back(beam);
+  }
+}
+
+std::vector<scan_window_t> messages_of(const std::vector<Window>& windows) {
+  std::vector<scan_window_t> result;
+  for (const Window& window : windows) {
+    scan_window_t& w = result.emplace_back();
+    w.azimuth_rad = window.azimuth;
+    w.elevation_rad = window.elevation;
+    w.width_rad = window.width;
+    w.height_rad = window.height;
+    w.pattern = scan_window_t::RASTER;
+    w.count = window.count;
+    w.spacing_rad = 0;
+    w.name = window.name;
+  }
+  return result;
+}
+
+std::string why_malformed(const estimator_command_t& command) {
+  constexpr int most_returns = 1000000;
+  const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
+  if (!own_gate && !(command.gate_near_m >= 0 && command.gate_far_m > command.gate_near_m)) {
+    return "the range gate holds nothing";
+  }
+  if (command.returns_per_scan < 0 || command.returns_per_scan > most_returns) {
+    return std::to_string(command.returns_per_scan) + " returns per scan, at most " +
+           std::to_string(most_returns) + " are possible";
+  }
+  ScanStrategy strategy{};
+  if (!command.strategy.empty() && !parse_scan_strategy(command.strategy, strategy)) {
+    std::string names;
+    for (const std::string& name : scan_strategy_names()) names += " " + name;
+    return "scan strategy '" + command.strategy + "' is not known; known are" + names;
+  }
+  if (command.command == estimator_command_t::TRACK && command.has_initial_pose) {
+    double norm = 0;
+    bool finite = true;
+    for (const double p : command.initial_position_m) finite = finite && std::isfinite(p);
+    for (const double q : command.initial_q_wxyz) norm += q * q;
+    if (!finite || !(std::abs(norm - 1) < 1e-3)) return "the initial pose is none";
+  }
+  if (command.command == estimator_command_t::SCAN) {
+    if (command.windows.empty()) return "a scan without windows";
+    for (const scan_window_t& w : command.windows) {
+      for (const double value :
+           {w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.spacing_rad}) {
+        if (!std::isfinite(value)) return "window '" + w.name + "' is not finite";
+      }
+    }
+  }
+  return "";
+}
+
+Pose pose_of(const double position_m[3], const double q_wxyz[4]) {
+  return {{position_m[0], position_m[1], position_m[2]},
+          Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3]).normalized()};
+}
+
+void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]) {
+  const double sign = pose.rotation.w() < 0 ? -1 : 1;
+  for (int i = 0; i < 3; ++i) position_m[i] = pose.position[i];
+  q_wxyz[0] = sign * pose.rotation.w();
+  q_wxyz[1] = sign * pose.rotation.x();
+  q_wxyz[2] = sign * pose.rotation.y();
+  q_wxyz[3] = sign * pose.rotation.z();
+}
+
+void fill_matrix(const Matrix6d& matrix, double values[36]) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) values[6 * row + column] = matrix(row, column);
+  }
+}
+
+void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate) {
+  fill_pose(measured.pose, estimate.measured_position_m, estimate.measured_q_wxyz);
+  estimate.returns_used = measured.used;
+  estimate.iterations = measured.iterations;
+  estimate.residual_rms_m = measured.residual_rms;
+  estimate.confidence = measured.confidence;
+}
+
+void fill_hypotheses(const std::vector<Hypothesis>& hypotheses, pose_estimate_t& estimate) {
+  for (const Hypothesis& h : hypotheses) {
+    hypothesis_t& message = estimate.hypotheses.emplace_back();
+    fill_pose(h.pose, message.position_m, message.q_wxyz);
+    message.probability = h.probability;
+    message.log_likelihood = h.log_likelihood;
+  }
+  estimate.hypothesis_count = static_cast<std::int32_t>(estimate.hypotheses.size());
+  if (hypotheses.empty()) return;
+  fill_pose(hypotheses.front().pose, estimate.position_m, estimate.q_wxyz);
+  fill_pose(hypotheses.front().pose, estimate.measured_position_m, estimate.measured_q_wxyz);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/estimator_command_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/scan_packet_t.hpp>
+#include <berth/scan_window_t.hpp>
+#include <string>
+#include <vector>
+
+#include "estimator/acquisition/acquisition.h"
+#include "estimator/scan/scan.h"
+#include "estimator/tracking/icp_tracking.h"
+
+namespace berth::estimator {
+
+// Between messages and the estimator's own types.
+
+/// Arrays as long as they say, numbers that can be counted with.
+bool is_well_formed(const scan_packet_t& packet);
+/// When its last beam was sent; with no beams, the packet's own time.
+std::int64_t utime_of_end(const scan_packet_t& packet);
+void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams);
+std::vector<scan_window_t> messages_of(const std::vector<Window>& windows);
+
+/// Empty, or what is wrong with a command's own values.
+std::string why_malformed(const estimator_command_t& command);
+Pose pose_of(const double position_m[3], const double q_wxyz[4]);
+
+void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]);
+/// Row-major.
+void fill_matrix(const Matrix6d& matrix, double values[36]);
+void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate);
+/// Also the best one as the estimate's pose.
+void fill_hypotheses(const std::vector<Hypothesis>& hypotheses, pose_estimate_t& estimate);
+
+}  // namespace berth::estimator

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/planning/scan_planner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/core/beam_model.h"
+
+namespace berth::estimator {
+
+namespace {
+
+const char* name_of(ScanRegion::Kind kind) {
+  switch (kind) {
+    case ScanRegion::Kind::corner:
+      return "corner";
+    case ScanRegion::Kind::edge:
+      return "edge";
+    case ScanRegion::Kind::surface:
+      break;
+  }
+  return "surface";
+}
+
+/// So many of the regions, spread over the target: each next one the farthest from those chosen.
+std::vector<const ScanRegion*> spread(const std::vector<const ScanRegion*>& regions,
+                                      std::size_t count) {
+  if (regions.size() <= count) return regions;
+  std::vector<const ScanRegion*> chosen = {regions.front()};
+  std::vector<float> distance(regions.size(), std::numeric_limits<float>::infinity());
+  while (chosen.size() < count) {
+    std::size_t farthest = 0;
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      distance[i] =
+          std::min(distance[i], (regions[i]->position - chosen.back()->position).squaredNorm());
+      if (distance[i] > distance[farthest]) farthest = i;
+    }
+    chosen.push_back(regions[farthest]);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<const ScanRegion*> ScanPlanner::visible(const Pose& pose, ScanRegion::Kind kind) const {
+  const Vector3d eye = pose.inverse().position;
+  std::vector<const ScanRegion*> result;
+  for (const ScanRegion& region : model_.regions) {
+    if (region.kind != kind) continue;
+    const Vector3d place = region.position.cast<double>();
+    const Vector3d to_eye = eye - place;
+    if (!region.visible_from.contains(nearest_direction(to_eye))) continue;
+    // The centre itself may lie on the far side of a rim: anything hit within the region will do.
+    RayHit hit;
+    const double range = to_eye.norm();
+    const double reach = static_cast<double>(region.radius);
+    if (!model_.caster.cast({eye, -to_eye / range}, range + reach, hit)) continue;
+    if (hit.range < range - reach) continue;
+    result.push_back(&region);
+  }
+  return result;
+}
+
+double ScanPlanner::clip(Window& window) const {
+  const double area = window.width * window.height;
+  const double left = std::max(window.azimuth - 0.5 * window.width, -0.5 * field_.width);
+  const double right = std::min(window.azimuth + 0.5 * window.width, 0.5 * field_.width);
+  const double low = std::max(window.elevation - 0.5 * window.height, -0.5 * field_.height);
+  const double high = std::min(window.elevation + 0.5 * window.height, 0.5 * field_.height);
+  if (right <= left || high <= low) return 0;
+  window.azimuth = 0.5 * (left + right);
+  window.elevation = 0.5 * (low + high);
+  window.width = right - left;
+  window.height = high - low;
+  return window.width * window.height / area;
+}
+
+void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, int beams,
+                      std::vector<Window>& windows) const {
+  std::vector<const ScanRegion*> in_view;
+  const auto window_of = [&](const ScanRegion& region, Window& window) {
+    const Vector3d place = pose * region.position.cast<double>();
+    const double range = place.norm();
+    if (place.z() <= 0 || range < options_.least_range_m) return false;
+    beam_angles(place, window.azimuth, window.elevation);
+    const double half =
+        std::asin(std::min(0.5, (static_cast<double>(region.radius) + margin) / range));
+    window.height = 2 * half;
+    window.width = 2 * half / std::cos(window.elevation);
+    window.name = name_of(kind);
+    return clip(window) >= options_.least_share_in_view;
+  };
+  Window window;
+  for (const ScanRegion* region : visible(pose, kind)) {
+    if (window_of(*region, window)) in_view.push_back(region);
+  }
+  const auto most = static_cast<std::size_t>(std::clamp(beams / 10, 1, options_.most_windows));
+  in_view = spread(in_view, most);
+  const auto count = static_cast<int>(in_view.size());
+  for (int i = 0; i < count; ++i) {
+    window_of(*in_view[static_cast<std::size_t>(i)], window);
+    window.count = beams * (i + 1) / count - beams * i / count;
+    if (window.count > 0) windows.push_back(window);
+  }
+}
+
+std::vector<Window> ScanPlanner::plan(const Pose& pose, double sigma, ScanStrategy strategy,
+                                      int beams) const {
+  const double margin = options_.least_margin_m + options_.margin_sigmas * sigma;
+  if (strategy == ScanStrategy::dense) {
+    return around({pose}, margin, static_cast<int>(beams * options_.dense_factor));
+  }
+  std::vector<Window> windows;
+  const bool combined =
+      strategy == ScanStrategy::corners_sparse || strategy == ScanStrategy::edges_sparse;
+  const int sparse_beams = combined ? static_cast<int>(std::lround(beams * options_.surface_share))
+                                    : (strategy == ScanStrategy::sparse ? beams : 0);
+  if (strategy == ScanStrategy::corners || strategy == ScanStrategy::corners_sparse) {
+    add(pose, margin, ScanRegion::Kind::corner, beams - sparse_beams, windows);
+  }
+  if (strategy == ScanStrategy::edges || strategy == ScanStrategy::edges_sparse) {
+    add(pose, margin, ScanRegion::Kind::edge, beams - sparse_beams, windows);
+  }
+  if (sparse_beams > 0) {
+    add(pose, margin, ScanRegion::Kind::surface, sparse_beams, windows);
+  }
+  // A target without corners, or with none in view, is scanned where it can be.
+  if (windows.empty()) add(pose, margin, ScanRegion::Kind::surface, beams, windows);
+  if (windows.empty()) return around({pose}, margin, beams);
+  return windows;
+}
+
+std::vector<Window> ScanPlanner::around(const std::vector<Pose>& poses, double margin_m,
+                                        int beams) const {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double left = none;
+  double right = -none;
+  double low = none;
+  double high = -none;
+  for (const Pose& pose : poses) {
+    for (std::size_t i = 0; i < model_.surface.samples.size(); i += 8) {
+      const Vector3d p = pose * model_.surface.samples[i].position.cast<double>();
+      if (p.z() <= 0) continue;
+      double azimuth = 0;
+      double elevation = 0;
+      beam_angles(p, azimuth, elevation);
+      const double margin = margin_m / p.norm();
+      left = std::min(left, azimuth - margin);
+      right = std::max(right, azimuth + margin);
+      low = std::min(low, elevation - margin);
+      high = std::max(high, elevation + margin);
+    }
+  }
+  if (!(left < right)) return {};
+  Window window{
+      0.5 * (left + right), 0.5 * (low + high), right - left, high - low, beams, "target"};
+  // Whatever part of it is in view is better than nothing.
+  if (clip(window) <= 0) return {};
+  return {window};
+}
+
+Window ScanPlanner::everything(int beams) const {
+  return {0, 0, field_.width, field_.height, beams, "field of view"};
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/model/target_model.h"
+#include "estimator/scan/scan.h"
+
+namespace berth::estimator {
+
+/// What the LIDAR can reach: a rectangle about the boresight.
+struct FieldOfView {
+  double width = radians(40);   ///< full, rad
+  double height = radians(40);  ///< full, rad
+};
+
+struct PlannerOptions {
+  int most_windows = 24;             ///< of one kind
+  double margin_sigmas = 2;          ///< windows grow by so much of the pose's uncertainty
+  double least_margin_m = 0.02;      ///< and by this
+  double least_share_in_view = 0.4;  ///< of a window; less and it is left out
+  double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
+  double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
+  double least_range_m = 3;          ///< regions nearer than this return nothing
+};
+
+/// Chooses scan windows (paper, section 4.5): the model is placed in the pose predicted for the
+/// next scan, and those of its regions that are visible there share the beams.
+class ScanPlanner {
+ public:
+  ScanPlanner(const TargetModel& model, const FieldOfView& field, const PlannerOptions& options)
+      : model_(model), field_(field), options_(options) {}
+
+  /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
+  /// m. Empty when the target is out of view.
+  std::vector<Window> plan(const Pose& pose, double sigma, ScanStrategy strategy, int beams) const;
+
+  /// One window around the whole target in all of the poses; nothing when it is out of view.
+  std::vector<Window> around(const std::vector<Pose>& poses, double margin_m, int beams) const;
+  /// The whole field of view.
+  Window everything(int beams) const;
+
+  /// Regions that the LIDAR sees in this pose: by the visibility stored with the model, then by a
+  /// ray.
+  std::vector<const ScanRegion*> visible(const Pose& pose, ScanRegion::Kind kind) const;
+
+ private:
+  /// Cuts a window to the field of view. @return the share of it that is left.
+  double clip(Window& window) const;
+  void add(const Pose& pose, double margin, ScanRegion::Kind kind, int beams,
+           std::vector<Window>& windows) const;
+
+  const TargetModel& model_;
+  FieldOfView field_;
+  const PlannerOptions& options_;
+};
+
+}  // namespace berth::estimator

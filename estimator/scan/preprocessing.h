@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "estimator/scan/scan.h"
+
+namespace berth::estimator {
+
+/// A usable beam in the sensor frame.
+struct Beam {
+  Vector3d direction = Vector3d::UnitZ();  ///< unit
+  double range = 0;                        ///< m; infinity when nothing came back
+  std::int64_t utime = 0;
+  double range_sigma = 0;  ///< m; 0: the beam model's
+
+  bool hit() const { return range < std::numeric_limits<double>::infinity(); }
+  Vector3d point() const { return direction * range; }
+};
+
+/// The interval of ranges in which the target may be, m.
+struct RangeGate {
+  double near = 0;
+  double far = std::numeric_limits<double>::infinity();
+  bool contains(double range) const { return range >= near && range <= far; }
+};
+
+/// A scan after the paper's first step (section 4.1): filtered and Cartesian.
+struct CleanScan {
+  std::vector<Beam> beams;       ///< all that say anything: hits, and beams that met nothing
+  std::vector<Vector3d> points;  ///< hits inside the gate, m, sensor frame
+  std::vector<std::uint32_t> beam_of_point;  ///< index into beams
+
+  // Where every beam went: received = beams.size() + invalid + saturated + too_near.
+  int received = 0;
+  int misses = 0;   ///< nothing came back, or from too far: free space
+  int nearer = 0;   ///< hits before the gate: occluders
+  int farther = 0;  ///< hits behind the gate: free space up to there
+  int invalid = 0;  ///< range or angle not finite, not positive, or beyond the instrument
+  int saturated = 0;
+  int too_near = 0;
+
+  std::int64_t utime_first = 0;  ///< of the points; 0 without any
+  std::int64_t utime_last = 0;
+  std::int64_t utime_mean = 0;
+};
+
+/// Filters by status and range gate and converts to Cartesian coordinates. Misses and returns from
+/// behind the gate stay as evidence of free space. No input is an error.
+CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
+                     const BeamModel& beam_model);
+
+}  // namespace berth::estimator

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "estimator/likelihood/beam_likelihood.h"
+
+namespace berth::estimator {
+
+/// What is known of the target before a scan is looked at. Sensor frame.
+struct Prediction {
+  Pose pose;            ///< T_sensor_model at the scan's mean time
+  Matrix6d covariance;  ///< of pose, as berth::perturbed
+  Velocity velocity;    ///< along which returns are moved to that time
+};
+
+/// What one scan says of the pose.
+struct TrackingResult {
+  bool ok = false;
+  std::string reason;  ///< why not
+  Pose pose;           ///< T_sensor_model at the scan's mean time
+  Matrix6d covariance = Matrix6d::Identity();
+  double residual_rms = 0;  ///< of the returns used, along the surface's normal, m
+  int iterations = 0;
+  int used = 0;  ///< returns that fit the target
+  int near = 0;  ///< returns about the target: used, or beside it or before it
+  Likelihood fit;
+  double confidence = 0;  ///< 0..1: share of returns near the target that fit it, times share of
+                          ///< beams predicted to meet it that did
+};
+
+/// Measures the pose from one scan, starting from a prediction, and judges itself. const and
+/// deterministic; the model, beam model and options that it was made from must outlive it.
+class Tracking {
+ public:
+  virtual ~Tracking() = default;
+
+  /// As configuration files and estimates name the method.
+  virtual std::string name() const = 0;
+  virtual TrackingResult track(const CleanScan& scan, const Prediction& predicted) const = 0;
+};
+
+}  // namespace berth::estimator
