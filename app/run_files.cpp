@@ -9,26 +9,18 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 #include <vector>
 
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "procedures/engine/procedure.h"
 
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
-
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path.string() + ": cannot be read");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 void write_file(const fs::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);

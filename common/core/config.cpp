@@ -2,8 +2,8 @@
 #include "common/core/config.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
+
+#include "common/core/file.h"
 
 namespace berth {
 namespace {
@@ -58,11 +58,7 @@ Config::Config(YAML::Node node, std::string file, std::string prefix)
     : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {}
 
 Config Config::load(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  if (!in) throw InputError(path.string() + ": cannot be read");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), path.string());
+  return parse(read_file(path), path.string());
 }
 
 Config Config::parse(const std::string& text, const std::string& name) {

@@ -4,10 +4,8 @@
 #include <openssl/evp.h>
 
 #include <array>
-#include <fstream>
-#include <sstream>
 
-#include "common/core/error.h"
+#include "common/core/file.h"
 
 namespace berth {
 
@@ -24,12 +22,6 @@ std::string sha256(std::string_view bytes) {
   return hex;
 }
 
-std::string sha256_of_file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path.string() + ": cannot be read");
-  std::ostringstream content;
-  content << in.rdbuf();
-  return sha256(content.str());
-}
+std::string sha256_of_file(const std::filesystem::path& path) { return sha256(read_file(path)); }
 
 }  // namespace berth

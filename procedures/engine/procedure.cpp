@@ -2,10 +2,9 @@
 #include "procedures/engine/procedure.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "common/core/config.h"
+#include "common/core/file.h"
 
 namespace berth::procedures {
 namespace {
@@ -308,11 +307,7 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
 }
 
 Procedure load_procedure(const std::filesystem::path& file, const Overrides& overrides) {
-  std::ifstream in(file);
-  if (!in) throw InputError(file.string() + ": cannot be read");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_procedure(text.str(), file.string(), overrides);
+  return parse_procedure(read_file(file), file.string(), overrides);
 }
 
 }  // namespace berth::procedures

@@ -2,10 +2,8 @@
 #include "procedures/engine/run_info.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
-#include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/version.h"
 
@@ -16,14 +14,6 @@ namespace fs = std::filesystem;
 
 /// Leaves room in the 60 kB of a message for everything that is not an attachment's content.
 constexpr std::size_t most_content_bytes = 50000;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be read");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 /// The configuration's files by their names in it, in order; of the layouts only the run's own.
 std::vector<fs::path> configuration_files(const RunSetup& setup) {
@@ -71,7 +61,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   };
   attach("procedure.yaml", procedure.text);
   for (const fs::path& file : configuration_files(setup)) {
-    attach(file.generic_string(), content_of(setup.config / file));
+    attach(file.generic_string(), read_file(setup.config / file));
   }
   info.attachment_count = static_cast<std::int32_t>(info.attachments.size());
   return info;
