@@ -133,9 +133,7 @@ void read_tracking(Config config, EstimatorOptions& options) {
   at_least(config, "floor_rotation", t.floor_rad, 1e-6);
 }
 
-void read_tracker(Config config, EstimatorOptions& options) {
-  options.tracker_method = config.choice("method", {"alpha_beta"});
-  AlphaBetaOptions& tracker = options.alpha_beta;
+void read_alpha_beta(Config config, AlphaBetaOptions& tracker) {
   config.optional("alpha", tracker.alpha);
   config.optional("beta", tracker.beta);
   config.optional("linear_acceleration", Dimension::acceleration, tracker.linear_acceleration);
@@ -150,6 +148,28 @@ void read_tracker(Config config, EstimatorOptions& options) {
                        "found a gain with which the filter is not stable, expected "
                        "0 <= beta < 4 - 2 alpha");
   }
+}
+
+void read_pose_filter(Config config, PoseFilterOptions& filter) {
+  config.optional("linear_acceleration", Dimension::acceleration, filter.linear_acceleration);
+  config.optional("angular_acceleration", Dimension::angular_acceleration,
+                  filter.angular_acceleration);
+  config.optional("unknown_speed", Dimension::speed, filter.unknown_speed);
+  config.optional("unknown_rotation", Dimension::angular_speed, filter.unknown_rotation);
+  config.optional("iterations", filter.iterations);
+  config.finish();
+  at_least(config, "linear_acceleration", filter.linear_acceleration, 1e-9);
+  at_least(config, "angular_acceleration", filter.angular_acceleration, 1e-9);
+  at_least(config, "unknown_speed", filter.unknown_speed, 1e-6);
+  at_least(config, "unknown_rotation", filter.unknown_rotation, 1e-6);
+  at_least(config, "iterations", filter.iterations, 1);
+}
+
+void read_tracker(Config config, EstimatorOptions& options) {
+  options.tracker_method = config.choice("method", {"alpha_beta", "se3"});
+  if (config.has("alpha_beta")) read_alpha_beta(config.section("alpha_beta"), options.alpha_beta);
+  if (config.has("se3")) read_pose_filter(config.section("se3"), options.pose_filter);
+  config.finish();
 }
 
 void read_planner(Config config, PlannerOptions& planner) {

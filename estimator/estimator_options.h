@@ -6,6 +6,7 @@
 
 #include "estimator/acquisition/voxel_template_acquisition.h"
 #include "estimator/filter/alpha_beta_tracker.h"
+#include "estimator/filter/pose_filter.h"
 #include "estimator/planning/scan_planner.h"
 #include "estimator/tracking/icp_tracking.h"
 
@@ -32,6 +33,7 @@ struct EstimatorOptions {
 
   std::string tracker_method = "alpha_beta";
   AlphaBetaOptions alpha_beta;
+  PoseFilterOptions pose_filter;
   PlannerOptions planner;
 };
 

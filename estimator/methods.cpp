@@ -15,6 +15,7 @@ std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const T
 }
 
 std::unique_ptr<TargetTracker> make_tracker(const EstimatorOptions& options) {
+  if (options.tracker_method == "se3") return std::make_unique<PoseFilter>(options.pose_filter);
   return std::make_unique<AlphaBetaTracker>(options.alpha_beta);
 }
 

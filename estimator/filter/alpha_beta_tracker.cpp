@@ -19,17 +19,23 @@ constexpr double unknown_rotation = 0.05;  // rad/s
 }  // namespace
 
 void AlphaBetaTracker::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) {
-  started_ = true;
-  updates_ = 0;
-  utime_ = utime;
-  pose_ = pose;
-  velocity_ = {};
-  covariance_ = covariance;
-  cross_covariance_.setZero();
   Vector6d variance;
   variance << Vector3d::Constant(unknown_speed * unknown_speed),
       Vector3d::Constant(unknown_rotation * unknown_rotation);
-  velocity_covariance_ = variance.asDiagonal();
+  start(pose, covariance, utime, {}, variance.asDiagonal());
+  updates_ = 0;
+}
+
+void AlphaBetaTracker::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
+                             const Velocity& velocity, const Matrix6d& velocity_covariance) {
+  started_ = true;
+  updates_ = 2;  // a known velocity counts as two poses
+  utime_ = utime;
+  pose_ = pose;
+  velocity_ = velocity;
+  covariance_ = covariance;
+  cross_covariance_.setZero();
+  velocity_covariance_ = velocity_covariance;
 }
 
 Pose AlphaBetaTracker::predict(std::int64_t utime) const {

@@ -17,13 +17,19 @@ struct AlphaBetaOptions {
 class AlphaBetaTracker final : public TargetTracker {
  public:
   explicit AlphaBetaTracker(const AlphaBetaOptions& options) : options_(options) {}
+  std::unique_ptr<TargetTracker> clone() const override {
+    return std::make_unique<AlphaBetaTracker>(*this);
+  }
 
   void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) override;
+  void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
+             const Velocity& velocity, const Matrix6d& velocity_covariance) override;
   void stop() override { started_ = false; }
   bool started() const override { return started_; }
 
   Pose predict(std::int64_t utime) const override;
   Matrix6d predicted_covariance(std::int64_t utime) const override;
+  using TargetTracker::update;
   void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
 
   const Pose& pose() const override { return pose_; }

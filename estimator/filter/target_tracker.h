@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "common/core/pose.h"
+#include "estimator/filter/motion_information.h"
 
 namespace berth::estimator {
 
@@ -12,9 +14,13 @@ namespace berth::estimator {
 class TargetTracker {
  public:
   virtual ~TargetTracker() = default;
+  virtual std::unique_ptr<TargetTracker> clone() const = 0;
 
-  /// Starts at rest.
+  /// Starts at rest: about the velocity nothing is known but that it is small.
   virtual void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) = 0;
+  /// Starts with a motion that is known; velocity_covariance: of [linear; angular].
+  virtual void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
+                     const Velocity& velocity, const Matrix6d& velocity_covariance) = 0;
   virtual void stop() = 0;
   virtual bool started() const = 0;
 
@@ -23,6 +29,12 @@ class TargetTracker {
   virtual Matrix6d predicted_covariance(std::int64_t utime) const = 0;
   /// Takes a measured pose in. A measurement no later than the last only corrects the pose.
   virtual void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) = 0;
+  /// Takes in what returns say of the whole motion, pose and velocity. @return false, and nothing
+  /// has changed, for a tracker that can only take poses.
+  virtual bool update(const InformationSource&, std::int64_t) { return false; }
+  /// The chaser's own velocity changed by so much (sensor frame, m/s), as its own instruments say,
+  /// with this standard deviation; since the last call. Optional.
+  virtual void sensor_accelerated(const Vector3d&, double) {}
 
   virtual const Pose& pose() const = 0;
   virtual const Velocity& velocity() const = 0;

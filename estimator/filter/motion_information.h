@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "common/core/pose.h"
+
+namespace berth::estimator {
+
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+
+/// The target's motion at one time: pose T_sensor_model and velocity, sensor frame.
+struct Motion {
+  Pose pose;
+  Velocity velocity;
+};
+
+/// What a batch of returns says of the motion at a reference time: their log-likelihood to second
+/// order about a linearisation point, log L(d) = gradient.d - d.information.d / 2, in
+/// d = [translation; rotation vector (as berth::perturbed); linear; angular velocity].
+struct MotionInformation {
+  Matrix12d information = Matrix12d::Zero();
+  Vector12d gradient = Vector12d::Zero();
+  int returns = 0;  ///< that said something
+};
+
+/// Linearises a batch's log-likelihood about a motion at the batch's reference time.
+using InformationSource = std::function<MotionInformation(const Motion& about)>;
+
+}  // namespace berth::estimator

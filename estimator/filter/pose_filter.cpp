@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/filter/pose_filter.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace berth::estimator {
+
+namespace {
+
+double elapsed(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) * 1e-6; }
+
+/// Left Jacobian of SO(3): Exp(v + d) = Exp(J d) Exp(v) to first order.
+Matrix3d left_jacobian(const Vector3d& v) {
+  const double angle = v.norm();
+  const Matrix3d s = skew(v);
+  if (angle < 1e-5) return Matrix3d::Identity() + 0.5 * s;
+  const double square = angle * angle;
+  return Matrix3d::Identity() + (1 - std::cos(angle)) / square * s +
+         (angle - std::sin(angle)) / (square * angle) * s * s;
+}
+
+Motion moved_on(const Motion& motion, double dt) {
+  return {moved(motion.pose, motion.velocity, dt), motion.velocity};
+}
+
+Motion perturbed(const Motion& motion, const Vector12d& d) {
+  Motion result = motion;
+  result.pose = berth::perturbed(motion.pose, d.head<6>());
+  result.velocity.linear += d.segment<3>(6);
+  result.velocity.angular += d.tail<3>();
+  return result;
+}
+
+Vector12d difference(const Motion& from, const Motion& to) {
+  Vector12d d;
+  d << berth::difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
+      to.velocity.angular - from.velocity.angular;
+  return d;
+}
+
+/// d motion(t + dt) / d motion(t).
+Matrix12d transition(const Velocity& velocity, double dt) {
+  const Vector3d turn = velocity.angular * dt;
+  Matrix12d f = Matrix12d::Identity();
+  f.block<3, 3>(0, 6).diagonal().setConstant(dt);
+  f.block<3, 3>(3, 3) = rotation_from_vector(turn).toRotationMatrix();
+  f.block<3, 3>(3, 9) = dt * left_jacobian(turn);
+  return f;
+}
+
+}  // namespace
+
+void PoseFilter::set_covariance(const Matrix12d& covariance) {
+  covariance_ = 0.5 * (covariance + covariance.transpose());
+  pose_covariance_ = covariance_.topLeftCorner<6, 6>();
+  velocity_covariance_ = covariance_.bottomRightCorner<6, 6>();
+}
+
+void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) {
+  Vector6d v;
+  v << Vector3d::Constant(options_.unknown_speed * options_.unknown_speed),
+      Vector3d::Constant(options_.unknown_rotation * options_.unknown_rotation);
+  start(pose, covariance, utime, {}, v.asDiagonal());
+}
+
+void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
+                       const Velocity& velocity, const Matrix6d& velocity_covariance) {
+  started_ = true;
+  utime_ = utime;
+  motion_ = {pose, velocity};
+  Matrix12d p = Matrix12d::Zero();
+  p.topLeftCorner<6, 6>() = covariance;
+  p.bottomRightCorner<6, 6>() = velocity_covariance;
+  set_covariance(p);
+}
+
+Pose PoseFilter::predict(std::int64_t utime) const {
+  return moved_on(motion_, elapsed(utime_, utime)).pose;
+}
+
+Matrix12d PoseFilter::covariance_at(std::int64_t utime) const {
+  const double dt = elapsed(utime_, utime);
+  const Matrix12d f = transition(motion_.velocity, dt);
+  Matrix12d p = f * covariance_ * f.transpose();
+  // What happened between is as unknown backwards as forwards.
+  const double t = std::abs(dt);
+  Vector6d q;
+  q << Vector3d::Constant(options_.linear_acceleration * options_.linear_acceleration),
+      Vector3d::Constant(options_.angular_acceleration * options_.angular_acceleration);
+  for (int i = 0; i < 6; ++i) {
+    p(i, i) += q[i] * t * t * t / 3;
+    p(i, i + 6) += q[i] * t * dt / 2;
+    p(i + 6, i) += q[i] * t * dt / 2;
+    p(i + 6, i + 6) += q[i] * t;
+  }
+  return 0.5 * (p + p.transpose());
+}
+
+Matrix6d PoseFilter::predicted_covariance(std::int64_t utime) const {
+  return covariance_at(utime).topLeftCorner<6, 6>();
+}
+
+void PoseFilter::advance(std::int64_t utime) {
+  if (utime <= utime_) return;
+  const Matrix12d p = covariance_at(utime);
+  motion_ = moved_on(motion_, elapsed(utime_, utime));
+  set_covariance(p);
+  utime_ = utime;
+}
+
+void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
+  const Pose now = moved(measured, motion_.velocity, elapsed(utime, std::max(utime, utime_)));
+  MotionInformation linear;
+  linear.information.topLeftCorner<6, 6>() = covariance.ldlt().solve(Matrix6d::Identity());
+  const Matrix6d weight = linear.information.topLeftCorner<6, 6>();
+  update(
+      [&](const Motion& about) {
+        linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
+        return linear;
+      },
+      std::max(utime, utime_));
+}
+
+bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
+  const double late = elapsed(utime, std::max(utime, utime_));
+  advance(utime);
+  const Eigen::LLT<Matrix12d> factor(covariance_);
+  if (factor.info() != Eigen::Success) return true;
+  const Matrix12d l = factor.matrixL();
+  const Motion prior = motion_;
+  for (int i = 0; i < options_.iterations; ++i) {
+    MotionInformation batch = returns(moved_on(motion_, -late));
+    if (late > 0) {
+      const Matrix12d back = transition(motion_.velocity, -late);
+      batch.information = (back.transpose() * batch.information * back).eval();
+      batch.gradient = (back.transpose() * batch.gradient).eval();
+    }
+    const Matrix12d inner = Matrix12d::Identity() + l.transpose() * batch.information * l;
+    const Eigen::LLT<Matrix12d> posterior(inner);
+    if (!batch.gradient.allFinite() || posterior.info() != Eigen::Success) break;
+    // From the prior's mean, which lies d away from where the batch was linearised.
+    const Vector12d d = difference(motion_, prior);
+    const Vector12d step =
+        d + l * posterior.solve(l.transpose() * (batch.gradient - batch.information * d));
+    motion_ = perturbed(motion_, step);
+    const Matrix12d root = posterior.matrixL().solve(Matrix12d(l.transpose()));
+    set_covariance(root.transpose() * root);
+    constexpr double small = 1e-7;  // m, rad
+    if (step.head<6>().norm() < small) break;
+  }
+  return true;
+}
+
+void PoseFilter::sensor_accelerated(const Vector3d& change, double sigma) {
+  motion_.velocity.linear -= change;
+  Matrix12d p = covariance_;
+  p.diagonal().segment<3>(6).array() += sigma * sigma;
+  set_covariance(p);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "estimator/filter/target_tracker.h"
+
+namespace berth::estimator {
+
+struct PoseFilterOptions {
+  /// White acceleration that the target may have although the model says none: the standard
+  /// deviation of its velocity after one second.
+  double linear_acceleration = 0.01;   ///< m/s per square root of a second
+  double angular_acceleration = 0.01;  ///< rad/s per square root of a second
+  /// What a target that has only been seen once may do, 1 sigma.
+  double unknown_speed = 0.05;     ///< m/s
+  double unknown_rotation = 0.05;  ///< rad/s
+  int iterations = 3;  ///< of an update from returns, each linearised about the last one's result
+};
+
+/// Error-state Kalman filter of pose and velocity on SE(3) with constant linear and angular
+/// velocity. The error is a left perturbation: p + d, Exp(r) R, and v + dv, w + dw, all in the
+/// sensor frame (Sola, "Quaternion kinematics for the error-state Kalman filter", 2017). Updates in
+/// information form over the factor L of the covariance P = L L': the posterior is
+/// L (1 + L' H L)^-1 L', symmetric and positive whatever the information H.
+class PoseFilter final : public TargetTracker {
+ public:
+  explicit PoseFilter(const PoseFilterOptions& options) : options_(options) {}
+  std::unique_ptr<TargetTracker> clone() const override {
+    return std::make_unique<PoseFilter>(*this);
+  }
+
+  void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) override;
+  void start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
+             const Velocity& velocity, const Matrix6d& velocity_covariance) override;
+  void stop() override { started_ = false; }
+  bool started() const override { return started_; }
+
+  Pose predict(std::int64_t utime) const override;
+  Matrix6d predicted_covariance(std::int64_t utime) const override;
+  void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
+  /// A batch whose reference time is before the last measurement is moved to it.
+  /// @return true.
+  bool update(const InformationSource& returns, std::int64_t utime) override;
+  void sensor_accelerated(const Vector3d& change, double sigma) override;
+
+  const Pose& pose() const override { return motion_.pose; }
+  const Velocity& velocity() const override { return motion_.velocity; }
+  const Matrix6d& covariance() const override { return pose_covariance_; }
+  const Matrix6d& velocity_covariance() const override { return velocity_covariance_; }
+  std::int64_t utime() const override { return utime_; }
+  /// Of [translation; rotation; linear; angular velocity].
+  const Matrix12d& full_covariance() const { return covariance_; }
+
+ private:
+  Matrix12d covariance_at(std::int64_t utime) const;
+  void advance(std::int64_t utime);
+  void set_covariance(const Matrix12d& covariance);
+
+  PoseFilterOptions options_;
+  bool started_ = false;
+  std::int64_t utime_ = 0;
+  Motion motion_;
+  Matrix12d covariance_ = Matrix12d::Identity();
+  Matrix6d pose_covariance_ = Matrix6d::Identity();
+  Matrix6d velocity_covariance_ = Matrix6d::Identity();
+};
+
+}  // namespace berth::estimator

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The Kalman filter on SE(3): what it says of itself is true.
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "common/core/random.h"
+#include "estimator/filter/pose_filter.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::estimator;
+
+namespace {
+
+constexpr double sigma_m = 0.003;
+constexpr double sigma_rad = 0.002;
+const Pose start_pose = pose_from_xyzwpr({100, -100, 5000, 10, 20, 30});
+const Velocity velocity{{0.01, -0.02, -0.03}, {0.02, 0.01, -0.05}};
+
+Matrix6d noise() {
+  Vector6d v;
+  v << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma_rad * sigma_rad);
+  return v.asDiagonal();
+}
+
+Matrix6d speed_variance(double linear, double angular) {
+  Vector6d v;
+  v << Vector3d::Constant(linear * linear), Vector3d::Constant(angular * angular);
+  return v.asDiagonal();
+}
+
+Pose measured(const Pose& truth, Random& random) {
+  Vector6d d;
+  d << random.normal_vector(sigma_m), random.normal_vector(sigma_rad);
+  return perturbed(truth, d);
+}
+
+Vector12d error_of(const PoseFilter& filter, const Pose& pose, const Velocity& v) {
+  Vector12d e;
+  e << difference(filter.pose(), pose), v.linear - filter.velocity().linear,
+      v.angular - filter.velocity().angular;
+  return e;
+}
+
+/// What noisy sightings of body-fixed points say of the motion; each at its own time.
+struct Sightings {
+  std::vector<Vector3d> body;
+  std::vector<Vector3d> seen;
+  std::vector<double> late;  // s after the reference time
+  double sigma = 0.005;
+
+  MotionInformation about(const Motion& motion) const {
+    MotionInformation result;
+    for (std::size_t i = 0; i < body.size(); ++i) {
+      const Pose then = moved(motion.pose, motion.velocity, late[i]);
+      const Vector3d arm = then.rotation * body[i];
+      Eigen::Matrix<double, 3, 12> j;
+      j << Matrix3d::Identity(), -skew(arm), late[i] * Matrix3d::Identity(), -late[i] * skew(arm);
+      const double weight = 1 / (sigma * sigma);
+      result.information += weight * j.transpose() * j;
+      result.gradient += weight * j.transpose() * (seen[i] - then * body[i]);
+      ++result.returns;
+    }
+    return result;
+  }
+};
+
+Sightings sightings(const Pose& pose, const Velocity& v, int count, Random& random) {
+  Sightings s;
+  for (int i = 0; i < count; ++i) {
+    s.body.push_back(random.normal_vector(1));
+    s.late.push_back(random.uniform(-0.25, 0.25));
+    s.seen.push_back(moved(pose, v, s.late.back()) * s.body.back() + random.normal_vector(s.sigma));
+  }
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("On a straight line the filter is the least-squares line through the measurements") {
+  PoseFilterOptions options;
+  options.linear_acceleration = options.angular_acceleration = 1e-7;
+  PoseFilter filter(options);
+  Random random(3, "line");
+  // Two unknowns and n measurements of each coordinate.
+  constexpr int n = 12;
+  constexpr double step = 0.5;
+  Eigen::Matrix<double, n, 2> a;
+  Eigen::Matrix<double, n, 3> z;
+  for (int i = 0; i < n; ++i) {
+    const Pose truth = moved(start_pose, {velocity.linear, Vector3d::Zero()}, step * i);
+    const Pose seen{truth.position + random.normal_vector(sigma_m), truth.rotation};
+    a.row(i) << 1, step * (i - n + 1);
+    z.row(i) = seen.position.transpose();
+    if (i == 0) {
+      filter.start(seen, noise(), 0, {}, speed_variance(100, 100));
+    } else {
+      filter.update(seen, noise(), static_cast<std::int64_t>(1e6 * step * i));
+    }
+  }
+  const Eigen::Matrix2d normal = a.transpose() * a;
+  const Eigen::Matrix<double, 2, 3> line = normal.ldlt().solve(a.transpose() * z);
+  CHECK((filter.pose().position - line.row(0).transpose()).norm() < 1e-6);
+  CHECK((filter.velocity().linear - line.row(1).transpose()).norm() < 1e-6);
+  const Eigen::Matrix2d covariance = sigma_m * sigma_m * normal.inverse();
+  CHECK(filter.covariance()(0, 0) == Approx(covariance(0, 0)).epsilon(1e-3));
+  CHECK(filter.velocity_covariance()(2, 2) == Approx(covariance(1, 1)).epsilon(1e-3));
+}
+
+TEST_CASE("Errors are as large as the covariance says, at rest in velocity and manoeuvring") {
+  const double acceleration = GENERATE(0.0, 0.02);
+  PoseFilterOptions options;
+  options.linear_acceleration = options.angular_acceleration = std::max(acceleration, 1e-6);
+  double nees = 0;
+  double least = 1;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+    Random random(seed, "filter");
+    PoseFilter filter(options);
+    Pose truth = start_pose;
+    Velocity v = velocity;
+    v.linear += random.normal_vector(0.05);
+    v.angular += random.normal_vector(0.05);
+    filter.start(measured(truth, random), noise(), 0, velocity, speed_variance(0.05, 0.05));
+    for (int i = 1; i <= 20; ++i) {
+      constexpr int pieces = 20;  // of white acceleration between measurements
+      constexpr double dt = 0.5 / pieces;
+      for (int k = 0; k < pieces; ++k) {
+        truth = moved(truth, v, dt);
+        v.linear += random.normal_vector(acceleration * std::sqrt(dt));
+        v.angular += random.normal_vector(acceleration * std::sqrt(dt));
+      }
+      filter.update(measured(truth, random), noise(), i * 500000);
+    }
+    const Matrix12d& p = filter.full_covariance();
+    const Vector12d e = error_of(filter, truth, v);
+    nees += e.dot(p.ldlt().solve(e)) / 12;
+    ++count;
+    CHECK((p - p.transpose()).norm() == 0);
+    const Vector12d scale = p.diagonal().cwiseSqrt().cwiseInverse();
+    const Matrix12d correlation = scale.asDiagonal() * p * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Matrix12d> eigen(correlation, Eigen::EigenvaluesOnly);
+    least = std::min(least, eigen.eigenvalues()[0]);
+  }
+  CHECK(least > 0);
+  // 1,800 degrees of freedom: one part in 30 is one sigma.
+  CHECK(nees / count == Approx(1).margin(0.14));
+}
+
+TEST_CASE("Returns at their own times tell pose and velocity together, and how sure") {
+  double nees = 0;
+  constexpr int trials = 150;
+  for (std::uint64_t seed = 1; seed <= trials; ++seed) {
+    Random random(seed, "returns");
+    Velocity v = velocity;
+    v.linear += random.normal_vector(0.05);
+    v.angular += random.normal_vector(0.05);
+    PoseFilterOptions options;
+    options.linear_acceleration = options.angular_acceleration = 1e-6;
+    PoseFilter filter(options);
+    filter.start(measured(start_pose, random), noise(), 0, velocity, speed_variance(0.05, 0.05));
+    Pose truth = start_pose;
+    for (int i = 1; i <= 4; ++i) {
+      truth = moved(start_pose, v, 0.5 * i);
+      const Sightings batch = sightings(truth, v, 50, random);
+      CHECK(filter.update([&](const Motion& m) { return batch.about(m); }, i * 500000));
+    }
+    const Vector12d e = error_of(filter, truth, v);
+    nees += e.dot(filter.full_covariance().ldlt().solve(e)) / 12;
+  }
+  CHECK(nees / trials == Approx(1).margin(0.14));
+}
+
+TEST_CASE("The order in which a scan's returns are taken in does not matter") {
+  Random random(4, "split");
+  PoseFilterOptions options;
+  options.linear_acceleration = options.angular_acceleration = 1e-7;
+  PoseFilter whole(options);
+  whole.start(start_pose, noise(), 0);
+  PoseFilter parts = whole;
+  const Pose truth = moved(start_pose, velocity, 0.5);
+  const Sightings batch = sightings(truth, velocity, 60, random);
+  whole.update([&](const Motion& m) { return batch.about(m); }, 500000);
+  for (std::size_t k = 0; k < 6; ++k) {
+    Sightings part;
+    for (std::size_t i = k; i < batch.body.size(); i += 6) {
+      part.body.push_back(batch.body[i]);
+      part.seen.push_back(batch.seen[i]);
+      part.late.push_back(batch.late[i]);
+    }
+    parts.update([&](const Motion& m) { return part.about(m); }, 500000);
+  }
+  CHECK(distance(whole.pose(), parts.pose()) < 1e-5);
+  CHECK(angle_between(whole.pose(), parts.pose()) < 1e-5);
+  CHECK(whole.full_covariance().isApprox(parts.full_covariance(), 1e-3));
+}
+
+TEST_CASE("A measurement of an earlier time corrects the pose of now") {
+  PoseFilter filter({});
+  filter.start(start_pose, noise(), 0, velocity, speed_variance(1e-4, 1e-4));
+  filter.update(moved(start_pose, velocity, 1), noise(), 1000000);
+  filter.update(moved(start_pose, velocity, 0.5), noise(), 500000);
+  CHECK(filter.utime() == 1000000);
+  CHECK(distance(filter.pose(), moved(start_pose, velocity, 1)) < 1e-4);
+}
+
+TEST_CASE("A turning target is followed across every angle") {
+  PoseFilter filter({});
+  const Velocity spin{{0, 0, 0}, {0.03, 0.1, 0}};
+  filter.start(start_pose, noise(), 0);
+  for (int i = 1; i <= 140; ++i) {
+    const Pose truth = moved(start_pose, spin, 0.5 * i);
+    filter.update(truth, noise(), i * 500000);
+    if (i > 3) REQUIRE(angle_between(filter.pose(), truth) < 2e-3);
+  }
+}
+
+TEST_CASE("What the chaser knows of its own motion is not mistaken for the target's") {
+  PoseFilter told({});
+  told.start(start_pose, noise(), 0, velocity, speed_variance(0.001, 0.001));
+  PoseFilter untold = told;
+  const Vector3d burn(0.1, 0, 0.05);
+  told.sensor_accelerated(burn, 0.001);
+  const Velocity after{velocity.linear - burn, velocity.angular};
+  const Pose truth = moved(start_pose, after, 2);
+  CHECK(distance(told.predict(2000000), truth) < 1e-9);
+  CHECK(distance(untold.predict(2000000), truth) > 0.2);
+  CHECK(told.predicted_covariance(2000000)(0, 0) > untold.predicted_covariance(2000000)(0, 0));
+}
