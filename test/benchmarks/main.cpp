@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs the benchmarks: every target as a table, the paper's figures as pictures and CSV.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+#include "common/core/error.h"
+#include "test/benchmarks/settings.h"
+
+namespace {
+
+using namespace berth;
+using namespace berth::benchmark;
+
+struct Part {
+  const char* name;
+  int (*run)(const Settings&);
+};
+
+constexpr Part parts[] = {
+    {"acquisition", run_acquisition},
+    {"tracking", run_tracking},
+};
+
+int run(int argc, char* argv[]) {
+  Settings settings;
+  std::vector<std::string> wanted;
+  std::string names;
+  for (const Part& part : parts) names += std::string(names.empty() ? "" : " ") + part.name;
+  const char* home = std::getenv("BERTH_HOME");
+  const std::filesystem::path root = home == nullptr ? "." : home;
+  settings.out = root / "build" / "benchmark" / "results";
+  const char* meshes = std::getenv("BERTH_TARGETS");
+  if (meshes != nullptr) settings.meshes = meshes;
+  std::filesystem::path config = root / "config" / "estimator.yaml";
+
+  CLI::App app(
+      "Measures the estimator against its targets and redraws the paper's figures.\n"
+      "Exit codes: 0 every target met, 1 some missed, 2 the input was at fault.",
+      "berth benchmark");
+  app.add_option("PART", wanted, "of: " + names + "; all when none is named");
+  app.add_option("--trials", settings.trials, "of each row")->check(CLI::Range(2, 1000000));
+  app.add_option("--seed", settings.seed, "another one makes fresh trials");
+  app.add_option("--jobs", settings.jobs, "threads, for parts that do not measure time")
+      ->check(CLI::Range(1, 64));
+  app.add_option("--out", settings.out, "directory of tables and pictures");
+  app.add_option("--meshes", settings.meshes,
+                 "directory of meshes to acquire beside the replica (or BERTH_TARGETS)");
+  app.add_option("--config", config, "the methods' settings");
+  app.add_option("--acquisition", settings.acquisition_methods, "methods, by name")->delimiter(',');
+  app.add_option("--tracking", settings.tracking_methods, "methods, by name")->delimiter(',');
+  app.add_option("--only", settings.only, "rows whose name holds this, as 'Error1 sparse 200 '");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  settings.options = estimator::load_estimator_options(config);
+  if (settings.acquisition_methods.empty()) {
+    settings.acquisition_methods = {settings.options.acquisition_method};
+  }
+  if (settings.tracking_methods.empty()) {
+    settings.tracking_methods = {settings.options.tracking_method};
+  }
+  std::filesystem::create_directories(settings.out);
+  for (const std::string& name : wanted) {
+    const auto known = [&name](const Part& part) { return name == part.name; };
+    if (std::none_of(std::begin(parts), std::end(parts), known)) {
+      throw InputError("part '" + name + "' is not known, expected one of: " + names);
+    }
+  }
+  int missed = 0;
+  for (const Part& part : parts) {
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), part.name) == wanted.end()) {
+      continue;
+    }
+    missed += part.run(settings);
+  }
+  std::printf("\n%s\ntables and pictures: %s\n",
+              missed == 0 ? "every target met" : (std::to_string(missed) + " missed").c_str(),
+              settings.out.c_str());
+  return missed == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char* argv[]) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "berth benchmark: %s\n", e.what());
+    return 2;
+  }
+}

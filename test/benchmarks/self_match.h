@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/model/target_model.h"
+
+namespace berth::benchmark {
+
+/// A rigid motion of the model, in its own frame, that lays it on itself more or less.
+struct SelfMatch {
+  Pose motion;
+  double misfit = 0;  ///< largest distance of a visible point from the surface, m
+};
+
+/// All motions that are locally best, the identity left out; best first, at most `most`. Measured
+/// here again, apart from what the estimator knows of symmetries.
+std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t most);
+
+/// The judge of poses: right means within 5 degrees and 5 % of the length of the truth or of a pose
+/// that shows the same surface (misfit at most 0.2 % of the length).
+class PoseJudge {
+ public:
+  explicit PoseJudge(const estimator::TargetModel& model);
+
+  bool right(const Pose& truth, const Pose& pose) const;
+  /// Poses that look like the truth, more or less, but are not right.
+  std::vector<Pose> rivals(const Pose& truth) const;
+  /// Of the poses that show the same surface as the truth, the one nearest in attitude.
+  Pose nearest_equal(const Pose& truth, const Pose& pose) const;
+  std::size_t symmetries() const { return symmetries_.size(); }
+
+ private:
+  Vector3d centre_;
+  double tolerance_m_;
+  std::vector<Pose> symmetries_;  // with the identity
+  std::vector<Pose> near_;
+};
+
+}  // namespace berth::benchmark

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estimator/methods.h"
+
+namespace berth::benchmark {
+
+/// What the command line says.
+struct Settings {
+  int trials = 1000;
+  std::uint64_t seed = 1;
+  int jobs = 1;  ///< threads, in parts that do not measure time
+  std::filesystem::path out;
+  std::filesystem::path meshes;  ///< a directory; empty: the replica alone
+  estimator::EstimatorOptions options;
+  std::vector<std::string> acquisition_methods;
+  std::vector<std::string> tracking_methods;
+  std::string only;  ///< of the cells of a part, those whose name holds this
+
+  bool wanted(const std::string& cell) const { return cell.find(only) != std::string::npos; }
+};
+
+/// The parts. Each publishes its tables and pictures. @return how many targets were missed.
+int run_acquisition(const Settings& settings);
+int run_tracking(const Settings& settings);
+
+/// "radarsat2" or a mesh file, 3 m long, compiled or from the cache.
+std::shared_ptr<const estimator::TargetModel> model_of(const Settings& settings,
+                                                       const std::string& target = "radarsat2");
+
+/// A method under test with all that has to outlive it.
+template <typename Method>
+struct Subject {
+  std::string name;
+  estimator::EstimatorOptions options;
+  BeamModel noise;
+  std::shared_ptr<const estimator::TargetModel> model;
+  std::unique_ptr<Method> method;
+
+  const Method& operator*() const { return *method; }
+  const Method* operator->() const { return method.get(); }
+};
+using AcquisitionSubject = std::unique_ptr<Subject<estimator::Acquisition>>;
+using TrackingSubject = std::unique_ptr<Subject<estimator::Tracking>>;
+
+AcquisitionSubject acquisition_named(const Settings& settings, const std::string& name,
+                                     std::shared_ptr<const estimator::TargetModel> model,
+                                     const BeamModel& noise);
+TrackingSubject tracking_named(const Settings& settings, const std::string& name,
+                               std::shared_ptr<const estimator::TargetModel> model,
+                               const BeamModel& noise);
+
+}  // namespace berth::benchmark

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "test/benchmarks/statistics.h"
+
+namespace berth::benchmark {
+
+/// What is printed and written as CSV. A row that is held against a target ends in "pass" or
+/// "MISS".
+class Table {
+ public:
+  Table(std::string name, std::string title, std::vector<std::string> columns);
+
+  void add(std::vector<std::string> cells);
+  /// A row with a verdict.
+  void judge(std::vector<std::string> cells, bool pass);
+
+  /// Prints it and writes <directory>/<name>.csv. @throws InputError when that cannot be written.
+  void publish(const std::filesystem::path& directory) const;
+  int missed() const { return missed_; }
+
+ private:
+  std::string name_;
+  std::string title_;
+  std::vector<std::string> columns_;
+  std::vector<std::vector<std::string>> rows_;
+  int missed_ = 0;
+};
+
+std::string number(double value, int decimals = 2);
+/// Share as per cent with its Wilson interval: "99.5 % (98.8..99.8)".
+std::string share(int successes, int trials);
+/// "1.04 (1.02..1.07)"
+std::string with_interval(double value, const Interval& interval, int decimals = 2);
+
+/// Writes lines of CSV. @throws InputError.
+void write_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
+               const std::vector<std::vector<std::string>>& rows);
+
+/// How far a part is, on standard error.
+void progress(const std::string& what, int done, int of);
+
+}  // namespace berth::benchmark

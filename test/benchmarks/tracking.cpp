@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Targets 2 and 7: tracking accuracy against the Cramer-Rao bound, and consistency.
+#include <algorithm>
+
+#include "test/benchmarks/settings.h"
+#include "test/benchmarks/table.h"
+#include "test/benchmarks/tracking_trial.h"
+#include "test/benchmarks/trials.h"
+
+namespace berth::benchmark {
+namespace {
+
+using estimator::ScanStrategy;
+
+constexpr double most_rms = 1.15;  // of the bound
+constexpr double most_p95 = 2.2;   // of the bound
+constexpr double least_ok = 0.99;  // of the trials; the target says nothing of it
+
+struct Cell {
+  int error_case;
+  ScanStrategy strategy;
+  int returns;
+
+  std::string name() const {
+    return "Error" + std::to_string(error_case) + " " +
+           estimator::scan_strategy_names()[static_cast<std::size_t>(strategy)] + " " +
+           std::to_string(returns);
+  }
+};
+
+std::vector<Cell> cells(const Settings& settings) {
+  std::vector<Cell> all;
+  for (const int error_case : {1, 2, 3}) {
+    for (const int returns : {200, 1000, 3000, 50000}) {
+      for (int s = 0; s < 6; ++s) {
+        const Cell cell{error_case, static_cast<ScanStrategy>(s), returns};
+        if (settings.wanted(cell.name() + " ")) all.push_back(cell);
+      }
+    }
+  }
+  return all;
+}
+
+/// Errors over each trial's own bound.
+struct Ratios {
+  std::vector<double> translation;
+  std::vector<double> rotation;
+};
+
+Ratios ratios(const std::vector<TrackingOutcome>& outcomes) {
+  Ratios r;
+  for (const TrackingOutcome& o : outcomes) {
+    if (!o.ok || !o.bound.exists) continue;
+    r.translation.push_back(o.translation() / o.bound.translation);
+    r.rotation.push_back(o.rotation() / o.bound.rotation);
+  }
+  return r;
+}
+
+double rms_of(const std::vector<TrackingOutcome>& outcomes,
+              double (*value)(const TrackingOutcome&)) {
+  std::vector<double> values;
+  for (const TrackingOutcome& o : outcomes) {
+    if (o.ok && o.bound.exists) values.push_back(value(o));
+  }
+  return root_mean_square(values);
+}
+
+std::vector<std::string> describe(const std::string& method, const Cell& cell,
+                                  const std::vector<TrackingOutcome>& outcomes, const Ratios& r) {
+  const auto ok = static_cast<int>(
+      std::count_if(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.ok; }));
+  std::vector<double> times;
+  for (const auto& o : outcomes) times.push_back(o.cpu_ms);
+  const auto worst = std::max_element(outcomes.begin(), outcomes.end(), [](auto& a, auto& b) {
+    return a.translation() / a.bound.translation < b.translation() / b.bound.translation;
+  });
+  return {
+      method,
+      "Error" + std::to_string(cell.error_case),
+      estimator::scan_strategy_names()[static_cast<std::size_t>(cell.strategy)],
+      std::to_string(cell.returns),
+      share(ok, static_cast<int>(outcomes.size())),
+      number(1e3 * rms_of(outcomes, [](const TrackingOutcome& o) { return o.translation(); }), 3),
+      number(1e3 * rms_of(outcomes, [](const TrackingOutcome& o) { return o.bound.translation; }),
+             3),
+      with_interval(root_mean_square(r.translation), bootstrap(r.translation, root_mean_square)),
+      number(percentile(r.translation, 0.95)),
+      number(degrees(rms_of(outcomes, [](const TrackingOutcome& o) { return o.rotation(); })), 4),
+      number(degrees(rms_of(outcomes, [](const TrackingOutcome& o) { return o.bound.rotation; })),
+             4),
+      with_interval(root_mean_square(r.rotation), bootstrap(r.rotation, root_mean_square)),
+      number(percentile(r.rotation, 0.95)),
+      number(median(times), 3),
+      std::to_string(worst - outcomes.begin()),
+  };
+}
+
+const std::vector<std::string> columns = {
+    "method", "noise", "strategy",  "returns",     "ok",  "mm",     "bound mm",    "rms / bound",
+    "p95",    "deg",   "bound deg", "rms / bound", "p95", "CPU ms", "worst trial", "target"};
+
+/// Runs one world. judged: against the targets.
+int accuracy(const Settings& settings, bool full) {
+  const auto model = model_of(settings);
+  const auto all = cells(settings);
+  const std::string world = full ? "full-physics" : "beam-noise";
+  Table table(full ? "tracking_full_physics" : "tracking",
+              "Tracking, " + world +
+                  " world, paper's pose and 15 deg / 0.1 m around it, start 30 "
+                  "mm and 2 deg off, " +
+                  std::to_string(settings.trials) + " trials a row" +
+                  (full ? "" : "; target: rms at most 1.15, p95 at most 2.2 times the bound"),
+              columns);
+  Table nees("consistency" + std::string(full ? "_full_physics" : ""),
+             "Consistency, " + world +
+                 " world: mean of e' P^-1 e, 6 expected; family-wise 95 % "
+                 "band over the rows",
+             {"method", "noise", "strategy", "returns", "mean", "band", "target"});
+  for (const std::string& name : settings.tracking_methods) {
+    for (const Cell& cell : all) {
+      TrackingCase the_case;
+      the_case.physics.noise = table_1_noise(cell.error_case);
+      if (full) the_case.physics = full_physics(the_case.physics.noise);
+      the_case.strategy = cell.strategy;
+      the_case.returns = cell.returns;
+      const auto subject = tracking_named(settings, name, model, the_case.physics.noise);
+      const auto outcomes = results_of(
+          name + " " + world + " " + cell.name(), settings.trials, settings.jobs, [&](int i) {
+            const Random random(settings.seed, "tracking " + cell.name() + " " + std::to_string(i));
+            return track(**subject, subject->noise, make_tracking_trial(*model, the_case, random));
+          });
+      const Ratios r = ratios(outcomes);
+      auto row = describe(name, cell, outcomes, r);
+      double sum = 0;
+      for (const auto& o : outcomes) sum += o.ok ? o.nees : 0;
+      const double ok = static_cast<double>(r.translation.size());
+      const double mean = sum / ok;
+      const Interval band =
+          mean_chi_square_band(static_cast<int>(ok), 6, static_cast<int>(all.size()));
+      std::vector<std::string> nees_row = {
+          name, row[1], row[2], row[3], number(mean), number(band.low) + ".." + number(band.high)};
+      if (full) {
+        table.add(row);
+        nees.add(nees_row);
+        continue;
+      }
+      table.judge(row, ok >= least_ok * settings.trials &&
+                           root_mean_square(r.translation) <= most_rms &&
+                           root_mean_square(r.rotation) <= most_rms &&
+                           percentile(r.translation, 0.95) <= most_p95 &&
+                           percentile(r.rotation, 0.95) <= most_p95);
+      nees.judge(nees_row, band.contains(mean));
+    }
+  }
+  table.publish(settings.out);
+  nees.publish(settings.out);
+  return table.missed() + nees.missed();
+}
+
+}  // namespace
+
+int run_tracking(const Settings& settings) {
+  return accuracy(settings, false) + accuracy(settings, true);
+}
+
+}  // namespace berth::benchmark

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "common/core/mesh.h"
+#include "common/core/random.h"
+#include "common/core/ray_caster.h"
+#include "estimator/scan/scan.h"
+
+namespace berth::benchmark {
+
+using estimator::BeamStatus;
+using estimator::RawBeam;
+using estimator::Window;
+
+/// How the simulated world is. The defaults are the world of the targets: beam noise alone.
+struct Physics {
+  BeamModel noise;
+  double rate_hz = 2000;      ///< beams per second
+  bool mixed_pixels = false;  ///< several rays over the beam's footprint make one range
+  double outliers = 0;        ///< share of the beams with a range of nothing in particular
+  double drop_outs = 0;       ///< share of the returns lost at normal incidence; more at grazing
+  double mesh_sigma_m = 0;    ///< of the true surface's vertices about the model's
+  double clutter = 0;         ///< share of the returns that come from scattered points
+};
+
+/// Beam noise as in cases Error1, Error2 and Error3 of the paper's Table 1.
+BeamModel table_1_noise(int error_case);
+/// The world beside the targets: everything that Physics knows, in moderate amounts.
+Physics full_physics(const BeamModel& noise);
+
+/// The piece of surface that a return came from. Sensor frame.
+struct TrueFace {
+  Vector3d normal = Vector3d::Zero();  ///< unit, against the beam
+  double range = 0;                    ///< m, without noise; 0: no return of the target
+};
+
+struct Scan {
+  std::vector<RawBeam> beams;
+  std::vector<TrueFace> faces;  ///< one for each beam
+  int returns = 0;              ///< beams that returned from the target
+};
+
+/// A target in empty space in front of a scanning LIDAR that is written apart from the one that
+/// the rig simulates.
+class World {
+ public:
+  /// random: of the mesh's departures from the model. clutter: what else is there, sensor frame.
+  World(const Mesh& mesh, const Physics& physics, Random random, const Mesh& clutter = {});
+
+  /// Sweeps the windows as rasters, row by row. start: T_sensor_model at the first beam.
+  Scan sweep(const std::vector<Window>& windows, const Pose& start, const Velocity& velocity,
+             std::int64_t utime, Random& random) const;
+  Scan sweep(const std::vector<Window>& windows, const Pose& pose, Random& random) const {
+    return sweep(windows, pose, {}, first_utime, random);
+  }
+  /// How many of the windows' beams would return from the target without noise. At most
+  /// most_beams of them are cast.
+  double expected_returns(const std::vector<Window>& windows, const Pose& pose,
+                          int most_beams = 4000) const;
+
+  const Physics& physics() const { return physics_; }
+  const RayCaster& caster() const { return caster_; }
+  static constexpr std::int64_t first_utime = 1735689600000000;
+
+ private:
+  struct Echo {
+    double range = 0;
+    TrueFace face;
+  };
+  bool echo(const Pose& to_model, const Vector3d& direction, Echo& out) const;
+  bool mixed_echo(const Pose& to_model, const Vector3d& direction, Echo& out) const;
+
+  Physics physics_;
+  RayCaster caster_;
+  RayCaster clutter_;
+};
+
+/// Directions of a window's beams, row by row.
+std::vector<std::pair<double, double>> raster(const Window& window);
+/// The smallest window, plus a margin on every side as a share of it, that holds the mesh.
+Window window_around(const Mesh& mesh, const Pose& pose, double margin);
+/// The same windows with all counts scaled so that about `returns` beams return from the target.
+std::vector<Window> scaled_to_returns(const World& world, std::vector<Window> windows,
+                                      const Pose& pose, int returns);
+
+}  // namespace berth::benchmark
