@@ -60,7 +60,7 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
 }
 
 void read_acquisition(Config config, EstimatorOptions& options) {
-  options.acquisition_method = config.choice("method", {"voxel_template"});
+  options.acquisition_method = config.choice("method", acquisition_names());
   VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
   config.optional("zoom_beams", options.zoom_beams);
@@ -102,10 +102,27 @@ void read_icp(Config config, IcpOptions& icp) {
   at_least(config, "start_gate", icp.start_gate_m, icp.least_gate_m);
 }
 
+void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
+  config.optional("voxel", hough.voxel);
+  config.optional("levels", hough.levels);
+  config.optional("reach", hough.reach);
+  config.optional("kept", hough.kept);
+  config.optional("most_points", hough.most_points);
+  config.finish();
+  at_least(config, "voxel", hough.voxel, 0.002);
+  at_least(config, "levels", hough.levels, 1);
+  at_least(config, "reach", hough.reach, 1);
+  at_least(config, "kept", hough.kept, 1);
+  at_least(config, "most_points", hough.most_points, 20);
+}
+
 void read_tracking(Config config, EstimatorOptions& options) {
-  options.tracking_method = config.choice("method", {"icp"});
+  options.tracking_method = config.choice("method", tracking_names());
   IcpTrackingOptions& t = options.icp_tracking;
   read_icp(config.section("icp"), t.icp);
+  if (config.has("bounded_hough")) {
+    read_bounded_hough(config.section("bounded_hough"), options.bounded_hough);
+  }
   const std::string strategy = config.choice("strategy", scan_strategy_names());
   parse_scan_strategy(strategy, options.strategy);
   config.optional("returns_per_scan", options.returns_per_scan);
@@ -166,7 +183,7 @@ void read_pose_filter(Config config, PoseFilterOptions& filter) {
 }
 
 void read_tracker(Config config, EstimatorOptions& options) {
-  options.tracker_method = config.choice("method", {"alpha_beta", "se3"});
+  options.tracker_method = config.choice("method", tracker_names());
   if (config.has("alpha_beta")) read_alpha_beta(config.section("alpha_beta"), options.alpha_beta);
   if (config.has("se3")) read_pose_filter(config.section("se3"), options.pose_filter);
   config.finish();
@@ -188,6 +205,21 @@ void read_planner(Config config, PlannerOptions& planner) {
 }
 
 }  // namespace
+
+const std::vector<std::string>& acquisition_names() {
+  static const std::vector<std::string> names = {"voxel_template"};
+  return names;
+}
+
+const std::vector<std::string>& tracking_names() {
+  static const std::vector<std::string> names = {"icp", "bounded_hough"};
+  return names;
+}
+
+const std::vector<std::string>& tracker_names() {
+  static const std::vector<std::string> names = {"alpha_beta", "se3"};
+  return names;
+}
 
 EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   Config config = Config::load(path);

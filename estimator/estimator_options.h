@@ -3,12 +3,13 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "estimator/acquisition/voxel_template_acquisition.h"
 #include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
 #include "estimator/planning/scan_planner.h"
-#include "estimator/tracking/icp_tracking.h"
+#include "estimator/tracking/bounded_hough_tracking.h"
 
 namespace berth::estimator {
 
@@ -25,6 +26,7 @@ struct EstimatorOptions {
 
   std::string tracking_method = "icp";
   IcpTrackingOptions icp_tracking;
+  BoundedHoughOptions bounded_hough;
   ScanStrategy strategy = ScanStrategy::corners_sparse;
   int returns_per_scan = 1000;     ///< beams of a tracking scan
   int lost_after = 3;              ///< scans in a row without a pose
@@ -36,6 +38,11 @@ struct EstimatorOptions {
   PoseFilterOptions pose_filter;
   PlannerOptions planner;
 };
+
+/// What the options may name as methods.
+const std::vector<std::string>& acquisition_names();
+const std::vector<std::string>& tracking_names();
+const std::vector<std::string>& tracker_names();
 
 /// @throws InputError naming file, line and key.
 EstimatorOptions load_estimator_options(const std::filesystem::path& path);

@@ -11,6 +11,10 @@ std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
 
 std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const TargetModel& model,
                                         const BeamModel& beam_model) {
+  if (options.tracking_method == "bounded_hough") {
+    return std::make_unique<BoundedHoughTracking>(model, beam_model, options.bounded_hough,
+                                                  options.icp_tracking);
+  }
   return std::make_unique<IcpTracking>(model, beam_model, options.icp_tracking);
 }
 

@@ -5,9 +5,9 @@
 
 namespace berth::estimator {
 
-EstimatorSetup test_setup() {
+EstimatorSetup test_setup(const std::string& file) {
   EstimatorSetup setup;
-  setup.options = load_estimator_options("config/estimator.yaml");
+  setup.options = load_estimator_options(file);
   setup.lidar = load_lidar_profile("config/lidars/ilris_3d.yaml");
   setup.target = "radarsat2";
   setup.session = 7;

@@ -27,7 +27,8 @@ struct Said final : EstimatorOutput {
   }
 };
 
-EstimatorSetup test_setup();
+/// With the shipped configuration, or another file of its kind.
+EstimatorSetup test_setup(const std::string& file = "config/estimator.yaml");
 
 /// Packets of at most 50 beams, as the LIDAR driver would send them.
 std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id);
@@ -45,7 +46,8 @@ struct Loopback {
   ScanMaker lidar;
   std::vector<scan_packet_t> packets;  // all that went in
 
-  Loopback() : estimator(test_setup(), said), lidar(replica().mesh) {}
+  explicit Loopback(EstimatorSetup setup = test_setup())
+      : estimator(std::move(setup), said), lidar(replica().mesh) {}
   void tell(const estimator_command_t& c) { estimator.take(c); }
   /// Answers the outstanding request. @return false when there is none.
   bool scan_once();
