@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "app/commands/commands.h"
+#include "app/commands/estimate_report.h"
+#include "app/exit_code.h"
+#include "app/run_files.h"
+#include "common/core/error.h"
+#include "common/core/lidar_profile.h"
+#include "common/core/text.h"
+#include "estimator/model/model_file.h"
+
+namespace berth::commands {
+namespace {
+
+using namespace estimator;
+
+constexpr const char* description =
+    "Estimate the pose of a target in point clouds from any sensor\n"
+    "\n"
+    "Clouds are in the sensor's frame, in metres: .pcd, .ply (fields x y z), .xyz .txt .csv (text: "
+    "x\n"
+    "y z ...), .ptx (its empty beams count as misses). Fields or named columns time or timestamp\n"
+    "(s), utime or time_us (us) and sigma (of the range, m) are used where there are any.\n"
+    "\n"
+    "One JSON object a cloud goes to stdout, in the order of the clouds:\n"
+    "  status          ok, ambiguous (see hypotheses), lost, or error (a bad file); reason says "
+    "why\n"
+    "  T_sensor_model  4x4, maps model to sensor coordinates, m; the most probable when ambiguous\n"
+    "  xyzwpr          the same in mm and degrees, R = Rz(r) Ry(p) Rx(w)\n"
+    "  covariance      6x6 of [translation (m); rotation vector (rad)], a perturbation in the\n"
+    "                  sensor's frame: t + d[0..2], Exp(d[3..5]) R\n"
+    "  hypotheses      every pose that may be, with its probability\n"
+    "  equal_poses     how many poses the target's own symmetry makes one and the same\n"
+    "  counts, times_ms, methods, log_likelihood, notes\n"
+    "What is not known is null.\n"
+    "\n"
+    "Exit code, the first that holds: 2 a file or option was at fault, 1 the target was lost in a\n"
+    "cloud, 4 a cloud was ambiguous, 0 all poses are ok.";
+
+struct Options {
+  std::string target;
+  double length = 0;
+  std::vector<double> initial;
+  std::vector<double> gate;
+  std::filesystem::path config;
+  int indent = -1;
+  std::vector<std::string> clouds;
+};
+
+std::int64_t stopwatch() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// The model from the cache; says so when it must be compiled first.
+std::shared_ptr<const TargetModel> prepare_model(const Target& target,
+                                                 const ModelOptions& options) {
+  const std::filesystem::path cache = default_cache_directory();
+  std::error_code ignored;
+  if (std::filesystem::exists(cache / ModelFile::name(target, options), ignored)) {
+    return load_target_model(target, options, cache);
+  }
+  std::fprintf(stderr, "berth: compiling %s, %zu triangles (once: kept in %s)\n",
+               target.name.c_str(), target.mesh.triangles.size(), cache.c_str());
+  const std::int64_t start = stopwatch();
+  auto model = load_target_model(target, options, cache);
+  std::fprintf(stderr, "berth: compiled in %s s\n",
+               fixed(1e-6 * static_cast<double>(stopwatch() - start), 1).c_str());
+  return model;
+}
+
+/// The worst of what happened so far.
+void worsen(int& code, int by) {
+  const auto rank = [](int c) {
+    switch (c) {
+      case exit_code::passed:
+        return 0;
+      case exit_code::inconclusive:
+        return 1;
+      case exit_code::failed:
+        return 2;
+      default:
+        return 3;
+    }
+  };
+  if (rank(by) > rank(code)) code = by;
+}
+
+int code_of(SingleScanResult::Status status) {
+  switch (status) {
+    case SingleScanResult::Status::ok:
+      return exit_code::passed;
+    case SingleScanResult::Status::ambiguous:
+      return exit_code::inconclusive;
+    default:
+      return exit_code::failed;
+  }
+}
+
+int estimate(const Options& options) {
+  const std::filesystem::path config =
+      options.config.empty() ? shared_files() / "config" : options.config;
+  const bool is_directory = std::filesystem::is_directory(config);
+  const EstimatorOptions settings =
+      load_estimator_options(is_directory ? config / "estimator.yaml" : config);
+  const std::filesystem::path directory = is_directory ? config : config.parent_path();
+  const BeamModel beam_model = without_range_limits(
+      load_lidar_profile(directory / "lidars" / (settings.lidar + ".yaml")).beam);
+  RangeGate gate;
+  if (!options.gate.empty()) gate = {options.gate[0], options.gate[1]};
+  if (!(gate.near >= 0 && gate.far > gate.near)) {
+    throw InputError("--gate: found a gate that holds nothing, expected FAR > NEAR >= 0");
+  }
+  std::optional<Pose> initial;
+  if (!options.initial.empty()) {
+    Xyzwpr xyzwpr{};
+    std::copy(options.initial.begin(), options.initial.end(), xyzwpr.begin());
+    initial = pose_from_xyzwpr(xyzwpr);
+  }
+  const auto model = prepare_model(load_target(options.target, options.length), settings.model);
+  const SingleScan method(*model, settings, beam_model, stopwatch);
+
+  int code = exit_code::passed;
+  for (const std::string& file : options.clouds) {
+    nlohmann::ordered_json report;
+    try {
+      const std::int64_t start = stopwatch();
+      const Cloud cloud = read_cloud(file);
+      const CleanScan scan = preprocess(cloud.beams, gate, beam_model);
+      const std::int64_t read_us = stopwatch() - start;
+      const SingleScanResult result = method.estimate(scan, initial);
+      report = report_of(file, cloud, scan, method, result, read_us);
+      worsen(code, code_of(result.status));
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "berth: %s\n", e.what());
+      report = error_report(file, e.what());
+      worsen(code, exit_code::error);
+    }
+    // file names need not be UTF-8
+    const auto replace = nlohmann::ordered_json::error_handler_t::replace;
+    std::puts(report.dump(options.indent, ' ', false, replace).c_str());
+    std::fflush(stdout);
+  }
+  return code;
+}
+
+}  // namespace
+
+void add_estimate(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("estimate", description);
+  auto options = std::make_shared<Options>();
+  command->add_option("cloud", options->clouds, "Cloud files")->required();
+  command->add_option("--target", options->target, "PLY, STL or OBJ mesh, or radarsat2")
+      ->required();
+  command
+      ->add_option("--length", options->length,
+                   "Scale the mesh about its origin so that its bounding box's largest side is so "
+                   "many metres")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--initial", options->initial,
+                   "Pose x,y,z,w,p,r (mm, degrees) to start from; acquired anew where it fails")
+      ->delimiter(',')
+      ->expected(6);
+  command
+      ->add_option("--gate", options->gate,
+                   "NEAR,FAR: the target is between these ranges, m (any range when left out)")
+      ->delimiter(',')
+      ->expected(2);
+  command
+      ->add_option("--config", options->config,
+                   "Configuration directory or its estimator.yaml: methods, beam noise")
+      ->check(CLI::ExistingPath);
+  command->add_option("--json-indent", options->indent, "Spread the JSON over lines, so indented")
+      ->check(CLI::Range(0, 16));
+  command->callback([options, &exit_code] { exit_code = estimate(*options); });
+}
+
+}  // namespace berth::commands

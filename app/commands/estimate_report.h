@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "estimator/clouds/cloud.h"
+#include "estimator/single_scan.h"
+
+/// What berth estimate prints of one cloud. Every report has the same keys, null where there is
+/// nothing to say.
+namespace berth::commands {
+
+nlohmann::ordered_json report_of(const std::string& file, const estimator::Cloud& cloud,
+                                 const estimator::CleanScan& scan,
+                                 const estimator::SingleScan& method,
+                                 const estimator::SingleScanResult& result, std::int64_t read_us);
+
+/// For a file that could not be used.
+nlohmann::ordered_json error_report(const std::string& file, const std::string& reason);
+
+}  // namespace berth::commands

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "estimator/clouds/cloud.h"
+
+namespace berth::estimator {
+
+/// One scan in Leica's PTX: columns, rows, the scanner's position and axes, a 4x4 matrix, then a
+/// beam a line, x y z intensity [r g b], column by column. Points are taken as they stand, in the
+/// scanner's own frame; the poses are not used. 0 0 0 is a beam that nothing came back from: a miss
+/// whose direction the grid of the other beams tells. A second scan in the file is an error: it was
+/// taken from another place. file: for messages. @throws InputError.
+Cloud parse_ptx(std::string_view text, const std::string& file);
+
+}  // namespace berth::estimator
