@@ -19,15 +19,18 @@ namespace {
 
 using namespace estimator;
 
-constexpr const char* description =
-    "Estimate the pose of a target in point clouds from any sensor\n"
+constexpr const char* explanation =
     "\n"
-    "Clouds are in the sensor's frame, in metres: .pcd, .ply (fields x y z), .xyz .txt .csv (text: "
-    "x\n"
-    "y z ...), .ptx (its empty beams count as misses). Fields or named columns time or timestamp\n"
-    "(s), utime or time_us (us) and sigma (of the range, m) are used where there are any.\n"
+    "Clouds are in the sensor's frame (x right, y down, z along the boresight, or as the sensor "
+    "has\n"
+    "it), in metres. PCD and PLY: fields x y z. XYZ, TXT, CSV: text, x y z first, or a line that "
+    "names\n"
+    "the columns. PTX: one scan; its empty beams count as misses. Fields or named columns time or\n"
+    "timestamp (s), utime or time_us (us) and sigma (of the range, m) are used where there are "
+    "any.\n"
     "\n"
-    "One JSON object a cloud goes to stdout, in the order of the clouds:\n"
+    "One JSON object a cloud goes to stdout, in the order of the clouds; what is not known is "
+    "null:\n"
     "  status          ok, ambiguous (see hypotheses), lost, or error (a bad file); reason says "
     "why\n"
     "  T_sensor_model  4x4, maps model to sensor coordinates, m; the most probable when ambiguous\n"
@@ -36,8 +39,7 @@ constexpr const char* description =
     "                  sensor's frame: t + d[0..2], Exp(d[3..5]) R\n"
     "  hypotheses      every pose that may be, with its probability\n"
     "  equal_poses     how many poses the target's own symmetry makes one and the same\n"
-    "  counts, times_ms, methods, log_likelihood, notes\n"
-    "What is not known is null.\n"
+    "  log_likelihood, counts (of points), times_ms, methods, notes\n"
     "\n"
     "Exit code, the first that holds: 2 a file or option was at fault, 1 the target was lost in a\n"
     "cloud, 4 a cloud was ambiguous, 0 all poses are ok.";
@@ -153,7 +155,9 @@ int estimate(const Options& options) {
 }  // namespace
 
 void add_estimate(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("estimate", description);
+  auto* command = app.add_subcommand(
+      "estimate", "Estimate the pose of a target in point clouds of your own, as JSON");
+  command->footer(explanation);
   auto options = std::make_shared<Options>();
   command->add_option("cloud", options->clouds, "Cloud files")->required();
   command->add_option("--target", options->target, "PLY, STL or OBJ mesh, or radarsat2")

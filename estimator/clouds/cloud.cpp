@@ -4,28 +4,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "estimator/clouds/pcl_cloud.h"
 #include "estimator/clouds/ptx_cloud.h"
 #include "estimator/clouds/xyz_cloud.h"
 
 namespace berth::estimator {
-
-namespace {
-
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text;
-  text.resize(static_cast<std::size_t>(std::filesystem::file_size(path)));
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file) throw InputError(path.string() + ": cannot be read");
-  return text;
-}
-
-}  // namespace
 
 Cloud read_cloud(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -41,11 +28,10 @@ Cloud read_cloud(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(path.string() + ": no such file");
   }
-  if (!std::ifstream(path)) throw InputError(path.string() + ": cannot be opened");
   if (extension == ".pcd") return read_pcd(path);
   if (extension == ".ply") return read_ply(path);
-  return xyz ? parse_xyz(content_of(path), path.string())
-             : parse_ptx(content_of(path), path.string());
+  return xyz ? parse_xyz(read_file(path), path.string())
+             : parse_ptx(read_file(path), path.string());
 }
 
 void add_row(Cloud& cloud, const CloudRow& row) {

@@ -5,10 +5,14 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "estimator/clouds/columns.h"
+#include "estimator/clouds/text_lines.h"
 
 namespace berth::estimator {
 
@@ -103,6 +107,68 @@ Cloud cloud_of(const pcl::PCLPointCloud2& table, const std::string& file) {
   return cloud;
 }
 
+InputError damaged(const std::string& file, const char* format, const std::string& why = "") {
+  return InputError(file + ": found a damaged file or one of another kind, expected " + format +
+                    (why.empty() ? "" : " (" + why + ")"));
+}
+
+/// The library believes what a header promises and crashes on some that it cannot keep.
+/// bytes: of the points. Its compression does not reach a hundredth.
+bool can_hold(const std::string& file, std::uint64_t bytes) {
+  return bytes > 0 && bytes / 100 <= std::filesystem::file_size(file);
+}
+
+/// Of a PCD of text: the library takes a word that is no number for 0.
+void check_words(const std::string& file) {
+  const std::string text = read_file(file);
+  TextLines lines(text, file);
+  bool in_header = true;
+  while (lines.next()) {
+    const std::size_t count = lines.words().size();
+    for (std::size_t i = 0; i < count && !in_header; ++i) lines.number(i, "a coordinate or field");
+    if (count > 0 && lines.words().front() == "DATA") in_header = false;
+  }
+}
+
+bool header_is_sound(pcl::PCDReader& reader, const std::string& file) {
+  pcl::PCLPointCloud2 table;
+  Eigen::Vector4f origin;
+  Eigen::Quaternionf orientation;
+  int version = 0;
+  int type = 0;
+  unsigned start = 0;
+  if (reader.readHeader(file, table, origin, orientation, version, type, start) < 0) return false;
+  std::uint64_t bytes = std::uint64_t{table.width} * table.height * table.point_step;
+  if (!can_hold(file, bytes)) return false;
+  constexpr int ascii = 0;
+  constexpr int compressed = 2;
+  if (type == ascii) {
+    check_words(file);
+    return true;
+  }
+  if (type == compressed) {  // two sizes come first: compressed and not
+    std::uint32_t size = 0;
+    std::ifstream in(file, std::ios::binary);
+    in.seekg(start);
+    if (!in.read(reinterpret_cast<char*>(&size), sizeof size)) return false;
+    bytes = 2 * sizeof size + std::uint64_t{size};
+  }
+  return start + bytes <= std::filesystem::file_size(file);
+}
+
+bool header_is_sound(pcl::PLYReader&, const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  std::uint64_t points = 0;
+  if (!std::getline(in, line) || line.compare(0, 3, "ply") != 0) return false;
+  while (std::getline(in, line)) {
+    if (line.compare(0, 10, "end_header") == 0) return points == 0 || can_hold(file, points);
+    unsigned long long count = 0;
+    if (std::sscanf(line.c_str(), "element vertex %llu", &count) == 1) points += count;
+  }
+  return false;
+}
+
 template <class Reader>
 Cloud read(const std::filesystem::path& path, const char* format) {
   // The library talks to the console; what went wrong is for us to say.
@@ -112,17 +178,16 @@ Cloud read(const std::filesystem::path& path, const char* format) {
   Eigen::Vector4f origin = Eigen::Vector4f::Zero();
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
   int version = 0;
-  bool fine = false;
-  std::string why;
   try {
     Reader reader;
-    fine = reader.read(file, table, origin, orientation, version) >= 0;
+    if (!header_is_sound(reader, file) ||
+        reader.read(file, table, origin, orientation, version) < 0) {
+      throw damaged(file, format);
+    }
+  } catch (const InputError&) {
+    throw;
   } catch (const std::exception& e) {
-    why = std::string(" (") + e.what() + ")";
-  }
-  if (!fine) {
-    throw InputError(file + ": found a damaged file or one of another kind, expected " + format +
-                     why);
+    throw damaged(file, format, e.what());
   }
   Cloud cloud = cloud_of(table, file);
   if (!origin.head<3>().isZero() || !orientation.isApprox(Eigen::Quaternionf::Identity())) {

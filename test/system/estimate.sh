@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# berth estimate: poses of the replica from files, one JSON object each, errors by name.
+. "$(dirname "$0")/common.sh"
+make_cloud=$2
+export XDG_CACHE_HOME=$work/cache
+
+# field NAME: of each line of the last standard output.
+field() { sed -n "s/.*\"$1\":\"\\([^\"]*\\)\".*/\\1/p" "$work/json" | xargs; }
+# estimate CODE OPTIONS...: objects into $work/json, the rest into $work/out.txt.
+estimate() {
+  local wanted=$1 code=0
+  shift
+  "$bin/berth" estimate "$@" >"$work/json" 2>"$work/out.txt" || code=$?
+  [ "$code" = "$wanted" ] || { cat "$work/json" "$work/out.txt"; fail "exit code $code, expected $wanted: $*"; }
+}
+is() { [ "$1" = "$2" ] || { cat "$work/json"; fail "found '$1', expected '$2'"; }; }
+
+pose="100 -230 6000 25 20 -30"
+"$make_cloud" $pose "$work/a.ptx" "$work/b.xyz" "$work/c d.xyz"
+echo "1 2 three" >"$work/bad.xyz"
+printf '%s\n' 'nan nan nan' '0 0 0' '1 2 9' >"$work/few.xyz"
+
+estimate 0 --target radarsat2 "$work/a.ptx" "$work/b.xyz" "$work/c d.xyz"
+says "compiling radarsat2"
+is "$(field status)" "ok ok ok"
+is "$(wc -l <"$work/json")" 3
+# x within 20 mm of the truth, in all
+sed 's/.*"xyzwpr":\[\([^]]*\)\].*/\1/' "$work/json" |
+  awk -F, '{d = $1 - 100; if (d * d > 400) exit 1; d = $4 - 25; if (d * d > 1) exit 1}' || { cat "$work/json"; fail "wrong pose"; }
+
+# A bad file is told on stderr and by an object of its own; the others go on. The model is compiled once.
+estimate 2 --target radarsat2 "$work/bad.xyz" "$work/few.xyz" "$work/nowhere.pcd" "$work/a.ptx"
+says "bad.xyz:1: found 'three' for z, expected a number"
+says "nowhere.pcd: no such file"
+! grep -q compiling "$work/out.txt" || fail "compiled again"
+is "$(field status)" "error lost error ok"
+grep -q '"not_finite":1,"at_sensor":1' "$work/json" || fail "dropped points are not counted"
+
+estimate 1 --target radarsat2 "$work/few.xyz"
+estimate 0 --target radarsat2 --initial 90,-220,6010,25,21,-30 --json-indent 1 "$work/b.xyz"
+grep -q '"acquisition": null' "$work/json" || fail "acquired although a pose was given"
+estimate 0 --target radarsat2 --initial -900,-220,9010,-25,21,150 "$work/b.xyz"
+grep -q 'lost when tracked from the initial pose' "$work/json" || { cat "$work/json"; fail "no note"; }
+
+estimate 2 --target radarsat2
+estimate 2 "$work/a.ptx"
+estimate 2 --target nothing.stl "$work/a.ptx"
+says "nothing.stl"
+estimate 2 --target radarsat2 --initial 1,2,3 "$work/a.ptx"
+estimate 2 --target radarsat2 --length -3 "$work/a.ptx"
+estimate 2 --target radarsat2 --gate 5,4 "$work/a.ptx"
+says "--gate"
+estimate 2 --target radarsat2 --config nowhere "$work/a.ptx"
