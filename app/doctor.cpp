@@ -100,7 +100,8 @@ Finding loopback(const std::string& url) {
 }
 
 Finding recorder() {
-  std::istringstream path(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  const char* const places = std::getenv("PATH");
+  std::istringstream path(places != nullptr ? places : "");
   std::string directory;
   while (std::getline(path, directory, ':')) {
     if (access((directory + "/lcm-logger").c_str(), X_OK) == 0) {

@@ -37,7 +37,7 @@ std::map<std::string, Utime> compute_delays(const std::filesystem::path& config)
 }
 
 /// The longest procedure that is believed in: a stuck one ends here.
-constexpr Utime time_limit = 24 * 3600 * second;
+constexpr Utime time_limit = 24 * 3600LL * second;
 
 }  // namespace
 

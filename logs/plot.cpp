@@ -48,9 +48,9 @@ std::string error_block(const Measurer& measurer, Utime start) {
   std::ostringstream out;
   for (const ComparedEstimate& c : measurer.compared()) {
     std::array<double, 6> error;
-    for (int i = 0; i < 3; ++i) {
-      error[static_cast<std::size_t>(i)] = 1e3 * c.error(i);
-      error[static_cast<std::size_t>(i + 3)] = degrees(c.error(i + 3));
+    for (std::size_t i = 0; i < 3; ++i) {
+      error[i] = 1e3 * c.error(static_cast<Eigen::Index>(i));
+      error[i + 3] = degrees(c.error(static_cast<Eigen::Index>(i + 3)));
     }
     put_line(out, seconds(c.estimate.utime - start), error);
   }

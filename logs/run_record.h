@@ -20,7 +20,7 @@ namespace berth::logs {
 struct EstimateSample {
   Utime utime = 0;
   std::int64_t seq = 0;
-  int status = pose_estimate_t::IDLE;
+  std::int8_t status = pose_estimate_t::IDLE;
   Pose pose;                               ///< T_sensor_model, filtered
   Matrix6d covariance = Matrix6d::Zero();  ///< [m; rad], sensor frame
   Velocity velocity;                       ///< sensor frame

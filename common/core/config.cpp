@@ -54,8 +54,8 @@ void refuse_repeated_keys(const YAML::Node& node, const std::string& file) {
 
 }  // namespace
 
-Config::Config(YAML::Node node, std::string file, std::string prefix)
-    : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {}
+Config::Config(const YAML::Node& node, std::string file, std::string prefix)
+    : node_(node), file_(std::move(file)), prefix_(std::move(prefix)) {}
 
 Config Config::load(const std::filesystem::path& path) {
   return parse(read_file(path), path.string());

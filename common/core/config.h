@@ -74,7 +74,7 @@ class Config {
   const YAML::Node& node() const { return node_; }
 
  private:
-  Config(YAML::Node node, std::string file, std::string prefix);
+  Config(const YAML::Node& node, std::string file, std::string prefix);
   YAML::Node require(const std::string& key);
   bool known(const std::string& key);  // marks an optional key as one that may be there
   double convert(const YAML::Node& node, const std::string& key, Dimension dimension) const;

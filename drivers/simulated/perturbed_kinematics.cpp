@@ -4,7 +4,7 @@
 namespace berth {
 
 PerturbedKinematics::PerturbedKinematics(std::shared_ptr<const ArmKinematics> nominal,
-                                         std::array<Pose, 6> links)
+                                         const std::array<Pose, 6>& links)
     : nominal_(std::move(nominal)), links_(links) {
   name_ = nominal_->name();
   limits_ = nominal_->limits();

@@ -11,7 +11,8 @@ namespace berth {
 /// Limits, and what a controller would compute backwards (inverse, Jacobian), are the nominal ones.
 class PerturbedKinematics final : public ArmKinematics {
  public:
-  PerturbedKinematics(std::shared_ptr<const ArmKinematics> nominal, std::array<Pose, 6> links);
+  PerturbedKinematics(std::shared_ptr<const ArmKinematics> nominal,
+                      const std::array<Pose, 6>& links);
 
   Pose forward(const Joints& joints) const override;
   std::array<Pose, 7> link_poses(const Joints& joints) const override;

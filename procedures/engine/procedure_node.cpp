@@ -23,7 +23,7 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
 
 }  // namespace
 
-ProcedureNode::ProcedureNode(NodeSetup node_setup, procedures::Procedure procedure,
+ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure procedure,
                              const ProcedureRun& run, run_info_t info, logs::NearestPoint nearest,
                              Bus& the_bus, Loop& the_loop)
     : Node(node_setup, the_bus, the_loop),

@@ -30,7 +30,7 @@ struct ProcedureRun {
 /// and every 10 s.
 class ProcedureNode final : public Node, private procedures::Actions {
  public:
-  ProcedureNode(NodeSetup setup, procedures::Procedure procedure, const ProcedureRun& run,
+  ProcedureNode(const NodeSetup& setup, procedures::Procedure procedure, const ProcedureRun& run,
                 run_info_t info, logs::NearestPoint nearest, Bus& bus, Loop& loop);
   ~ProcedureNode() override;
 
