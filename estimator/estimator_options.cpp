@@ -212,7 +212,7 @@ const std::vector<std::string>& acquisition_names() {
 }
 
 const std::vector<std::string>& tracking_names() {
-  static const std::vector<std::string> names = {"icp", "bounded_hough"};
+  static const std::vector<std::string> names = {"beam", "icp", "bounded_hough"};
   return names;
 }
 

@@ -9,7 +9,9 @@
 #include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
 #include "estimator/planning/scan_planner.h"
+#include "estimator/tracking/beam_tracking.h"
 #include "estimator/tracking/bounded_hough_tracking.h"
+#include "estimator/tracking/icp_tracking.h"
 
 namespace berth::estimator {
 
@@ -27,6 +29,7 @@ struct EstimatorOptions {
   std::string tracking_method = "icp";
   IcpTrackingOptions icp_tracking;
   BoundedHoughOptions bounded_hough;
+  BeamTrackingOptions beam_tracking;
   ScanStrategy strategy = ScanStrategy::corners_sparse;
   int returns_per_scan = 1000;     ///< beams of a tracking scan
   int lost_after = 3;              ///< scans in a row without a pose

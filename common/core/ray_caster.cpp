@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -55,6 +56,11 @@ struct RayCaster::Impl {
   Vector3d centre = Vector3d::Zero();
   double radius = 0;
   RTCScene scene = nullptr;  // stays null for a mesh without triangles
+  struct Plane {
+    Vector3d normal;  // unit, of either sign
+    Vector3d corner;
+  };
+  std::vector<Plane> planes;  // of the triangles
 
   explicit Impl(const Mesh& m) : mesh(m), bounds(bounding_box(m)) {
     centre = bounds.centre();
@@ -64,6 +70,11 @@ struct RayCaster::Impl {
       for (const std::uint32_t index : t) {
         if (index >= mesh.vertices.size()) throw std::invalid_argument("mesh: index out of range");
       }
+    }
+    planes.reserve(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vector3d& a = corner(t, 0);
+      planes.push_back({(corner(t, 1) - a).cross(corner(t, 2) - a).normalized(), a});
     }
     RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(
@@ -120,6 +131,20 @@ struct RayCaster::Impl {
     return moved;
   }
 
+  /// What Embree found in floats, made exact. coarse: m along the ray.
+  void refine(const Ray& ray, std::uint32_t triangle, double coarse, RayHit& hit) const {
+    const Plane& plane = planes[triangle];
+    hit.triangle = triangle;
+    double facing = plane.normal.dot(ray.direction);
+    hit.normal = facing > 0 ? Vector3d(-plane.normal) : plane.normal;
+    facing = -std::abs(facing);
+    hit.range = coarse;
+    if (facing < -1e-3) {  // the triangle's plane in doubles; at a grazing ray the float is better
+      const double exact = hit.normal.dot(plane.corner - ray.origin) / facing;
+      if (std::abs(exact - coarse) < 1e-3) hit.range = exact;
+    }
+  }
+
   const Vector3d& corner(std::uint32_t triangle, int i) const {
     return mesh.vertices[mesh.triangles[triangle][static_cast<std::size_t>(i)]];
   }
@@ -140,22 +165,54 @@ bool RayCaster::cast(const Ray& ray, double max_range, RayHit& hit) const {
   rtcIntersect1(impl_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
-  hit.triangle = query.hit.primID;
-  const Vector3d& a = impl_->corner(hit.triangle, 0);
-  hit.normal = (impl_->corner(hit.triangle, 1) - a).cross(impl_->corner(hit.triangle, 2) - a);
-  hit.normal.normalize();
-  double facing = hit.normal.dot(ray.direction);
-  if (facing > 0) {
-    hit.normal = -hit.normal;
-    facing = -facing;
-  }
-  const double coarse = moved + double{query.ray.tfar};
-  hit.range = coarse;
-  if (facing < -1e-3) {  // the triangle's plane in doubles; at a grazing ray the float is better
-    const double exact = hit.normal.dot(a - ray.origin) / facing;
-    if (std::abs(exact - coarse) < 1e-3) hit.range = exact;
-  }
+  impl_->refine(ray, query.hit.primID, moved + double{query.ray.tfar}, hit);
   return hit.range >= 0 && hit.range < max_range;
+}
+
+void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayHit> hits) const {
+  constexpr std::size_t width = 8;
+  constexpr double nothing = std::numeric_limits<double>::infinity();
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  for (std::size_t first = 0; first < rays.size(); first += width) {
+    const std::size_t count = std::min(width, rays.size() - first);
+    alignas(32) std::array<int, width> valid{};
+    std::array<double, width> moved{};
+    RTCRayHit8 packet;
+    bool any = false;
+    for (std::size_t i = 0; i < width; ++i) {
+      RTCRay one{};
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+      if (i < count) moved[i] = impl_->start(rays[first + i], max_range, one);
+      if (i < count && moved[i] >= 0) {
+        valid[i] = -1;
+        any = true;
+      }
+      packet.ray.org_x[i] = one.org_x;
+      packet.ray.org_y[i] = one.org_y;
+      packet.ray.org_z[i] = one.org_z;
+      packet.ray.dir_x[i] = one.dir_x;
+      packet.ray.dir_y[i] = one.dir_y;
+      packet.ray.dir_z[i] = one.dir_z;
+      packet.ray.tnear[i] = one.tnear;
+      packet.ray.tfar[i] = one.tfar;
+      packet.ray.time[i] = one.time;
+      packet.ray.mask[i] = one.mask;
+      packet.ray.id[i] = one.id;
+      packet.ray.flags[i] = one.flags;
+    }
+    if (any) rtcIntersect8(valid.data(), impl_->scene, &context, &packet);
+    for (std::size_t i = 0; i < count; ++i) {
+      RayHit& hit = hits[first + i];
+      hit.range = nothing;
+      if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      impl_->refine(rays[first + i], packet.hit.primID[i], moved[i] + double{packet.ray.tfar[i]},
+                    hit);
+      if (!(hit.range >= 0 && hit.range < max_range)) hit.range = nothing;
+    }
+  }
 }
 
 bool RayCaster::occluded(const Ray& ray, double max_range) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "common/core/mesh.h"
 
@@ -30,6 +31,10 @@ class RayCaster {
 
   /// The first hit nearer than max_range (m). @return false when there is none.
   bool cast(const Ray& ray, double max_range, RayHit& hit) const;
+  /// Many rays in packets of eight: several times faster where neighbours in the list are
+  /// neighbours in space. hits: as many as rays; the range is infinite where there is none nearer
+  /// than max_range.
+  void cast(std::span<const Ray> rays, double max_range, std::span<RayHit> hits) const;
   /// Whether anything lies between the origin and max_range.
   bool occluded(const Ray& ray, double max_range) const;
   /// Point of the mesh nearest to a point of the mesh frame, and its triangle.

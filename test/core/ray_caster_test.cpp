@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/ray_caster.h"
 
+#include <cmath>
 #include <limits>
 
 #include "common/core/random.h"
@@ -113,4 +114,34 @@ TEST_CASE("building a caster leaves floating point as it was") {
   volatile double denormal = std::numeric_limits<double>::min();
   denormal = denormal / 4;
   CHECK(denormal > 0);
+}
+
+TEST_CASE("rays in packets meet what single rays meet") {
+  const Target target = load_target("radarsat2", 0);
+  const RayCaster caster(target.mesh);
+  Random random(3, "packets");
+  std::vector<Ray> rays;
+  for (int i = 0; i < 1003; ++i) {  // not a multiple of a packet's width
+    rays.push_back({{0, 0, -5}, (Vector3d(0, 0, 5) + random.normal_vector(0.5)).normalized()});
+  }
+  rays[7].direction = -rays[7].direction;  // away from the target
+  std::vector<RayHit> hits(rays.size());
+  caster.cast(rays, 20, hits);
+  int met = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    RayHit single;
+    const bool found = caster.cast(rays[i], 20, single);
+    REQUIRE(found == std::isfinite(hits[i].range));
+    if (!found) continue;
+    ++met;
+    CHECK(hits[i].range == Approx(single.range).epsilon(1e-9));
+    CHECK(hits[i].normal.isApprox(single.normal, 1e-9));
+  }
+  CHECK(met > 100);
+  CHECK(met < 1000);
+
+  caster.cast(rays, 3, hits);
+  for (const RayHit& hit : hits) CHECK_FALSE(std::isfinite(hit.range));  // all out of reach
+  RayCaster(Mesh{}).cast(rays, 20, hits);
+  for (const RayHit& hit : hits) CHECK_FALSE(std::isfinite(hit.range));
 }

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "common/core/beam_model.h"
+#include "estimator/filter/motion_information.h"
+#include "estimator/likelihood/beam_likelihood.h"
+#include "estimator/model/target_model.h"
+#include "estimator/scan/preprocessing.h"
+
+namespace berth::estimator {
+
+/// Where a batch of beams is linearised: the target's motion as it is believed to be. Sensor frame.
+struct BeamLinearisation {
+  Pose pose;               ///< T_sensor_model at utime
+  Velocity velocity;       ///< of the model's origin and body; each beam is used at its own time
+  std::int64_t utime = 0;  ///< reference; any time, before, in or after the batch
+  /// Covariance of pose, as berth::perturbed: widens the gate. Zero where the pose is the last
+  /// word.
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+struct BeamInformationOptions {
+  double gate_sigmas = 4;     ///< a return farther from the face that its beam meets is not used
+  double model_sigma_m = 0;   ///< of the real surface about the mesh, along its normal
+  double least_cosine = 0.1;  ///< of the incidence; below it a range says little of the surface
+  /// Where the angle noise moves a beam on the target by more than so many range sigmas, beams near
+  /// an edge are integrated over the faces that they may have met, and misses tell where the edge
+  /// is. Elsewhere a beam is taken to meet what it is reported to point at. 0: always integrate.
+  double least_blur = 0.2;
+  bool of_velocity = true;       ///< else of the pose alone: information[0] and gradient[0]
+  LikelihoodOptions likelihood;  ///< for beams at an edge: shares of misses and outliers
+};
+
+/// What a batch of beams (one or a million) says of the pose, and of the velocity, at the reference
+/// time: the sums of a Gauss-Newton step on the beams' log-likelihood. With r the residual of a
+/// return along the normal n of the face that its beam meets, s its standard deviation (range noise
+/// times the cosine of the incidence, angle noise its sine), t its time after the reference and
+/// J = [n; arm x n] the change of r with the pose:
+///
+///     information[k] = sum t^k J J^T / s^2,   gradient[k] = sum t^k J r / s^2.
+///
+/// A beam at an edge adds the score of its likelihood (J r / s^2 otherwise) and the score's square.
+/// The pose alone: perturbed(pose, information[0]^-1 gradient[0]). With a prior of covariance P and
+/// mean m of the error state x = [pose; velocity]: (P^-1 + H) dx = g + P^-1 (m - x), H and g from
+/// motion(); relinearise until dx is small. Batches of one reference add. The turn made since the
+/// reference is exact in r and of first order in J.
+struct BeamInformation {
+  std::array<Matrix6d, 3> information{Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero()};
+  std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
+  double chi2 = 0;    ///< sum of r^2/s^2 of the returns used
+  int used = 0;       ///< returns that meet the model where they should
+  int predicted = 0;  ///< beams, misses too, that should meet the model
+  int through = 0;    ///< of these, those that saw nothing, or something behind: free space
+  int blocked = 0;    ///< of these, those that met something in front: occluders
+
+  BeamInformation& operator+=(const BeamInformation& other);
+  /// Of pose and velocity together, for a filter.
+  MotionInformation motion() const;
+};
+
+/// Casts the beams at the model as it moves and sums up their information. Beams that returned
+/// nothing only count. No allocation; the same bits every time; const, safe from several threads.
+/// stride: every so manieth beam.
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options, std::size_t stride = 1);
+
+}  // namespace berth::estimator
