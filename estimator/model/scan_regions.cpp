@@ -65,8 +65,8 @@ std::vector<std::uint32_t> spread_out(const std::vector<Vector3d>& points,
 }  // namespace
 
 const std::vector<std::string>& scan_strategy_names() {
-  static const std::vector<std::string> names = {"dense", "sparse",         "corners",
-                                                 "edges", "corners+sparse", "edges+sparse"};
+  static const std::vector<std::string> names = {
+      "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information"};
   return names;
 }
 

@@ -8,10 +8,19 @@
 
 namespace berth::estimator {
 
-/// The scan strategies of the paper's section 5.3.1.
-enum class ScanStrategy { dense, sparse, corners, edges, corners_sparse, edges_sparse };
+/// The scan strategies of the paper's section 5.3.1, and windows chosen by what they would add to
+/// the information about the pose (planning/information_planner.h).
+enum class ScanStrategy {
+  dense,
+  sparse,
+  corners,
+  edges,
+  corners_sparse,
+  edges_sparse,
+  information
+};
 
-/// "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse".
+/// "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information".
 const std::vector<std::string>& scan_strategy_names();
 /// @return false for a name that is none of them.
 bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy);

@@ -48,7 +48,9 @@ void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
   acquisition_ = make_acquisition(o, *model_, setup_.lidar.beam);
   tracking_ = make_tracking(o, *model_, setup_.lidar.beam);
   planner_ = std::make_unique<ScanPlanner>(
-      *model_, FieldOfView{setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height},
+      *model_,
+      FieldOfView{setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height,
+                  setup_.lidar.minimum_step_rad, setup_.lidar.beam},
       o.planner);
 }
 

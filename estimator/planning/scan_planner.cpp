@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/core/beam_model.h"
+#include "estimator/planning/information_planner.h"
 
 namespace berth::estimator {
 
@@ -82,7 +82,7 @@ void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, in
   const auto window_of = [&](const ScanRegion& region, Window& window) {
     const Vector3d place = pose * region.position.cast<double>();
     const double range = place.norm();
-    if (place.z() <= 0 || range < options_.least_range_m) return false;
+    if (place.z() <= 0 || range < field_.beam.range_min_m) return false;
     beam_angles(place, window.azimuth, window.elevation);
     const double half =
         std::asin(std::min(0.5, (static_cast<double>(region.radius) + margin) / range));
@@ -110,6 +110,14 @@ std::vector<Window> ScanPlanner::plan(const Pose& pose, double sigma, ScanStrate
   const double margin = options_.least_margin_m + options_.margin_sigmas * sigma;
   if (strategy == ScanStrategy::dense) {
     return around({pose}, margin, static_cast<int>(beams * options_.dense_factor));
+  }
+  if (strategy == ScanStrategy::information) {
+    const std::vector<Window> outline = around({pose}, margin, beams);
+    if (outline.empty()) return {};
+    const std::vector<Window> windows = InformationPlanner(model_, field_, options_)
+                                            .plan(pose, sigma, outline.front(), beams)
+                                            .windows;
+    return windows.empty() ? outline : windows;
   }
   std::vector<Window> windows;
   const bool combined =

@@ -4,25 +4,10 @@
 #include <vector>
 
 #include "estimator/model/target_model.h"
+#include "estimator/planning/planner_options.h"
 #include "estimator/scan/scan.h"
 
 namespace berth::estimator {
-
-/// What the LIDAR can reach: a rectangle about the boresight.
-struct FieldOfView {
-  double width = radians(40);   ///< full, rad
-  double height = radians(40);  ///< full, rad
-};
-
-struct PlannerOptions {
-  int most_windows = 24;             ///< of one kind
-  double margin_sigmas = 2;          ///< windows grow by so much of the pose's uncertainty
-  double least_margin_m = 0.02;      ///< and by this
-  double least_share_in_view = 0.4;  ///< of a window; less and it is left out
-  double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
-  double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
-  double least_range_m = 3;          ///< regions nearer than this return nothing
-};
 
 /// Chooses scan windows (paper, section 4.5): the model is placed in the pose predicted for the
 /// next scan, and those of its regions that are visible there share the beams.

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/planning/information_planner.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace berth::estimator {
+
+namespace {
+
+/// Poses about one, spread as an error of a point of the target of standard deviation sigma: the
+/// corners of a simplex, which have its mean and covariance (half of the variance is translation's,
+/// half rotation's at the end of the target).
+std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_length) {
+  constexpr int dimension = 6;
+  std::vector<Pose> poses;
+  for (int corner = 0; corner <= dimension; ++corner) {
+    // Unit vectors with dot product -1/6 between any two.
+    Vector6d d = Vector6d::Zero();
+    for (int i = 0; i < std::min(corner + 1, dimension); ++i) {
+      const double n = dimension - i;
+      const double scale = std::sqrt((dimension + 1.0) / (dimension * n * (n + 1)));
+      d[i] = i < corner ? -scale : n * scale;
+    }
+    d *= std::sqrt(double{dimension}) * sigma * std::sqrt(0.5);
+    d.tail<3>() /= half_length;
+    poses.push_back(perturbed(pose, d));
+  }
+  return poses;
+}
+
+/// Sums of the columns over boxes of (2 * reach + 1) along one side of a grid, cut at its ends and
+/// divided by what is left of the box.
+void blur(Eigen::Matrix<double, 21, Eigen::Dynamic>& cells, int lines, int length, int line_step,
+          int step, int reach) {
+  Eigen::Matrix<double, 21, Eigen::Dynamic> line(21, length);
+  for (int l = 0; l < lines; ++l) {
+    for (int i = 0; i < length; ++i) line.col(i) = cells.col(l * line_step + i * step);
+    PackedMatrix sum = PackedMatrix::Zero();
+    for (int i = 0; i < std::min(reach, length); ++i) sum += line.col(i);
+    for (int i = 0; i < length; ++i) {
+      if (i + reach < length) sum += line.col(i + reach);
+      if (i - reach > 0) sum -= line.col(i - reach - 1);
+      const int count = std::min(i + reach, length - 1) - std::max(i - reach, 0) + 1;
+      cells.col(l * line_step + i * step) = sum / count;
+    }
+  }
+}
+
+}  // namespace
+
+/// Cells over the outline, row by row; information of a return in a window about each.
+struct InformationPlanner::Grid {
+  Window outline;
+  int columns = 0;
+  int rows = 0;
+  double window_width = 0;
+  double window_height = 0;
+  Eigen::Matrix<double, 21, Eigen::Dynamic> information;
+
+  double azimuth(int column) const {
+    return outline.azimuth + ((column + 0.5) / columns - 0.5) * outline.width;
+  }
+  double elevation(int row) const {
+    return outline.elevation - ((row + 0.5) / rows - 0.5) * outline.height;
+  }
+  /// Around a cell, so many times the size, moved into the outline.
+  Window window(int cell, double size) const;
+};
+
+InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Pose& pose,
+                                                  double sigma, const Window& outline,
+                                                  int beams) const {
+  Grid grid;
+  grid.outline = outline;
+  const double cell = std::sqrt(outline.width * outline.height / options_.view_cells);
+  grid.columns =
+      std::clamp(static_cast<int>(std::lround(outline.width / cell)), 1, options_.view_cells);
+  grid.rows =
+      std::clamp(static_cast<int>(std::lround(outline.height / cell)), 1, options_.view_cells);
+  grid.information.setZero(21, grid.columns * grid.rows);
+  const double range = std::max((pose * model_.centre).norm(), field_.beam.range_min_m);
+  Vector6d root;
+  for (int row = 0, i = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column, ++i) {
+      if (view.root(grid.azimuth(column), grid.elevation(row), root)) {
+        grid.information.col(i) = packed_square(root);
+      }
+    }
+  }
+  // Windows as large as the prediction is uncertain; no smaller than a beam, or than lets the LIDAR
+  // put all of the beams side by side.
+  const double least_step = 1.001 * field_.minimum_step;
+  const double half = std::min(
+      0.5,
+      std::max({options_.margin_sigmas * sigma / range, 0.5 * field_.beam.footprint(range) / range,
+                0.5 * least_step * std::sqrt(static_cast<double>(beams))}));
+  grid.window_width = std::min(2 * half, outline.width);
+  grid.window_height = std::min(2 * half, outline.height);
+  const double reach = half + sigma / range;
+  const auto cells = [&](double side, int count) {
+    return std::clamp(static_cast<int>(std::lround(reach * count / side - 0.5)), 0, count);
+  };
+  blur(grid.information, grid.rows, grid.columns, grid.columns, 1,
+       cells(outline.width, grid.columns));
+  blur(grid.information, grid.columns, grid.rows, 1, grid.columns,
+       cells(outline.height, grid.rows));
+  return grid;
+}
+
+Window InformationPlanner::Grid::window(int cell, double size) const {
+  const double width = std::min(size * window_width, outline.width);
+  const double height = std::min(size * window_height, outline.height);
+  const auto moved_in = [](double place, double centre, double slack) {
+    return std::clamp(place, centre - 0.5 * slack, centre + 0.5 * slack);
+  };
+  return {moved_in(azimuth(cell % columns), outline.azimuth, outline.width - width),
+          moved_in(elevation(cell / columns), outline.elevation, outline.height - height),
+          width,
+          height,
+          0,
+          "information"};
+}
+
+std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matrix6d& prior,
+                                                   int beams, InformationPlan& plan) const {
+  DesignProblem problem;
+  problem.prior = prior;
+  problem.returns = beams;
+  problem.information = {grid.information};
+  Design design = a_optimal_design(problem, options_.most_windows, options_.design_tolerance);
+  plan.least_rms = std::sqrt(std::max(0.0, design.least_trace));
+  std::vector<int> cells = design.candidates;
+  if (cells.empty()) return {};
+  // Beside those of the design, the best elsewhere: what is seen of a thin part may not last.
+  std::vector<bool> taken(static_cast<std::size_t>(grid.columns * grid.rows));
+  const auto take = [&](int cell) {
+    const int x = cell % grid.columns;
+    const int y = cell / grid.columns;
+    const int wide = 1 + static_cast<int>(grid.window_width * grid.columns / grid.outline.width);
+    const int high = 1 + static_cast<int>(grid.window_height * grid.rows / grid.outline.height);
+    for (int v = std::max(0, y - high); v <= std::min(grid.rows - 1, y + high); ++v) {
+      for (int u = std::max(0, x - wide); u <= std::min(grid.columns - 1, x + wide); ++u) {
+        taken[static_cast<std::size_t>(v * grid.columns + u)] = true;
+      }
+    }
+  };
+  for (const int cell : cells) take(cell);
+  while (static_cast<int>(cells.size()) < options_.most_windows) {
+    int best = -1;
+    for (int i = 0; i < grid.columns * grid.rows; ++i) {
+      if (taken[static_cast<std::size_t>(i)] || !(design.sensitivity[i] > 0)) continue;
+      if (best < 0 || design.sensitivity[i] > design.sensitivity[best]) best = i;
+    }
+    if (best < 0) break;
+    cells.push_back(best);
+    take(best);
+  }
+  std::vector<Window> windows;
+  for (const double size : {1.0, 2.0}) {
+    for (const int cell : cells) windows.push_back(grid.window(cell, size));
+  }
+  windows.push_back(grid.outline);
+  windows.back().name = "information";
+  return windows;
+}
+
+DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
+                                              const std::vector<Window>& windows,
+                                              const Matrix6d& prior, int beams) const {
+  constexpr int beams_each = 9;
+  DesignProblem problem;
+  problem.prior = prior;
+  problem.returns = beams;
+  for (const Pose& p : spread_about(pose, sigma, model_.canonical.half_length)) {
+    const PoseView view(model_, field_.beam, p, options_.least_cosine);
+    auto& information = problem.information.emplace_back(21, windows.size());
+    information.setZero();
+    Vector6d root;
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      Window window = windows[w];
+      window.count = beams_each;
+      for (int i = 0; i < beams_each; ++i) {
+        double azimuth = 0;
+        double elevation = 0;
+        raster_beam(window, i, azimuth, elevation);
+        if (!view.root(azimuth, elevation, root)) continue;
+        information.col(static_cast<Eigen::Index>(w)) += packed_square(root) / beams_each;
+      }
+    }
+  }
+  return problem;
+}
+
+InformationPlan InformationPlanner::plan(const Pose& pose, double sigma, const Window& outline,
+                                         int beams) const {
+  InformationPlan plan;
+  if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
+  // What no surface holds is known from before, but hardly.
+  const double known = 0.3 * model_.canonical.half_length;
+  const Matrix6d prior = Matrix6d::Identity() / (known * known);
+  const PoseView view(model_, field_.beam, pose, options_.least_cosine);
+  const std::vector<Window> windows =
+      candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
+  if (windows.empty()) return plan;
+  const Design design = a_optimal_design(look_closer(pose, sigma, windows, prior, beams),
+                                         options_.most_windows, options_.design_tolerance);
+  plan.rms_bound = std::sqrt(design.trace);
+  const std::vector<int> counts = apportioned(design.shares, beams);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] == 0) continue;
+    plan.windows.push_back(windows[static_cast<std::size_t>(design.candidates[i])]);
+    plan.windows.back().count = counts[i];
+  }
+  return plan;
+}
+
+}  // namespace berth::estimator

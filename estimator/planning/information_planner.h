@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/planning/optimal_design.h"
+#include "estimator/planning/planner_options.h"
+#include "estimator/planning/pose_information.h"
+
+namespace berth::estimator {
+
+/// Windows, and what they are worth.
+struct InformationPlan {
+  std::vector<Window> windows;  ///< empty when no beam would return
+  double rms_bound = 0;  ///< root of the least trace of the pose's covariance that a scan of these
+                         ///< windows leaves; rotations times the target's half length, m
+  double least_rms = 0;  ///< of no choice of windows or rays, as far as the view's cells tell, is
+                         ///< it smaller
+};
+
+/// Chooses windows by what their returns add to the information about the pose (A-optimality:
+/// least trace of its covariance, rotations times the target's half length), on the shared beam
+/// model. Beams that would miss cost and add nothing.
+///
+/// A grid of beams is cast at the model in the predicted pose; what a small window would add is the
+/// mean over the cells that it, or the error of the prediction, may reach. Of the windows that an
+/// optimal design picks, and the best beside them, a few beams each are cast in poses spread as the
+/// prediction's error; the design is made again with what came back.
+class InformationPlanner {
+ public:
+  InformationPlanner(const TargetModel& model, const FieldOfView& field,
+                     const PlannerOptions& options)
+      : model_(model), field_(field), options_(options) {}
+
+  /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
+  /// m. outline: the part of the field of view in which the target may be. Deterministic.
+  InformationPlan plan(const Pose& pose, double sigma, const Window& outline, int beams) const;
+
+ private:
+  struct Grid;
+  Grid cast(const PoseView& view, const Pose& pose, double sigma, const Window& outline,
+            int beams) const;
+  std::vector<Window> candidates(const Grid& grid, const Matrix6d& prior, int beams,
+                                 InformationPlan& plan) const;
+  DesignProblem look_closer(const Pose& pose, double sigma, const std::vector<Window>& windows,
+                            const Matrix6d& prior, int beams) const;
+
+  const TargetModel& model_;
+  const FieldOfView& field_;
+  const PlannerOptions& options_;
+};
+
+}  // namespace berth::estimator

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/beam_model.h"
+
+namespace berth::estimator {
+
+/// What the LIDAR can reach, a rectangle about the boresight, and what its beams are like.
+struct FieldOfView {
+  double width = radians(40);   ///< full, rad
+  double height = radians(40);  ///< full, rad
+  double minimum_step = 20e-6;  ///< between neighbouring beams, rad
+  BeamModel beam;
+};
+
+struct PlannerOptions {
+  int most_windows = 24;             ///< of one kind
+  double margin_sigmas = 2;          ///< windows grow by so much of the pose's uncertainty
+  double least_margin_m = 0.02;      ///< and by this
+  double least_share_in_view = 0.4;  ///< of a window; less and it is left out
+  double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
+  double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
+  // Information planning.
+  int view_cells = 4000;           ///< beams cast at the predicted pose to see what they would add
+  double least_cosine = 0.1;       ///< of the incidence; flatter beams are not counted on
+  double design_tolerance = 0.02;  ///< of the covariance's trace
+};
+
+}  // namespace berth::estimator

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "estimator/model/target_model.h"
+#include "estimator/scan/scan.h"
+
+namespace berth::estimator {
+
+/// The model in a pose, as a LIDAR at the origin sees it, and what each return from it says of the
+/// pose. The pose's six parameters are all lengths here: translation, and rotation vector times the
+/// target's half length, both in the axes of the model, which changes no trace.
+class PoseView {
+ public:
+  /// least_cosine: of the incidence; flatter beams are taken for misses.
+  PoseView(const TargetModel& model, const BeamModel& beam, const Pose& pose, double least_cosine);
+
+  /// Derivative of a beam's range by the parameters over the range's standard deviation: the return
+  /// adds root * root^T to the Fisher information (1/m^2). @return false when none comes back.
+  bool root(double azimuth, double elevation, Vector6d& root) const;
+
+  /// Covariance of the pose as berth::perturbed (m, rad, sensor axes), from that of the parameters.
+  Matrix6d pose_covariance(const Matrix6d& scaled) const;
+
+ private:
+  const TargetModel& model_;
+  const BeamModel& beam_;
+  Pose to_model_;
+  Matrix3d rotation_;  // of to_model_
+  double far_;
+  double least_cosine_;
+};
+
+/// Beam i of a window swept as a raster (as drivers/lidar does): rows from the top, to and fro,
+/// each beam in the middle of a cell of its own.
+void raster_beam(const Window& window, int i, double& azimuth, double& elevation);
+
+/// Fisher information of the windows' beams together. returns: how many come back.
+Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windows,
+                          int* returns = nullptr);
+
+}  // namespace berth::estimator
