@@ -58,7 +58,6 @@ std::unique_ptr<Node> make_estimator_node(NodeSetup setup, const RunSetup& run, 
   estimator::EstimatorSetup estimator;
   estimator.options = estimator::load_estimator_options(run.config / "estimator.yaml");
   estimator.lidar = load_lidar_profile(run.config / "lidars" / (estimator.options.lidar + ".yaml"));
-  estimator.options.planner.least_range_m = estimator.lidar.beam.range_min_m;
   estimator.target = run.target;
   estimator.session = setup.session;
   estimator.find_model = [length = run.target_length,

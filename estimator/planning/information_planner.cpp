@@ -10,10 +10,13 @@ namespace berth::estimator {
 
 namespace {
 
+/// Of so few beams each one matters: whether it meets what it is meant for, and whole numbers.
+constexpr int few = 100;
+
 /// Poses about one, spread as an error of a point of the target of standard deviation sigma: the
 /// corners of a simplex, which have its mean and covariance (half of the variance is translation's,
 /// half rotation's at the end of the target).
-std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_length) {
+std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_length, bool mirrored) {
   constexpr int dimension = 6;
   std::vector<Pose> poses;
   for (int corner = 0; corner <= dimension; ++corner) {
@@ -27,6 +30,7 @@ std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_lengt
     d *= std::sqrt(double{dimension}) * sigma * std::sqrt(0.5);
     d.tail<3>() /= half_length;
     poses.push_back(perturbed(pose, d));
+    if (mirrored) poses.push_back(perturbed(pose, -d));
   }
   return poses;
 }
@@ -174,7 +178,7 @@ DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
   DesignProblem problem;
   problem.prior = prior;
   problem.returns = beams;
-  for (const Pose& p : spread_about(pose, sigma, model_.canonical.half_length)) {
+  for (const Pose& p : spread_about(pose, sigma, model_.canonical.half_length, beams <= few)) {
     const PoseView view(model_, field_.beam, p, options_.least_cosine);
     auto& information = problem.information.emplace_back(21, windows.size());
     information.setZero();
@@ -194,6 +198,19 @@ DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
   return problem;
 }
 
+double InformationPlanner::expected_trace(const Pose& pose, double sigma,
+                                          const std::vector<Window>& windows,
+                                          const Matrix6d& prior) const {
+  const std::vector<Pose> poses = spread_about(pose, sigma, model_.canonical.half_length, true);
+  double sum = 0;
+  for (const Pose& p : poses) {
+    const Matrix6d information =
+        prior + scan_information(PoseView(model_, field_.beam, p, options_.least_cosine), windows);
+    sum += information.llt().solve(Matrix6d::Identity()).trace();
+  }
+  return sum / static_cast<double>(poses.size());
+}
+
 InformationPlan InformationPlanner::plan(const Pose& pose, double sigma, const Window& outline,
                                          int beams) const {
   InformationPlan plan;
@@ -205,8 +222,10 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double sigma, const W
   const std::vector<Window> windows =
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;
+  // A window of one beam or two is a gamble.
+  const int most_windows = std::clamp(beams / 4, 6, std::max(6, options_.most_windows));
   const Design design = a_optimal_design(look_closer(pose, sigma, windows, prior, beams),
-                                         options_.most_windows, options_.design_tolerance);
+                                         most_windows, options_.design_tolerance);
   plan.rms_bound = std::sqrt(design.trace);
   const std::vector<int> counts = apportioned(design.shares, beams);
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -214,6 +233,13 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double sigma, const W
     plan.windows.push_back(windows[static_cast<std::size_t>(design.candidates[i])]);
     plan.windows.back().count = counts[i];
   }
+  if (beams > few) return plan;
+  Window everywhere = windows.back();
+  everywhere.count = beams;
+  const double chosen = expected_trace(pose, sigma, plan.windows, prior);
+  const double uniform = expected_trace(pose, sigma, {everywhere}, prior);
+  if (uniform < chosen) plan.windows = {everywhere};
+  plan.rms_bound = std::sqrt(std::min(uniform, chosen));
   return plan;
 }
 

@@ -44,6 +44,8 @@ class InformationPlanner {
                                  InformationPlan& plan) const;
   DesignProblem look_closer(const Pose& pose, double sigma, const std::vector<Window>& windows,
                             const Matrix6d& prior, int beams) const;
+  double expected_trace(const Pose& pose, double sigma, const std::vector<Window>& windows,
+                        const Matrix6d& prior) const;
 
   const TargetModel& model_;
   const FieldOfView& field_;

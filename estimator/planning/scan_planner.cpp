@@ -107,6 +107,26 @@ void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, in
 
 std::vector<Window> ScanPlanner::plan(const Pose& pose, double sigma, ScanStrategy strategy,
                                       int beams) const {
+  std::vector<Window> windows = windows_of(pose, sigma, strategy, beams);
+  for (Window& window : windows) make_room(window);
+  return windows;
+}
+
+void ScanPlanner::make_room(Window& window) const {
+  const double step = 1.001 * field_.minimum_step;
+  const double area = window.count * step * step;
+  if (area <= window.width * window.height) return;
+  const double factor = std::sqrt(area / (window.width * window.height));
+  window.width = std::min(factor * window.width, field_.width);
+  window.height = std::min(area / window.width, field_.height);
+  const double across = 0.5 * (field_.width - window.width);
+  const double up = 0.5 * (field_.height - window.height);
+  window.azimuth = std::clamp(window.azimuth, -across, across);
+  window.elevation = std::clamp(window.elevation, -up, up);
+}
+
+std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, ScanStrategy strategy,
+                                            int beams) const {
   const double margin = options_.least_margin_m + options_.margin_sigmas * sigma;
   if (strategy == ScanStrategy::dense) {
     return around({pose}, margin, static_cast<int>(beams * options_.dense_factor));

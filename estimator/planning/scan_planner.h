@@ -30,6 +30,10 @@ class ScanPlanner {
   std::vector<const ScanRegion*> visible(const Pose& pose, ScanRegion::Kind kind) const;
 
  private:
+  std::vector<Window> windows_of(const Pose& pose, double sigma, ScanStrategy strategy,
+                                 int beams) const;
+  /// Widens a window in which the LIDAR could not put its beams a minimum step apart.
+  void make_room(Window& window) const;
   /// Cuts a window to the field of view. @return the share of it that is left.
   double clip(Window& window) const;
   void add(const Pose& pose, double margin, ScanRegion::Kind kind, int beams,

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/planning/information_planner.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estimator/planning/scan_planner.h"
+#include "test/catch.h"
+#include "test/estimator/scan_maker.h"
+
+using namespace berth;
+using namespace berth::estimator;
+
+namespace {
+
+const PlannerOptions options;
+const FieldOfView field;
+
+std::shared_ptr<const TargetModel> box_model(const Vector3d& size) {
+  Target box;
+  box.name = "box";
+  box.mesh = make_box(size);
+  box.hash = content_hash(box.mesh);
+  box.length = size.maxCoeff();
+  ModelOptions coarse;
+  coarse.surface_samples = 4000;
+  coarse.grid_voxels = 20000;
+  return compile_target_model(box, coarse);
+}
+
+int beams_of(const std::vector<Window>& windows) {
+  return std::accumulate(windows.begin(), windows.end(), 0,
+                         [](int sum, const Window& w) { return sum + w.count; });
+}
+
+void check_in_view(const std::vector<Window>& windows) {
+  for (const Window& w : windows) {
+    CHECK(std::abs(w.azimuth) + 0.5 * w.width <= 0.5 * field.width + 1e-9);
+    CHECK(std::abs(w.elevation) + 0.5 * w.height <= 0.5 * field.height + 1e-9);
+    CHECK(w.count > 0);
+    CHECK(w.width * w.height >= w.count * field.minimum_step * field.minimum_step);
+  }
+}
+
+/// Root of the least trace of the covariance, with a weak prior for what no surface holds.
+double rms_bound(const Matrix6d& information, double half_length) {
+  const Matrix6d prior = Matrix6d::Identity() / std::pow(0.3 * half_length, 2);
+  return std::sqrt((prior + information).llt().solve(Matrix6d::Identity()).trace());
+}
+
+/// The returns of a dense even scan of the target, one information matrix a column.
+Eigen::Matrix<double, 21, Eigen::Dynamic> dense_view(const PoseView& view, Window outline) {
+  outline.count = 10000;
+  Eigen::Matrix<double, 21, Eigen::Dynamic> returns(21, outline.count);
+  Eigen::Index count = 0;
+  Vector6d root;
+  for (int i = 0; i < outline.count; ++i) {
+    double azimuth = 0;
+    double elevation = 0;
+    raster_beam(outline, i, azimuth, elevation);
+    if (view.root(azimuth, elevation, root)) returns.col(count++) = packed_square(root);
+  }
+  return returns.leftCols(count);
+}
+
+}  // namespace
+
+TEST_CASE("Returns are shared out as the A-optimal design of known form") {
+  // Each candidate measures one parameter, the i-th with information a_i^2: shares go as 1 / a_i.
+  DesignProblem problem;
+  problem.returns = 1e6;
+  problem.prior = 1e-6 * Matrix6d::Identity();
+  auto& information = problem.information.emplace_back(21, 6);
+  double sum = 0;
+  for (int i = 0; i < 6; ++i) {
+    information.col(i) = packed_square((1.0 + i) * Vector6d::Unit(i));
+    sum += 1 / (1.0 + i);
+  }
+  const Design design = a_optimal_design(problem, 24, 1e-4);
+  REQUIRE(design.candidates.size() == 6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(design.shares[i] == Approx(1 / ((1.0 + design.candidates[i]) * sum)).margin(0.005));
+  }
+  CHECK(design.trace == Approx(sum * sum / 1e6).epsilon(1e-3));
+  CHECK(design.least_trace <= design.trace);
+  CHECK(design.least_trace > 0.999 * design.trace);
+}
+
+TEST_CASE("A design says how far from the optimum it may be") {
+  Random random(3, "design");
+  DesignProblem problem;
+  problem.returns = 100;
+  auto& information = problem.information.emplace_back(21, 300);
+  for (int i = 0; i < 300; ++i) {
+    Vector6d root;
+    root << random.normal_vector(1), random.normal_vector(3);
+    information.col(i) = packed_square(root);
+  }
+  const Design best = a_optimal_design(problem, 24, 1e-4);
+  CHECK(best.trace - best.least_trace < 1e-3 * best.trace);
+  const Design rough = a_optimal_design(problem, 24, 0.05);
+  CHECK(rough.least_trace <= best.trace);
+  CHECK(rough.trace < 1.06 * best.trace);
+  CHECK(a_optimal_design(problem, 6, 0.01).candidates.size() <= 6);
+}
+
+TEST_CASE("Shares become whole numbers that sum up") {
+  for (const int count : {0, 1, 2, 10, 999, 50000}) {
+    const auto counts = apportioned({0.5, 0.2, 0.2, 0.0999, 0.0001}, count);
+    CHECK(std::accumulate(counts.begin(), counts.end(), 0) == count);
+    CHECK(std::abs(counts[0] - 0.5 * count) <= 1);
+  }
+}
+
+TEST_CASE("A plate is scanned at its far corners, evenly") {
+  const auto model = box_model({2, 1, 0.02});
+  const ScanPlanner planner(*model, field, options);
+  const auto windows =
+      planner.plan({{0, 0, 6}, Quaterniond::Identity()}, 0.002, ScanStrategy::information, 1000);
+  double in_quadrant[2][2] = {};
+  for (const Window& w : windows) {
+    CHECK(std::abs(6 * std::tan(w.azimuth)) > 0.85);
+    CHECK(std::abs(6 * std::tan(w.elevation)) > 0.35);
+    in_quadrant[w.azimuth > 0 ? 1 : 0][w.elevation > 0 ? 1 : 0] += w.count;
+  }
+  for (const auto& side : in_quadrant) {
+    for (const double count : side) CHECK(count == Approx(250).margin(50));
+  }
+}
+
+TEST_CASE("Planned windows beat even ones with as many returns on every shape in every pose") {
+  const std::shared_ptr<const TargetModel> shapes[] = {replica_model(), cube_model(),
+                                                       box_model({3, 0.8, 0.5})};
+  Random random(11, "information");
+  double squared_gain = 0;
+  int trials = 0;
+  for (const auto& model : shapes) {
+    const ScanPlanner planner(*model, field, options);
+    for (int i = 0; i < 12; ++i) {
+      const Pose pose = random_pose(random, random.uniform(5, 8));
+      const int beams = i % 2 == 0 ? 1000 : 300;
+      const PoseView view(*model, field.beam, pose, options.least_cosine);
+      const auto windows = planner.plan(pose, 0.002, ScanStrategy::information, beams);
+      CHECK(beams_of(windows) == beams);
+      check_in_view(windows);
+      int returns = 0;
+      const double planned =
+          rms_bound(scan_information(view, windows, &returns), model->canonical.half_length);
+      CHECK(returns > beams / 2);
+      const auto everywhere = dense_view(view, planner.around({pose}, 0, 1).front());
+      const PackedMatrix mean = everywhere.rowwise().mean();
+      const double even = rms_bound(unpacked(beams * mean), model->canonical.half_length);
+      CHECK(planned < 1.001 * even);
+      squared_gain += std::log(even / planned);
+      ++trials;
+    }
+  }
+  CHECK(std::exp(squared_gain / trials) > 1.5);
+}
+
+TEST_CASE("Windows lose little against single rays chosen best") {
+  const auto model = replica_model();
+  const ScanPlanner planner(*model, field, options);
+  Random random(5, "best-rays");
+  constexpr int beams = 1000;
+  double planned = 0;
+  double best = 0;
+  for (int i = 0; i < 10; ++i) {
+    Vector6d off;
+    off << random.normal_vector(0.05), random.normal_vector(radians(7));
+    const Pose pose = perturbed(pose_from_xyzwpr({100, -230, 8000, 25, 20, -30}), off);
+    const PoseView view(*model, field.beam, pose, options.least_cosine);
+    const double half_length = model->canonical.half_length;
+    planned += std::pow(
+        rms_bound(
+            scan_information(view, planner.plan(pose, 0.002, ScanStrategy::information, beams)),
+            half_length),
+        2);
+    // Frank and Wolfe's steps towards the best 1,000 of the rays, each at most once.
+    const auto rays = dense_view(view, planner.around({pose}, 0, 1).front());
+    const auto count = static_cast<std::size_t>(rays.cols());
+    Eigen::VectorXd shares = Eigen::VectorXd::Constant(rays.cols(), beams / double(count));
+    double trace = 0;
+    for (int step = 0; step < 100; ++step) {
+      const Matrix6d covariance =
+          (unpacked(rays * shares) + Matrix6d::Identity() / std::pow(0.3 * half_length, 2))
+              .llt()
+              .solve(Matrix6d::Identity());
+      trace = covariance.trace();
+      PackedMatrix slope = packed(2 * covariance * covariance);
+      for (int row = 0, d = 0; row < 6; d += 6 - row, ++row) slope[d] *= 0.5;
+      const Eigen::VectorXd gain = rays.transpose() * slope;
+      std::vector<Eigen::Index> order(count);
+      std::iota(order.begin(), order.end(), Eigen::Index{0});
+      std::nth_element(order.begin(), order.begin() + beams, order.end(),
+                       [&](Eigen::Index a, Eigen::Index b) { return gain[a] > gain[b]; });
+      const double rate = 2.0 / (step + 3);
+      shares *= 1 - rate;
+      for (int n = 0; n < beams; ++n) shares[order[static_cast<std::size_t>(n)]] += rate;
+    }
+    best += trace;
+  }
+  CHECK(std::sqrt(planned / best) < 1.25);
+}
+
+TEST_CASE("The same pose gives the same windows to the bit") {
+  const auto model = replica_model();
+  const ScanPlanner planner(*model, field, options);
+  const Pose pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
+  const auto once = planner.plan(pose, 0.004, ScanStrategy::information, 1000);
+  const auto again = planner.plan(pose, 0.004, ScanStrategy::information, 1000);
+  REQUIRE(once.size() == again.size());
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    CHECK(once[i].azimuth == again[i].azimuth);
+    CHECK(once[i].elevation == again[i].elevation);
+    CHECK(once[i].width == again[i].width);
+    CHECK(once[i].count == again[i].count);
+  }
+}
+
+TEST_CASE("Any number of beams is planned, near and far, within the LIDAR's limits") {
+  const auto model = replica_model();
+  const ScanPlanner planner(*model, field, options);
+  for (const double range : {3.3, 8.0, 60.0, 300.0}) {
+    const Pose pose = pose_from_xyzwpr({0.02 * range * 1e3, 0, 1e3 * range, 25, 20, -30});
+    for (const int beams : {1, 2, 7, 40, 200, 1000, 50000}) {
+      const auto windows = planner.plan(pose, 0.005, ScanStrategy::information, beams);
+      CHECK(beams_of(windows) == beams);
+      CHECK(static_cast<int>(windows.size()) <= options.most_windows);
+      check_in_view(windows);
+    }
+  }
+}
+
+TEST_CASE("What the prediction leaves open widens the windows") {
+  const auto model = replica_model();
+  const ScanPlanner planner(*model, field, options);
+  const Pose pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
+  double before = 0;
+  for (const double sigma : {0.001, 0.01, 0.03, 0.1}) {
+    const auto windows = planner.plan(pose, sigma, ScanStrategy::information, 1000);
+    double narrowest = 10;
+    for (const Window& w : windows) narrowest = std::min(narrowest, w.width);
+    CHECK(narrowest > before);
+    before = narrowest;
+    // They meet the target although it is not where it should be.
+    Random random(7, "off");
+    int returns = 0;
+    constexpr int trials = 10;
+    for (int i = 0; i < trials; ++i) {
+      Vector6d off;
+      off << random.normal_vector(sigma / std::sqrt(2)),
+          random.normal_vector(sigma / std::sqrt(2) / model->canonical.half_length);
+      int hits = 0;
+      scan_information(PoseView(*model, field.beam, perturbed(pose, off), options.least_cosine),
+                       windows, &hits);
+      returns += hits;
+    }
+    CHECK(returns > trials * 600);
+  }
+}
+
+TEST_CASE("Whatever of the target is in view is planned for") {
+  const auto model = replica_model();
+  const ScanPlanner planner(*model, field, options);
+  Random random(9, "partial");
+  int partial = 0;
+  for (int i = 0; i < 30; ++i) {
+    const double range = random.uniform(3.2, 5);
+    const Pose pose{{range * random.uniform(-0.6, 0.6), range * random.uniform(-0.6, 0.6), range},
+                    random.rotation()};
+    const PoseView view(*model, field.beam, pose, options.least_cosine);
+    int seen = 0;
+    scan_information(view, {planner.everything(3000)}, &seen);
+    const auto windows = planner.plan(pose, 0.005, ScanStrategy::information, 500);
+    check_in_view(windows);
+    if (seen == 0) continue;
+    ++partial;
+    CHECK(beams_of(windows) == 500);
+    int returns = 0;
+    scan_information(view, windows, &returns);
+    CHECK(returns > (seen > 20 ? 150 : 0));
+  }
+  CHECK(partial > 15);
+  CHECK(planner.plan({{20, 0, 5}, Quaterniond::Identity()}, 0.01, ScanStrategy::information, 100)
+            .empty());
+  CHECK(planner.plan({{0, 0, -5}, Quaterniond::Identity()}, 0.01, ScanStrategy::information, 100)
+            .empty());
+}
