@@ -82,7 +82,7 @@ class Exchange {
         shares[i] *= std::sqrt(s);
         sum += shares[i];
       }
-      if (most - mean < tolerance * design.trace || !(sum > 0)) break;
+      if (most - mean < tolerance * mean || !(sum > 0)) break;
       for (double& share : shares) share /= sum;
       design.shares = std::move(shares);
       evaluate(design);
@@ -152,7 +152,7 @@ Design a_optimal_design(const DesignProblem& problem, int most_candidates, doubl
     if (!(most > 0)) break;
     const double mean = exchange.mean_sensitivity(design);
     design.least_trace = std::max(design.least_trace, design.trace - (most - mean));
-    if (!design.candidates.empty() && most - mean < tolerance * design.trace) break;
+    if (!design.candidates.empty() && most - mean < tolerance * mean) break;
     auto& shares = design.shares;
     const auto known = std::find(design.candidates.begin(), design.candidates.end(), best);
     if (known == design.candidates.end()) {

@@ -32,10 +32,11 @@ struct Design {
 };
 
 /// The A-optimal design: the shares that minimise the covariance's trace, to within a fraction
-/// `tolerance` of it or as well as `most_candidates` can. Candidates are taken up one by one, each
-/// time the one that lowers the trace fastest; between, shares are multiplied by the root of their
-/// sensitivities until these agree (Silvey, Titterington and Torsney 1978; Yu 2010 for the proof
-/// that this converges). Empty when no candidate has information.
+/// `tolerance` of the part of it that returns lower, or as well as `most_candidates` can.
+/// Candidates are taken up one by one, each time the one that lowers the trace fastest; between,
+/// shares are multiplied by the root of their sensitivities until these agree (Silvey, Titterington
+/// and Torsney 1978; Yu 2010 for the proof that this converges). Empty when no candidate has
+/// information.
 Design a_optimal_design(const DesignProblem& problem, int most_candidates, double tolerance);
 
 /// Whole numbers near share * count that sum up to count: those with the largest remainders are
