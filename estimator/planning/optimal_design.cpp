@@ -154,8 +154,9 @@ Design a_optimal_design(const DesignProblem& problem, int most_candidates, doubl
     design.least_trace = std::max(design.least_trace, design.trace - (most - mean));
     if (!design.candidates.empty() && most - mean < tolerance * mean) break;
     auto& shares = design.shares;
-    const auto known = std::find(design.candidates.begin(), design.candidates.end(), best);
-    if (known == design.candidates.end()) {
+    const bool known = std::find(design.candidates.begin(), design.candidates.end(), best) !=
+                       design.candidates.end();
+    if (!known) {
       if (static_cast<int>(shares.size()) == most_candidates) {
         const auto least = std::min_element(shares.begin(), shares.end());
         design.candidates.erase(design.candidates.begin() + (least - shares.begin()));
@@ -168,7 +169,7 @@ Design a_optimal_design(const DesignProblem& problem, int most_candidates, doubl
       shares.push_back(share);
     }
     exchange.evaluate(design);
-    if (known != design.candidates.end() || shares.size() >= parameters) {
+    if (known || shares.size() >= parameters) {
       exchange.balance(design, 0.3 * tolerance);
     }
   }
