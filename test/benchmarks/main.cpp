@@ -21,6 +21,9 @@ struct Part {
 constexpr Part parts[] = {
     {"acquisition", run_acquisition},
     {"tracking", run_tracking},
+    {"basin", run_basin},
+    {"speed", run_speed},
+    {"scaling", run_scaling},
 };
 
 int run(int argc, char* argv[]) {

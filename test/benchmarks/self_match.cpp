@@ -117,12 +117,18 @@ std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::si
   }
   const auto better = [](const SelfMatch& a, const SelfMatch& b) { return a.misfit < b.misfit; };
   std::stable_sort(matches.begin(), matches.end(), better);
-  matches.resize(std::min(matches.size(), 2 * most));
+  matches.resize(std::min(matches.size(), 3 * most));
   for (SelfMatch& match : matches) {
     match.motion = matcher.refined(match.motion, 1500, 40);
     match.misfit = matcher.misfit(match.motion);
   }
   std::stable_sort(matches.begin(), matches.end(), better);
+  std::vector<Pose> kept = {Pose{}};
+  std::erase_if(matches, [&kept](const SelfMatch& match) {  // that ended in one place
+    if (has_near(kept, match.motion, radians(6))) return true;
+    kept.push_back(match.motion);
+    return false;
+  });
   matches.resize(std::min(matches.size(), most));
   return matches;
 }

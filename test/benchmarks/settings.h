@@ -29,6 +29,9 @@ struct Settings {
 /// The parts. Each publishes its tables and pictures. @return how many targets were missed.
 int run_acquisition(const Settings& settings);
 int run_tracking(const Settings& settings);
+int run_basin(const Settings& settings);
+int run_speed(const Settings& settings);
+int run_scaling(const Settings& settings);
 
 /// "radarsat2" or a mesh file, 3 m long, compiled or from the cache.
 std::shared_ptr<const estimator::TargetModel> model_of(const Settings& settings,

@@ -202,7 +202,7 @@ std::vector<Window> scaled_to_returns(const World& world, std::vector<Window> wi
   const double expected = world.expected_returns(windows, pose);
   if (expected <= 0) return windows;
   for (Window& w : windows) {
-    w.count = std::max(1, static_cast<int>(std::lround(w.count * returns / expected)));
+    w.count = std::max(1, static_cast<int>(std::lround(1.0 * w.count * returns / expected)));
   }
   return windows;
 }
