@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Runs the benchmarks: every target as a table, the paper's figures as pictures and CSV.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 
 #include "common/core/error.h"
 #include "test/benchmarks/settings.h"
@@ -23,8 +23,20 @@ constexpr Part parts[] = {
     {"tracking", run_tracking},
     {"basin", run_basin},
     {"speed", run_speed},
+    {"motion", run_motion},
     {"scaling", run_scaling},
+    {"paper-acquisition", run_paper_acquisition},
+    {"paper-tracking", run_paper_tracking},
 };
+
+void require_known(const std::vector<std::string>& names, const std::vector<std::string>& known) {
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    std::string all;
+    for (const std::string& k : known) all += " " + k;
+    throw InputError("method '" + name + "' is not known, expected one of:" + all);
+  }
+}
 
 int run(int argc, char* argv[]) {
   Settings settings;
@@ -66,6 +78,8 @@ int run(int argc, char* argv[]) {
   if (settings.tracking_methods.empty()) {
     settings.tracking_methods = {settings.options.tracking_method};
   }
+  require_known(settings.acquisition_methods, estimator::acquisition_names());
+  require_known(settings.tracking_methods, estimator::tracking_names());
   std::filesystem::create_directories(settings.out);
   for (const std::string& name : wanted) {
     const auto known = [&name](const Part& part) { return name == part.name; };

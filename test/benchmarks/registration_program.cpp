@@ -22,7 +22,7 @@ namespace {
 using Point = pcl::PointNormal;
 using Cloud = pcl::PointCloud<Point>;
 
-constexpr double farthest_pair = 0.2;  // m; beyond what the first guess is off
+constexpr double farthest_pair = 0.1;  // m; beyond what the first guess is off
 constexpr int iterations = 100;
 constexpr double stop = 1e-9;  // squared change of the transformation
 

@@ -33,7 +33,7 @@ Pose pose_around(const Pose& pose, double distance, double angle, Random& random
 TrackingTrial make_tracking_trial(const estimator::TargetModel& model, const TrackingCase& the_case,
                                   Random random) {
   TrackingTrial trial;
-  trial.truth = pose_around(paper_pose(), 0.1, radians(15), random);
+  trial.truth = pose_around(paper_pose(), the_case.around_m, the_case.around_rad, random);
   trial.predicted.pose = pose_off(trial.truth, the_case.start_m, the_case.start_rad, random);
   trial.predicted.covariance = Matrix6d::Zero();
   trial.predicted.covariance.diagonal().head<3>().setConstant(std::pow(the_case.start_m, 2) / 3);

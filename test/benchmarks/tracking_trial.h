@@ -15,6 +15,8 @@ struct TrackingCase {
   int returns = 1000;
   double start_m = 0.030;  ///< how far off the prediction is
   double start_rad = radians(2);
+  double around_m = 0.1;  ///< the paper's pose, the truth lies
+  double around_rad = radians(15);
 };
 
 struct TrackingTrial {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/benchmarks/closed_loop.h"
+
+#include <utility>
+
+#include "estimator/node/messages.h"
+
+namespace berth::benchmark {
+namespace {
+
+constexpr std::int64_t session = 1;
+
+estimator::EstimatorSetup setup_of(const estimator::EstimatorOptions& options,
+                                   std::shared_ptr<const estimator::TargetModel> model,
+                                   const BeamModel& noise) {
+  estimator::EstimatorSetup setup;
+  setup.options = options;
+  setup.lidar.model = "benchmark";
+  setup.lidar.field_of_view_width = setup.lidar.field_of_view_height = radians(40);
+  setup.lidar.rate_hz = 2000;
+  setup.lidar.minimum_step_rad = 20e-6;
+  setup.lidar.beams_max = 1000000;
+  setup.lidar.beam = noise;
+  setup.target = model->target.name;
+  setup.session = session;
+  setup.find_model = [model](const std::string&) { return model; };
+  setup.stopwatch = [] { return std::int64_t{0}; };
+  return setup;
+}
+
+std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams,
+                                      const scan_request_t& request) {
+  constexpr std::size_t most = 50;
+  std::vector<scan_packet_t> packets;
+  for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
+    const std::size_t end = std::min(beams.size(), start + most);
+    scan_packet_t p{};
+    p.session = request.session;
+    p.scan_id = request.scan_id;
+    p.packet = static_cast<std::int32_t>(packets.size());
+    p.seq = p.packet;
+    p.beams_before = static_cast<std::int32_t>(start);
+    p.count = static_cast<std::int32_t>(end - start);
+    p.utime = start < end ? beams[start].utime : 0;
+    for (std::size_t i = start; i < end; ++i) {
+      p.time_us.push_back(static_cast<std::int32_t>(beams[i].utime - p.utime));
+      p.range_m.push_back(static_cast<float>(beams[i].range));
+      p.azimuth_rad.push_back(static_cast<float>(beams[i].azimuth));
+      p.elevation_rad.push_back(static_cast<float>(beams[i].elevation));
+      p.intensity.push_back(1000);
+      p.status.push_back(static_cast<std::int8_t>(beams[i].status));
+    }
+    p.scan_status = end == beams.size() ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
+    packets.push_back(p);
+  }
+  return packets;
+}
+
+}  // namespace
+
+ClosedLoop::ClosedLoop(const estimator::EstimatorOptions& options,
+                       std::shared_ptr<const estimator::TargetModel> model, const World& world,
+                       const Pose& start, const Velocity& velocity, Random random)
+    : world_(world),
+      start_(start),
+      velocity_(velocity),
+      random_(random),
+      latency_s_(options.request_latency_s),
+      estimator_(setup_of(options, std::move(model), world.physics().noise), *this) {}
+
+Pose ClosedLoop::truth_at(std::int64_t utime) const {
+  return moved(start_, velocity_, 1e-6 * static_cast<double>(utime - World::first_utime));
+}
+
+void ClosedLoop::track_from(const Pose& initial) {
+  estimator_command_t command{};
+  command.utime = utime_;
+  command.seq = 1;
+  command.session = session;
+  command.commander = "benchmark";
+  command.command = estimator_command_t::TRACK;
+  command.first_scan_id = 1;
+  command.has_initial_pose = 1;
+  estimator::fill_pose(initial, command.initial_position_m, command.initial_q_wxyz);
+  estimator_.take(command);
+}
+
+bool ClosedLoop::scan() {
+  if (request_.scan_id == answered_ || request_.windows.empty()) return false;
+  const scan_request_t request = request_;
+  answered_ = request.scan_id;
+  std::vector<Window> windows;
+  for (const scan_window_t& w : request.windows) {
+    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
+  }
+  const Scan scan = world_.sweep(windows, truth_at(utime_), velocity_, utime_, random_);
+  if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
+  for (const scan_packet_t& packet : packets_of(scan.beams, request)) estimator_.take(packet);
+  utime_ += static_cast<std::int64_t>(1e6 * latency_s_);
+  return true;
+}
+
+void ClosedLoop::run(double seconds) {
+  const std::int64_t end = utime_ + static_cast<std::int64_t>(1e6 * seconds);
+  while (utime_ < end && scan()) {
+  }
+}
+
+void ClosedLoop::estimate(const pose_estimate_t& message) {
+  LoopEstimate e;
+  e.scan_id = message.scan_id;
+  e.time = 1e-6 * static_cast<double>(message.utime - World::first_utime);
+  e.ok = message.status == pose_estimate_t::OK;
+  e.pose = estimator::pose_of(message.position_m, message.q_wxyz);
+  e.truth = truth_at(message.utime);
+  e.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance);
+  e.returns = message.returns_received - message.misses;
+  estimates_.push_back(e);
+}
+
+}  // namespace berth::benchmark
