@@ -114,7 +114,7 @@ void ClosedLoop::estimate(const pose_estimate_t& message) {
   e.pose = estimator::pose_of(message.position_m, message.q_wxyz);
   e.truth = truth_at(message.utime);
   e.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance);
-  e.returns = message.returns_received - message.misses;
+  e.returns = message.returns_received;
   estimates_.push_back(e);
 }
 

@@ -24,9 +24,11 @@ constexpr Part parts[] = {
     {"basin", run_basin},
     {"speed", run_speed},
     {"motion", run_motion},
+    {"planning", run_planning},
     {"scaling", run_scaling},
     {"paper-acquisition", run_paper_acquisition},
     {"paper-tracking", run_paper_tracking},
+    {"micro", run_micro},
 };
 
 void require_known(const std::vector<std::string>& names, const std::vector<std::string>& known) {

@@ -129,6 +129,8 @@ void figure_8(const Settings& settings, std::shared_ptr<const estimator::TargetM
         }
         ++colour;
       }
+      figure.line(panel == 2 ? "unset logscale y\nset yrange [0:30]"
+                             : "set logscale y\nset autoscale y");
       figure.line("set title 'Error" + std::to_string(error_case) + ": " + titles[panel] + "'\n" +
                   plot);
     }

@@ -32,9 +32,11 @@ int run_tracking(const Settings& settings);
 int run_basin(const Settings& settings);
 int run_speed(const Settings& settings);
 int run_motion(const Settings& settings);
+int run_planning(const Settings& settings);
 int run_scaling(const Settings& settings);
 int run_paper_acquisition(const Settings& settings);
 int run_paper_tracking(const Settings& settings);
+int run_micro(const Settings& settings);
 
 /// "radarsat2" or a mesh file, 3 m long, compiled or from the cache.
 std::shared_ptr<const estimator::TargetModel> model_of(const Settings& settings,

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <utility>
@@ -55,7 +56,9 @@ void Table::publish(const std::filesystem::path& directory) const {
   write_csv(directory / (name_ + ".csv"), columns_, rows_);
 }
 
-std::string number(double value, int decimals) { return fixed(value, decimals); }
+std::string number(double value, int decimals) {
+  return std::isfinite(value) ? fixed(value, decimals) : "-";
+}
 
 std::string share(int successes, int trials) {
   const Interval interval = wilson(successes, trials);
