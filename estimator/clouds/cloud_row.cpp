@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include "common/core/beam_model.h"
+#include "estimator/clouds/cloud.h"
+
+namespace berth::estimator {
+
+void add_row(Cloud& cloud, const CloudRow& row) {
+  ++cloud.counts.points;
+  const double range = row.point.norm();
+  constexpr double most_utime = 9e18;  // what 64 bits hold
+  if (!std::isfinite(range) || !(std::abs(row.utime) < most_utime) || !std::isfinite(row.sigma)) {
+    ++cloud.counts.not_finite;
+    return;
+  }
+  if (!(range > 0)) {
+    ++cloud.counts.at_sensor;
+    return;
+  }
+  if (row.sigma < 0) {
+    ++cloud.counts.bad_sigma;
+    return;
+  }
+  RawBeam beam;
+  beam.utime = std::llround(row.utime);
+  beam.range = range;
+  beam_angles(row.point, beam.azimuth, beam.elevation);
+  beam.status = BeamStatus::hit;
+  beam.range_sigma = row.sigma;
+  cloud.beams.push_back(beam);
+  ++cloud.counts.hits;
+}
+
+}  // namespace berth::estimator
