@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -105,6 +106,17 @@ int code_of(SingleScanResult::Status status) {
   }
 }
 
+/// What a mesh in millimetres looks like to a scanner.
+void doubt_length(const TargetModel& model, const CleanScan& scan, SingleScanResult& result) {
+  if (result.status == SingleScanResult::Status::ok || scan.points.empty()) return;
+  double farthest = 0;
+  for (const Vector3d& p : scan.points) farthest = std::max(farthest, p.norm());
+  if (model.target.length < 3 * farthest) return;
+  result.notes.push_back("the target is " + fixed(model.target.length, 1) +
+                         " m long and all returns are within " + fixed(farthest, 1) +
+                         " m of the sensor: is its --length right?");
+}
+
 int estimate(const Options& options) {
   const std::filesystem::path config =
       options.config.empty() ? shared_files() / "config" : options.config;
@@ -136,7 +148,8 @@ int estimate(const Options& options) {
       const Cloud cloud = read_cloud(file);
       const CleanScan scan = preprocess(cloud.beams, gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
-      const SingleScanResult result = method.estimate(scan, initial);
+      SingleScanResult result = method.estimate(scan, initial);
+      doubt_length(*model, scan, result);
       report = report_of(file, cloud, scan, method, result, read_us);
       worsen(code, code_of(result.status));
     } catch (const std::exception& e) {
@@ -166,7 +179,13 @@ void add_estimate(CLI::App& app, int& exit_code) {
       ->add_option("--length", options->length,
                    "Scale the mesh about its origin so that its bounding box's largest side is so "
                    "many metres")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            double length = 0;
+            const bool fine = CLI::detail::lexical_cast(text, length) && length > 0;
+            return fine ? std::string() : "found '" + text + "', expected a length above 0";
+          },
+          "METRES"));
   command
       ->add_option("--initial", options->initial,
                    "Pose x,y,z,w,p,r (mm, degrees) to start from; acquired anew where it fails")
