@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -135,6 +136,9 @@ int estimate(const Options& options) {
   if (!options.initial.empty()) {
     Xyzwpr xyzwpr{};
     std::copy(options.initial.begin(), options.initial.end(), xyzwpr.begin());
+    if (!std::all_of(xyzwpr.begin(), xyzwpr.end(), [](double v) { return std::isfinite(v); })) {
+      throw InputError("--initial: found a value that is not finite, expected six numbers");
+    }
     initial = pose_from_xyzwpr(xyzwpr);
   }
   const auto model = prepare_model(load_target(options.target, options.length), settings.model);
@@ -182,7 +186,8 @@ void add_estimate(CLI::App& app, int& exit_code) {
       ->check(CLI::Validator(
           [](const std::string& text) {
             double length = 0;
-            const bool fine = CLI::detail::lexical_cast(text, length) && length > 0;
+            const bool fine =
+                CLI::detail::lexical_cast(text, length) && length > 0 && std::isfinite(length);
             return fine ? std::string() : "found '" + text + "', expected a length above 0";
           },
           "METRES"));
