@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/single_scan.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "estimator/tracking/beam_information.h"
+#include "estimator/verification.h"
 
 namespace berth::estimator {
 
@@ -31,6 +35,34 @@ PoseCandidate candidate_of(const Hypothesis& hypothesis) {
   return candidate;
 }
 
+Pose scaled(Pose pose, double factor) {
+  pose.position *= factor;
+  return pose;
+}
+
+BeamModel scaled(BeamModel beam_model, double factor) {
+  beam_model.range_sigma_m *= factor;
+  beam_model.aperture_m *= factor;
+  beam_model.range_min_m *= factor;
+  beam_model.range_max_m *= factor;
+  return beam_model;
+}
+
+CleanScan scaled(CleanScan scan, double factor) {
+  for (Beam& beam : scan.beams) {
+    beam.range *= factor;
+    beam.range_sigma *= factor;
+  }
+  for (Vector3d& point : scan.points) point *= factor;
+  return scan;
+}
+
+Matrix6d scaled(Matrix6d covariance, double factor) {
+  covariance.topRows<3>() *= factor;
+  covariance.leftCols<3>() *= factor;
+  return covariance;
+}
+
 std::string why_no_points(const CleanScan& scan) {
   if (scan.received == 0) return "the scan holds no beams";
   if (scan.misses == scan.received) {
@@ -53,15 +85,31 @@ const char* name_of(SingleScanResult::Status status) {
   }
 }
 
-SingleScan::SingleScan(const TargetModel& model, const EstimatorOptions& options,
+SingleScan::SingleScan(const TargetModel& model, double scale, const EstimatorOptions& options,
                        const BeamModel& beam_model, std::function<std::int64_t()> stopwatch)
     : model_(model),
+      scale_(scale),
+      beam_model_(scaled(beam_model, 1 / scale)),
       stopwatch_(std::move(stopwatch)),
-      acquisition_(make_acquisition(options, model, beam_model)),
-      tracking_(make_tracking(options, model, beam_model)) {}
+      acquisition_(make_acquisition(options, model, beam_model_)),
+      tracking_(make_tracking(options, model, beam_model_)) {}
 
 SingleScanResult SingleScan::estimate(const CleanScan& scan,
                                       const std::optional<Pose>& initial) const {
+  if (scale_ == 1) return estimate_scaled(scan, initial);
+  const double shrink = 1 / scale_;
+  std::optional<Pose> start;
+  if (initial) start = scaled(*initial, shrink);
+  SingleScanResult result = estimate_scaled(scaled(scan, shrink), start);
+  for (PoseCandidate& candidate : result.candidates) {
+    candidate.pose = scaled(candidate.pose, scale_);
+    if (candidate.covariance) candidate.covariance = scaled(*candidate.covariance, scale_);
+  }
+  return result;
+}
+
+SingleScanResult SingleScan::estimate_scaled(const CleanScan& scan,
+                                             const std::optional<Pose>& initial) const {
   SingleScanResult result;
   if (scan.points.empty()) {
     result.reason = why_no_points(scan);
@@ -71,12 +119,20 @@ SingleScanResult SingleScan::estimate(const CleanScan& scan,
   return result;
 }
 
-TrackingResult SingleScan::track(const CleanScan& scan, const Pose& start) const {
+Matrix6d SingleScan::start_covariance() const {
   const double sigma_m = start_sigma_of_radius * model_.radius;
   Vector6d variances;
   variances << Vector3d::Constant(sigma_m * sigma_m),
       Vector3d::Constant(start_sigma_rad * start_sigma_rad);
-  return tracking_->track(scan, {start, variances.asDiagonal(), {}});
+  return variances.asDiagonal();
+}
+
+TrackingResult SingleScan::track(const CleanScan& scan, const Pose& start) const {
+  TrackingResult tracked = tracking_->track(scan, {start, start_covariance(), {}});
+  if (!tracked.ok) return tracked;
+  tracked.reason = doubt(model_, beam_model_, scan, tracked.pose);
+  tracked.ok = tracked.reason.empty();
+  return tracked;
 }
 
 bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
@@ -110,19 +166,42 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
   for (const Hypothesis& h : found.hypotheses) result.candidates.push_back(candidate_of(h));
 }
 
+PoseCandidate SingleScan::refined(const CleanScan& scan, const Hypothesis& hypothesis,
+                                  std::string& doubts) const {
+  PoseCandidate candidate = candidate_of(hypothesis);
+  const TrackingResult tracked = track(scan, hypothesis.pose);
+  if (tracked.ok) {
+    candidate.pose = tracked.pose;
+    candidate.covariance = tracked.covariance;
+    candidate.used = tracked.used;
+    return candidate;
+  }
+  // Tracking may lose what acquisition holds, by what misses and silhouettes tell.
+  doubts = doubt(model_, beam_model_, scan, hypothesis.pose);
+  if (!doubts.empty()) {
+    doubts =
+        "the acquired pose does not stand: " + doubts + "; nor when refined: " + tracked.reason;
+    return candidate;
+  }
+  BeamInformationOptions of_pose;
+  of_pose.of_velocity = false;
+  const BeamInformation sums =
+      beam_information(model_, beam_model_, scan.beams, {hypothesis.pose, {}, 0, {}}, of_pose);
+  const Matrix6d information = sums.information[0] + start_covariance().inverse();
+  candidate.covariance = information.inverse();
+  candidate.used = sums.used;
+  return candidate;
+}
+
 void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
                         SingleScanResult& result) const {
-  std::string best_lost;  // why refinement lost the most probable one
+  std::string best_doubts;
+  bool any_stands = false;
   for (const Hypothesis& hypothesis : found.hypotheses) {
-    PoseCandidate candidate = candidate_of(hypothesis);
-    const TrackingResult tracked = track(scan, hypothesis.pose);
-    if (tracked.ok) {
-      candidate.pose = tracked.pose;
-      candidate.covariance = tracked.covariance;
-      candidate.used = tracked.used;
-    } else if (result.candidates.empty()) {
-      best_lost = tracked.reason;
-    }
+    std::string doubts;
+    const PoseCandidate candidate = refined(scan, hypothesis, doubts);
+    any_stands = any_stands || doubts.empty();
+    if (result.candidates.empty()) best_doubts = doubts;
     // Refined, two may turn out to be one.
     const auto same =
         std::find_if(result.candidates.begin(), result.candidates.end(),
@@ -135,13 +214,13 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
     // What acquisition was sure of needs no others.
     if (found.status == AcquisitionResult::Status::found) break;
   }
-  if (result.candidates.size() > 1) {
+  if (!any_stands) {
+    result.reason = best_doubts;
+  } else if (result.candidates.size() > 1) {
     result.status = SingleScanResult::Status::ambiguous;
-  } else if (best_lost.empty()) {
+  } else {
     result.status = SingleScanResult::Status::ok;
     result.reason.clear();
-  } else {
-    result.reason = "the acquired pose does not stand when refined: " + best_lost;
   }
 }
 

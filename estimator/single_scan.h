@@ -14,7 +14,7 @@ namespace berth::estimator {
 /// A pose that may explain the scan, refined.
 struct PoseCandidate {
   Pose pose;                           ///< T_sensor_model
-  std::optional<Matrix6d> covariance;  ///< as berth::perturbed; none when refinement failed
+  std::optional<Matrix6d> covariance;  ///< as berth::perturbed
   double probability = 0;
   double log_likelihood = 0;
   int equal_poses = 1;  ///< that a symmetry of the target makes one and the same
@@ -35,14 +35,20 @@ struct SingleScanResult {
 /// "ok", "ambiguous" or "lost".
 const char* name_of(SingleScanResult::Status status);
 
+/// The length at which models are compiled for SingleScan: the replica's, whose size the lengths in
+/// the options are meant for.
+constexpr double reference_length_m = 3;
+
 /// The pose of the target in one scan that stands alone: acquisition, or an initial pose, then
-/// tracking as refinement and judge. const and deterministic. What it was made from must outlive
-/// it.
+/// tracking as refinement, then verification. const and deterministic. Model and options must
+/// outlive it.
 class SingleScan {
  public:
+  /// scale: how many times larger the target is than its model. The scan is shrunk by it, the
+  /// result enlarged, so that any size is served alike. beam_model: of the sensor, not scaled.
   /// stopwatch: us, for the durations in the result; without one they are 0.
-  SingleScan(const TargetModel& model, const EstimatorOptions& options, const BeamModel& beam_model,
-             std::function<std::int64_t()> stopwatch = {});
+  SingleScan(const TargetModel& model, double scale, const EstimatorOptions& options,
+             const BeamModel& beam_model, std::function<std::int64_t()> stopwatch = {});
 
   /// No input is an error: the reason says what a scan lacks. An initial pose (T_sensor_model) is
   /// tracked from; when that loses the target, it is acquired as if there were none, with a note.
@@ -52,15 +58,24 @@ class SingleScan {
   std::string tracking_method() const { return tracking_->name(); }
 
  private:
+  SingleScanResult estimate_scaled(const CleanScan& scan, const std::optional<Pose>& initial) const;
+  /// Of a pose to start from.
+  Matrix6d start_covariance() const;
+  /// Tracks and verifies.
   TrackingResult track(const CleanScan& scan, const Pose& start) const;
   bool track_initial(const CleanScan& scan, const Pose& initial, SingleScanResult& result) const;
   void acquire(const CleanScan& scan, SingleScanResult& result) const;
+  /// doubts: why it cannot be the target, else empty.
+  PoseCandidate refined(const CleanScan& scan, const Hypothesis& hypothesis,
+                        std::string& doubts) const;
   void refine(const CleanScan& scan, const AcquisitionResult& found,
               SingleScanResult& result) const;
   bool same_pose(const Pose& a, const Pose& b) const;
   std::int64_t now() const { return stopwatch_ ? stopwatch_() : 0; }
 
   const TargetModel& model_;
+  double scale_;
+  BeamModel beam_model_;  ///< scaled
   std::function<std::int64_t()> stopwatch_;
   std::unique_ptr<Acquisition> acquisition_;
   std::unique_ptr<Tracking> tracking_;

@@ -108,12 +108,12 @@ int code_of(SingleScanResult::Status status) {
 }
 
 /// What a mesh in millimetres looks like to a scanner.
-void doubt_length(const TargetModel& model, const CleanScan& scan, SingleScanResult& result) {
+void doubt_length(double length, const CleanScan& scan, SingleScanResult& result) {
   if (result.status == SingleScanResult::Status::ok || scan.points.empty()) return;
   double farthest = 0;
   for (const Vector3d& p : scan.points) farthest = std::max(farthest, p.norm());
-  if (model.target.length < 3 * farthest) return;
-  result.notes.push_back("the target is " + fixed(model.target.length, 1) +
+  if (length < 3 * farthest) return;
+  result.notes.push_back("the target is " + fixed(length, 1) +
                          " m long and all returns are within " + fixed(farthest, 1) +
                          " m of the sensor: is its --length right?");
 }
@@ -141,8 +141,9 @@ int estimate(const Options& options) {
     }
     initial = pose_from_xyzwpr(xyzwpr);
   }
-  const auto model = prepare_model(load_target(options.target, options.length), settings.model);
-  const SingleScan method(*model, settings, beam_model, stopwatch);
+  const double length = load_target(options.target, options.length).length;
+  const auto model = prepare_model(load_target(options.target, reference_length_m), settings.model);
+  const SingleScan method(*model, length / reference_length_m, settings, beam_model, stopwatch);
 
   int code = exit_code::passed;
   for (const std::string& file : options.clouds) {
@@ -153,7 +154,7 @@ int estimate(const Options& options) {
       const CleanScan scan = preprocess(cloud.beams, gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
       SingleScanResult result = method.estimate(scan, initial);
-      doubt_length(*model, scan, result);
+      doubt_length(length, scan, result);
       report = report_of(file, cloud, scan, method, result, read_us);
       worsen(code, code_of(result.status));
     } catch (const std::exception& e) {

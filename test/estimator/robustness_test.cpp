@@ -90,16 +90,24 @@ TEST_CASE("Beams turned about the sensor, misses too, are a pose turned") {
 
 TEST_CASE("A world ten times smaller or larger is no other world") {
   SingleScanFixture f;
-  const auto scan_at = f.truth.position;
+  const SingleScanResult own = f.estimate(f.scan(4000));
+  REQUIRE(own.status == Status::ok);
+  const PoseCandidate& expected = own.candidates.front();
+  const Pose truth = f.truth;
   for (const double scale : {0.1, 10.0}) {
     CAPTURE(scale);
-    f.model = compiled("scaled", scaled_to_length(replica().mesh, scale * replica().length));
-    f.truth.position = scale * scan_at;
+    f.scale = scale;
+    f.truth.position = scale * truth.position;
     f.beam_model.range_sigma_m = scale * BeamModel().range_sigma_m;
     const SingleScanResult result = f.estimate(f.scan(4000));
     CAPTURE(result.reason);
     REQUIRE(result.status == Status::ok);
-    CHECK(f.is_right(result.candidates.front().pose));
+    const PoseCandidate& found = result.candidates.front();
+    CHECK((found.pose.position / scale - expected.pose.position).norm() < 1e-4);
+    CHECK(angle_between(found.pose, expected.pose) < radians(0.01));
+    CHECK((*found.covariance)(0, 0) ==
+          Approx(scale * scale * (*expected.covariance)(0, 0)).epsilon(0.01));
+    CHECK((*found.covariance)(3, 3) == Approx((*expected.covariance)(3, 3)).epsilon(0.01));
   }
 }
 
@@ -136,7 +144,7 @@ TEST_CASE("A cube and a cylinder: right but for their symmetry, or unsure") {
   }
 }
 
-TEST_CASE("Half the target hidden") {
+TEST_CASE("Half the target hidden", "[.]") {
   const Tally tally = estimate_spoilt(20, 4000, [](std::vector<RawBeam>& scan, Random& random) {
     // a board before it, up to a line through its middle
     const double angle = random.uniform(0, radians(360));

@@ -15,27 +15,30 @@ namespace berth::estimator {
 struct SingleScanFixture {
   std::shared_ptr<const TargetModel> model = replica_model();
   EstimatorOptions options = load_estimator_options("config/estimator.yaml");
+  double scale = 1;  ///< of the target, over its model
   BeamModel beam_model = without_range_limits({});
   Pose truth = pose_from_xyzwpr({100, -230, 6000, 25, 20, -30});
 
   SingleScanResult estimate(const std::vector<RawBeam>& beams,
                             const std::optional<Pose>& initial = {}) const {
-    return SingleScan(*model, options, beam_model)
+    return SingleScan(*model, scale, options, beam_model)
         .estimate(preprocess(beams, {}, beam_model), initial);
   }
 
   /// Beams over all of the model and a margin about it, seen from the truth.
   std::vector<RawBeam> scan(int count, std::uint64_t seed = 1) const {
-    ScanMaker lidar(model->target.mesh, seed);
+    ScanMaker lidar(scaled_to_length(model->target.mesh, scale * model->target.length), seed);
     lidar.beam = beam_model;
     lidar.pose = truth;
-    return lidar.sweep(around(*model, truth, count));
+    const Pose unscaled{truth.position / scale, truth.rotation};
+    return lidar.sweep(around(*model, unscaled, count));
   }
 
   /// How far the model's surface in this pose is from its surface in the true one at most, of its
   /// length: small for a right pose, whatever symmetry the target has.
   double misfit(const Pose& pose) const {
-    const Pose to_truth = truth.inverse() * pose;
+    Pose to_truth = truth.inverse() * pose;
+    to_truth.position /= scale;
     double worst = 0;
     for (const SurfaceSample& sample : model->surface.samples) {
       const Vector3d p = to_truth * sample.position.cast<double>();

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/verification.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/text.h"
+
+namespace berth::estimator {
+
+std::string doubt(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
+                  const Pose& pose, const VerificationOptions& options) {
+  const double length = model.target.length;
+  const Pose to_model = pose.inverse();
+  int about = 0;
+  int beside = 0;
+  int explained = 0;
+  int through = 0;
+  const std::size_t stride = 1 + scan.beams.size() / static_cast<std::size_t>(options.beams);
+  for (std::size_t i = 0; i < scan.beams.size(); i += stride) {
+    const Beam& beam = scan.beams[i];
+    // What noise, and a mesh that is not the thing itself, may do.
+    const double range_sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m;
+    const double across = beam_model.azimuth_sigma_rad * (beam.hit() ? beam.range : 0);
+    const double tolerance = 4 * (range_sigma + across) + 0.005 * length;
+    const Vector3d direction = to_model.rotation * beam.direction;
+    RayHit hit;
+    if (model.caster.cast({to_model.position, direction}, 1e9, hit)) {
+      constexpr double least_cosine = 0.2;
+      const double depth = tolerance / std::max(least_cosine, std::abs(direction.dot(hit.normal)));
+      if (beam.range > hit.range + depth) {
+        ++through;
+      } else if (beam.range > hit.range - depth) {
+        ++explained;
+      }
+    }
+    if (!beam.hit()) continue;
+    const Vector3d point = to_model * beam.point();
+    const double distance = (model.caster.nearest(point) - point).norm();
+    if (distance > options.about * length) continue;
+    ++about;
+    if (distance > tolerance) ++beside;
+  }
+  if (beside > options.most_beside * about) {
+    return fixed(100.0 * beside / about, 0) +
+           " % of the returns about the target are not from it, at most " +
+           fixed(100 * options.most_beside, 0) + " % may: it seems part of something else";
+  }
+  if (explained < options.least_explained * (explained + through)) {
+    return fixed(100.0 * through / (explained + through), 0) +
+           " % of the beams on the target go through it, at most " +
+           fixed(100 * (1 - options.least_explained), 0) + " % may";
+  }
+  return "";
+}
+
+}  // namespace berth::estimator
