@@ -21,6 +21,7 @@ void read_model(Config config, ModelOptions& model) {
   config.optional("grid_voxels", model.grid_voxels);
   config.optional("grid_margin", model.grid_margin);
   config.optional("region_radius", model.region_radius);
+  config.optional("views", model.views);
   config.finish();
   at_least(config, "surface_samples", model.surface_samples, 1000);
   at_least(config, "template_rotations", model.template_rotations, 4);
@@ -31,6 +32,7 @@ void read_model(Config config, ModelOptions& model) {
   at_least(config, "grid_voxels", model.grid_voxels, 1000);
   at_least(config, "grid_margin", model.grid_margin, 0);
   at_least(config, "region_radius", model.region_radius, 0.005);
+  at_least(config, "views", model.views, 20);
 }
 
 void read_gate(Config config, RangeGate& gate) {
@@ -59,8 +61,28 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
   at_least(config, "background_depth", likelihood.background_depth_m, 0.1);
 }
 
+void read_views(Config config, ViewAcquisitionOptions& v) {
+  config.optional("least_returns", v.least_returns);
+  config.optional("point_sets", v.point_sets);
+  config.optional("contenders", v.contenders);
+  config.optional("finalists", v.finalists);
+  config.optional("decisive_margin", v.decisive_margin);
+  config.optional("least_evidence", v.least_evidence);
+  config.optional("least_explained", v.least_explained);
+  config.optional("least_inlier_share", v.least_inlier_share);
+  config.optional("most_hypotheses", v.most_hypotheses);
+  config.finish();
+  at_least(config, "least_returns", v.least_returns, 6);
+  at_least(config, "point_sets", v.point_sets, 0);
+  at_least(config, "contenders", v.contenders, 1);
+  at_least(config, "finalists", v.finalists, 1);
+  at_least(config, "decisive_margin", v.decisive_margin, 0);
+  at_least(config, "most_hypotheses", v.most_hypotheses, 1);
+}
+
 void read_acquisition(Config config, EstimatorOptions& options) {
   options.acquisition_method = config.choice("method", acquisition_names());
+  if (config.has("views")) read_views(config.section("views"), options.views);
   VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
   config.optional("zoom_beams", options.zoom_beams);
@@ -213,7 +235,7 @@ void read_planner(Config config, PlannerOptions& planner) {
 }  // namespace
 
 const std::vector<std::string>& acquisition_names() {
-  static const std::vector<std::string> names = {"voxel_template"};
+  static const std::vector<std::string> names = {"views", "voxel_template"};
   return names;
 }
 
@@ -235,6 +257,7 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   read_gate(config.section("range_gate"), options.gate);
   read_likelihood(config.section("likelihood"), options.voxel_template.likelihood);
   options.icp_tracking.likelihood = options.voxel_template.likelihood;
+  options.views.likelihood = options.voxel_template.likelihood;
   read_acquisition(config.section("acquisition"), options);
   read_tracking(config.section("tracking"), options);
   read_tracker(config.section("target_tracker"), options);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/acquisition/view_acquisition.h"
 #include "estimator/acquisition/voxel_template_acquisition.h"
 #include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
@@ -23,6 +24,7 @@ struct EstimatorOptions {
 
   std::string acquisition_method = "voxel_template";
   VoxelTemplateOptions voxel_template;
+  ViewAcquisitionOptions views;
   int acquire_beams = 6000;  ///< of a scan of the whole field of view
   int zoom_beams = 5000;     ///< of a scan of the place where the target seems to be
 

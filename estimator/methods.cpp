@@ -6,6 +6,9 @@ namespace berth::estimator {
 std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
                                               const TargetModel& model,
                                               const BeamModel& beam_model) {
+  if (options.acquisition_method == "views") {
+    return std::make_unique<ViewAcquisition>(model, beam_model, options.views);
+  }
   return std::make_unique<VoxelTemplateAcquisition>(model, beam_model, options.voxel_template);
 }
 

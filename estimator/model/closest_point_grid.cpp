@@ -60,15 +60,22 @@ ClosestPointGrid::ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint
   for (std::int64_t z = 0; z < size_[2]; ++z) {
     for (std::int64_t y = 0; y < size_[1]; ++y) {
       for (std::int64_t x = 0; x < size_[0]; ++x, ++i) {
-        const Vector3d centre =
-            low_ + cell_ * Vector3d(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5,
-                                    static_cast<double>(z) + 0.5);
         std::uint32_t triangle = 0;
-        voxels_[i].point = caster.nearest(centre, &triangle).cast<float>();
+        voxels_[i].point = caster.nearest(middle_of(x, y, z), &triangle).cast<float>();
         voxels_[i].triangle = triangle;
       }
     }
   }
+}
+
+Vector3d ClosestPointGrid::middle_of(std::int64_t x, std::int64_t y, std::int64_t z) const {
+  return low_ + cell_ * Vector3d(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5,
+                                 static_cast<double>(z) + 0.5);
+}
+
+double ClosestPointGrid::distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const {
+  const auto i = static_cast<std::size_t>(x + size_[0] * (y + size_[1] * z));
+  return (voxels_[i].point.cast<double>() - middle_of(x, y, z)).norm();
 }
 
 std::int64_t ClosestPointGrid::index(const Vector3d& query) const {

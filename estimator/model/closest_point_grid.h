@@ -29,6 +29,10 @@ class ClosestPointGrid {
   bool contains(const Vector3d& query) const { return index(query) >= 0; }
 
   double cell() const { return cell_; }
+  const Vector3d& low() const { return low_; }
+  const std::array<std::int64_t, 3>& size() const { return size_; }  ///< voxels along x, y, z
+  /// From the middle of a voxel to its stored point, m.
+  double distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const;
   std::size_t voxel_count() const { return voxels_.size(); }
 
  private:
@@ -42,6 +46,7 @@ class ClosestPointGrid {
   };
 
   std::int64_t index(const Vector3d& query) const;
+  Vector3d middle_of(std::int64_t x, std::int64_t y, std::int64_t z) const;
 
   Eigen::Vector3d low_ = Vector3d::Zero();
   double cell_ = 1;

@@ -3,10 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "common/core/pose.h"
 
 namespace berth::estimator {
+
+/// Unit vectors spread evenly over the sphere (Fibonacci lattice).
+std::vector<Vector3d> spread_directions(int count);
 
 /// View directions spread evenly over the sphere (Fibonacci lattice); about 18 degrees apart.
 constexpr int direction_count = 128;

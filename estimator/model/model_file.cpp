@@ -13,7 +13,7 @@ namespace berth::estimator {
 namespace {
 
 // Counts up whenever what is compiled, or how, changes.
-constexpr std::uint32_t format_version = 3;
+constexpr std::uint32_t format_version = 5;
 constexpr std::size_t checksum_length = 64;
 
 /// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.
@@ -48,6 +48,10 @@ struct Writer {
   void vector(const Vector3d& v) {
     for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
   }
+  void pose(const Pose& p) {
+    vector(p.position);
+    for (const double q : p.rotation.coeffs()) value(q);
+  }
 };
 
 struct Reader {
@@ -78,6 +82,10 @@ struct Reader {
   void vector(Vector3d& v) {
     for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
   }
+  void pose(Pose& p) {
+    vector(p.position);
+    for (Eigen::Index i = 0; i < 4; ++i) value(p.rotation.coeffs()[i]);
+  }
 };
 
 }  // namespace
@@ -92,6 +100,7 @@ std::string ModelFile::name(const Target& target, const ModelOptions& options) {
   key.value(options.grid_voxels);
   key.value(options.grid_margin);
   key.value(options.region_radius);
+  key.value(options.views);
   return sha256(key.bytes) + ".model";
 }
 
@@ -99,8 +108,7 @@ bool ModelFile::write(const std::filesystem::path& path, const TargetModel& mode
   Writer out;
   out.list(model.surface.samples);
   out.list(model.surface.triangles);
-  out.vector(model.canonical.pose.position);
-  for (const double q : model.canonical.pose.rotation.coeffs()) out.value(q);
+  out.pose(model.canonical.pose);
   out.vector(model.canonical.spread);
   out.value(model.canonical.half_length);
   out.value(model.canonical.radius);
@@ -114,6 +122,16 @@ bool ModelFile::write(const std::filesystem::path& path, const TargetModel& mode
   out.list(model.grid.voxels_);
   out.list(model.grid.triangles_);
   out.list(model.regions);
+  out.list(model.views);
+  out.value<std::uint64_t>(model.symmetries.motions.size());
+  for (const Symmetry& s : model.symmetries.motions) {
+    out.pose(s.motion);
+    out.value(s.deviation_m);
+    out.value(s.exact);
+  }
+  out.value(model.symmetries.revolution);
+  out.vector(model.symmetries.axis);
+  out.vector(model.symmetries.centre);
 
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
@@ -147,8 +165,7 @@ bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {
   Reader in{body};
   in.list(model.surface.samples);
   in.list(model.surface.triangles);
-  in.vector(model.canonical.pose.position);
-  for (Eigen::Index i = 0; i < 4; ++i) in.value(model.canonical.pose.rotation.coeffs()[i]);
+  in.pose(model.canonical.pose);
   in.vector(model.canonical.spread);
   in.value(model.canonical.half_length);
   in.value(model.canonical.radius);
@@ -167,6 +184,18 @@ bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {
   in.list(model.grid.voxels_);
   in.list(model.grid.triangles_);
   in.list(model.regions);
+  in.list(model.views);
+  std::uint64_t motions = 0;
+  in.value(motions);
+  for (std::uint64_t i = 0; i < motions && in.good; ++i) {
+    Symmetry& s = model.symmetries.motions.emplace_back();
+    in.pose(s.motion);
+    in.value(s.deviation_m);
+    in.value(s.exact);
+  }
+  in.value(model.symmetries.revolution);
+  in.vector(model.symmetries.axis);
+  in.vector(model.symmetries.centre);
   return in.good && in.bytes.empty();
 }
 

@@ -8,6 +8,15 @@
 
 namespace berth::estimator {
 
+namespace {
+
+DistanceTable distances_of(const TargetModel& model) {
+  constexpr double cut_off = 0.1;  // of the length
+  return {model.grid, cut_off * model.target.length};
+}
+
+}  // namespace
+
 TargetModel::TargetModel(Target target_, const ModelOptions& options_)
     : target(std::move(target_)), options(options_), caster(target.mesh) {
   const Box box = bounding_box(target.mesh);
@@ -30,6 +39,10 @@ std::shared_ptr<const TargetModel> compile_target_model(const Target& target,
   model->grid = ClosestPointGrid(target.mesh, model->surface.triangles,
                                  options.grid_margin * length, options.grid_voxels);
   model->regions = find_scan_regions(model->surface.samples, options.region_radius * length);
+  model->views = make_view_atlas(model->caster, model->centre, model->radius, options.views);
+  model->distances = distances_of(*model);
+  model->symmetries =
+      measure_symmetries(target.mesh, model->surface, model->grid, model->distances, target.length);
   return model;
 }
 
@@ -51,7 +64,10 @@ std::shared_ptr<const TargetModel> load_target_model(const Target& target,
   auto model = std::make_shared<TargetModel>(target, options);
   const bool found = ModelFile::read(path, *model);
   if (loaded != nullptr) *loaded = found;
-  if (found) return model;
+  if (found) {
+    model->distances = distances_of(*model);
+    return model;
+  }
   auto compiled = compile_target_model(target, options);
   ModelFile::write(path, *compiled);
   return compiled;

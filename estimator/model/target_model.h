@@ -9,6 +9,8 @@
 #include "common/core/target.h"
 #include "estimator/model/closest_point_grid.h"
 #include "estimator/model/scan_regions.h"
+#include "estimator/model/symmetry.h"
+#include "estimator/model/view_atlas.h"
 #include "estimator/model/voxel_templates.h"
 
 namespace berth::estimator {
@@ -21,10 +23,12 @@ struct ModelOptions {
   int grid_voxels = 600000;
   double grid_margin = 0.10;     ///< of the length
   double region_radius = 0.035;  ///< of the length
+  int views = 320;               ///< from which acquisition knows the target
 };
 
 /// Everything about a target that is worked out before it is met: what can be seen of it, its
-/// canonical pose, voxel templates, closest points and scan regions (paper, sections 4.3 to 4.5).
+/// canonical pose, voxel templates, closest points and scan regions (paper, sections 4.3 to 4.5),
+/// its views from all sides and its symmetries.
 struct TargetModel {
   Target target;
   ModelOptions options;
@@ -33,11 +37,14 @@ struct TargetModel {
   VoxelTemplates templates;
   ClosestPointGrid grid;
   std::vector<ScanRegion> regions;
+  std::vector<View> views;
+  Symmetries symmetries;
 
   // Not stored, made from the mesh.
   RayCaster caster;
   Vector3d centre = Vector3d::Zero();  ///< of the bounding box, model frame
   double radius = 0;                   ///< of the sphere about it that holds the mesh, m
+  DistanceTable distances;             ///< made from the grid
 
   TargetModel(Target target_, const ModelOptions& options_);
 };

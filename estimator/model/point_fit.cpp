@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/model/point_fit.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace berth::estimator {
+
+Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
+                const Pose& to_model, double first_gate, double last_gate, int iterations) {
+  Pose pose = to_model;
+  for (int i = 0; i < iterations; ++i) {
+    const double share = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1;
+    const double gate = first_gate * std::pow(last_gate / first_gate, share);
+    const Matrix3d rotation = pose.rotation.toRotationMatrix();
+    Matrix6d a = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
+    double arms = 0;
+    int used = 0;
+    for (const Vector3d& point : points) {
+      const Vector3d arm = rotation * point;
+      ClosestPointGrid::Match match;
+      if (!grid.refined(arm + pose.position, match)) continue;
+      const Vector3d off = match.point - (arm + pose.position);
+      const double distance = off.norm();
+      // Off the rim of a panel the way back is not along its normal.
+      const Vector3d along = distance > 1e-6 ? Vector3d(off / distance) : match.normal;
+      const double ratio = distance / gate;
+      const double weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
+      Vector6d j;
+      j << along, arm.cross(along);
+      a.selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
+      b += j * (weight * distance);
+      arms += weight * arm.squaredNorm();
+      ++used;
+    }
+    if (used < 6) return pose;
+    // What no surface holds stays where it is.
+    const double trace = a.diagonal().head<3>().sum();
+    a.diagonal().head<3>().array() += 1e-3 * trace + 1e-12;
+    a.diagonal().tail<3>().array() += 1e-3 * arms + 1e-12;
+    pose = perturbed(pose, a.selfadjointView<Eigen::Lower>().ldlt().solve(b));
+  }
+  return pose;
+}
+
+}  // namespace berth::estimator

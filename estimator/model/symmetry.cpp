@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/model/symmetry.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/ray_caster.h"
+#include "estimator/model/directions.h"
+#include "estimator/model/point_fit.h"
+
+namespace berth::estimator {
+
+namespace {
+
+constexpr double exact_rms = 0.001;     // of the length
+constexpr double exact_most = 0.003;    // of the length; the samples farther off
+constexpr double exact_share = 0.002;   // are at most so many
+constexpr double near_rms = 0.04;       // of the length
+constexpr double no_turn = radians(4);  // a motion that turns less is the identity
+constexpr double apart = radians(11);   // near symmetries, from each other and from exact ones
+
+Pose about(const Vector3d& centre, const Quaterniond& rotation) {
+  return {centre - rotation * centre, rotation};
+}
+
+/// The turn about `axis` in a rotation, rad (swing-twist decomposition).
+double twist(const Quaterniond& rotation, const Vector3d& axis) {
+  return 2 * std::atan2(rotation.vec().dot(axis), rotation.w());
+}
+
+class Measurement {
+ public:
+  Measurement(const Mesh& mesh, const VisibleSurface& surface, double length)
+      : caster_(seen(mesh, surface)), length_(length) {
+    for (const SurfaceSample& s : surface.samples) samples_.push_back(s.position.cast<double>());
+  }
+
+  /// About `count` of the samples, evenly.
+  std::vector<Vector3d> few(std::size_t count) const {
+    std::vector<Vector3d> result;
+    const std::size_t n = std::min(count, samples_.size());
+    for (std::size_t i = 0; i < n; ++i) result.push_back(samples_[i * samples_.size() / n]);
+    return result;
+  }
+
+  /// Fills deviation and exactness, of the motion and of its inverse.
+  void measure(Symmetry& s, std::size_t most_samples) const {
+    const Pose back = s.motion.inverse();
+    const std::size_t n = std::min(most_samples, samples_.size());
+    double sum = 0;
+    std::size_t off = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vector3d& p = samples_[i * samples_.size() / n];
+      for (const Vector3d& q : {s.motion * p, back * p}) {
+        const double distance = (caster_.nearest(q) - q).norm();
+        sum += distance * distance;
+        if (distance > exact_most * length_) ++off;
+      }
+    }
+    s.deviation_m = std::sqrt(sum / static_cast<double>(2 * n));
+    s.exact = s.deviation_m < exact_rms * length_ &&
+              static_cast<double>(off) <= exact_share * static_cast<double>(2 * n);
+  }
+
+ private:
+  static Mesh seen(const Mesh& mesh, const VisibleSurface& surface) {
+    Mesh result;
+    result.vertices = mesh.vertices;
+    for (const std::uint32_t t : surface.triangles) result.triangles.push_back(mesh.triangles[t]);
+    return result;
+  }
+
+  RayCaster caster_;
+  double length_;
+  std::vector<Vector3d> samples_;
+};
+
+struct Turn {
+  Quaterniond rotation;
+  double score = 0;
+};
+
+/// Rotations that leave most of the surface where it is, each the best of its neighbourhood.
+std::vector<Turn> promising_turns(const std::vector<Vector3d>& points, const Vector3d& centre,
+                                  const DistanceTable& distances) {
+  constexpr int directions = 400;  // 10 degrees apart
+  constexpr int turns = 36;
+  constexpr double beside = radians(9);
+  constexpr std::size_t most = 300;
+  std::vector<Turn> grid;
+  for (const Vector3d& direction : spread_directions(directions)) {
+    const Quaterniond to_axis = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction);
+    for (int i = 0; i < turns; ++i) {
+      const Quaterniond rotation = to_axis * rotation_from_vector({0, 0, radians(360) * i / turns});
+      const Matrix3d matrix = rotation.toRotationMatrix();
+      int sum = 0;
+      for (const Vector3d& p : points) {
+        sum += distances.value((matrix * (p - centre) + centre).cast<float>());
+      }
+      grid.push_back({rotation, static_cast<double>(sum)});
+    }
+  }
+  std::stable_sort(grid.begin(), grid.end(),
+                   [](const Turn& a, const Turn& b) { return a.score < b.score; });
+  std::vector<Turn> best;
+  for (const Turn& t : grid) {
+    if (best.size() == most) break;
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Turn& other) {
+      return t.rotation.angularDistance(other.rotation) < beside;
+    });
+    if (!known) best.push_back(t);
+  }
+  return best;
+}
+
+/// An axis about which every turn is exact, if there is one.
+bool find_axis_of_revolution(const Measurement& measurement, Symmetries& found) {
+  constexpr double golden_angle = 2.399963229728653;
+  Matrix3d scatter = Matrix3d::Zero();
+  const std::vector<Vector3d> points = measurement.few(4000);
+  for (const Vector3d& p : points) {
+    scatter += (p - found.centre) * (p - found.centre).transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter);
+  for (int axis = 0; axis < 3; ++axis) {
+    bool all = true;
+    for (int i = 1; i <= 10 && all; ++i) {
+      Symmetry s;
+      s.motion = about(found.centre,
+                       rotation_from_vector(i * golden_angle * eigen.eigenvectors().col(axis)));
+      measurement.measure(s, 1000);
+      all = s.exact;
+    }
+    if (!all) continue;
+    found.revolution = true;
+    found.axis = eigen.eigenvectors().col(axis);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+int Symmetries::exact_count() const {
+  return 1 + static_cast<int>(std::count_if(motions.begin(), motions.end(),
+                                            [](const Symmetry& s) { return s.exact; }));
+}
+
+bool Symmetries::leads_to(const Pose& motion, double slack, bool equal) const {
+  const auto leads = [&](const Pose& known) {
+    // motion = known, or known and then one that is exact
+    Pose rest = known.inverse() * motion;
+    if (equal) rest = nearest_equal(rest, {});
+    Quaterniond turn = rest.rotation;
+    if (revolution) turn = turn * rotation_from_vector(-twist(turn, axis) * axis);
+    return turn.angularDistance(Quaterniond::Identity()) < slack;
+  };
+  return leads({}) || std::any_of(motions.begin(), motions.end(),
+                                  [&](const Symmetry& s) { return leads(s.motion); });
+}
+
+Pose Symmetries::nearest_equal(const Pose& pose, const Pose& reference) const {
+  const Quaterniond back = reference.rotation.conjugate();
+  Pose best;
+  double least = std::numeric_limits<double>::infinity();
+  const auto consider = [&](Pose equal) {
+    if (revolution) {
+      const double turn = -twist(back * equal.rotation, axis);
+      equal = equal * about(centre, rotation_from_vector(turn * axis));
+    }
+    const double angle = equal.rotation.angularDistance(reference.rotation);
+    if (angle < least) {
+      least = angle;
+      best = equal;
+    }
+  };
+  consider(pose);
+  for (const Symmetry& s : motions) {
+    if (s.exact) consider(pose * s.motion);
+  }
+  return best;
+}
+
+double Symmetries::angle_between(const Pose& pose, const Pose& reference) const {
+  return berth::angle_between(nearest_equal(pose, reference), reference);
+}
+
+double Symmetries::distance(const Pose& pose, const Pose& reference) const {
+  return (nearest_equal(pose, reference) * centre - reference * centre).norm();
+}
+
+Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
+                              const ClosestPointGrid& grid, const DistanceTable& distances,
+                              double length) {
+  constexpr int most_near = 24;
+  const Measurement measurement(mesh, surface, length);
+  Symmetries result;
+  for (const SurfaceSample& s : surface.samples) result.centre += s.position.cast<double>();
+  result.centre /= static_cast<double>(surface.samples.size());
+  find_axis_of_revolution(measurement, result);
+
+  std::vector<Vector3d> centred = measurement.few(250);
+  for (Vector3d& p : centred) p -= result.centre;
+  std::vector<Symmetry> found;
+  for (const Turn& turn : promising_turns(measurement.few(100), result.centre, distances)) {
+    const Pose laid = lay_points(grid, centred, {result.centre, turn.rotation}, 0.05 * length,
+                                 0.005 * length, 15);
+    Symmetry s;
+    s.motion = laid * Pose{-result.centre, Quaterniond::Identity()};
+    if (s.motion.rotation.angularDistance(Quaterniond::Identity()) < no_turn) continue;
+    measurement.measure(s, 300);
+    if (s.deviation_m < near_rms * length) found.push_back(s);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Symmetry& a, const Symmetry& b) {
+    return a.deviation_m < b.deviation_m;
+  });
+  // First those that are exact, then near ones, once for all the poses that an exact one makes
+  // equal. What lies beside a better one is on the way to it.
+  for (Symmetry& s : found) {
+    if (!s.exact) continue;
+    measurement.measure(s, 4000);
+    if (s.exact && !result.leads_to(s.motion, no_turn, false)) result.motions.push_back(s);
+  }
+  int near = 0;
+  for (Symmetry& s : found) {
+    if (near == most_near || result.leads_to(s.motion, apart, true)) continue;
+    measurement.measure(s, 2000);
+    s.exact = false;
+    result.motions.push_back(s);
+    ++near;
+  }
+  return result;
+}
+
+}  // namespace berth::estimator

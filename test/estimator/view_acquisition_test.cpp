@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/acquisition/view_acquisition.h"
+
+#include <algorithm>
+
+#include "test/catch.h"
+#include "test/estimator/scan_maker.h"
+
+using namespace berth;
+using namespace berth::estimator;
+
+namespace {
+
+using Status = AcquisitionResult::Status;
+
+const BeamModel beam_model = [] {
+  BeamModel beam;
+  beam.range_min_m = 0.5;
+  return beam;
+}();
+const ViewAcquisitionOptions options;
+
+std::shared_ptr<const TargetModel> model_of(const std::string& name, const Mesh& mesh) {
+  Target target;
+  target.name = name;
+  target.mesh = mesh;
+  target.hash = content_hash(mesh);
+  target.length = bounding_box(mesh).size().maxCoeff();
+  ModelOptions coarse;
+  coarse.surface_samples = 6000;
+  coarse.grid_voxels = 150000;
+  return load_target_model(target, coarse, std::filesystem::path("build") / "test-models");
+}
+
+/// Flat and with no elongation, no two sides alike.
+std::shared_ptr<const TargetModel> flat_box() {
+  static const auto model = [] {
+    Mesh mesh = make_box({2.4, 2.0, 0.5});
+    mesh.append(make_box({0.7, 0.5, 0.6}), {{0.6, 0.5, 0.5}, Quaterniond::Identity()});
+    mesh.append(make_box({0.3, 1.2, 0.3}), {{-0.8, -0.2, -0.4}, Quaterniond::Identity()});
+    mesh.append(make_box({0.9, 0.1, 0.4}), {{1.6, -0.6, 0}, Quaterniond::Identity()});
+    return model_of("flat-box", mesh);
+  }();
+  return model;
+}
+
+bool is_right(const TargetModel& model, const Pose& pose, const Pose& truth) {
+  return model.symmetries.angle_between(pose, truth) < radians(5) &&
+         model.symmetries.distance(pose, truth) < 0.05 * model.target.length;
+}
+
+/// A scan of a window around the target with about so many returns from it.
+std::vector<RawBeam> scan_of(const TargetModel& model, ScanMaker& lidar, int returns) {
+  ScanMaker probe(model.target.mesh);
+  probe.beam = lidar.beam;
+  probe.pose = lidar.pose;
+  const std::vector<RawBeam> look = probe.sweep(around(model, lidar.pose, 2000));
+  const auto hits = std::count_if(look.begin(), look.end(),
+                                  [](const RawBeam& b) { return b.status == BeamStatus::hit; });
+  const double beams = static_cast<double>(returns) * static_cast<double>(look.size());
+  return lidar.sweep(
+      around(model, lidar.pose, static_cast<int>(beams / static_cast<double>(hits))));
+}
+
+struct Tally {
+  int right = 0;
+  int ambiguous_with_truth = 0;
+  int silent_error = 0;
+  int nothing = 0;
+};
+
+/// spoil: what else happens to the scan.
+template <class Spoil>
+Tally acquire(const TargetModel& model, int trials, int returns, const Spoil& spoil) {
+  const ViewAcquisition acquisition(model, beam_model, options);
+  Random random(17, "attitudes of " + model.target.name);
+  Tally tally;
+  for (int i = 0; i < trials; ++i) {
+    ScanMaker lidar(model.target.mesh, static_cast<std::uint64_t>(i) + 1);
+    lidar.beam = beam_model;
+    lidar.pose = random_pose(random, 5);
+    const Pose truth = lidar.pose;
+    std::vector<RawBeam> raw = scan_of(model, lidar, returns);
+    spoil(raw, random);
+    const AcquisitionResult result = acquisition.acquire(preprocess(raw, {0.5, 15}, beam_model));
+    REQUIRE(result.hypotheses.size() <= 4);
+    const auto right = [&](const Hypothesis& h) { return is_right(model, h.pose, truth); };
+    if (result.status == Status::found) {
+      CHECK(result.reason.empty());
+      ++(right(result.hypotheses.front()) ? tally.right : tally.silent_error);
+    } else {
+      CHECK_FALSE(result.reason.empty());
+      const bool open = result.status == Status::ambiguous &&
+                        std::any_of(result.hypotheses.begin(), result.hypotheses.end(), right);
+      ++(open ? tally.ambiguous_with_truth : tally.nothing);
+    }
+  }
+  return tally;
+}
+
+void as_it_is(std::vector<RawBeam>&, Random&) {}
+
+}  // namespace
+
+TEST_CASE("Shapes with and without a long axis are found in any attitude by 100 to 1000 returns") {
+  for (const auto& model : {replica_model(), flat_box()}) {
+    for (const int returns : {1000, 100}) {
+      const Tally tally = acquire(*model, 30, returns, as_it_is);
+      CAPTURE(model->target.name, returns, tally.right, tally.ambiguous_with_truth);
+      CHECK(tally.silent_error == 0);
+      CHECK(tally.right + tally.ambiguous_with_truth >= 29);
+      CHECK(tally.right >= 27);
+    }
+  }
+}
+
+TEST_CASE("A third of the returns may come from something else") {
+  const auto outliers = [](std::vector<RawBeam>& raw, Random& random) {
+    for (RawBeam& b : raw) {
+      if (random.uniform() > 0.3) continue;
+      b.status = BeamStatus::hit;
+      b.range = random.uniform(3, 8);
+    }
+  };
+  const Tally tally = acquire(*flat_box(), 20, 800, outliers);
+  CAPTURE(tally.right, tally.ambiguous_with_truth, tally.nothing);
+  CHECK(tally.silent_error == 0);
+  CHECK(tally.right >= 19);
+}
+
+TEST_CASE("Without a word about beams that met nothing, the returns alone are enough") {
+  const auto hits_only = [](std::vector<RawBeam>& raw, Random&) {
+    std::erase_if(raw, [](const RawBeam& b) { return b.status != BeamStatus::hit; });
+  };
+  const Tally tally = acquire(*flat_box(), 20, 1000, hits_only);
+  CAPTURE(tally.right, tally.ambiguous_with_truth, tally.nothing);
+  CHECK(tally.silent_error == 0);
+  CHECK(tally.right + tally.ambiguous_with_truth >= 19);
+}
+
+TEST_CASE("The order of the beams does not matter") {
+  const auto model = flat_box();
+  const ViewAcquisition acquisition(*model, beam_model, options);
+  ScanMaker lidar(model->target.mesh, 5);
+  lidar.beam = beam_model;
+  Random random(8, "order");
+  lidar.pose = random_pose(random, 5);
+  std::vector<RawBeam> raw = scan_of(*model, lidar, 800);
+  const AcquisitionResult one = acquisition.acquire(preprocess(raw, {}, beam_model));
+  for (std::size_t i = raw.size() - 1; i > 0; --i) std::swap(raw[i], raw[random.bits() % (i + 1)]);
+  const AcquisitionResult other = acquisition.acquire(preprocess(raw, {}, beam_model));
+  REQUIRE(one.status == Status::found);
+  REQUIRE(other.status == Status::found);
+  CHECK(distance(one.hypotheses.front().pose, other.hypotheses.front().pose) < 1e-6);
+  CHECK(angle_between(one.hypotheses.front().pose, other.hypotheses.front().pose) < 1e-6);
+}
+
+TEST_CASE("Scans with nothing in them acquire nothing, each with a reason") {
+  const auto model = flat_box();
+  const ViewAcquisition acquisition(*model, beam_model, options);
+  std::vector<RawBeam> misses(3000);
+  for (std::size_t i = 0; i < misses.size(); ++i) {
+    misses[i].azimuth = 1e-4 * static_cast<double>(i);
+  }
+  std::vector<RawBeam> one = misses;
+  one[7].status = BeamStatus::hit;
+  one[7].range = 5;
+  const std::vector<RawBeam> same(3000, one[7]);
+  for (const auto& raw : {std::vector<RawBeam>{}, misses, one, same}) {
+    const AcquisitionResult result = acquisition.acquire(preprocess(raw, {}, beam_model));
+    CHECK(result.status == Status::not_found);
+    CHECK_FALSE(result.reason.empty());
+  }
+}
