@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "test/benchmarks/cpu_time.h"
+#include "test/benchmarks/figure.h"
 #include "test/benchmarks/optimal_rays.h"
 #include "test/benchmarks/settings.h"
 #include "test/benchmarks/table.h"
@@ -90,6 +90,21 @@ int ok_count(const std::vector<Result>& results, TrackingOutcome Result::*which)
                                         [&](const Result& r) { return (r.*which).ok; }));
 }
 
+void write_trials(const std::filesystem::path& path, const std::vector<Result>& results) {
+  std::vector<std::vector<double>> rows;
+  for (const Result& r : results) {
+    rows.push_back({static_cast<double>(rows.size()), 1e3 * r.planned, 1e3 * r.uniform,
+                    1e3 * r.optimal, 1e3 * r.optimal_repeated,
+                    1e3 * r.planned_outcome.translation(), degrees(r.planned_outcome.rotation()),
+                    1e3 * r.uniform_outcome.translation(), degrees(r.uniform_outcome.rotation()),
+                    static_cast<double>(r.planned_outcome.returns)});
+  }
+  write_numbers(path,
+                {"trial", "planned mm", "uniform mm", "A-optimal mm", "repeated mm",
+                 "error planned mm", "deg", "error uniform mm", "deg", "returns"},
+                rows);
+}
+
 }  // namespace
 
 int run_planning(const Settings& settings) {
@@ -114,6 +129,7 @@ int run_planning(const Settings& settings) {
       const auto results = results_of(
           std::string("planning ") + name + " " + cell.name, settings.trials, settings.jobs,
           [&](int i) { return run_trial(settings, cell, *subject, i, i < optima); });
+      write_trials(settings.out / ("planning_trials_" + name + "_" + cell.name + ".csv"), results);
       std::vector<double> planned;
       std::vector<double> uniform;
       std::vector<double> optimal;
