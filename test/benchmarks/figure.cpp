@@ -61,6 +61,11 @@ void Figure::draw(const std::filesystem::path& directory) const {
   }
 }
 
+const char* colour_of(std::size_t curve) {
+  constexpr const char* colours[] = {"#c03030", "#3060c0", "#30a030", "#a060a0", "#c08000"};
+  return colours[curve % std::size(colours)];
+}
+
 void write_numbers(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const std::vector<std::vector<double>>& rows) {
   std::vector<std::vector<std::string>> cells;

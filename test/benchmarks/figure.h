@@ -27,6 +27,9 @@ class Figure {
   std::string script_;
 };
 
+/// A colour for each of a few curves.
+const char* colour_of(std::size_t curve);
+
 /// Rows of numbers as CSV.
 void write_numbers(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const std::vector<std::vector<double>>& rows);

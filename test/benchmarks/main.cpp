@@ -27,6 +27,7 @@ constexpr Part parts[] = {
     {"planning", run_planning},
     {"scaling", run_scaling},
     {"paper-acquisition", run_paper_acquisition},
+    {"paper-strategies", run_paper_strategies},
     {"paper-tracking", run_paper_tracking},
     {"micro", run_micro},
 };
@@ -97,7 +98,7 @@ int run(int argc, char* argv[]) {
     missed += part.run(settings);
   }
   std::printf("\n%s\ntables and pictures: %s\n",
-              missed == 0 ? "every target met" : (std::to_string(missed) + " missed").c_str(),
+              missed == 0 ? "no target missed" : (std::to_string(missed) + " missed").c_str(),
               settings.out.c_str());
   return missed == 0 ? 0 : 1;
 }

@@ -1,144 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The paper's Figures 8, 9 and 10: tracking (section 5.3).
+// The paper's Figures 9 and 10: tracking in steps and in motion (sections 5.3.2 and 5.3.3).
 #include <algorithm>
-#include <cmath>
-#include <map>
 
 #include "test/benchmarks/closed_loop.h"
 #include "test/benchmarks/figure.h"
-#include "test/benchmarks/reference_registration.h"
 #include "test/benchmarks/settings.h"
 #include "test/benchmarks/table.h"
-#include "test/benchmarks/trials.h"
+#include "test/benchmarks/tracking_trial.h"
 
 namespace berth::benchmark {
 namespace {
 
 using estimator::ScanStrategy;
-
-const std::vector<const char*> colours = {"#c03030", "#3060c0", "#30a030", "#a060a0", "#c08000"};
-
-/// As published first, then those under test.
-std::vector<std::string> methods_of(const Settings& settings) {
-  std::vector<std::string> names = {"icp"};
-  for (const std::string& name : settings.tracking_methods) {
-    if (name != "icp") names.push_back(name);
-  }
-  return names;
-}
-
-struct Bar {
-  double mm = 0;  // maximum
-  double deg = 0;
-  double rms_mm = std::nan("");
-  double ms = std::nan("");
-};
-
-Bar bar_of(const std::vector<TrackingOutcome>& outcomes) {
-  Bar bar;
-  std::vector<double> residuals;
-  std::vector<double> times;
-  for (const TrackingOutcome& o : outcomes) {
-    bar.mm = std::max(bar.mm, 1e3 * o.translation());
-    bar.deg = std::max(bar.deg, degrees(o.rotation()));
-    residuals.push_back(1e3 * o.residual_rms);
-    times.push_back(o.cpu_ms);
-  }
-  bar.rms_mm = root_mean_square(residuals);
-  if (bar.rms_mm == 0) bar.rms_mm = std::nan("");  // a method that does not say
-  bar.ms = median(times);
-  return bar;
-}
-
-/// All methods on one strategy and noise.
-std::map<std::string, Bar> compare(const Settings& settings,
-                                   std::shared_ptr<const estimator::TargetModel> model,
-                                   int error_case, int strategy) {
-  TrackingCase the_case;
-  the_case.physics.noise = table_1_noise(error_case);
-  the_case.strategy = static_cast<ScanStrategy>(strategy);
-  the_case.returns = strategy == 0 ? 50000 : 1000;  // the paper's
-  the_case.around_m = 0;
-  the_case.around_rad = 0;
-  const std::string label = "figure 8 Error" + std::to_string(error_case) + " " +
-                            estimator::scan_strategy_names()[static_cast<std::size_t>(strategy)];
-  std::vector<TrackingTrial> trials =
-      results_of(label, std::min(settings.trials, 100), settings.jobs, [&](int i) {
-        const Random random(settings.seed, label + std::to_string(i));
-        return make_tracking_trial(*model, the_case, random);
-      });
-  std::map<std::string, Bar> bars;
-  for (const std::string& name : methods_of(settings)) {
-    const auto subject = tracking_named(settings, name, model, the_case.physics.noise);
-    bars[name] =
-        bar_of(results_of(label + " " + name, static_cast<int>(trials.size()), 1, [&](int i) {
-          return track(**subject, subject->noise, trials[static_cast<std::size_t>(i)]);
-        }));
-  }
-  Bar& bound = bars["Cramer-Rao bound (rms)"];
-  for (const TrackingTrial& t : trials) {
-    bound.mm += 1e3 * t.bound.translation / static_cast<double>(trials.size());
-    bound.deg += degrees(t.bound.rotation) / static_cast<double>(trials.size());
-  }
-  // PCL takes seconds for a dense scan.
-  if (strategy == 0) trials.resize(std::min<std::size_t>(trials.size(), 10));
-  for (const auto& [name, outcomes] : reference_registrations(*model, trials, settings.out)) {
-    bars["PCL " + name] = bar_of(outcomes);
-  }
-  return bars;
-}
-
-void figure_8(const Settings& settings, std::shared_ptr<const estimator::TargetModel> model) {
-  Table table(
-      "figure_8",
-      "Figure 8: largest errors of " + std::to_string(std::min(settings.trials, 100)) +
-          " scans at (100, -230, 8000, 25, 20, -30), start 30 mm and 2 deg off. The paper's "
-          "bars are not in its text; its axes end at 8 mm, 0.5 deg, 25 mm RMS and 1,000 ms",
-      {"noise", "strategy", "method", "max mm", "max deg", "RMS mm", "median ms"});
-  Figure figure("figure_8", 1500, 1000);
-  figure.line(
-      "set multiplot layout 3,4\nset grid lc rgb '#e0e0e0'\nset xrange [0.5:6.5]\n"
-      "set xtics ('dense' 1, 'sparse' 2, 'corners' 3, 'edges' 4, 'c+s' 5, 'e+s' 6)\n"
-      "set key noenhanced font ',7' top right\nset logscale y");
-  for (int error_case = 1; error_case <= 3; ++error_case) {
-    std::map<std::string, std::vector<std::vector<double>>> curves;
-    for (int strategy = 0; strategy < 6; ++strategy) {
-      for (const auto& [name, b] : compare(settings, model, error_case, strategy)) {
-        curves[name].push_back({strategy + 1.0, b.mm, b.deg, b.rms_mm, b.ms});
-        table.add({"Error" + std::to_string(error_case),
-                   estimator::scan_strategy_names()[static_cast<std::size_t>(strategy)], name,
-                   number(b.mm, 3), number(b.deg, 4), number(b.rms_mm, 2), number(b.ms, 3)});
-      }
-    }
-    const char* titles[] = {"largest translation error, mm", "largest rotation error, deg",
-                            "RMS residual, mm", "time, ms"};
-    const double paper_axis[] = {8, 0.5, 25, 1000};
-    for (int panel = 0; panel < 4; ++panel) {
-      std::string plot = "plot " + number(paper_axis[panel], 1) +
-                         " with lines dt 3 lc rgb '#808080' title 'end of the paper''s axis'";
-      std::size_t colour = 0;
-      for (const auto& [name, rows] : curves) {
-        const std::string block = "e" + std::to_string(error_case) + "c" + std::to_string(colour);
-        if (panel == 0) figure.data(block, rows);
-        const bool shown = panel < 2 || name.find("bound") == std::string::npos;
-        const bool has_residual = panel != 2 || name.find("PCL") == std::string::npos;
-        if (shown && has_residual) {
-          plot += ", $" + block + " using 1:" + std::to_string(2 + panel) +
-                  " with linespoints pt 7 ps 0.6 lc rgb '" + colours[colour % colours.size()] +
-                  "' title '" + name + "'";
-        }
-        ++colour;
-      }
-      figure.line(panel == 2 ? "unset logscale y\nset yrange [0:30]"
-                             : "set logscale y\nset autoscale y");
-      figure.line("set title 'Error" + std::to_string(error_case) + ": " + titles[panel] + "'\n" +
-                  plot);
-    }
-  }
-  figure.line("unset multiplot");
-  figure.draw(settings.out);
-  table.publish(settings.out);
-}
 
 /// Static scans between which the target moves 30 mm along z, filtered with alpha 0.8.
 void figure_9(const Settings& settings, std::shared_ptr<const estimator::TargetModel> model) {
@@ -157,7 +30,7 @@ void figure_9(const Settings& settings, std::shared_ptr<const estimator::TargetM
   std::size_t colour = 0;
   Physics physics;
   const World world(model->target.mesh, physics, Random(settings.seed, "figure 9"));
-  for (const std::string& name : methods_of(settings)) {
+  for (const std::string& name : published_and_tested(settings)) {
     const auto subject = tracking_named(settings, name, model, physics.noise);
     subject->options.tracker_method = "alpha_beta";
     subject->options.alpha_beta.alpha = 0.8;
@@ -211,7 +84,7 @@ void figure_9(const Settings& settings, std::shared_ptr<const estimator::TargetM
     for (int i = 0; i < 3; ++i) {
       const std::string style = std::string(" with linespoints pt ") + (colour == 0 ? "4" : "7") +
                                 " ps 0.5 dt " + (colour == 0 ? "2" : "1") + " lc rgb '" +
-                                colours[static_cast<std::size_t>(i)] + "' title '" + name + ", " +
+                                colour_of(static_cast<std::size_t>(i)) + "' title '" + name + ", " +
                                 axes[i] + "'";
       shifts +=
           (shifts.empty() ? "plot $" : ", $") + block + " using 1:" + std::to_string(2 + i) + style;
@@ -242,7 +115,7 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
   std::string errors;
   Physics physics;
   const World world(model->target.mesh, physics, Random(settings.seed, "figure 10"));
-  const auto methods = methods_of(settings);
+  const auto methods = published_and_tested(settings);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     estimator::EstimatorOptions options = settings.options;
     options.tracking_method = methods[m];
@@ -281,13 +154,13 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
     const std::string block = "m" + std::to_string(m);
     figure.data(block, rows);
     errors += (m == 0 ? "plot $" : ", $") + block +
-              " using 1:COLUMN with linespoints pt 7 ps 0.4 lc rgb '" +
-              colours[m % colours.size()] + "' title '" + methods[m] + "'";
+              " using 1:COLUMN with linespoints pt 7 ps 0.4 lc rgb '" + colour_of(m) + "' title '" +
+              methods[m] + "'";
     if (m + 1 < methods.size()) continue;
     constexpr const char* names[] = {"x", "y", "z", "w", "p", "r"};
     for (int i = 0; i < 6; ++i) {
       std::string& plot = i < 3 ? position : attitude;
-      const std::string colour = colours[static_cast<std::size_t>(i % 3)];
+      const std::string colour = colour_of(static_cast<std::size_t>(i % 3));
       plot += std::string(i % 3 == 0 ? "$" : ", $") + block + " using 1:" + std::to_string(2 + i) +
               " with points pt 7 ps 0.5 lc rgb '" + colour + "' title '" + names[i] + "', $" +
               block + " using 1:" + std::to_string(8 + i) + " with lines lc rgb '" + colour +
@@ -315,7 +188,6 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
 
 int run_paper_tracking(const Settings& settings) {
   const auto model = model_of(settings);
-  if (settings.wanted("figure_8 ")) figure_8(settings, model);
   if (settings.wanted("figure_9 ")) figure_9(settings, model);
   if (settings.wanted("figure_10 ")) figure_10(settings, model);
   return 0;

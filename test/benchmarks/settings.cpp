@@ -37,4 +37,12 @@ TrackingSubject tracking_named(const Settings& settings, const std::string& name
   return subject;
 }
 
+std::vector<std::string> published_and_tested(const Settings& settings) {
+  std::vector<std::string> names = {"icp"};
+  for (const std::string& name : settings.tracking_methods) {
+    if (name != names.front()) names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace berth::benchmark

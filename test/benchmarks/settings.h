@@ -35,6 +35,7 @@ int run_motion(const Settings& settings);
 int run_planning(const Settings& settings);
 int run_scaling(const Settings& settings);
 int run_paper_acquisition(const Settings& settings);
+int run_paper_strategies(const Settings& settings);
 int run_paper_tracking(const Settings& settings);
 int run_micro(const Settings& settings);
 
@@ -63,5 +64,8 @@ AcquisitionSubject acquisition_named(const Settings& settings, const std::string
 TrackingSubject tracking_named(const Settings& settings, const std::string& name,
                                std::shared_ptr<const estimator::TargetModel> model,
                                const BeamModel& noise);
+
+/// Tracking as published, "icp", then the methods under test.
+std::vector<std::string> published_and_tested(const Settings& settings);
 
 }  // namespace berth::benchmark
