@@ -8,6 +8,15 @@
 
 namespace berth::estimator {
 
+namespace {
+
+/// Whether so many of a count are more than the share that may be, by twice the chance of the draw.
+bool exceeds(int found, int count, double share) {
+  return found > share * count + 2 * std::sqrt(share * (1 - share) * count);
+}
+
+}  // namespace
+
 std::string doubt(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
                   const Pose& pose, const VerificationOptions& options) {
   const double length = model.target.length;
@@ -41,15 +50,15 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     ++about;
     if (distance > tolerance) ++beside;
   }
-  if (beside > options.most_beside * about) {
+  if (exceeds(beside, about, options.most_beside)) {
     return fixed(100.0 * beside / about, 0) +
            " % of the returns about the target are not from it, at most " +
            fixed(100 * options.most_beside, 0) + " % may: it seems part of something else";
   }
-  if (explained < options.least_explained * (explained + through)) {
+  if (exceeds(through, explained + through, options.most_through)) {
     return fixed(100.0 * through / (explained + through), 0) +
            " % of the beams on the target go through it, at most " +
-           fixed(100 * (1 - options.least_explained), 0) + " % may";
+           fixed(100 * options.most_through, 0) + " % may";
   }
   return "";
 }

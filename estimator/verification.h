@@ -10,11 +10,10 @@ namespace berth::estimator {
 
 /// When a pose is not believed, however well it was measured.
 struct VerificationOptions {
-  double most_beside = 0.15;      ///< share of the returns about the target that do not lie on it
-  double least_explained = 0.75;  ///< share of the beams on it, not stopped before, that return
-                                  ///< from it: the others go through
-  double about = 0.1;             ///< "about the target": nearer than this to it, of its length
-  int beams = 2000;               ///< of a scan that are looked at
+  double most_beside = 0.2;    ///< share of the returns about the target that do not lie on it
+  double most_through = 0.25;  ///< share of the beams on it, not stopped before, that go through it
+  double about = 0.1;          ///< "about the target": nearer than this to it, of its length
+  int beams = 2000;            ///< of a scan that are looked at
 };
 
 /// Why a pose (T_sensor_model) cannot be the target's; empty when nothing speaks against it. A
