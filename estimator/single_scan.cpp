@@ -16,6 +16,11 @@ namespace {
 constexpr double start_sigma_of_radius = 0.1;
 constexpr double start_sigma_rad = radians(5);
 
+/// Returns nearer to it than this, of its length, are taken to be the target's.
+constexpr double about_of_length = 0.1;
+/// When so many others are left, of those taken, the target is looked for among them too.
+constexpr double rest_worth_a_look = 0.2;
+
 PoseCandidate candidate_of(const TrackingResult& tracked) {
   PoseCandidate candidate;
   candidate.pose = tracked.pose;
@@ -147,6 +152,7 @@ bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
   }
   result.status = SingleScanResult::Status::ok;
   result.candidates = {candidate_of(tracked)};
+  result.candidates.front().equal_poses = model_.symmetries.exact_count();
   return true;
 }
 
@@ -160,6 +166,7 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
   if (found.status == AcquisitionResult::Status::found ||
       found.status == AcquisitionResult::Status::ambiguous) {
     refine(scan, found, result);
+    if (result.status == SingleScanResult::Status::ok) look_again(scan, result);
     result.refine_us += now() - acquired;
     return;
   }
@@ -224,9 +231,50 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
   }
 }
 
+void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) const {
+  const Pose to_model = result.candidates.front().pose.inverse();
+  const auto belongs = [&](const Vector3d& point) {
+    const Vector3d p = to_model * point;
+    return (model_.caster.nearest(p) - p).norm() < about_of_length * model_.target.length;
+  };
+  CleanScan rest;
+  int taken = 0;
+  constexpr std::size_t most_beams = 20000;
+  const std::size_t stride = 1 + scan.beams.size() / most_beams;
+  for (std::size_t i = 0; i < scan.beams.size(); i += stride) {
+    const Beam& beam = scan.beams[i];
+    if (beam.hit() && belongs(beam.point())) {
+      ++taken;
+      continue;
+    }
+    rest.beams.push_back(beam);
+    if (!beam.hit()) continue;
+    rest.points.push_back(beam.point());
+    rest.beam_of_point.push_back(static_cast<std::uint32_t>(rest.beams.size() - 1));
+  }
+  if (static_cast<double>(rest.points.size()) < rest_worth_a_look * taken) return;
+  const AcquisitionResult found = acquisition_->acquire(rest);
+  if (found.status != AcquisitionResult::Status::found &&
+      found.status != AcquisitionResult::Status::ambiguous) {
+    return;
+  }
+  for (const Hypothesis& hypothesis : found.hypotheses) {
+    std::string doubts;
+    const PoseCandidate other = refined(rest, hypothesis, doubts);
+    if (doubts.empty()) result.candidates.push_back(other);
+  }
+  if (result.candidates.size() == 1) return;
+  // Each explains other returns: their likelihoods cannot be compared.
+  for (PoseCandidate& c : result.candidates) {
+    c.probability = 1.0 / static_cast<double>(result.candidates.size());
+  }
+  result.status = SingleScanResult::Status::ambiguous;
+  result.reason = "two things in the scan look like the target";
+}
+
 bool SingleScan::same_pose(const Pose& a, const Pose& b) const {
-  return (a * model_.centre - b * model_.centre).norm() < 0.01 * model_.radius &&
-         angle_between(a, b) < radians(1);
+  return model_.symmetries.distance(a, b) < 0.01 * model_.radius &&
+         model_.symmetries.angle_between(a, b) < radians(1);
 }
 
 BeamModel without_range_limits(BeamModel beam_model) {

@@ -70,6 +70,9 @@ class SingleScan {
                         std::string& doubts) const;
   void refine(const CleanScan& scan, const AcquisitionResult& found,
               SingleScanResult& result) const;
+  /// Looks for another target among the returns that the one found does not explain: an occluder
+  /// may pass for it.
+  void look_again(const CleanScan& scan, SingleScanResult& result) const;
   bool same_pose(const Pose& a, const Pose& b) const;
   std::int64_t now() const { return stopwatch_ ? stopwatch_() : 0; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/verification.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -15,12 +16,35 @@ bool exceeds(int found, int count, double share) {
   return found > share * count + 2 * std::sqrt(share * (1 - share) * count);
 }
 
+/// How wide points spread across their longest extent: the second of their standard deviations, m.
+class Spread {
+ public:
+  void add(const Vector3d& point) {
+    sum_ += point;
+    products_ += point * point.transpose();
+    ++count_;
+  }
+  double width() const {
+    if (count_ == 0) return 0;
+    const Vector3d mean = sum_ / count_;
+    const Matrix3d covariance = products_ / count_ - mean * mean.transpose();
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
+  }
+
+ private:
+  Vector3d sum_ = Vector3d::Zero();
+  Matrix3d products_ = Matrix3d::Zero();
+  double count_ = 0;
+};
+
 }  // namespace
 
 std::string doubt(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
                   const Pose& pose, const VerificationOptions& options) {
   const double length = model.target.length;
   const Pose to_model = pose.inverse();
+  Spread spread;
   int about = 0;
   int beside = 0;
   int explained = 0;
@@ -48,6 +72,7 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     const double distance = (model.caster.nearest(point) - point).norm();
     if (distance > options.about * length) continue;
     ++about;
+    spread.add(point);
     if (distance > tolerance) ++beside;
   }
   if (exceeds(beside, about, options.most_beside)) {
@@ -59,6 +84,9 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     return fixed(100.0 * through / (explained + through), 0) +
            " % of the beams on the target go through it, at most " +
            fixed(100 * options.most_through, 0) + " % may";
+  }
+  if (spread.width() < options.least_width * length) {
+    return "the returns lie on a line or in one place: that holds no pose";
   }
   return "";
 }
