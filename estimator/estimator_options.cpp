@@ -138,10 +138,31 @@ void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
   at_least(config, "most_points", hough.most_points, 20);
 }
 
+void read_beam_tracking(Config config, BeamTrackingOptions& t) {
+  config.optional("deskew", t.deskew);
+  config.optional("approach_returns", t.approach_returns);
+  config.optional("settle_beams", t.descent.settle_beams);
+  config.optional("gate_sigmas", t.descent.information.gate_sigmas);
+  config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
+  config.optional("least_used", t.least_used);
+  config.optional("most_contradiction", t.most_contradiction);
+  config.optional("most_chi2", t.most_chi2);
+  config.optional("most_uncertain", Dimension::length, t.most_uncertain_m);
+  config.optional("most_shift", Dimension::length, t.most_shift_m);
+  config.optional("most_turn", Dimension::angle, t.most_turn_rad);
+  config.finish();
+  at_least(config, "approach_returns", t.approach_returns, 30);
+  at_least(config, "settle_beams", t.descent.settle_beams, 30);
+  at_least(config, "gate_sigmas", t.descent.information.gate_sigmas, 1);
+  at_least(config, "model_sigma", t.descent.information.model_sigma_m, 0);
+  at_least(config, "least_used", t.least_used, 6);
+}
+
 void read_tracking(Config config, EstimatorOptions& options) {
   options.tracking_method = config.choice("method", tracking_names());
   IcpTrackingOptions& t = options.icp_tracking;
   read_icp(config.section("icp"), t.icp);
+  if (config.has("beam")) read_beam_tracking(config.section("beam"), options.beam_tracking);
   if (config.has("bounded_hough")) {
     read_bounded_hough(config.section("bounded_hough"), options.bounded_hough);
   }

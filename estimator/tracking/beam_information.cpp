@@ -12,7 +12,7 @@ namespace berth::estimator {
 namespace {
 
 constexpr std::size_t chunk = 64;      // beams at a time, on the stack
-constexpr std::size_t edge_chunk = 8;  // with all their nodes
+constexpr std::size_t edge_chunk = 8;  // of those near an edge, with all their nodes
 
 Matrix6d both(const Matrix3d& rotation) {
   Matrix6d m = Matrix6d::Zero();
@@ -77,18 +77,24 @@ class Accumulator {
     const Matrix6d turn = both(frame_.turn());
     covariance_ = turn * at.covariance * turn.transpose();
     certain_ = at.covariance.isZero(0);
-    const double distance = (at.pose * model.centre).norm();
-    blurred_ =
-        std::sqrt(angle_variance_) * distance > options.least_blur * beam_model.range_sigma_m;
+    // The pose may be off across the beams by as much as at the target's centre.
+    const Vector3d centre = at.pose * model.centre;
+    Eigen::Matrix<double, 3, 6> lever;
+    lever << Matrix3d::Identity(), -skew(centre - at.pose.position);
+    const double extra2 =
+        (lever * at.covariance * lever.transpose()).trace() / 3 / centre.squaredNorm();
+    arm_right_ = std::sqrt(3.0 * (az * az + extra2));
+    arm_up_ = std::sqrt(3.0 * (el * el + extra2));
+    edge_reach_ = 2.5 * std::sqrt(angle_variance_ + extra2);
   }
 
   BeamInformation run(std::span<const Beam> beams, std::size_t stride) {
-    const std::size_t most = blurred_ ? edge_chunk : chunk;
     for (std::size_t i = 0; i < beams.size();) {
       std::size_t count = 0;
-      for (; count < most && i < beams.size(); i += stride) batch_[count++] = &beams[i];
-      blurred_ ? take_blurred(count) : take(count);
+      for (; count < chunk && i < beams.size(); i += stride) batch_[count++] = &beams[i];
+      take(count);
     }
+    take_edges();
     sums_.flush();
     const Matrix6d back = both(at_.pose.rotation.toRotationMatrix());
     for (std::size_t k = 0; k < 3; ++k) {
@@ -114,23 +120,60 @@ class Accumulator {
     model_.caster.cast({rays_.data(), count}, far(), hits_);
     for (std::size_t i = 0; i < count; ++i) {
       const RayHit& hit = hits_[i];
-      if (!std::isfinite(hit.range)) continue;
       const Ray& ray = rays_[i];
+      if (!std::isfinite(hit.range)) {
+        take_beside(*batch_[i], times_[i], ray);
+        continue;
+      }
       const double cosine = -hit.normal.dot(ray.direction);
+      const Vector3d point = ray.origin + hit.range * ray.direction;
+      // On the surface the noise reaches farther the more it slopes.
+      const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
+      if (options_.edges && model_.borders.near(hit.triangle, point, reach)) {
+        if (edge_count_ == edge_chunk) take_edges();
+        edges_[edge_count_++] = batch_[i];
+        continue;
+      }
       const double sine2 = 1 - cosine * cosine;
-      take_plain(*batch_[i], times_[i], hit.normal, ray.origin + hit.range * ray.direction,
-                 hit.range, cosine, hit.range * hit.range * sine2 * angle_variance_);
+      if (!take_plain(*batch_[i], times_[i], hit.normal, point, hit.range, cosine,
+                      hit.range * hit.range * sine2 * angle_variance_)) {
+        take_beside(*batch_[i], times_[i], ray);
+      }
     }
   }
 
-  /// One face: a row.
-  void take_plain(const Beam& beam, double time, const Vector3d& normal, const Vector3d& point,
+  /// A return that the model does not explain, but which is near it.
+  void take_beside(const Beam& beam, double time, const Ray& ray) {
+    if (!beam.hit()) return;
+    result_.cost += gate2_;
+    const Vector3d point = ray.origin + beam.range * ray.direction;
+    ClosestPointGrid::Match match;
+    if (!model_.grid.refined(point, match)) return;
+    const Vector3d away = point - match.point;
+    const double distance2 = away.squaredNorm();
+    const double reach2 = options_.pull_m * options_.pull_m;
+    if (distance2 > reach2 || !(distance2 > 0)) return;
+    ++result_.beside;
+    if (options_.pull_sigma_m == 0) return;
+    const double distance = std::sqrt(distance2);
+    const double rest = 1 - distance2 / reach2;
+    const double weight = rest * rest / (options_.pull_sigma_m * options_.pull_sigma_m);  // Tukey
+    const Vector3d direction = away / distance;
+    sums_.add(direction, match.point.cross(direction), weight, weight * distance, time);
+  }
+
+  /// One face: a row. @return whether the return fits it, or there is none.
+  bool take_plain(const Beam& beam, double time, const Vector3d& normal, const Vector3d& point,
                   double range, double cosine, double angle_variance) {
-    if (cosine < options_.least_cosine) return;
+    if (cosine < options_.least_cosine) {
+      if (beam.hit()) result_.cost += gate2_;
+      return true;
+    }
     ++result_.predicted;
     if (!beam.hit()) {
       ++result_.through;
-      return;
+      result_.cost += 0.5 * gate2_;
+      return true;
     }
     const double variance =
         cosine * cosine * range_variance(beam) + angle_variance + model_variance_;
@@ -138,11 +181,14 @@ class Accumulator {
     const Vector3d torque = point.cross(normal);
     if (residual * residual > gate2_ * (variance + pose_variance(normal, torque))) {
       ++(residual < 0 ? result_.through : result_.blocked);
-      return;
+      return false;
     }
     ++result_.used;
-    result_.chi2 += residual * residual / variance;
+    const double z2 = residual * residual / variance;
+    result_.chi2 += z2;
+    result_.cost += std::min(z2, gate2_);
     sums_.add(normal, torque, 1 / variance, residual / variance, time);
+    return true;
   }
 
   /// Variance along the normal that the pose's uncertainty brings about.
@@ -153,41 +199,41 @@ class Accumulator {
     return j.dot(covariance_ * j);
   }
 
-  void take_blurred(std::size_t count) {
+  /// The beams put aside: near an end of the face that they meet.
+  void take_edges() {
+    std::array<double, edge_chunk> times;
     std::array<Vector3d, edge_chunk> right;
     std::array<Vector3d, edge_chunk> up;
-    for (std::size_t i = 0; i < count; ++i) {
-      times_[i] = frame_.go_to(*batch_[i]);
-      const Vector3d& d = batch_[i]->direction;
+    for (std::size_t i = 0; i < edge_count_; ++i) {
+      times[i] = frame_.go_to(*edges_[i]);
+      const Vector3d& d = edges_[i]->direction;
       const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
       // Derivatives of beam_direction(), times the length of an arm.
-      const double arm = std::sqrt(3.0);
-      right[i] = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * (arm * beam_model_.azimuth_sigma_rad);
-      up[i] = frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) *
-              (arm * beam_model_.elevation_sigma_rad);
+      right[i] = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
+      up[i] =
+          frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) * arm_up_;
       const Vector3d centre = frame_.turn() * d;
       for (std::size_t n = 0; n < BeamNodes::count; ++n) {
-        rays_[i * BeamNodes::count + n] = {
+        node_rays_[i * BeamNodes::count + n] = {
             frame_.eye(),
             (centre + BeamNodes::right[n] * right[i] + BeamNodes::up[n] * up[i]).normalized()};
       }
     }
-    model_.caster.cast({rays_.data(), count * BeamNodes::count}, far(), hits_);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Beam& beam = *batch_[i];
-      const std::size_t first = i * BeamNodes::count;
-      const std::span<const Ray> rays{&rays_[first], BeamNodes::count};
-      const std::span<const RayHit> hits{&hits_[first], BeamNodes::count};
+    model_.caster.cast({node_rays_.data(), edge_count_ * BeamNodes::count}, far(), node_hits_);
+    for (std::size_t i = 0; i < edge_count_; ++i) {
+      const std::span<const Ray> rays{&node_rays_[i * BeamNodes::count], BeamNodes::count};
+      const std::span<const RayHit> hits{&node_hits_[i * BeamNodes::count], BeamNodes::count};
       if (meet_one_plane(rays, hits)) {
         const RayHit& hit = hits[0];
         const double cosine = -hit.normal.dot(rays[0].direction);
-        take_plain(beam, times_[i], hit.normal, rays[0].origin + hit.range * rays[0].direction,
+        take_plain(*edges_[i], times[i], hit.normal, rays[0].origin + hit.range * rays[0].direction,
                    hit.range, cosine,
                    hit.range * hit.range * (1 - cosine * cosine) * angle_variance_);
       } else {
-        take_edge(beam, times_[i], rays, hits, right[i], up[i]);
+        take_edge(*edges_[i], times[i], rays, hits, right[i], up[i]);
       }
     }
+    edge_count_ = 0;
   }
 
   bool meet_one_plane(std::span<const Ray> rays, std::span<const RayHit> hits) const {
@@ -219,7 +265,10 @@ class Accumulator {
       on += BeamNodes::weight[n];
       if (front == BeamNodes::count || hits[n].range < hits[front].range) front = n;
     }
-    if (front == BeamNodes::count) return;
+    if (front == BeamNodes::count) {
+      if (beam.hit()) result_.cost += gate2_;
+      return;
+    }
     // The edge is the front face's: it goes where that goes.
     const double edge_range = hits[front].range;
     const Vector3d edge = rays[front].origin + edge_range * rays[front].direction;
@@ -274,7 +323,11 @@ class Accumulator {
     if (regularly) {
       ++result_.used;
       result_.chi2 += chi2 / regular_sum;
-    } else if (on > 0.5) {
+      result_.cost += std::min(chi2 / regular_sum, gate2_);
+    } else {
+      result_.cost += beam.hit() ? gate2_ : 0.5 * gate2_ * on;
+    }
+    if (!regularly && on > 0.5) {
       ++(beam.hit() && beam.range < edge_range ? result_.blocked : result_.through);
     }
     sums_.add(force / sum, torque / sum, 1, 1, time);
@@ -288,15 +341,19 @@ class Accumulator {
   const BeamLinearisation& at_;
   MovingFrame frame_;
   NormalSums sums_;
-  double angle_variance_, model_variance_, gate2_;
+  double angle_variance_, arm_right_, arm_up_;
+  double model_variance_, gate2_;
   Matrix6d covariance_;
   bool certain_;
-  bool blurred_;
+  double edge_reach_;  // rad
   std::array<const Beam*, chunk> batch_;
   std::array<double, chunk> times_;
-  static_assert(chunk <= edge_chunk * BeamNodes::count);
-  std::array<Ray, edge_chunk * BeamNodes::count> rays_;
-  std::array<RayHit, edge_chunk * BeamNodes::count> hits_;
+  std::array<Ray, chunk> rays_;
+  std::array<RayHit, chunk> hits_;
+  std::size_t edge_count_ = 0;
+  std::array<const Beam*, edge_chunk> edges_;
+  std::array<Ray, edge_chunk * BeamNodes::count> node_rays_;
+  std::array<RayHit, edge_chunk * BeamNodes::count> node_hits_;
   BeamInformation result_;
 };
 
@@ -306,10 +363,12 @@ BeamInformation& BeamInformation::operator+=(const BeamInformation& other) {
   for (std::size_t i = 0; i < 3; ++i) information[i] += other.information[i];
   for (std::size_t i = 0; i < 2; ++i) gradient[i] += other.gradient[i];
   chi2 += other.chi2;
+  cost += other.cost;
   used += other.used;
   predicted += other.predicted;
   through += other.through;
   blocked += other.blocked;
+  beside += other.beside;
   return *this;
 }
 

@@ -26,10 +26,16 @@ struct BeamInformationOptions {
   double gate_sigmas = 4;     ///< a return farther from the face that its beam meets is not used
   double model_sigma_m = 0;   ///< of the real surface about the mesh, along its normal
   double least_cosine = 0.1;  ///< of the incidence; below it a range says little of the surface
-  /// Where the angle noise moves a beam on the target by more than so many range sigmas, beams near
-  /// an edge are integrated over the faces that they may have met, and misses tell where the edge
-  /// is. Elsewhere a beam is taken to meet what it is reported to point at. 0: always integrate.
-  double least_blur = 0.2;
+  /// Beams that meet the model nearer to the end of a face than their angle noise are integrated
+  /// over the faces that they may have met; there misses tell of the pose, too.
+  bool edges = true;
+  double extra_blur_rad =
+      0;  ///< on top of the angle noise, at edges: while the pose is still rough
+  /// While the pose is still rough: a return that does not fit the face its beam meets, or whose
+  /// beam passes the model, but which is within pull_m of it, is drawn to the nearest surface with
+  /// this standard deviation. It brings back panels that have slipped along themselves. 0: no pull.
+  double pull_sigma_m = 0;
+  double pull_m = 0.15;          ///< nearer than this to the model a return counts as beside it
   bool of_velocity = true;       ///< else of the pose alone: information[0] and gradient[0]
   LikelihoodOptions likelihood;  ///< for beams at an edge: shares of misses and outliers
 };
@@ -50,11 +56,16 @@ struct BeamInformationOptions {
 struct BeamInformation {
   std::array<Matrix6d, 3> information{Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero()};
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
-  double chi2 = 0;    ///< sum of r^2/s^2 of the returns used
+  double chi2 = 0;  ///< sum of r^2/s^2 of the returns used
+  /// Minus twice the log-likelihood, but for a constant: of every return r^2/s^2, at most the
+  /// gate's square; of every miss of a beam that should meet the model, half that. To compare
+  /// poses.
+  double cost = 0;
   int used = 0;       ///< returns that meet the model where they should
   int predicted = 0;  ///< beams, misses too, that should meet the model
   int through = 0;    ///< of these, those that saw nothing, or something behind: free space
   int blocked = 0;    ///< of these, those that met something in front: occluders
+  int beside = 0;     ///< returns about the model from where it should not be
 
   BeamInformation& operator+=(const BeamInformation& other);
   /// Of pose and velocity together, for a filter.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/tracking/beam_tracking.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -11,81 +10,68 @@ namespace berth::estimator {
 
 namespace {
 
-/// Information of a prior three times as wide as the prediction: what no return holds stays there.
-Matrix6d bound_of(const Matrix6d& covariance) {
-  return (9 * covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
+std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
+
+/// Standard deviation of the target's farthest points, m.
+double uncertainty(const TargetModel& model, const Matrix6d& covariance) {
+  const Vector6d variance = covariance.diagonal();
+  const double reach = model.radius;
+  return std::sqrt(variance.head<3>().sum() + reach * reach * variance.tail<3>().sum());
 }
 
-/// Of returns, about so many, at the time of the prediction.
-std::vector<Vector3d> sample(const CleanScan& scan, const Prediction& predicted, bool deskew,
-                             int count) {
-  const std::size_t stride =
-      std::max<std::size_t>(1, scan.points.size() / static_cast<std::size_t>(count));
+/// Returns that fit worse than the beam model says are trusted that much less. Within what chance
+/// does the model is right.
+double variance_factor(const BeamInformation& sums) {
+  const double used = std::max(1, sums.used);
+  const double per_return = sums.chi2 / used;
+  return per_return > 1 + 4 * std::sqrt(2 / used) ? per_return : 1;
+}
+
+}  // namespace
+
+double contradicted(const BeamInformation& sums) {
+  const int against = sums.through + sums.beside;
+  return static_cast<double>(against) / std::max(1, sums.used + against);
+}
+
+/// About as many returns as the approach needs, at the time of the prediction.
+std::vector<Vector3d> BeamTracking::sample(const CleanScan& scan,
+                                           const Prediction& predicted) const {
+  const std::size_t stride = std::max<std::size_t>(
+      1, scan.points.size() / static_cast<std::size_t>(options_.approach_returns));
   std::vector<Vector3d> points;
   points.reserve(scan.points.size() / stride + 1);
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const Vector3d& p = scan.points[i];
-    const Velocity& v = predicted.velocity;
-    if (!deskew) {
-      points.push_back(p);
-      continue;
-    }
     const std::int64_t utime = scan.beams[scan.beam_of_point[i]].utime;
-    const double late = static_cast<double>(utime - scan.utime_mean) * 1e-6;
+    const double late = options_.deskew ? static_cast<double>(utime - scan.utime_mean) * 1e-6 : 0;
+    const Velocity& v = predicted.velocity;
     points.push_back(p - late * (v.linear + v.angular.cross(p - predicted.pose.position)));
   }
   return points;
 }
 
-}  // namespace
-
-BeamTracking::Fit BeamTracking::fit(const CleanScan& scan, const Prediction& predicted,
-                                    const Pose& start) const {
-  Fit fit;
-  const Matrix6d bound = bound_of(predicted.covariance);
-  BeamLinearisation at{start, {}, scan.utime_mean, Matrix6d::Zero()};
-  if (options_.deskew) at.velocity = predicted.velocity;
-  BeamInformationOptions of_pose = options_.information;
-  of_pose.of_velocity = false;
-  // The approach is good to about this.
-  const double rough = 0.02;
-  at.covariance.diagonal() << Vector3d::Constant(rough * rough),
-      Vector3d::Constant(rough * rough / (model_.radius * model_.radius));
-  const auto step = [&](std::size_t stride) {
-    fit.sums = beam_information(model_, beam_model_, scan.beams, at, of_pose, stride);
-    const Matrix6d information = fit.sums.information[0] + bound;
-    const Eigen::LDLT<Matrix6d> solver(information);
-    fit.covariance = solver.solve(Matrix6d::Identity());
-    const Vector6d d =
-        solver.solve(fit.sums.gradient[0] + bound * difference(at.pose, predicted.pose));
-    at.pose = perturbed(at.pose, d);
-    at.covariance = fit.covariance;
-    ++fit.steps;
-    return d.dot(information * d);  // in squared sigmas
-  };
-  const std::size_t stride =
-      std::max<std::size_t>(1, scan.beams.size() / static_cast<std::size_t>(options_.settle_beams));
-  for (int i = 0; i < options_.max_settle_steps; ++i) {
-    if (step(stride) < 0.1) break;
-  }
-  for (int i = 0; i < 3; ++i) {
-    if (step(1) < 0.3) break;
-  }
-  fit.pose = at.pose;
-  return fit;
-}
-
-std::string BeamTracking::judge(const TrackingResult& result, const Fit& fit,
+std::string BeamTracking::judge(const TrackingResult& result, const BeamInformation& sums,
                                 const Pose& predicted) const {
-  if (result.used < options_.least_used) {
-    return std::to_string(result.used) + " returns fit the target, at least " +
+  if (sums.used < options_.least_used) {
+    return std::to_string(sums.used) + " returns fit the target, at least " +
            std::to_string(options_.least_used) + " are needed";
   }
-  const int free = fit.sums.used + fit.sums.through;
-  const double explained = static_cast<double>(fit.sums.used) / std::max(1, free);
-  if (explained < options_.least_explained) {
-    return "only " + fixed(100 * explained, 0) +
-           " % of the beams that should meet the target return from it";
+  const double against = contradicted(sums);
+  if (against > options_.most_contradiction) {
+    return percent(against) + " of the beams contradict the pose, at most " +
+           percent(options_.most_contradiction) + " may";
+  }
+  const double chi2 = sums.chi2 / sums.used;
+  if (chi2 > options_.most_chi2) {
+    return "the returns spread " + fixed(chi2, 1) + " times the beam model's variance, at most " +
+           fixed(options_.most_chi2, 1) + " times is trusted";
+  }
+  const double sigma = uncertainty(model_, result.covariance);
+  if (!(sigma < options_.most_uncertain_m)) {
+    return "the returns do not determine all six degrees of freedom: the target's ends are known "
+           "to " +
+           fixed(1e3 * sigma, 0) + " mm";
   }
   const double shift = (result.pose * model_.centre - predicted * model_.centre).norm();
   if (shift > options_.most_shift_m) {
@@ -104,20 +90,35 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   TrackingResult result;
   result.pose = predicted.pose;
   result.covariance = predicted.covariance;
-  const Pose near =
-      approach(model_, sample(scan, predicted, options_.deskew, options_.approach_returns),
-               predicted.pose, options_.approach);
-  const Fit best = fit(scan, predicted, near);
+  const bool known = predicted.pose.position.allFinite() &&
+                     predicted.pose.rotation.coeffs().allFinite() &&
+                     predicted.covariance.allFinite();
+  if (!known) {
+    result.reason = "the prediction is not finite";
+    return result;
+  }
+  if (static_cast<int>(scan.points.size()) < options_.least_used) {
+    result.reason = std::to_string(scan.points.size()) +
+                    " returns inside the range gate, at least " +
+                    std::to_string(options_.least_used) + " are needed";
+    return result;
+  }
+  BeamDescent descent(model_, beam_model_, scan, predicted, options_.descent, options_.deskew);
+  descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
+  if (contradicted(descent.best().sums) > options_.most_settled_contradiction) descent.retry();
+
+  const BeamDescent::Result& best = descent.best();
+  const BeamInformation& sums = best.sums;
   result.pose = best.pose;
-  result.covariance = 0.5 * (best.covariance + best.covariance.transpose());
+  result.covariance = variance_factor(sums) * best.covariance;
+  result.residual_rms = beam_model_.range_sigma_m * std::sqrt(sums.chi2 / std::max(1, sums.used));
   result.iterations = best.steps;
-  result.used = best.sums.used;
-  result.near = best.sums.used + best.sums.through;
-  result.residual_rms =
-      beam_model_.range_sigma_m * std::sqrt(best.sums.chi2 / std::max(1, best.sums.used));
-  result.fit = {-0.5 * best.sums.chi2, best.sums.predicted, best.sums.used, best.sums.through};
-  result.confidence = static_cast<double>(result.used) / std::max(1, result.near);
-  result.reason = judge(result, best, predicted.pose);
+  result.used = sums.used;
+  result.near = sums.used + sums.blocked + sums.beside;
+  result.fit = {-0.5 * sums.chi2, sums.predicted, sums.used, sums.through};
+  result.confidence = static_cast<double>(sums.used) /
+                      std::max(1, sums.used + sums.blocked + sums.beside + sums.through);
+  result.reason = judge(result, sums, predicted.pose);
   result.ok = result.reason.empty();
   return result;
 }

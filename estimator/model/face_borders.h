@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/core/mesh.h"
+
+namespace berth::estimator {
+
+/// Where the flat faces of a mesh end: at open edges and at creases, not where one triangle goes on
+/// in the next. Model frame, m.
+class FaceBorders {
+ public:
+  explicit FaceBorders(const Mesh& mesh);
+
+  /// Whether a point of a triangle is nearer than this to an end of its face, as far as the
+  /// triangle's own sides tell.
+  bool near(std::uint32_t triangle, const Vector3d& point, double distance) const {
+    const auto& sides = sides_[triangle];
+    return sides[0].inward.dot(point) < sides[0].offset + distance ||
+           sides[1].inward.dot(point) < sides[1].offset + distance ||
+           sides[2].inward.dot(point) < sides[2].offset + distance;
+  }
+
+ private:
+  /// Depth inside a side: inward.point - offset. Endless where the face goes on.
+  struct Side {
+    Vector3d inward = Vector3d::Zero();
+    double offset = -1e30;
+  };
+  std::vector<std::array<Side, 3>> sides_;
+};
+
+}  // namespace berth::estimator

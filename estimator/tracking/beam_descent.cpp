@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/tracking/beam_descent.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace berth::estimator {
+
+namespace {
+
+/// Information of a prior three times as wide as the prediction: what no return holds stays there.
+Matrix6d bound_of(const Matrix6d& covariance) {
+  return (9 * covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
+}
+
+}  // namespace
+
+BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
+                         const CleanScan& scan, const Prediction& predicted,
+                         const BeamDescentOptions& options, bool deskew)
+    : model_(model),
+      beam_model_(beam_model),
+      scan_(scan),
+      predicted_(predicted),
+      options_(options),
+      bound_(bound_of(predicted.covariance)),
+      pose_only_(options.information),
+      few_(std::max<std::size_t>(
+          1, scan.beams.size() / static_cast<std::size_t>(options.settle_beams))) {
+  pose_only_.of_velocity = false;
+  at_.utime = scan.utime_mean;
+  if (deskew) at_.velocity = predicted.velocity;
+  const double angle = std::hypot(beam_model.azimuth_sigma_rad, beam_model.elevation_sigma_rad);
+  const double distance = (predicted.pose * model.centre).norm();
+  blurred_ = angle / std::sqrt(2.0) * distance > options.least_blur * beam_model.range_sigma_m;
+}
+
+void BeamDescent::run(const Pose& start) {
+  at_.pose = start;
+  settle();
+  if (blurred_) sharpen({0.008, 0.003});
+  polish();
+}
+
+void BeamDescent::retry() {
+  at_.pose = best_.pose;
+  sharpen({0.016, 0.006, 0.003, 0.0015});
+  polish();
+}
+
+/// Without edges; what does not fit is drawn to the nearest surface.
+void BeamDescent::settle() {
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  how.pull_sigma_m = options_.pull_sigma_m;
+  at_.covariance = predicted_.covariance;
+  for (int i = 0; i < options_.settle_steps; ++i) {
+    const double moved = step(how, few_);
+    // The gate closes gradually: the first steps know less than they think.
+    at_.covariance = covariance_ + options_.gate_shrink * at_.covariance;
+    if (moved < 1) break;
+  }
+}
+
+void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
+  constexpr int most_steps = 2;  // at one scale
+  for (const double scale : scales_m) {
+    const double turn = scale / model_.radius;
+    for (int i = 0; i < most_steps; ++i) {
+      at_.covariance.setZero();
+      at_.covariance.diagonal() << Vector3d::Constant(scale * scale),
+          Vector3d::Constant(turn * turn);
+      if (step(pose_only_, few_) < 1) break;
+    }
+  }
+}
+
+/// All beams. A step after which they are less likely is taken back.
+void BeamDescent::polish() {
+  constexpr double flips = 3;  // beams that come to another face make the cost jump by gates
+  const double tolerance = flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
+  constexpr double at_rest = 0.3;  // squared standard deviations
+  BeamInformationOptions how = pose_only_;
+  how.edges = pose_only_.edges && blurred_;
+  Result last;
+  double last_cost = std::numeric_limits<double>::infinity();
+  double share = 1;
+  for (int i = 0; i < options_.polish_steps; ++i) {
+    at_.covariance = share * covariance_;
+    const Pose before = at_.pose;
+    const double moved = step(how, 1);
+    if (sums_.cost > last_cost + tolerance) {
+      last.pose = before;
+      break;
+    }
+    last = {at_.pose, covariance_, sums_, 0};
+    last_cost = sums_.cost;
+    if (!how.edges && moved < at_rest) break;
+    share *= 0.25;
+  }
+  if (last_cost < best_cost_) {
+    best_cost_ = last_cost;
+    best_ = last;
+  }
+  best_.steps = steps_;
+}
+
+/// @return the step's length in its own standard deviations, squared.
+double BeamDescent::step(const BeamInformationOptions& how, std::size_t stride) {
+  sums_ = beam_information(model_, beam_model_, scan_.beams, at_, how, stride);
+  const Matrix6d information = sums_.information[0] + bound_;
+  const Eigen::LDLT<Matrix6d> solver(information);
+  covariance_ = solver.solve(Matrix6d::Identity());
+  covariance_ = Matrix6d(0.5 * (covariance_ + covariance_.transpose()));
+  const Vector6d d =
+      solver.solve(sums_.gradient[0] + bound_ * difference(at_.pose, predicted_.pose));
+  at_.pose = perturbed(at_.pose, d);
+  ++steps_;
+  return d.dot(information * d);
+}
+
+}  // namespace berth::estimator

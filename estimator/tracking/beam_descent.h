@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <initializer_list>
+#include <limits>
+
+#include "estimator/tracking/beam_information.h"
+#include "estimator/tracking/tracking.h"
+
+namespace berth::estimator {
+
+struct BeamDescentOptions {
+  BeamInformationOptions information;
+  int settle_beams = 500;      ///< of a scan, on which a fit begins
+  int settle_steps = 10;       ///< at most
+  double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
+  double gate_shrink = 0.1;    ///< of the gate's variance, from step to step
+  /// Where the angle noise moves a beam on the target by more than so many of its range sigmas, the
+  /// last word is with edges, too. Elsewhere they decide between optima only: too sharp to
+  /// converge.
+  double least_blur = 0.2;
+  int polish_steps = 3;  ///< on all beams, at most
+};
+
+/// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on few with
+/// edges at ever finer scales, on all. The likelihood has many optima; the best that was met is
+/// kept.
+class BeamDescent {
+ public:
+  struct Result {
+    Pose pose;  ///< T_sensor_model at the scan's mean time
+    Matrix6d covariance = Matrix6d::Identity();
+    BeamInformation sums;  ///< at the pose before the last step
+    int steps = 0;
+  };
+
+  /// What is passed in must outlive it.
+  BeamDescent(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
+              const Prediction& predicted, const BeamDescentOptions& options, bool deskew);
+
+  /// From a start within some decimetres.
+  void run(const Pose& start);
+  /// Again from the best, with edges so blurred at first that they are seen from a slip away.
+  void retry();
+  const Result& best() const { return best_; }
+
+ private:
+  void settle();
+  void sharpen(std::initializer_list<double> scales_m);
+  void polish();
+  double step(const BeamInformationOptions& how, std::size_t stride);
+
+  const TargetModel& model_;
+  const BeamModel& beam_model_;
+  const CleanScan& scan_;
+  const Prediction& predicted_;
+  const BeamDescentOptions& options_;
+  Matrix6d bound_;  ///< information
+  BeamInformationOptions pose_only_;
+  bool blurred_;
+  std::size_t few_;  ///< stride
+  BeamLinearisation at_;
+  BeamInformation sums_;
+  Matrix6d covariance_ = Matrix6d::Identity();
+  int steps_ = 0;
+  double best_cost_ = std::numeric_limits<double>::infinity();
+  Result best_;
+};
+
+}  // namespace berth::estimator
