@@ -211,10 +211,13 @@ double InformationPlanner::expected_trace(const Pose& pose, double sigma,
   return sum / static_cast<double>(poses.size());
 }
 
-InformationPlan InformationPlanner::plan(const Pose& pose, double sigma, const Window& outline,
-                                         int beams) const {
+InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigma,
+                                         const Window& outline, int beams) const {
   InformationPlan plan;
   if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
+  // A tracker finds its way back from the margin only when the windows still hold the target there.
+  const double sigma =
+      std::hypot(predicted_sigma, options_.least_margin_m / options_.margin_sigmas);
   // What no surface holds is known from before, but hardly.
   const double known = 0.3 * model_.canonical.half_length;
   const Matrix6d prior = Matrix6d::Identity() / (known * known);

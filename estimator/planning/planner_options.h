@@ -16,7 +16,7 @@ struct FieldOfView {
 struct PlannerOptions {
   int most_windows = 24;             ///< of one kind
   double margin_sigmas = 2;          ///< windows grow by so much of the pose's uncertainty
-  double least_margin_m = 0.02;      ///< and by this
+  double least_margin_m = 0.02;      ///< and by this; in information planning, never less than this
   double least_share_in_view = 0.4;  ///< of a window; less and it is left out
   double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
   double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
