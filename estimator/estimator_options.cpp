@@ -239,15 +239,20 @@ void read_planner(Config config, PlannerOptions& planner) {
   config.optional("least_share_in_view", planner.least_share_in_view);
   config.optional("surface_share", planner.surface_share);
   config.optional("dense_factor", planner.dense_factor);
+  config.optional("spread_share", planner.spread_share);
   config.optional("view_cells", planner.view_cells);
   config.optional("least_cosine", planner.least_cosine);
   config.optional("design_tolerance", planner.design_tolerance);
   config.finish();
   at_least(config, "most_windows", planner.most_windows, 1);
   at_least(config, "dense_factor", planner.dense_factor, 1);
+  at_least(config, "margin_sigmas", planner.margin_sigmas, 0.1);
   at_least(config, "view_cells", planner.view_cells, 100);
   at_least(config, "least_cosine", planner.least_cosine, 0);
   at_least(config, "design_tolerance", planner.design_tolerance, 1e-4);
+  if (!(planner.spread_share >= 0 && planner.spread_share < 1)) {
+    throw config.error("spread_share", "found a share outside [0, 100 %)");
+  }
   if (!(planner.surface_share > 0 && planner.surface_share < 1)) {
     throw config.error("surface_share", "found a share outside (0, 100 %)");
   }

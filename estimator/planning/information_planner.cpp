@@ -163,7 +163,7 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
     take(best);
   }
   std::vector<Window> windows;
-  for (const double size : {1.0, 2.0}) {
+  for (const double size : {0.5, 1.0, 2.0}) {
     for (const int cell : cells) windows.push_back(grid.window(cell, size));
   }
   windows.push_back(grid.outline);
@@ -212,7 +212,8 @@ double InformationPlanner::expected_trace(const Pose& pose, double sigma,
 }
 
 InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigma,
-                                         const Window& outline, int beams) const {
+                                         const Window& outline, int beams,
+                                         const std::vector<Window>& others) const {
   InformationPlan plan;
   if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
   // A tracker finds its way back from the margin only when the windows still hold the target there.
@@ -220,8 +221,8 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
       std::hypot(predicted_sigma, options_.least_margin_m / options_.margin_sigmas);
   // What no surface holds is known from before, but hardly.
   const double known = 0.3 * model_.canonical.half_length;
-  const Matrix6d prior = Matrix6d::Identity() / (known * known);
   const PoseView view(model_, field_.beam, pose, options_.least_cosine);
+  const Matrix6d prior = Matrix6d::Identity() / (known * known) + scan_information(view, others);
   const std::vector<Window> windows =
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;

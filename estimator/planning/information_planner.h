@@ -33,8 +33,10 @@ class InformationPlanner {
       : model_(model), field_(field), options_(options) {}
 
   /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
-  /// m. outline: the part of the field of view in which the target may be. Deterministic.
-  InformationPlan plan(const Pose& pose, double sigma, const Window& outline, int beams) const;
+  /// m. outline: the part of the field of view in which the target may be. others: windows that
+  /// the scan has beside these. Deterministic.
+  InformationPlan plan(const Pose& pose, double sigma, const Window& outline, int beams,
+                       const std::vector<Window>& others = {}) const;
 
  private:
   struct Grid;

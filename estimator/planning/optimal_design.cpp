@@ -28,7 +28,7 @@ class Exchange {
 
   /// Sets trace and slopes for the shares as they are.
   void evaluate(Design& design) {
-    design.trace = 0;
+    double log_trace = 0;
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
       PackedMatrix information = prior_;
       for (std::size_t i = 0; i < design.candidates.size(); ++i) {
@@ -36,12 +36,14 @@ class Exchange {
             problem_.returns * design.shares[i] * problem_.information[k].col(design.candidates[i]);
       }
       const Matrix6d covariance = unpacked(information).llt().solve(Matrix6d::Identity());
-      design.trace += covariance.trace() / static_cast<double>(slopes_.size());
-      slopes_[k] = gain_ * dual(covariance * covariance);
+      const double trace = covariance.trace();
+      log_trace += std::log(trace) / static_cast<double>(slopes_.size());
+      slopes_[k] = gain_ / trace * dual(covariance * covariance);
     }
+    design.trace = std::exp(log_trace);
   }
 
-  /// How fast the trace falls when returns go to a candidate; rounding may say negative.
+  /// How fast log(trace) falls when returns go to a candidate; rounding may say negative.
   double sensitivity(int candidate) const {
     double sum = 0;
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
@@ -105,7 +107,7 @@ class Exchange {
  private:
   const DesignProblem& problem_;
   PackedMatrix prior_;
-  std::vector<PackedMatrix> slopes_;  // of the trace, against a candidate's information
+  std::vector<PackedMatrix> slopes_;  // of log(trace), against a candidate's information
   double gain_;
 };
 
@@ -151,7 +153,7 @@ Design a_optimal_design(const DesignProblem& problem, int most_candidates, doubl
     const double most = design.sensitivity.maxCoeff(&best);
     if (!(most > 0)) break;
     const double mean = exchange.mean_sensitivity(design);
-    design.least_trace = std::max(design.least_trace, design.trace - (most - mean));
+    design.least_trace = std::max(design.least_trace, design.trace * std::exp(mean - most));
     if (!design.candidates.empty() && most - mean < tolerance * mean) break;
     auto& shares = design.shares;
     const bool known = std::find(design.candidates.begin(), design.candidates.end(), best) !=

@@ -26,13 +26,14 @@ struct DesignProblem {
 struct Design {
   std::vector<int> candidates;
   std::vector<double> shares;   ///< of the returns, of each of these; sum 1
-  Eigen::VectorXd sensitivity;  ///< of every candidate: how fast returns there lower the trace
-  double trace = 0;             ///< of the covariance, mean over the poses
+  Eigen::VectorXd sensitivity;  ///< of every candidate: how fast returns there lower log(trace)
+  double trace = 0;             ///< of the covariance, geometric mean over the poses
   double least_trace = 0;       ///< no design has a smaller one (equivalence theorem)
 };
 
-/// The A-optimal design: the shares that minimise the covariance's trace, to within a fraction
-/// `tolerance` of the part of it that returns lower, or as well as `most_candidates` can.
+/// The A-optimal design: the shares that minimise the covariance's trace (its geometric mean, where
+/// there are several poses: a convex function too), to within a fraction `tolerance` of the part of
+/// it that returns lower, or as well as `most_candidates` can.
 /// Candidates are taken up one by one, each time the one that lowers the trace fastest; between,
 /// shares are multiplied by the root of their sensitivities until these agree (Silvey, Titterington
 /// and Torsney 1978; Yu 2010 for the proof that this converges). Empty when no candidate has

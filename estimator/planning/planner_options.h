@@ -21,8 +21,10 @@ struct PlannerOptions {
   double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
   double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
   // Information planning.
-  int view_cells = 3000;           ///< beams cast at the predicted pose to see what they would add
-  double least_cosine = 0.1;       ///< of the incidence; flatter beams are not counted on
+  double spread_share = 0.1;  ///< of the beams, over the surface whatever they add: the model, or
+                              ///< the prediction, may be wrong where it matters most
+  int view_cells = 3000;      ///< beams cast at the predicted pose to see what they would add
+  double least_cosine = 0.1;  ///< of the incidence; flatter beams are not counted on
   double design_tolerance = 0.02;  ///< of the covariance's trace
 };
 

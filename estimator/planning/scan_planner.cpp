@@ -134,9 +134,14 @@ std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, Scan
   if (strategy == ScanStrategy::information) {
     const std::vector<Window> outline = around({pose}, margin, beams);
     if (outline.empty()) return {};
-    const std::vector<Window> windows = InformationPlanner(model_, field_, options_)
-                                            .plan(pose, sigma, outline.front(), beams)
-                                            .windows;
+    std::vector<Window> windows;
+    const int sparse = static_cast<int>(std::lround(beams * options_.spread_share));
+    if (sparse > 0) add(pose, margin, ScanRegion::Kind::surface, sparse, windows);
+    const std::vector<Window> chosen =
+        InformationPlanner(model_, field_, options_)
+            .plan(pose, sigma, outline.front(), windows.empty() ? beams : beams - sparse, windows)
+            .windows;
+    windows.insert(windows.end(), chosen.begin(), chosen.end());
     return windows.empty() ? outline : windows;
   }
   std::vector<Window> windows;

@@ -117,16 +117,16 @@ TEST_CASE("Shares become whole numbers that sum up") {
 TEST_CASE("A plate is scanned at its far corners, evenly") {
   const auto model = box_model({2, 1, 0.02});
   const ScanPlanner planner(*model, field, options);
-  const auto windows =
-      planner.plan({{0, 0, 6}, Quaterniond::Identity()}, 0.002, ScanStrategy::information, 1000);
   double in_quadrant[2][2] = {};
-  for (const Window& w : windows) {
+  for (const Window& w :
+       planner.plan({{0, 0, 6}, Quaterniond::Identity()}, 0.002, ScanStrategy::information, 1000)) {
+    if (w.name != "information") continue;  // the tenth that is spread out
     CHECK(std::abs(6 * std::tan(w.azimuth)) > 0.85);
     CHECK(std::abs(6 * std::tan(w.elevation)) > 0.35);
     in_quadrant[w.azimuth > 0 ? 1 : 0][w.elevation > 0 ? 1 : 0] += w.count;
   }
   for (const auto& side : in_quadrant) {
-    for (const double count : side) CHECK(count == Approx(250).margin(50));
+    for (const double count : side) CHECK(count == Approx(225).margin(45));
   }
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("Planned windows beat even ones with as many returns on every shape in
       CHECK(returns > beams / 2);
       const auto everywhere = dense_view(view, planner.around({pose}, 0, 1).front());
       const PackedMatrix mean = everywhere.rowwise().mean();
-      const double even = rms_bound(unpacked(beams * mean), model->canonical.half_length);
+      const double even = rms_bound(unpacked(returns * mean), model->canonical.half_length);
       CHECK(planned < 1.001 * even);
       if (model != shapes[0]) continue;  // a box seen face on moves freely along the face
       gain += std::log(even / planned);
@@ -229,7 +229,7 @@ TEST_CASE("Any number of beams is planned, near and far, within the LIDAR's limi
     for (const int beams : {1, 2, 7, 40, 200, 1000, 50000}) {
       const auto windows = planner.plan(pose, 0.005, ScanStrategy::information, beams);
       CHECK(beams_of(windows) == beams);
-      CHECK(static_cast<int>(windows.size()) <= options.most_windows);
+      CHECK(static_cast<int>(windows.size()) <= 2 * options.most_windows);
       check_in_view(windows);
     }
   }
@@ -243,7 +243,9 @@ TEST_CASE("What the prediction leaves open widens the windows") {
   for (const double sigma : {0.001, 0.01, 0.03, 0.1}) {
     const auto windows = planner.plan(pose, sigma, ScanStrategy::information, 1000);
     double narrowest = 10;
-    for (const Window& w : windows) narrowest = std::min(narrowest, w.width);
+    for (const Window& w : windows) {
+      if (w.name == "information") narrowest = std::min(narrowest, w.width);
+    }
     CHECK(narrowest > before);
     before = narrowest;
     // They meet the target although it is not where it should be.
