@@ -53,6 +53,7 @@ void BeamDescent::retry() {
 void BeamDescent::settle() {
   BeamInformationOptions how = pose_only_;
   how.edges = false;
+  how.misses = false;
   how.pull_sigma_m = options_.pull_sigma_m;
   at_.covariance = predicted_.covariance;
   for (int i = 0; i < options_.settle_steps; ++i) {

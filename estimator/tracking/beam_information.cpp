@@ -91,7 +91,9 @@ class Accumulator {
   BeamInformation run(std::span<const Beam> beams, std::size_t stride) {
     for (std::size_t i = 0; i < beams.size();) {
       std::size_t count = 0;
-      for (; count < chunk && i < beams.size(); i += stride) batch_[count++] = &beams[i];
+      for (; count < chunk && i < beams.size(); i += stride) {
+        if (options_.misses || beams[i].hit()) batch_[count++] = &beams[i];
+      }
       take(count);
     }
     take_edges();
@@ -179,12 +181,14 @@ class Accumulator {
         cosine * cosine * range_variance(beam) + angle_variance + model_variance_;
     const double residual = cosine * (range - beam.range);
     const Vector3d torque = point.cross(normal);
-    if (residual * residual > gate2_ * (variance + pose_variance(normal, torque))) {
+    const double squared = residual * residual;
+    if (squared > gate2_ * variance &&
+        squared > gate2_ * (variance + pose_variance(normal, torque))) {
       ++(residual < 0 ? result_.through : result_.blocked);
       return false;
     }
     ++result_.used;
-    const double z2 = residual * residual / variance;
+    const double z2 = squared / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
     sums_.add(normal, torque, 1 / variance, residual / variance, time);

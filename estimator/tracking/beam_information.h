@@ -35,8 +35,9 @@ struct BeamInformationOptions {
   /// beam passes the model, but which is within pull_m of it, is drawn to the nearest surface with
   /// this standard deviation. It brings back panels that have slipped along themselves. 0: no pull.
   double pull_sigma_m = 0;
-  double pull_m = 0.15;          ///< nearer than this to the model a return counts as beside it
-  bool of_velocity = true;       ///< else of the pose alone: information[0] and gradient[0]
+  double pull_m = 0.15;     ///< nearer than this to the model a return counts as beside it
+  bool misses = true;       ///< else beams that returned nothing are left out: not even counted
+  bool of_velocity = true;  ///< else of the pose alone: information[0] and gradient[0]
   LikelihoodOptions likelihood;  ///< for beams at an edge: shares of misses and outliers
 };
 
