@@ -90,7 +90,7 @@ int run_paper_strategies(const Settings& settings) {
   figure.line(
       "set multiplot layout 3,4\nset grid lc rgb '#e0e0e0'\nset xrange [0.5:6.5]\n"
       "set xtics ('dense' 1, 'sparse' 2, 'corners' 3, 'edges' 4, 'c+s' 5, 'e+s' 6)\n"
-      "set key noenhanced font ',7' top right\nset logscale y");
+      "set key noenhanced font ',7' below\nset logscale y");
   for (int error_case = 1; error_case <= 3; ++error_case) {
     std::map<std::string, std::vector<std::vector<double>>> curves;
     for (int strategy = 0; strategy < 6; ++strategy) {
