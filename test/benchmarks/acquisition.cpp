@@ -92,6 +92,7 @@ Outcome run_trial(const Settings& settings, const Cell& cell, const estimator::A
                   const estimator::TargetModel& model, const PoseJudge& judge, int index) {
   Random random(settings.seed, "acquisition " + cell.name() + " " + std::to_string(index));
   Physics physics;
+  physics.noise.range_min_m = 1;  // a cube of 3 m comes near
   if (cell.clutter == Clutter::scattered) physics.clutter = 0.2;
   Pose truth{{0, 0, 5}, random.rotation()};
   for (int i = 0; i < 2; ++i) truth.position[i] = random.uniform(-0.1, 0.1);
@@ -202,7 +203,7 @@ int run_acquisition(const Settings& settings) {
     std::printf("%s: attitudes that show the same surface: %zu\n", model->target.name.c_str(),
                 judge.symmetries());
     for (const std::string& name : settings.acquisition_methods) {
-      const auto subject = acquisition_named(settings, name, model, BeamModel());
+      const auto subject = acquisition_named(settings, name, model, Physics().noise);
       for (const Cell& cell : cells) {
         const auto outcomes = results_of(
             "acquisition " + name + " " + cell.name(), settings.trials, settings.jobs,

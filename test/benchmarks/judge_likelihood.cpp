@@ -48,30 +48,36 @@ const std::vector<Offset>& offsets() {
 
 double JudgeLikelihood::of_beam(const RawBeam& beam, const Pose& to_model) const {
   const bool returned = beam.status == BeamStatus::hit;
-  const Vector3d direction = beam_direction(beam.azimuth, beam.elevation);
   RayHit hit;
-  const bool meets =
-      caster_.cast({to_model.position, to_model.rotation * direction}, noise_.range_max_m, hit);
-  if (!returned && !meets) return 0;
-  if (returned && meets) {
-    const double facing = std::max(0.02, -hit.normal.dot(to_model.rotation * direction));
-    const double slope = hit.range * std::sqrt(1 - std::min(1.0, facing * facing)) / facing;
-    const double variance =
-        noise_.range_sigma_m * noise_.range_sigma_m + std::pow(slope * noise_.azimuth_sigma_rad, 2);
+  double facing = 0;
+  const auto meets = [&](double azimuth, double elevation) {
+    const Vector3d ray = to_model.rotation * beam_direction(azimuth, elevation);
+    if (!caster_.cast({to_model.position, ray}, noise_.range_max_m, hit)) return false;
+    facing = -hit.normal.dot(ray);
+    return true;
+  };
+  // Of the range, when angle errors of so many sigmas act on the surface's slope.
+  const auto variance = [&](double angle_sigmas) {
+    const double cosine = std::max(0.01, facing);
+    const double slope = hit.range * std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine;
+    return std::pow(noise_.range_sigma_m, 2) +
+           std::pow(angle_sigmas * slope * noise_.azimuth_sigma_rad, 2);
+  };
+  const bool met = meets(beam.azimuth, beam.elevation);
+  if (!returned && !met) return 0;
+  constexpr double least_facing = 0.15;  // flatter, a slope is no good picture of a surface
+  if (returned && met && facing > least_facing) {
     const double error = beam.range - hit.range;
-    if (error * error < 16 * variance) return log_normal_density(error, variance);
+    if (error * error < 16 * variance(1)) return log_normal_density(error, variance(1));
   }
   // The beam may have passed an edge: sum over where it may have gone.
   double probability = impossible;
-  const double variance = noise_.range_sigma_m * noise_.range_sigma_m;
   for (const Offset& o : offsets()) {
-    const Vector3d ray = beam_direction(beam.azimuth + o.azimuth * noise_.azimuth_sigma_rad,
-                                        beam.elevation + o.elevation * noise_.elevation_sigma_rad);
-    const bool met =
-        caster_.cast({to_model.position, to_model.rotation * ray}, noise_.range_max_m, hit);
-    if (returned && met) {
-      probability += o.weight * std::exp(log_normal_density(beam.range - hit.range, variance));
-    } else if (!returned && !met) {
+    const bool meets_here = meets(beam.azimuth + o.azimuth * noise_.azimuth_sigma_rad,
+                                  beam.elevation + o.elevation * noise_.elevation_sigma_rad);
+    if (returned && meets_here) {
+      probability += o.weight * std::exp(log_normal_density(beam.range - hit.range, variance(0.4)));
+    } else if (!returned && !meets_here) {
       probability += o.weight;
     }
   }

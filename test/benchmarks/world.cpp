@@ -117,6 +117,7 @@ Scan World::sweep(const std::vector<Window>& windows, const Pose& start, const V
       const bool hit = physics_.mixed_pixels ? mixed_echo(to_model, direction, found)
                                              : echo(to_model, direction, found);
       TrueFace face;
+      if (hit && found.range < noise.range_min_m) beam.status = BeamStatus::too_near;
       if (hit && found.range >= noise.range_min_m) {
         const double grazing = 1 + direction.dot(found.face.normal);  // 0 at normal incidence
         const double lost = physics_.drop_outs * (1 + 20 * std::pow(grazing, 4));
