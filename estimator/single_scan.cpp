@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/single_scan.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/tracking/beam_information.h"
-#include "estimator/verification.h"
+#include "estimator/pose_refinement.h"
 
 namespace berth::estimator {
 
@@ -20,16 +18,6 @@ constexpr double start_sigma_rad = radians(5);
 constexpr double about_of_length = 0.1;
 /// When so many others are left, of those taken, the target is looked for among them too.
 constexpr double rest_worth_a_look = 0.2;
-
-PoseCandidate candidate_of(const TrackingResult& tracked) {
-  PoseCandidate candidate;
-  candidate.pose = tracked.pose;
-  candidate.covariance = tracked.covariance;
-  candidate.probability = 1;
-  candidate.log_likelihood = tracked.fit.log_likelihood;
-  candidate.used = tracked.used;
-  return candidate;
-}
 
 PoseCandidate candidate_of(const Hypothesis& hypothesis) {
   PoseCandidate candidate;
@@ -95,6 +83,7 @@ SingleScan::SingleScan(const TargetModel& model, double scale, const EstimatorOp
     : model_(model),
       scale_(scale),
       beam_model_(scaled(beam_model, 1 / scale)),
+      likelihood_(options.views.likelihood),
       stopwatch_(std::move(stopwatch)),
       acquisition_(make_acquisition(options, model, beam_model_)),
       tracking_(make_tracking(options, model, beam_model_)) {}
@@ -132,27 +121,21 @@ Matrix6d SingleScan::start_covariance() const {
   return variances.asDiagonal();
 }
 
-TrackingResult SingleScan::track(const CleanScan& scan, const Pose& start) const {
-  TrackingResult tracked = tracking_->track(scan, {start, start_covariance(), {}});
-  if (!tracked.ok) return tracked;
-  tracked.reason = doubt(model_, beam_model_, scan, tracked.pose);
-  tracked.ok = tracked.reason.empty();
-  return tracked;
-}
-
 bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
                                SingleScanResult& result) const {
   const std::int64_t start = now();
-  const TrackingResult tracked = track(scan, initial);
+  std::string lost = tracking_->track(scan, {initial, start_covariance(), {}}).reason;
+  if (lost.empty()) {
+    const PoseCandidate candidate = refined(scan, initial, lost);
+    if (lost.empty()) result.candidates = {candidate};
+  }
   result.refine_us = now() - start;
-  if (!tracked.ok) {
-    result.notes.push_back("lost when tracked from the initial pose (" + tracked.reason +
+  if (!lost.empty()) {
+    result.notes.push_back("lost when tracked from the initial pose (" + lost +
                            "), hence acquired");
     return false;
   }
   result.status = SingleScanResult::Status::ok;
-  result.candidates = {candidate_of(tracked)};
-  result.candidates.front().equal_poses = model_.symmetries.exact_count();
   return true;
 }
 
@@ -173,30 +156,18 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
   for (const Hypothesis& h : found.hypotheses) result.candidates.push_back(candidate_of(h));
 }
 
-PoseCandidate SingleScan::refined(const CleanScan& scan, const Hypothesis& hypothesis,
+PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start,
                                   std::string& doubts) const {
-  PoseCandidate candidate = candidate_of(hypothesis);
-  const TrackingResult tracked = track(scan, hypothesis.pose);
-  if (tracked.ok) {
-    candidate.pose = tracked.pose;
-    candidate.covariance = tracked.covariance;
-    candidate.used = tracked.used;
-    return candidate;
-  }
-  // Tracking may lose what acquisition holds, by what misses and silhouettes tell.
-  doubts = doubt(model_, beam_model_, scan, hypothesis.pose);
-  if (!doubts.empty()) {
-    doubts =
-        "the acquired pose does not stand: " + doubts + "; nor when refined: " + tracked.reason;
-    return candidate;
-  }
-  BeamInformationOptions of_pose;
-  of_pose.of_velocity = false;
-  const BeamInformation sums =
-      beam_information(model_, beam_model_, scan.beams, {hypothesis.pose, {}, 0, {}}, of_pose);
-  const Matrix6d information = sums.information[0] + start_covariance().inverse();
-  candidate.covariance = information.inverse();
-  candidate.used = sums.used;
+  const RefinedPose refined = refine_pose(model_, beam_model_, likelihood_, *tracking_, scan,
+                                          {start, start_covariance(), {}});
+  doubts = refined.doubts;
+  PoseCandidate candidate;
+  candidate.pose = refined.pose;
+  candidate.covariance = refined.covariance;
+  candidate.probability = 1;
+  candidate.log_likelihood = refined.log_likelihood;
+  candidate.equal_poses = model_.symmetries.exact_count();
+  candidate.used = refined.used;
   return candidate;
 }
 
@@ -206,7 +177,8 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
   bool any_stands = false;
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    const PoseCandidate candidate = refined(scan, hypothesis, doubts);
+    PoseCandidate candidate = refined(scan, hypothesis.pose, doubts);
+    candidate.probability = hypothesis.probability;
     any_stands = any_stands || doubts.empty();
     if (result.candidates.empty()) best_doubts = doubts;
     // Refined, two may turn out to be one.
@@ -222,7 +194,7 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
     if (found.status == AcquisitionResult::Status::found) break;
   }
   if (!any_stands) {
-    result.reason = best_doubts;
+    result.reason = "the acquired pose does not stand: " + best_doubts;
   } else if (result.candidates.size() > 1) {
     result.status = SingleScanResult::Status::ambiguous;
   } else {
@@ -260,7 +232,7 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
   }
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    const PoseCandidate other = refined(rest, hypothesis, doubts);
+    const PoseCandidate other = refined(rest, hypothesis.pose, doubts);
     if (doubts.empty()) result.candidates.push_back(other);
   }
   if (result.candidates.size() == 1) return;

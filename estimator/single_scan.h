@@ -61,13 +61,10 @@ class SingleScan {
   SingleScanResult estimate_scaled(const CleanScan& scan, const std::optional<Pose>& initial) const;
   /// Of a pose to start from.
   Matrix6d start_covariance() const;
-  /// Tracks and verifies.
-  TrackingResult track(const CleanScan& scan, const Pose& start) const;
   bool track_initial(const CleanScan& scan, const Pose& initial, SingleScanResult& result) const;
   void acquire(const CleanScan& scan, SingleScanResult& result) const;
   /// doubts: why it cannot be the target, else empty.
-  PoseCandidate refined(const CleanScan& scan, const Hypothesis& hypothesis,
-                        std::string& doubts) const;
+  PoseCandidate refined(const CleanScan& scan, const Pose& start, std::string& doubts) const;
   void refine(const CleanScan& scan, const AcquisitionResult& found,
               SingleScanResult& result) const;
   /// Looks for another target among the returns that the one found does not explain: an occluder
@@ -79,6 +76,7 @@ class SingleScan {
   const TargetModel& model_;
   double scale_;
   BeamModel beam_model_;  ///< scaled
+  LikelihoodOptions likelihood_;
   std::function<std::int64_t()> stopwatch_;
   std::unique_ptr<Acquisition> acquisition_;
   std::unique_ptr<Tracking> tracking_;
