@@ -70,6 +70,7 @@ void read_views(Config config, ViewAcquisitionOptions& v) {
   config.optional("least_evidence", v.least_evidence);
   config.optional("least_explained", v.least_explained);
   config.optional("least_inlier_share", v.least_inlier_share);
+  config.optional("most_misfit_share", v.most_misfit_share);
   config.optional("most_hypotheses", v.most_hypotheses);
   config.finish();
   at_least(config, "least_returns", v.least_returns, 6);

@@ -38,9 +38,10 @@ class Acquisition {
   virtual std::string name() const = 0;
   /// Empty, or why this model cannot be acquired by this method.
   virtual std::string refusal() const { return ""; }
-  /// hints: poses that an earlier scan left open, if any.
+  /// hints: what an earlier scan left open, if anything: poses to look at first, with the
+  /// log-likelihoods that they had then.
   virtual AcquisitionResult acquire(const CleanScan& scan,
-                                    const std::vector<Pose>& hints) const = 0;
+                                    const std::vector<Hypothesis>& hints) const = 0;
   AcquisitionResult acquire(const CleanScan& scan) const { return acquire(scan, {}); }
 };
 

@@ -65,20 +65,21 @@ std::vector<Vector3d> spread_points(const std::vector<Vector3d>& points, std::si
   // Along a space-filling (Morton) curve through some more points, each so-manieth is taken.
   const std::size_t n = std::min(points.size(), 8 * count);
   if (n == 0) return {};
+  const auto chosen = [&](std::size_t i) { return i * points.size() / n; };
   Vector3d low = points[0];
   Vector3d high = points[0];
   for (std::size_t i = 0; i < n; ++i) {
-    low = low.cwiseMin(points[i]);
-    high = high.cwiseMax(points[i]);
+    low = low.cwiseMin(points[chosen(i)]);
+    high = high.cwiseMax(points[chosen(i)]);
   }
   const double scale = 1023 / std::max((high - low).maxCoeff(), 1e-9);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> curve(n);
   for (std::uint32_t i = 0; i < n; ++i) {
-    const Vector3d place = (points[i] - low) * scale;
+    const Vector3d place = (points[chosen(i)] - low) * scale;
     curve[i] = {spaced_out(static_cast<std::uint32_t>(place.x())) |
                     spaced_out(static_cast<std::uint32_t>(place.y())) << 1 |
                     spaced_out(static_cast<std::uint32_t>(place.z())) << 2,
-                i};
+                static_cast<std::uint32_t>(chosen(i))};
   }
   std::sort(curve.begin(), curve.end());
   std::vector<Vector3d> result;

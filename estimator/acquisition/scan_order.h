@@ -12,7 +12,7 @@ namespace berth::estimator {
 std::vector<std::uint32_t> shuffled(const std::vector<Beam>& beams);
 
 /// `count` of the points or fewer, spread evenly over them; every second, fourth ... of the result
-/// is spread evenly too. The first of `points` are used, so these should be in shuffled order.
+/// is spread evenly too.
 std::vector<Vector3d> spread_points(const std::vector<Vector3d>& points, std::size_t count);
 
 }  // namespace berth::estimator

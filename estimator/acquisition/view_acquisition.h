@@ -14,10 +14,11 @@ struct ViewAcquisitionOptions {
   int point_sets = 6;      ///< guesses of what is target and what is not, where everything is not
   int contenders = 24;     ///< poses weighed on beams
   int finalists = 6;       ///< of these, those that are fitted to the beams' ranges
-  double decisive_margin = 4;       ///< log-likelihood by which the best must lead the second
-  double least_evidence = 25;       ///< log-likelihood by which it must lead "no target at all"
-  double least_explained = 0.7;     ///< share of the beams that should see the target that do
-  double least_inlier_share = 0.5;  ///< of the returns about the target that fit it
+  double decisive_margin = 4;        ///< log-likelihood by which the best must lead the second
+  double least_evidence = 25;        ///< log-likelihood by which it must lead "no target at all"
+  double least_explained = 0.75;     ///< share of the beams that should see the target that do
+  double least_inlier_share = 0.45;  ///< of the returns about the target that fit it
+  double most_misfit_share = 0.15;   ///< of those on or beside its surface, those beside it
   int most_hypotheses = 4;
   ViewSearchOptions search;
   LikelihoodOptions likelihood;
@@ -36,7 +37,8 @@ class ViewAcquisition final : public Acquisition {
 
   using Acquisition::acquire;
   std::string name() const override { return "views"; }
-  AcquisitionResult acquire(const CleanScan& scan, const std::vector<Pose>& hints) const override;
+  AcquisitionResult acquire(const CleanScan& scan,
+                            const std::vector<Hypothesis>& hints) const override;
 
  private:
   const TargetModel& model_;

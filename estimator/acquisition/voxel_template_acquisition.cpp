@@ -123,7 +123,7 @@ bool VoxelTemplateAcquisition::is_symmetry(const Pose& a, const Pose& b) const {
 }
 
 AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
-                                                    const std::vector<Pose>& hints) const {
+                                                    const std::vector<Hypothesis>& hints) const {
   AcquisitionResult result;
   result.reason = refusal();
   if (!result.reason.empty()) {
@@ -143,7 +143,8 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
       candidate_point_sets(points, {model_.canonical.half_length, model_.canonical.radius},
                            static_cast<std::size_t>(options_.point_sets));
   result.point_sets = static_cast<int>(sets.size());
-  std::vector<Pose> poses = hints;
+  std::vector<Pose> poses;
+  for (const Hypothesis& h : hints) poses.push_back(h.pose);
   for (const Pose& pose : match_templates(sets)) {
     const bool known = std::any_of(poses.begin(), poses.end(), [&](const Pose& other) {
       return same_pose(pose, other, model_, 2);

@@ -37,7 +37,8 @@ class VoxelTemplateAcquisition final : public Acquisition {
   using Acquisition::acquire;
   std::string name() const override { return "voxel_template"; }
   std::string refusal() const override;
-  AcquisitionResult acquire(const CleanScan& scan, const std::vector<Pose>& hints) const override;
+  AcquisitionResult acquire(const CleanScan& scan,
+                            const std::vector<Hypothesis>& hints) const override;
 
  private:
   std::vector<Pose> match_templates(const std::vector<PointSet>& sets) const;

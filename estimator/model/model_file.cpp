@@ -13,7 +13,7 @@ namespace berth::estimator {
 namespace {
 
 // Counts up whenever what is compiled, or how, changes.
-constexpr std::uint32_t format_version = 5;
+constexpr std::uint32_t format_version = 6;
 constexpr std::size_t checksum_length = 64;
 
 /// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/model/symmetry.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -114,30 +114,37 @@ std::vector<Turn> promising_turns(const std::vector<Vector3d>& points, const Vec
   return best;
 }
 
-/// An axis about which every turn is exact, if there is one.
-bool find_axis_of_revolution(const Measurement& measurement, Symmetries& found) {
+/// The point nearest to `centre` that a motion turns about. Of a screw the translation along the
+/// axis is left over.
+Vector3d fixed_point(const Pose& motion, const Vector3d& centre) {
+  const Matrix3d moves = Matrix3d::Identity() - motion.rotation.toRotationMatrix();
+  const Vector3d off = motion * centre - centre;
+  return centre +
+         moves.jacobiSvd(Eigen::ComputeFullU | Eigen::ComputeFullV).setThreshold(1e-3).solve(off);
+}
+
+/// An axis about which every turn is exact, if one of the exact motions has it.
+void find_axis_of_revolution(const Measurement& measurement, const std::vector<Symmetry>& found,
+                             Symmetries& result) {
   constexpr double golden_angle = 2.399963229728653;
-  Matrix3d scatter = Matrix3d::Zero();
-  const std::vector<Vector3d> points = measurement.few(4000);
-  for (const Vector3d& p : points) {
-    scatter += (p - found.centre) * (p - found.centre).transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter);
-  for (int axis = 0; axis < 3; ++axis) {
+  constexpr int turns = 10;
+  for (const Symmetry& candidate : found) {
+    if (!candidate.exact) continue;
+    const Vector3d axis = rotation_vector(candidate.motion.rotation).normalized();
+    const Vector3d point = fixed_point(candidate.motion, result.centre);
     bool all = true;
-    for (int i = 1; i <= 10 && all; ++i) {
+    for (int i = 1; i <= turns && all; ++i) {
       Symmetry s;
-      s.motion = about(found.centre,
-                       rotation_from_vector(i * golden_angle * eigen.eigenvectors().col(axis)));
-      measurement.measure(s, 1000);
+      s.motion = about(point, rotation_from_vector(i * golden_angle * axis));
+      measurement.measure(s, 500);
       all = s.exact;
     }
     if (!all) continue;
-    found.revolution = true;
-    found.axis = eigen.eigenvectors().col(axis);
-    return true;
+    result.revolution = true;
+    result.axis = axis;
+    result.centre = point;
+    return;
   }
-  return false;
 }
 
 }  // namespace
@@ -198,7 +205,6 @@ Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
   Symmetries result;
   for (const SurfaceSample& s : surface.samples) result.centre += s.position.cast<double>();
   result.centre /= static_cast<double>(surface.samples.size());
-  find_axis_of_revolution(measurement, result);
 
   std::vector<Vector3d> centred = measurement.few(250);
   for (Vector3d& p : centred) p -= result.centre;
@@ -215,6 +221,7 @@ Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
   std::stable_sort(found.begin(), found.end(), [](const Symmetry& a, const Symmetry& b) {
     return a.deviation_m < b.deviation_m;
   });
+  find_axis_of_revolution(measurement, found, result);
   // First those that are exact, then near ones, once for all the poses that an exact one makes
   // equal. What lies beside a better one is on the way to it.
   for (Symmetry& s : found) {

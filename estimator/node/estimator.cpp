@@ -439,7 +439,9 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
     estimate.reason = "found a pose that does not hold: " + measured.reason;
   }
   fill_filtered(estimate);
-  for (const Hypothesis& h : found.hypotheses) hints_.push_back(h.pose);
+  hints_ = found.hypotheses;
+  std::vector<Pose> open;
+  for (const Hypothesis& h : hints_) open.push_back(h.pose);
   if (found.status == AcquisitionResult::Status::ambiguous) {
     estimate.status = pose_estimate_t::AMBIGUOUS;
     fill_hypotheses(found.hypotheses, estimate);
@@ -453,9 +455,9 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   const double margin = 0.1 * model_->canonical.half_length;
   std::vector<Window> where;
   if (found.status == AcquisitionResult::Status::ambiguous) {
-    where = planner_->around(hints_, margin, setup_.options.zoom_beams);
+    where = planner_->around(open, margin, setup_.options.zoom_beams);
   } else if (!was_zoomed && !hints_.empty()) {
-    where = planner_->around({hints_.front()}, 3 * margin, setup_.options.zoom_beams);
+    where = planner_->around({open.front()}, 3 * margin, setup_.options.zoom_beams);
   }
   if (!where.empty()) zoom_ = where.front();
 }

@@ -143,9 +143,9 @@ class Estimator {
   std::int64_t finished_id_ = 0;  // used, or passed over
   std::int64_t last_input_utime_ = 0;
   std::int64_t last_beam_utime_ = 0;
-  int failures_ = 0;            // tracking scans in a row
-  std::vector<Pose> hints_;     // poses that the last acquisition scan left open
-  std::optional<Window> zoom_;  // where the next acquisition scan looks
+  int failures_ = 0;               // tracking scans in a row
+  std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
+  std::optional<Window> zoom_;     // where the next acquisition scan looks
 
   estimator_state_t state_{};
   std::string mode_reason_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "estimator/acquisition/discriminating_windows.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -41,6 +42,16 @@ std::shared_ptr<const TargetModel> flat_box() {
     mesh.append(make_box({0.9, 0.1, 0.4}), {{1.6, -0.6, 0}, Quaterniond::Identity()});
     return model_of("flat-box", mesh);
   }();
+  return model;
+}
+
+std::shared_ptr<const TargetModel> cylinder() {
+  static const auto model = model_of("cylinder", make_cylinder(0.6, 2, 48));
+  return model;
+}
+
+std::shared_ptr<const TargetModel> cube() {
+  static const auto model = model_of("cube", make_box({1.5, 1.5, 1.5}));
   return model;
 }
 
@@ -114,10 +125,23 @@ TEST_CASE("Shapes with and without a long axis are found in any attitude by 100 
   }
 }
 
+TEST_CASE("A cube and a cylinder are found; poses that are equal are one") {
+  for (const auto& model : {cube(), cylinder()}) {
+    const Tally tally = acquire(*model, 20, 500, as_it_is);
+    CAPTURE(model->target.name, tally.right, tally.ambiguous_with_truth);
+    CHECK(tally.silent_error == 0);
+    CHECK(tally.right >= 19);
+  }
+}
+
 TEST_CASE("A third of the returns may come from something else") {
   const auto outliers = [](std::vector<RawBeam>& raw, Random& random) {
+    const auto hits = std::count_if(raw.begin(), raw.end(),
+                                    [](const RawBeam& b) { return b.status == BeamStatus::hit; });
+    // so many of the beams that they are three of ten returns, although some hide the target's
+    const double share = 0.4 * static_cast<double>(hits) / static_cast<double>(raw.size());
     for (RawBeam& b : raw) {
-      if (random.uniform() > 0.3) continue;
+      if (random.uniform() > share) continue;
       b.status = BeamStatus::hit;
       b.range = random.uniform(3, 8);
     }
@@ -128,6 +152,21 @@ TEST_CASE("A third of the returns may come from something else") {
   CHECK(tally.right >= 19);
 }
 
+TEST_CASE("Half of the target may be hidden behind something else") {
+  const auto occluder = [](std::vector<RawBeam>& raw, Random&) {
+    for (RawBeam& b : raw) {
+      if (b.azimuth > 0) {
+        b.status = BeamStatus::hit;
+        b.range = 2;
+      }
+    }
+  };
+  const Tally tally = acquire(*flat_box(), 20, 1000, occluder);
+  CAPTURE(tally.right, tally.ambiguous_with_truth, tally.nothing);
+  CHECK(tally.silent_error == 0);
+  CHECK(tally.right + tally.ambiguous_with_truth >= 14);
+}
+
 TEST_CASE("Without a word about beams that met nothing, the returns alone are enough") {
   const auto hits_only = [](std::vector<RawBeam>& raw, Random&) {
     std::erase_if(raw, [](const RawBeam& b) { return b.status != BeamStatus::hit; });
@@ -136,6 +175,52 @@ TEST_CASE("Without a word about beams that met nothing, the returns alone are en
   CAPTURE(tally.right, tally.ambiguous_with_truth, tally.nothing);
   CHECK(tally.silent_error == 0);
   CHECK(tally.right + tally.ambiguous_with_truth >= 19);
+}
+
+TEST_CASE("Something else is not taken for the target") {
+  const Mesh others[] = {make_box({3, 1.2, 0.6}), make_cylinder(0.5, 3, 24), make_box({1, 1, 1}),
+                         make_box({8, 8, 0.1})};
+  for (const auto& model : {replica_model(), flat_box()}) {
+    const ViewAcquisition acquisition(*model, beam_model, options);
+    Random random(3, "others");
+    for (const Mesh& other : others) {
+      for (int i = 0; i < 5; ++i) {
+        ScanMaker lidar(other, static_cast<std::uint64_t>(i));
+        lidar.beam = beam_model;
+        lidar.pose = random_pose(random, 6);
+        const AcquisitionResult result =
+            acquisition.acquire(preprocess(lidar.sweep(full_view(5000)), {}, beam_model));
+        CAPTURE(model->target.name, i, bounding_box(other).size().transpose());
+        CHECK(result.status != Status::found);
+      }
+    }
+  }
+}
+
+TEST_CASE("What one scan leaves open, windows chosen for it decide") {
+  // Two things on a cube that differ in height only; seen from the other side there is nothing.
+  Mesh mesh = make_box({1.5, 1.5, 1.5});
+  mesh.append(make_box({0.2, 0.2, 0.12}), {{0.5, 0.5, 0.81}, Quaterniond::Identity()});
+  const auto model = model_of("marked-cube", mesh);
+  const ViewAcquisition acquisition(*model, beam_model, options);
+  ScanMaker lidar(mesh, 3);
+  lidar.beam = beam_model;
+  lidar.pose = {{0, 0, 5},
+                rotation_from_vector({radians(180), 0, 0}) * rotation_from_vector({0.3, 0.2, 0.1})};
+  const Pose truth = lidar.pose;
+  // So sparse that hardly a beam meets the mark.
+  const AcquisitionResult open =
+      acquisition.acquire(preprocess(scan_of(*model, lidar, 30), {}, beam_model));
+  REQUIRE(open.status == Status::ambiguous);
+  const std::vector<Window> windows = discriminating_windows(*model, open.hypotheses, {}, 400);
+  REQUIRE_FALSE(windows.empty());
+  REQUIRE(windows.size() <= 4);
+  const AcquisitionResult closed =
+      acquisition.acquire(preprocess(lidar.sweep(windows), {}, beam_model), open.hypotheses);
+  CAPTURE(closed.reason);
+  REQUIRE(closed.status == Status::found);
+  CHECK(is_right(*model, closed.hypotheses.front().pose, truth));
+  CHECK(discriminating_windows(*model, closed.hypotheses, {}, 400).empty());
 }
 
 TEST_CASE("The order of the beams does not matter") {

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/acquisition/beam_race.h"
+
+#include <algorithm>
+
+#include "estimator/acquisition/beam_fit.h"
+#include "estimator/acquisition/scan_order.h"
+
+namespace berth::estimator {
+
+namespace {
+
+constexpr std::size_t most_returns = 1500;
+constexpr std::size_t block = 64;  // beams
+constexpr double hopeless = 25;    // log-likelihood behind the best
+
+bool leads(const Contender& a, const Contender& b) {
+  return a.log_likelihood() > b.log_likelihood();
+}
+
+}  // namespace
+
+BeamRace::BeamRace(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
+                   const std::vector<Hypothesis>& earlier)
+    : model_(model),
+      beam_model_(beam_model),
+      scan_(scan),
+      earlier_(earlier),
+      order_(shuffled(scan.beams)),
+      gated_(scan.beams.size()) {
+  for (const std::uint32_t i : scan.beam_of_point) gated_[i] = true;
+  for (const std::uint32_t i : order_) {
+    if (returns_.size() == most_returns) break;
+    if (gated_[i]) returns_.push_back(scan.beams[i]);
+  }
+}
+
+std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
+                                     const LikelihoodOptions& likelihood, std::size_t most_beams,
+                                     std::size_t enough_beams) const {
+  constexpr double one_place = 0.7;
+  std::vector<Contender> running;
+  for (const Pose& pose : poses) {
+    running.push_back(
+        {pose, BeamLikelihood(model_, beam_model_, likelihood, pose), prior_of(pose)});
+  }
+  const auto decided = [&] {
+    return std::all_of(running.begin() + 1, running.end(), [&](const Contender& c) {
+      return same(c.pose, running.front().pose, one_place);
+    });
+  };
+  const std::size_t end = std::min(most_beams, order_.size());
+  for (std::size_t from = 0; from < end && !running.empty(); from += block) {
+    if (from >= enough_beams && decided()) break;
+    for (Contender& c : running) {
+      for (std::size_t i = from; i < std::min(from + block, end); ++i) {
+        c.weight.add(scan_.beams[order_[i]]);
+      }
+    }
+    std::stable_sort(running.begin(), running.end(), leads);
+    const double least = running.front().log_likelihood() - hopeless;
+    while (running.back().log_likelihood() < least) running.pop_back();
+  }
+  return running;
+}
+
+std::vector<Pose> BeamRace::fitted(const std::vector<Pose>& poses, std::size_t returns,
+                                   double first_gate, double last_gate, int iterations) const {
+  const std::span<const Beam> some(returns_.data(), std::min(returns, returns_.size()));
+  std::vector<Pose> result;
+  for (const Pose& pose : poses) {
+    result.push_back(
+        fit_beams(model_, beam_model_, some, pose, first_gate, last_gate, iterations).pose);
+  }
+  return result;
+}
+
+bool BeamRace::same(const Pose& a, const Pose& b, double slack) const {
+  const Pose near = model_.symmetries.nearest_equal(a, b);
+  return near.rotation.angularDistance(b.rotation) < slack * radians(4) &&
+         (near * model_.centre - b * model_.centre).norm() < slack * 0.03 * model_.target.length;
+}
+
+std::vector<Pose> BeamRace::distinct(const std::vector<Pose>& poses, std::size_t most,
+                                     double slack) const {
+  std::vector<Pose> result;
+  for (const Pose& pose : poses) {
+    if (result.size() == most) break;
+    if (std::none_of(result.begin(), result.end(),
+                     [&](const Pose& other) { return same(pose, other, slack); })) {
+      result.push_back(pose);
+    }
+  }
+  return result;
+}
+
+std::vector<Contender> BeamRace::distinct(const std::vector<Contender>& contenders,
+                                          double slack) const {
+  std::vector<Contender> result;
+  for (const Contender& c : contenders) {
+    if (std::none_of(result.begin(), result.end(),
+                     [&](const Contender& other) { return same(c.pose, other.pose, slack); })) {
+      result.push_back(c);
+    }
+  }
+  return result;
+}
+
+LikelihoodOptions BeamRace::as_seen_from(const Contender& leader,
+                                         const LikelihoodOptions& options) const {
+  constexpr double prior = 20;  // beams' worth of what the options say
+  const auto share = [](int count, int of, double expected) {
+    return (count + prior * expected) / (of + prior);
+  };
+  const Likelihood& seen = leader.weight.sum();
+  LikelihoodOptions result = options;
+  const int strays = seen.predicted - seen.explained - seen.missed;
+  result.background = share(seen.past_returned, seen.past, result.background);
+  result.drop_out = std::min(0.3, share(seen.missed, seen.predicted, result.drop_out));
+  result.outlier = std::min(0.5, share(strays, seen.predicted, result.outlier));
+  return result;
+}
+
+template <class Visit>
+void BeamRace::for_its_beams(const Contender& contender, Visit visit) const {
+  const Likelihood& seen = contender.weight.sum();
+  for (int i = 0; i < seen.predicted + seen.past; ++i) {
+    const std::uint32_t index = order_[static_cast<std::size_t>(i)];
+    visit(scan_.beams[index], gated_[index]);
+  }
+}
+
+double BeamRace::inlier_share(const Contender& contender) const {
+  const Vector3d centre = contender.pose * model_.centre;
+  int near = 0;
+  for_its_beams(contender, [&](const Beam& beam, bool) {
+    if (beam.hit() && (beam.point() - centre).norm() < model_.radius) ++near;
+  });
+  return near > 0 ? static_cast<double>(contender.weight.sum().explained) / near : 0;
+}
+
+double BeamRace::misfit_share(const Contender& contender) const {
+  // Of the length: nearer to the surface a return may be of it, farther off it may be anything.
+  constexpr double on_it = 0.015;
+  constexpr double beside_it = 0.09;
+  const Pose to_model = contender.pose.inverse();
+  const double unit = model_.distances.cut_off() / DistanceTable::most / model_.target.length;
+  int on = 0;
+  int beside = 0;
+  for_its_beams(contender, [&](const Beam& beam, bool) {
+    if (!beam.hit()) return;
+    const Vector3d point = to_model * beam.point();
+    const double distance = unit * model_.distances.value(point.cast<float>());
+    if (distance < on_it) {
+      ++on;
+    } else if (distance < beside_it) {
+      ++beside;
+    }
+  });
+  return beside > 0 ? static_cast<double>(beside) / (on + beside) : 0;
+}
+
+double BeamRace::explained_share(const Contender& contender) const {
+  int inside = 0;
+  for_its_beams(contender, [&](const Beam&, bool gated) { inside += gated ? 1 : 0; });
+  return inside > 0 ? static_cast<double>(contender.weight.sum().explained) / inside : 0;
+}
+
+double BeamRace::evidence(const Contender& contender, const LikelihoodOptions& likelihood) const {
+  Pose nowhere;
+  nowhere.position = {0, 0, -1e6};
+  BeamLikelihood without(model_, beam_model_, likelihood, nowhere);
+  for_its_beams(contender, [&](const Beam& beam, bool) { without.add(beam); });
+  return contender.weight.sum().log_likelihood - without.sum().log_likelihood;
+}
+
+double BeamRace::prior_of(const Pose& pose) const {
+  constexpr double new_place = 10;  // behind all that the earlier scan left open
+  double best = -std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Hypothesis& h : earlier_) {
+    best = std::max(best, h.log_likelihood);
+    least = std::min(least, h.log_likelihood);
+  }
+  for (const Hypothesis& h : earlier_) {
+    if (same(pose, h.pose, 2)) return h.log_likelihood - best;
+  }
+  return earlier_.empty() ? 0 : least - best - new_place;
+}
+
+}  // namespace berth::estimator

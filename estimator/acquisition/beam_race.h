@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/acquisition/acquisition.h"
+
+namespace berth::estimator {
+
+/// A pose in the running.
+struct Contender {
+  Pose pose;  ///< T_sensor_model
+  BeamLikelihood weight;
+  double prior = 0;  ///< log-likelihood that an earlier scan gave it, less that of the best then
+
+  double log_likelihood() const { return weight.sum().log_likelihood + prior; }
+};
+
+/// Weighs poses against each other on the beams of one scan, taken in an order that looks random
+/// and does not depend on the order in which they came.
+class BeamRace {
+ public:
+  /// earlier: what an earlier scan left open. All must outlive this.
+  BeamRace(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
+           const std::vector<Hypothesis>& earlier);
+
+  /// Weighs poses on more and more beams, block by block, leaves out those that fall behind the
+  /// best by more than `hopeless`, and ends early when after enough_beams one is left. Best first.
+  std::vector<Contender> run(const std::vector<Pose>& poses, const LikelihoodOptions& likelihood,
+                             std::size_t most_beams, std::size_t enough_beams) const;
+  /// The poses fitted to the ranges of so many returns, see fit_beams.
+  std::vector<Pose> fitted(const std::vector<Pose>& poses, std::size_t returns, double first_gate,
+                           double last_gate, int iterations) const;
+
+  /// Whether two poses are one, an exact symmetry apart or not. slack 1: 4 degrees and 3 % of the
+  /// length.
+  bool same(const Pose& a, const Pose& b, double slack) const;
+  /// The first of each set of same poses, at most so many.
+  std::vector<Pose> distinct(const std::vector<Pose>& poses, std::size_t most, double slack) const;
+  std::vector<Contender> distinct(const std::vector<Contender>& contenders, double slack) const;
+
+  /// The options with the shares of drop-outs, outliers and background that a leading pose shows.
+  LikelihoodOptions as_seen_from(const Contender& leader, const LikelihoodOptions& options) const;
+  /// Share of the returns about the target, of the beams that weighed it, that the pose explains.
+  double inlier_share(const Contender& contender) const;
+  /// Share of the returns on and beside the target's surface that are beside it: what goes on where
+  /// the target ends, or stands off it, is not the target.
+  double misfit_share(const Contender& contender) const;
+  /// Share explained of all returns inside the gate.
+  double explained_share(const Contender& contender) const;
+  /// Log-likelihood by which it leads "no target at all".
+  double evidence(const Contender& contender, const LikelihoodOptions& likelihood) const;
+
+  /// Returns inside the gate, in the race's order, at most 1500.
+  const std::vector<Beam>& returns() const { return returns_; }
+  std::size_t beams() const { return order_.size(); }
+
+ private:
+  double prior_of(const Pose& pose) const;
+  /// Calls visit(beam, inside the gate) for the beams that weighed the contender.
+  template <class Visit>
+  void for_its_beams(const Contender& contender, Visit visit) const;
+
+  const TargetModel& model_;
+  const BeamModel& beam_model_;
+  const CleanScan& scan_;
+  const std::vector<Hypothesis>& earlier_;
+  std::vector<std::uint32_t> order_;
+  std::vector<bool> gated_;  // beams that returned from inside the gate
+  std::vector<Beam> returns_;
+};
+
+}  // namespace berth::estimator
