@@ -69,6 +69,7 @@ void read_views(Config config, ViewAcquisitionOptions& v) {
   config.optional("decisive_margin", v.decisive_margin);
   config.optional("least_evidence", v.least_evidence);
   config.optional("least_explained", v.least_explained);
+  config.optional("least_in_view", v.least_in_view);
   config.optional("least_inlier_share", v.least_inlier_share);
   config.optional("most_misfit_share", v.most_misfit_share);
   config.optional("most_hypotheses", v.most_hypotheses);

@@ -62,6 +62,7 @@ class Search {
   std::vector<Contender> settle(std::vector<Pose> poses);
   std::vector<Contender> final_of(std::vector<Pose> poses);
   std::vector<Contender> look_in_parts(std::vector<Contender> so_far);
+  bool in_one_place() const;
   bool explains_the_scan(const std::vector<Contender>& contenders) const;
 
   const TargetModel& model_;
@@ -119,6 +120,12 @@ std::vector<Contender> Search::final_of(std::vector<Pose> poses) {
   return race_.distinct(race_.run(poses, likelihood_, race_.beams(), enough_beams), 0.7);
 }
 
+bool Search::in_one_place() const {
+  return std::all_of(returns_.begin(), returns_.end(), [&](const Vector3d& p) {
+    return (p - returns_.front()).norm() < 0.02 * model_.target.length;
+  });
+}
+
 bool Search::explains_the_scan(const std::vector<Contender>& contenders) const {
   constexpr double well = 0.75;
   return !contenders.empty() && objection(contenders.front()).empty() &&
@@ -146,6 +153,10 @@ std::vector<Contender> Search::look_in_parts(std::vector<Contender> so_far) {
     }
   }
   if (possible.empty()) return so_far;
+  // The centroid of a part may be far from where a view expects it: the fit has a longer way.
+  const double length = model_.target.length;
+  possible = race_.distinct(possible, static_cast<std::size_t>(options_.contenders), 0.7);
+  append(possible, race_.fitted(possible, 800, 0.06 * length, 0.008 * length, 10));
   const std::vector<Contender> roughly = race_.run(possible, options_.likelihood, 512, 512);
   likelihood_ = race_.as_seen_from(roughly.front(), options_.likelihood);
   return final_of(
@@ -159,7 +170,7 @@ std::vector<Contender> Search::run(const std::vector<Hypothesis>& hints, const V
     std::vector<Contender> found = settle(poses);
     if (explains_the_scan(found)) return found;
   }
-  if (static_cast<int>(returns_.size()) < options_.least_returns) return {};
+  if (static_cast<int>(returns_.size()) < options_.least_returns || in_one_place()) return {};
   std::vector<Contender> found = settle(look(returns_, centroid, {Vector3d::Zero()}));
   return explains_the_scan(found) ? found : look_in_parts(std::move(found));
 }
@@ -175,6 +186,11 @@ std::string Search::objection(const Contender& best) const {
     return "only " + fixed(100 * fit.explained / visible, 0) +
            " % of the beams that the best fit puts on the target return from it, at least " +
            fixed(100 * options_.least_explained, 0) + " % are needed";
+  }
+  if (fit.explained < options_.least_in_view * fit.predicted) {
+    return "something hides " + fixed(100.0 * fit.occluded() / std::max(1, fit.predicted), 0) +
+           " % of the best fit; at least " + fixed(100 * options_.least_in_view, 0) +
+           " % have to be seen";
   }
   if (const double share = race_.misfit_share(best); share > options_.most_misfit_share) {
     return fixed(100 * share, 0) +
@@ -204,7 +220,7 @@ AcquisitionResult ViewAcquisition::acquire(const CleanScan& scan,
   if (found.empty()) {
     result.reason = std::to_string(scan.points.size()) +
                     " returns inside the range gate, at least " +
-                    std::to_string(options_.least_returns) + " are needed";
+                    std::to_string(options_.least_returns) + " from more than one place are needed";
     return result;
   }
 

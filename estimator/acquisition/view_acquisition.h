@@ -17,8 +17,9 @@ struct ViewAcquisitionOptions {
   double decisive_margin = 4;        ///< log-likelihood by which the best must lead the second
   double least_evidence = 25;        ///< log-likelihood by which it must lead "no target at all"
   double least_explained = 0.75;     ///< share of the beams that should see the target that do
-  double least_inlier_share = 0.45;  ///< of the returns about the target that fit it
-  double most_misfit_share = 0.15;   ///< of those on or beside its surface, those beside it
+  double least_in_view = 0.4;        ///< share of all beams on the target that see it
+  double least_inlier_share = 0.73;  ///< of the returns about the target that fit it
+  double most_misfit_share = 0.12;   ///< of those on or beside its surface, those beside it
   int most_hypotheses = 4;
   ViewSearchOptions search;
   LikelihoodOptions likelihood;
