@@ -185,10 +185,13 @@ void read_tracking(Config config, EstimatorOptions& options) {
   config.optional("floor_rotation", Dimension::angle, t.floor_rad);
   config.optional("lost_after", options.lost_after);
   config.optional("reacquire", options.reacquire);
+  config.optional("streaming", options.streaming);
+  config.optional("estimate_every", options.estimate_every);
   config.optional("request_latency", Dimension::time, options.request_latency_s);
   config.finish();
   at_least(config, "returns_per_scan", options.returns_per_scan, 10);
   at_least(config, "least_used", t.least_used, 6);
+  at_least(config, "estimate_every", options.estimate_every, 1);
   at_least(config, "lost_after", options.lost_after, 1);
   at_least(config, "covariance_scale", t.covariance_scale, 0.1);
   at_least(config, "floor_translation", t.floor_m, 1e-6);
@@ -230,6 +233,11 @@ void read_pose_filter(Config config, PoseFilterOptions& filter) {
 void read_tracker(Config config, EstimatorOptions& options) {
   options.tracker_method = config.choice("method", tracker_names());
   if (config.has("alpha_beta")) read_alpha_beta(config.section("alpha_beta"), options.alpha_beta);
+  if (options.streaming && options.tracker_method != "se3") {
+    throw config.error("method", "found '" + options.tracker_method +
+                                     "', expected 'se3': only that can take in the few returns of "
+                                     "each estimate when tracking is streaming");
+  }
   if (config.has("se3")) read_pose_filter(config.section("se3"), options.pose_filter);
   config.finish();
 }
@@ -257,6 +265,22 @@ void read_planner(Config config, PlannerOptions& planner) {
   }
   if (!(planner.surface_share > 0 && planner.surface_share < 1)) {
     throw config.error("surface_share", "found a share outside (0, 100 %)");
+  }
+}
+
+void read_ranges(Config config, RangeOptions& ranges) {
+  config.optional("medium_beams", ranges.medium_beams);
+  config.optional("hysteresis", ranges.hysteresis);
+  config.optional("axis_returns", ranges.axis_returns);
+  config.optional("search_growth", ranges.search_growth);
+  config.optional("docking_region", ranges.docking_share);
+  config.finish();
+  at_least(config, "medium_beams", ranges.medium_beams, 5);
+  at_least(config, "axis_returns", ranges.axis_returns, 10);
+  at_least(config, "search_growth", ranges.search_growth, 2);
+  at_least(config, "docking_region", ranges.docking_share, 0.01);
+  if (!(ranges.hysteresis >= 0 && ranges.hysteresis < 0.5)) {
+    throw config.error("hysteresis", "found a share outside [0, 50 %)");
   }
 }
 
@@ -290,6 +314,7 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   read_tracking(config.section("tracking"), options);
   read_tracker(config.section("target_tracker"), options);
   read_planner(config.section("scan_planner"), options.planner);
+  if (config.has("ranges")) read_ranges(config.section("ranges"), options.ranges);
   config.finish();
   return options;
 }

@@ -10,6 +10,7 @@
 #include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
 #include "estimator/planning/scan_planner.h"
+#include "estimator/ranges/operating_range.h"
 #include "estimator/tracking/beam_tracking.h"
 #include "estimator/tracking/bounded_hough_tracking.h"
 #include "estimator/tracking/icp_tracking.h"
@@ -38,10 +39,14 @@ struct EstimatorOptions {
   bool reacquire = true;           ///< when lost, acquire again unasked
   double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next
 
+  bool streaming = false;          ///< estimates while a tracking scan runs
+  int estimate_every = 50;         ///< returns, when streaming
+
   std::string tracker_method = "alpha_beta";
   AlphaBetaOptions alpha_beta;
   PoseFilterOptions pose_filter;
   PlannerOptions planner;
+  RangeOptions ranges;
 };
 
 /// What the options may name as methods.

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+
+#include "common/core/error.h"
+#include "common/core/target.h"
 
 namespace berth::logs {
 namespace {
@@ -148,6 +152,50 @@ Series surface_range_series(const Measurer& measurer, const Phase& phase) {
       measurer, phase);
 }
 
+/// The docking interface of a run's target, model frame; nothing when it has none or is not at
+/// hand.
+std::optional<Vector3d> docking_interface(const RunRecord& record) {
+  if (!record.info()) return std::nullopt;
+  try {
+    const Target target = load_target(record.info()->target, record.info()->target_length_m);
+    if (target.has_docking_interface) return target.docking.position;
+  } catch (const InputError&) {
+  }
+  return std::nullopt;
+}
+
+/// Of where the docking interface truly was in the sensor frame: its distance from the sensor's
+/// origin along the axes that count.
+Series docking_series(const Measurer& measurer, const Phase& phase, const Vector3d& axes) {
+  const auto docking = docking_interface(measurer.record());
+  if (!docking) return {};
+  return truth_series(
+      [&](const TruthSample& truth) {
+        const Vector3d lever = truth.pose.rotation * *docking;
+        const Vector3d place = (truth.pose.position + lever).cwiseProduct(axes);
+        const double length = place.norm();
+        if (length == 0) return Value{0, 0};
+        Vector6d gradient;
+        gradient << place / length, lever.cross(place / length);
+        return Value{length, std::sqrt(std::max(0.0, gradient.dot(truth.covariance * gradient)))};
+      },
+      measurer, phase);
+}
+
+Series docking_offset_series(const Measurer& measurer, const Phase& phase) {
+  return docking_series(measurer, phase, Vector3d(1, 1, 0));
+}
+
+Series docking_range_series(const Measurer& measurer, const Phase& phase) {
+  return docking_series(measurer, phase, Vector3d::Ones());
+}
+
+Value relative_position_error(const ComparedEstimate& c) {
+  const Value error = position_error(c);
+  const double range = c.truth.pose.position.norm();
+  return {error.value / range, error.truth_sigma / range};
+}
+
 Series relative_speed_series(const Measurer& measurer, const Phase& phase) {
   return truth_series(
       [](const TruthSample& truth) {
@@ -238,6 +286,8 @@ std::vector<Measurement> make_measurements() {
   };
   return {
       length("position_error", position_error, "distance between estimated and true position"),
+      of_estimates("relative_position_error", Dimension::number, "%", 1e-2, relative_position_error,
+                   "position error over the true range"),
       length("x_error", axis_error<0>, "estimated minus true x (right)"),
       length("y_error", axis_error<1>, "estimated minus true y (down)"),
       length("z_error", axis_error<2>, "estimated minus true z (along the boresight)"),
@@ -260,6 +310,10 @@ std::vector<Measurement> make_measurements() {
       {"surface_range", Dimension::length, "mm", mm,
        "true distance from the sensor to the nearest surface of the target", surface_range_series,
        nullptr},
+      {"docking_range", Dimension::length, "mm", mm,
+       "true distance from the sensor to the docking interface", docking_range_series, nullptr},
+      {"docking_offset", Dimension::length, "mm", mm,
+       "true distance of the docking interface from the boresight", docking_offset_series, nullptr},
       {"relative_speed", Dimension::speed, "mm/s", mm, "true speed of target against sensor",
        relative_speed_series, nullptr},
       {"update_rate", Dimension::frequency, "Hz", 1, "good estimates per second", nullptr,

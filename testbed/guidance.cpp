@@ -28,8 +28,18 @@ double Guidance::surface_distance(const Pose& pose) const {
 
 Pose Guidance::reference(double travelled) const {
   Pose pose = wanted_start_;
-  pose.position.z() -= travelled;
+  pose.position += travelled * direction_;
   return pose;
+}
+
+double Guidance::distance_to_go(const Pose& pose) const {
+  if (docking_) return (pose * docking_->point - docking_->place).norm();
+  return surface_distance(pose) - standoff_;
+}
+
+double Guidance::largest_correction(const Pose& pose) const {
+  return std::max(settings_.largest_correction,
+                  settings_.largest_correction_share * pose.position.norm());
 }
 
 /// The commanded pose at which the estimate is expected to be as wanted.
@@ -76,11 +86,13 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
   const Pose before = commanded_at(estimate_->utime - settings_.dead_time).value_or(commanded);
   bias_.setZero();
   bias_.head<3>() = estimate_->pose.position - before.position;
-  bias_rotation_ = (estimate_->pose.rotation * before.rotation.conjugate()).normalized();
-  if (initial_distance() > settings_.largest_correction) {
+  bias_rotation_ = estimate_->attitude_known
+                       ? (estimate_->pose.rotation * before.rotation.conjugate()).normalized()
+                       : Quaterniond::Identity();
+  if (initial_distance() > largest_correction(estimate_->pose)) {
     return "the estimate is " + fixed(1e3 * initial_distance(), 0) +
            " mm away from where the arms were told to be, limit " +
-           fixed(1e3 * settings_.largest_correction, 0) + " mm";
+           fixed(1e3 * largest_correction(estimate_->pose), 0) + " mm";
   }
   filtered_ = bias_;
   // what is wanted begins where the command is, seen as the estimate sees it
@@ -97,10 +109,26 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
 }
 
 std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& commanded,
-                                              double standoff, const RelativeLimits& limits) {
+                                              double standoff, const RelativeLimits& limits,
+                                              const std::optional<Docking>& docking) {
   active_ = false;
   if (auto reason = begin(now, commanded)) return reason;
   active_ = false;
+  docking_ = docking;
+  direction_ = -Vector3d::UnitZ();
+  standoff_ = standoff;
+  keeping_ = false;
+  const auto set_off = [&](double length) {
+    travel_ = SmoothTravel(length, limits.speed, limits.acceleration,
+                           4 * limits.acceleration / limits.rise_time);
+    active_ = true;
+    return std::nullopt;
+  };
+  if (docking_) {
+    const Vector3d way = docking_->place - wanted_start_ * docking_->point;
+    if (way.norm() > 0) direction_ = way.normalized();
+    return set_off(way.norm());
+  }
   if (surface_distance(wanted_start_) < standoff - settings_.settle_tolerance) {
     return "the nearest surface is at " + fixed(surface_distance(wanted_start_), 3) +
            " m already, nearer than the standoff of " + fixed(standoff, 3) + " m";
@@ -111,12 +139,7 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
     const double middle = 0.5 * (low + high);
     (surface_distance(reference(middle)) > standoff ? low : high) = middle;
   }
-  travel_ = SmoothTravel(low, limits.speed, limits.acceleration,
-                         4 * limits.acceleration / limits.rise_time);
-  standoff_ = standoff;
-  keeping_ = false;
-  active_ = true;
-  return std::nullopt;
+  return set_off(low);
 }
 
 std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commanded,
@@ -138,6 +161,7 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
   bias_.tail<3>() = away.tail<3>();
   filtered_.tail<3>().setZero();
   travel_ = SmoothTravel(0, limits.speed, limits.acceleration, limits.acceleration);
+  docking_.reset();
   keeping_ = true;
   active_ = true;
   return std::nullopt;
@@ -155,9 +179,11 @@ void Guidance::correct(const Estimate& estimate) {
   if (!before) return;
   Vector6d bias;
   bias.head<3>() = estimate.pose.position - before->position;
-  bias.tail<3>() = rotation_vector(estimate.pose.rotation * before->rotation.conjugate() *
-                                   bias_rotation_.conjugate());
-  if (bias.head<3>().norm() > settings_.largest_correction ||
+  bias.tail<3>() = estimate.attitude_known
+                       ? rotation_vector(estimate.pose.rotation * before->rotation.conjugate() *
+                                         bias_rotation_.conjugate())
+                       : Vector3d(filtered_.tail<3>());
+  if (bias.head<3>().norm() > largest_correction(estimate.pose) ||
       bias.tail<3>().norm() > settings_.largest_angular_correction) {
     disbelief_ = "the estimate is " + fixed(1e3 * bias.head<3>().norm(), 0) + " mm and " +
                  fixed(degrees(bias.tail<3>().norm()), 1) +
@@ -217,7 +243,7 @@ Guidance::Output Guidance::step(std::int64_t now, double dt) {
   if (arrived_ == 0) arrived_ = now;
   output.phase = Phase::settling;
   const bool seen = estimate_->utime - settings_.dead_time >= arrived_;
-  const double error = surface_distance(estimate_->pose) - standoff_;
+  const double error = distance_to_go(estimate_->pose);
   const bool settled = seen && std::abs(error) <= settings_.settle_tolerance;
   if (!settled && now - arrived_ <= settings_.settle_for) return output;
   output.phase = Phase::done;

@@ -16,14 +16,23 @@ namespace berth::testbed {
 /// What the estimator says, as far as guidance cares.
 struct Estimate {
   std::int64_t utime = 0;
-  Pose pose;            ///< T_sensor_model
-  bool usable = false;  ///< status OK
-  std::string status;   ///< why not, for the operator
+  Pose pose;                   ///< T_sensor_model
+  bool usable = false;         ///< status OK
+  std::string status;          ///< why not, for the operator
+  bool attitude_known = true;  ///< well enough to be steered by
+};
+
+/// Where an approach is to end other than by the nearest surface: a point of the target, model
+/// frame, at a place in the sensor frame.
+struct Docking {
+  Vector3d point = Vector3d::Zero();
+  Vector3d place = Vector3d::Zero();
 };
 
 /// Closed loop by the estimate alone. It streams commanded relative poses: along the boresight
 /// until the nearest surface of the target, placed by the estimate, is at the standoff; attitude
-/// and sideways offset stay as the estimate had them at the start. What the estimate says otherwise
+/// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
+/// interface is at its place; the attitude stays. What the estimate says otherwise
 /// than was commanded a dead time before the estimate's own time is a correction, filtered and
 /// slewed into the command. Arms, joints and ground truth are unknown here.
 class Guidance {
@@ -38,7 +47,8 @@ class Guidance {
     double gain = 0.3;                         ///< of each estimate's correction
     double correction_speed = 0.01;            ///< m/s
     double correction_angular_speed = 0.017;   ///< rad/s
-    double largest_correction = 0.25;          ///< m, and
+    double largest_correction = 0.25;          ///< m, or, far away,
+    double largest_correction_share = 0.01;    ///< of the range; and
     double largest_angular_correction = 0.26;  ///< rad; beyond, the estimate is not believed
     double hold_settling = 0.8;                ///< s to come to rest
   };
@@ -60,7 +70,8 @@ class Guidance {
 
   /// Begins an approach from the pose commanded now. @return why it cannot, or nothing.
   std::optional<std::string> approach(std::int64_t now, const Pose& commanded, double standoff,
-                                      const RelativeLimits& limits);
+                                      const RelativeLimits& limits,
+                                      const std::optional<Docking>& docking = std::nullopt);
   /// Begins to keep a pose by the estimate. @return why it cannot, or nothing.
   std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& wanted,
                                   const RelativeLimits& limits);
@@ -91,6 +102,9 @@ class Guidance {
   Pose reference(double travelled) const;
   Pose uncorrected(const Pose& wanted) const;
   double surface_distance(const Pose& pose) const;
+  /// How far the end of the approach is from a pose, m.
+  double distance_to_go(const Pose& pose) const;
+  double largest_correction(const Pose& pose) const;
 
   const RayCaster& target_;
   Settings settings_;
@@ -103,8 +117,10 @@ class Guidance {
   bool keeping_ = false;
   bool held_ = false;
   double override_ = 1;
-  Pose wanted_start_;    // by the estimate
-  SmoothTravel travel_;  // along the boresight
+  Pose wanted_start_;                        // by the estimate
+  SmoothTravel travel_;                      // along the direction
+  Vector3d direction_ = -Vector3d::UnitZ();  // of the approach, unit, sensor frame
+  std::optional<Docking> docking_;
   double standoff_ = 0;
   double time_ = 0;                                      // along the travel
   Quaterniond bias_rotation_ = Quaterniond::Identity();  // estimated from commanded, at the start

@@ -25,6 +25,18 @@ std::array<double, 7> with_motor(const ArmKinematics& arm, const Joints& q) {
   return values;
 }
 
+/// Largest change of any rotary joint, rad: a linear axis has no other configuration.
+double largest_turn(const Cell& cell, const ArmPair& a, const ArmPair& b) {
+  double largest = 0;
+  for (const ArmRole role : both_arms) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (cell.arm(role).kinematics->is_linear(static_cast<int>(i))) continue;
+      largest = std::max(largest, std::abs(a.of(role)[i] - b.of(role)[i]));
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 /// The joint whose speed or acceleration is the greatest part of its limit, over the whole motion.
@@ -93,7 +105,7 @@ std::optional<Refusal> PathCheck::check(const ArmMotion& motion, const ArmPair& 
     const auto joints = motion.at(t, near, &reason);
     if (!joints) return Refusal{place(t, near) + reason, t, 0};
     if (auto wrong = check_joints(*joints)) return Refusal{place(t, *joints) + *wrong, t, 0};
-    if (largest_change(near, *joints) > limits_.largest_step) {
+    if (largest_turn(cell_, near, *joints) > limits_.largest_step) {
       std::string text = place(t, near) + "an arm would have to change its configuration";
       // a branch ends where a joint would pass its limit
       if (path.size() >= 2) {

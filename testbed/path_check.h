@@ -23,7 +23,7 @@ struct PathLimits {
   double speed = 0.8;            ///< of each joint's own
   double acceleration = 0.8;     ///< of each joint's own
   double manipulability = 0.02;  ///< least; 0 at a singularity
-  double largest_step = 0.2;     ///< rad or m between two samples: more is a change of branch
+  double largest_step = 0.2;     ///< rad of a joint between two samples: more is a change of branch
   double sample_time = 0.1;      ///< s
   double clearance_step = 0.03;  ///< m that bodies may move between two looks at their distance
 };

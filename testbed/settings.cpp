@@ -72,6 +72,7 @@ Settings load_settings(const std::filesystem::path& file) {
   s.guidance.correction_angular_speed =
       positive(guidance, "correction_angular_speed", Dimension::angular_speed);
   s.guidance.largest_correction = positive(guidance, "largest_correction", Dimension::length);
+  guidance.optional("largest_correction_share", s.guidance.largest_correction_share);
   s.guidance.largest_angular_correction =
       positive(guidance, "largest_angular_correction", Dimension::angle);
   guidance.finish();

@@ -267,7 +267,16 @@ std::string TestbedNode::begin_closed_loop(const testbed_command_t& command, Tas
   std::shared_ptr<const RelativePath> path;
   if (command.command == testbed_command_t::APPROACH) {
     if (!(command.standoff_m > 0)) return "the standoff must be positive";
-    if (const auto reason = guidance_.approach(now(), commanded, command.standoff_m, limits)) {
+    // A place in front of the sensor is the docking interface's at the end.
+    std::optional<Docking> docking;
+    if (command.position_m[2] > 0) {
+      if (!cell_.target.has_docking_interface) {
+        return "target '" + cell_.target.name + "' names no docking interface";
+      }
+      docking = {cell_.target.docking.position, Vector3d::Map(command.position_m)};
+    }
+    if (const auto reason =
+            guidance_.approach(now(), commanded, command.standoff_m, limits, docking)) {
       return *reason;
     }
     path = std::make_shared<const StraightPath>(commanded, guidance_.predicted_end(), limits);

@@ -137,8 +137,15 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
       std::lower_bound(command_history_.begin(), command_history_.end(), commanded_at,
                        [](const auto& entry, Utime t) { return entry.first < t; });
   if (after == command_history_.end()) return;
+  ArmPair commanded = after->second;
+  if (after != command_history_.begin()) {
+    const auto before = std::prev(after);
+    const double s = static_cast<double>(commanded_at - before->first) /
+                     static_cast<double>(after->first - before->first);
+    commanded = blend(before->second, after->second, s);
+  }
   const std::string strays =
-      safety_.lag(role, *cell_.arm(role).kinematics, sample.joints, after->second.of(role));
+      safety_.lag(role, *cell_.arm(role).kinematics, sample.joints, commanded.of(role));
   if (!strays.empty()) stop_arms("arm-strays", strays);
 }
 
@@ -163,6 +170,11 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
     estimate.usable = false;
     estimate.status = "not a pose";
   }
+  // An attitude that may be anything leads nowhere: only the position is steered by.
+  double variance = 0;
+  for (int i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
+  estimate.attitude_known =
+      std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
   guidance_.on_estimate(estimate);
 }
 
@@ -530,7 +542,9 @@ std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bu
   for (const ArmRole role : both_arms) {
     hashes += sha256_of_file(run.config / files.section(name_of(role)).text("arm"));
   }
-  return std::make_unique<TestbedNode>(std::move(setup), std::move(cell), load_settings(settings),
+  Settings limits = load_settings(settings);
+  if (cell.greatest_speed > 0) limits.greatest_speed = cell.greatest_speed;
+  return std::make_unique<TestbedNode>(std::move(setup), std::move(cell), std::move(limits),
                                        sha256(hashes), bus, loop);
 }
 

@@ -139,6 +139,9 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
   sensor.finish();
   if (home_by_pose) cell.replica.home = home_with_target(cell, home_pose);
 
+  config.optional("lidar", cell.lidar);
+  config.optional("greatest_speed", Dimension::speed, cell.greatest_speed);
+  if (!(cell.greatest_speed >= 0)) throw config.error("greatest_speed", "must not be negative");
   config.optional("sensor_share", cell.sensor_share);
   if (!(cell.sensor_share >= 0 && cell.sensor_share <= 1)) {
     throw config.error("sensor_share", "expected 0..1");

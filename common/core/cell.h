@@ -38,6 +38,8 @@ struct Cell {
   std::string layout;
   PlacedArm replica;
   PlacedArm sensor;
+  std::string lidar;          ///< config/lidars/<lidar>.yaml; empty: the one of the devices
+  double greatest_speed = 0;  ///< m/s that relative motion may have here; 0: as anywhere
   double sensor_share = 0.5;  ///< of the travel along the line of sight that the sensor arm takes
   Mesh mount;                 ///< between the replica arm's flange and the target, flange frame
   Mesh sensor_housing;        ///< flange frame of the sensor arm

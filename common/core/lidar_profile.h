@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/core/beam_model.h"
+#include "common/core/run_setup.h"
 
 namespace berth {
 
@@ -22,5 +23,8 @@ struct LidarProfile {
 
 /// @throws InputError.
 LidarProfile load_lidar_profile(const std::filesystem::path& path);
+/// The LIDAR of a run: the one that its layout names, else the one named here.
+/// @throws InputError.
+LidarProfile load_lidar_profile(const RunSetup& run, const std::string& otherwise);
 
 }  // namespace berth

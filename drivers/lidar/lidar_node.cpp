@@ -267,7 +267,7 @@ std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus&
                                       Wires& wires) {
   const Devices devices = load_devices(run.config);
   LidarNodeConfig config;
-  config.profile = load_lidar_profile(run.config / "lidars" / (devices.lidar.model + ".yaml"));
+  config.profile = load_lidar_profile(run, devices.lidar.model);
   config.link.address = devices.lidar.address;
   config.link.model = config.profile.model;
   return std::make_unique<LidarNode>(std::move(setup), std::move(config), bus, loop, wires);

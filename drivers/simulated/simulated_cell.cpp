@@ -84,8 +84,7 @@ SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   setup.sensor_map = RegisterMap::load(registers(setup.devices.sensor_arm.registers));
   setup.plc_map = PlcMap::load(registers(setup.devices.plc.registers));
   setup.settings = load_simulation(run.config / "simulation.yaml");
-  setup.lidar_profile =
-      load_lidar_profile(run.config / "lidars" / (setup.devices.lidar.model + ".yaml"));
+  setup.lidar_profile = load_lidar_profile(run, setup.devices.lidar.model);
   setup.lidar = load_simulated_lidar(run.config / "simulation_lidar.yaml");
   setup.seed = run.seed;
   if (!run.out.empty()) setup.world_truth = run.out / "world_truth.lcm";

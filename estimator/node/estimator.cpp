@@ -17,18 +17,6 @@ using Command = estimator_command_t;
 // Of a pose that a commander gives: as good as a measuring tape.
 constexpr double given_pose_sigma_m = 0.05;
 constexpr double given_pose_sigma_rad = radians(3);
-// Of a pose that nobody knows.
-constexpr double unknown_sigma_m = 1000;
-constexpr double unknown_sigma_rad = radians(180);
-// After a pause nobody knows how the target moved.
-constexpr double resumed_pose_sigma_m = 0.1;
-constexpr double resumed_pose_sigma_rad = radians(5);
-
-Matrix6d diagonal_covariance(double translation, double rotation) {
-  Vector6d v;
-  v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
-  return v.asDiagonal();
-}
 
 }  // namespace
 
@@ -47,11 +35,11 @@ void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
   const EstimatorOptions& o = setup_.options;
   acquisition_ = make_acquisition(o, *model_, setup_.lidar.beam);
   tracking_ = make_tracking(o, *model_, setup_.lidar.beam);
-  planner_ = std::make_unique<ScanPlanner>(
-      *model_,
-      FieldOfView{setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height,
-                  setup_.lidar.minimum_step_rad, setup_.lidar.beam},
-      o.planner);
+  planner_ = std::make_unique<ScanPlanner>(*model_, field_of_view(), o.planner);
+  ranges_ = std::make_unique<RangeSwitch>(*model_, setup_.lidar, o.ranges);
+  long_range_ = std::make_unique<LongRange>(*model_, setup_.lidar.beam, o.ranges.axis_returns);
+  docking_ = docking_region(*model_, o.ranges.docking_share);
+  forget_target();
 }
 
 // ------------------------------------------------------------------------------------------
@@ -138,20 +126,16 @@ void Estimator::obey(const Pending& pending) {
       change_mode(Mode::IDLE, "stopped");
       break;
     case Command::ACQUIRE:
-      tracker_->stop();
-      hints_.clear();
-      zoom_.reset();
+      forget_target();
       change_mode(Mode::ACQUIRING, "acquiring");
       break;
     case Command::TRACK:
       if (command.has_initial_pose) {
-        tracker_->start(pose_of(command.initial_position_m, command.initial_q_wxyz),
-                        diagonal_covariance(given_pose_sigma_m, given_pose_sigma_rad),
-                        command.utime);
+        start_from(pose_of(command.initial_position_m, command.initial_q_wxyz),
+                   diagonal_covariance(given_pose_sigma_m, given_pose_sigma_rad), command.utime);
       } else if (now_.mode != Mode::TRACKING && tracker_->started()) {
-        tracker_->start(tracker_->pose(),
-                        diagonal_covariance(resumed_pose_sigma_m, resumed_pose_sigma_rad),
-                        command.utime);
+        // After a pause nobody knows how the target moved.
+        start_from(tracker_->pose(), resumed_covariance(), command.utime);
       }
       if (tracker_->started()) {
         change_mode(Mode::TRACKING, "tracking");
@@ -160,9 +144,7 @@ void Estimator::obey(const Pending& pending) {
       }
       break;
     case Command::CHOOSE_MODEL:
-      tracker_->stop();
-      hints_.clear();
-      zoom_.reset();
+      forget_target();
       use_model(pending.model);
       change_mode(Mode::IDLE, "model chosen");
       break;
@@ -224,26 +206,6 @@ void Estimator::proceed(bool hold_back) {
   }
   ask_for(messages_of(windows), now_.mode == Mode::ACQUIRING ? "acquire" : "track", false,
           hold_back);
-}
-
-std::vector<Window> Estimator::plan_windows() {
-  const EstimatorOptions& o = setup_.options;
-  if (now_.mode == Mode::ACQUIRING) {
-    return {zoom_ ? *zoom_ : planner_->everything(o.acquire_beams)};
-  }
-  if (now_.mode != Mode::TRACKING) return {};
-  // The middle of the scan to come.
-  const double ahead = o.request_latency_s + 0.5 * now_.returns_per_scan / setup_.lidar.rate_hz;
-  const std::int64_t then =
-      std::max(last_input_utime_, tracker_->utime()) + static_cast<std::int64_t>(1e6 * ahead);
-  const Matrix6d covariance = tracker_->predicted_covariance(then);
-  const double translation = std::sqrt(covariance.diagonal().head<3>().maxCoeff());
-  const double rotation = std::sqrt(covariance.diagonal().tail<3>().maxCoeff());
-  const double sigma = std::hypot(translation, rotation * model_->canonical.half_length);
-  // Windows that have grown to the size of the target find nothing that the whole view does not.
-  const double most = 0.3 * model_->canonical.half_length;
-  return planner_->plan(tracker_->predict(then), std::min(sigma, most), now_.strategy,
-                        now_.returns_per_scan);
 }
 
 void Estimator::ask_for(std::vector<scan_window_t> windows, const std::string& purpose,
@@ -308,7 +270,11 @@ void Estimator::take(const scan_packet_t& packet) {
   if (!scan_->packets.emplace(packet.packet, packet).second) return;
   const std::int64_t until = utime_of_end(packet);
   last_input_utime_ = std::max(last_input_utime_, until);
-  if (ends_scan) finish_scan();
+  if (ends_scan) {
+    finish_scan();
+  } else {
+    stream();
+  }
 }
 
 Estimator::Bundle Estimator::bundle(const Scan& scan) const {
@@ -335,199 +301,12 @@ void Estimator::finish_scan() {
   const Bundle b = bundle(*scan_);
   finished_id_ = scan_->id;
   scan_.reset();
+  stream_.reset();
   process(b);
   // A scan that failed at once is not asked for again at once: the request waits until the LIDAR is
   // heard of again, once a second.
   const bool failed = b.status == scan_packet_t::REFUSED || b.status == scan_packet_t::ABORTED;
   proceed(failed && b.beams.empty());
-}
-
-// -----------------------------------------------------------------------------------------
-// estimates
-
-void Estimator::process(const Bundle& b) {
-  Durations durations;
-  std::int64_t start = setup_.stopwatch();
-  const CleanScan scan = preprocess(b.beams, now_.gate, setup_.lidar.beam);
-  durations.preprocess = setup_.stopwatch() - start;
-
-  pose_estimate_t estimate{};
-  estimate.session = now_.session;
-  estimate.command_seq = now_.command_seq;
-  estimate.scan_id = b.id;
-  estimate.first_packet = b.first_packet;
-  estimate.last_packet = b.last_packet;
-  estimate.packets_missing = b.packets_missing;
-  estimate.utime_first_return = scan.utime_first;
-  estimate.utime_last_return = scan.utime_last;
-  estimate.utime = scan.points.empty() ? b.utime : scan.utime_mean;
-  estimate.target = model_->target.name;
-  estimate.target_hash = model_->target.hash;
-  estimate.returns_received = scan.received - scan.misses;
-  estimate.misses = scan.misses;
-  estimate.operating_range = pose_estimate_t::RANGE_MEDIUM;
-
-  if (now_.mode == Mode::ACQUIRING) {
-    acquire(scan, estimate, durations);
-  } else if (now_.mode == Mode::TRACKING) {
-    track(scan, estimate, durations);
-  } else {
-    estimate.method = "none";
-    estimate.status = pose_estimate_t::IDLE;
-    estimate.reason = mode_reason_;
-    fill_filtered(estimate);
-  }
-  if (estimate.status != pose_estimate_t::OK && !b.reason.empty()) {
-    estimate.reason += "; the scan: " + b.reason;
-  }
-  estimate.seq = ++estimate_seq_;
-  output_.estimate(estimate);
-
-  estimator_diagnostics_t d{};
-  d.utime = estimate.utime;
-  d.seq = estimate.seq;
-  d.session = estimate.session;
-  d.scan_id = estimate.scan_id;
-  d.preprocess_us = durations.preprocess;
-  d.acquire_us = durations.acquire;
-  d.track_us = durations.track;
-  d.plan_us = durations.plan;
-  const std::pair<const char*, int> values[] = {{"dropped_invalid", scan.invalid},
-                                                {"dropped_saturated", scan.saturated},
-                                                {"dropped_too_near", scan.too_near},
-                                                {"nearer_than_gate", scan.nearer},
-                                                {"farther_than_gate", scan.farther}};
-  for (const auto& [name, value] : values) {
-    d.names.emplace_back(name);
-    d.values.push_back(value);
-  }
-  d.value_count = static_cast<std::int32_t>(d.names.size());
-  output_.diagnostics(d);
-}
-
-void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
-  const std::int64_t start = setup_.stopwatch();
-  const AcquisitionResult found = acquisition_->acquire(scan, hints_);
-  durations.acquire = setup_.stopwatch() - start;
-  const bool was_zoomed = zoom_.has_value();
-  hints_.clear();
-  zoom_.reset();
-  estimate.method = acquisition_->name();
-  estimate.status = pose_estimate_t::ACQUIRING;
-  estimate.reason = found.reason;
-
-  if (found.status == AcquisitionResult::Status::found) {
-    const Pose& pose = found.hypotheses.front().pose;
-    const TrackingResult measured = tracking_->track(
-        scan, {pose, diagonal_covariance(resumed_pose_sigma_m, resumed_pose_sigma_rad), {}});
-    estimate.confidence = measured.confidence;
-    if (measured.ok) {
-      tracker_->start(measured.pose, measured.covariance, scan.utime_mean);
-      failures_ = 0;
-      fill_measurement(measured, estimate);
-      fill_filtered(estimate);
-      estimate.status = pose_estimate_t::OK;
-      estimate.reason.clear();
-      change_mode(Mode::TRACKING, "tracking");
-      if (const int equal = found.hypotheses.front().equal_poses; equal > 1) {
-        output_.note(event_t::NOTICE, "symmetric-target",
-                     "the target looks the same in " + std::to_string(equal) +
-                         " poses found; the one turned least from the sensor's axes is reported");
-      }
-      return;
-    }
-    estimate.reason = "found a pose that does not hold: " + measured.reason;
-  }
-  fill_filtered(estimate);
-  hints_ = found.hypotheses;
-  std::vector<Pose> open;
-  for (const Hypothesis& h : hints_) open.push_back(h.pose);
-  if (found.status == AcquisitionResult::Status::ambiguous) {
-    estimate.status = pose_estimate_t::AMBIGUOUS;
-    fill_hypotheses(found.hypotheses, estimate);
-  }
-  if (found.status == AcquisitionResult::Status::refused) {
-    change_mode(Mode::LOST, found.reason);
-    estimate.status = pose_estimate_t::LOST;
-  }
-  // The next scan looks where the target seems to be; if this one did so already and found nothing,
-  // everywhere again.
-  const double margin = 0.1 * model_->canonical.half_length;
-  std::vector<Window> where;
-  if (found.status == AcquisitionResult::Status::ambiguous) {
-    where = planner_->around(open, margin, setup_.options.zoom_beams);
-  } else if (!was_zoomed && !hints_.empty()) {
-    where = planner_->around({open.front()}, 3 * margin, setup_.options.zoom_beams);
-  }
-  if (!where.empty()) zoom_ = where.front();
-}
-
-void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
-  const std::int64_t start = setup_.stopwatch();
-  const TrackingResult measured = tracking_->track(
-      scan, {tracker_->predict(estimate.utime), tracker_->predicted_covariance(estimate.utime),
-             tracker_->velocity()});
-  estimate.method = tracking_->name();
-  fill_measurement(measured, estimate);
-  if (measured.ok) {
-    failures_ = 0;
-    tracker_->update(measured.pose, measured.covariance, estimate.utime);
-    estimate.status = pose_estimate_t::OK;
-    fill_filtered(estimate);
-  } else {
-    estimate.status = pose_estimate_t::LOST;
-    estimate.reason = measured.reason;
-    fill_filtered(estimate);
-    count_failure(measured.reason);
-  }
-  durations.track = setup_.stopwatch() - start;
-}
-
-void Estimator::count_failure(const std::string& reason) {
-  ++failures_;
-  if (failures_ < setup_.options.lost_after) return;
-  const std::string lost = "lost after " + std::to_string(failures_) + " scans: " + reason;
-  failures_ = 0;
-  tracker_->stop();
-  hints_.clear();
-  zoom_.reset();
-  output_.note(event_t::WARNING, "target-lost", lost);
-  if (setup_.options.reacquire && acquisition_->refusal().empty()) {
-    change_mode(Mode::ACQUIRING, lost + "; acquiring again");
-  } else {
-    change_mode(Mode::LOST, lost);
-  }
-}
-
-void Estimator::fill_filtered(pose_estimate_t& estimate) const {
-  if (!tracker_->started()) {
-    fill_pose({}, estimate.position_m, estimate.q_wxyz);
-    fill_matrix(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
-    return;
-  }
-  // The pose at the estimate's own time: after an update that is the filter's, else a prediction.
-  const Pose pose = tracker_->predict(estimate.utime);
-  fill_pose(pose, estimate.position_m, estimate.q_wxyz);
-  const bool updated = estimate.utime == tracker_->utime();
-  fill_matrix(updated ? tracker_->covariance() : tracker_->predicted_covariance(estimate.utime),
-              estimate.covariance);
-  fill_matrix(tracker_->velocity_covariance(), estimate.velocity_covariance);
-  for (int i = 0; i < 3; ++i) {
-    estimate.linear_velocity_m_s[i] = tracker_->velocity().linear[i];
-    estimate.angular_velocity_rad_s[i] = tracker_->velocity().angular[i];
-  }
-  estimate.operating_range = operating_range(pose);
-}
-
-std::int8_t Estimator::operating_range(const Pose& pose) const {
-  const double distance = (pose * model_->centre).norm();
-  const double field =
-      std::min(setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height);
-  const double extent = 2 * std::atan2(model_->canonical.half_length, distance);
-  // A hundred beams, as dense as the LIDAR can, no longer fit on it: only a centroid is left.
-  const double finest = std::max(setup_.lidar.minimum_step_rad, setup_.lidar.beam.divergence_rad);
-  if (extent < 10 * finest) return pose_estimate_t::RANGE_LONG;
-  return extent > field ? pose_estimate_t::RANGE_SHORT : pose_estimate_t::RANGE_MEDIUM;
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -15,6 +15,9 @@
 
 #include "common/core/lidar_profile.h"
 #include "estimator/methods.h"
+#include "estimator/ranges/long_range.h"
+#include "estimator/ranges/operating_range.h"
+#include "estimator/ranges/short_range.h"
 
 namespace berth::estimator {
 
@@ -92,6 +95,19 @@ class Estimator {
     std::vector<RawBeam> beams;
     std::int64_t utime = 0;  // of the last beam, or of the end
   };
+  struct Found {  // by acquisition
+    AcquisitionResult::Status status = AcquisitionResult::Status::not_found;
+    std::vector<Hypothesis> hypotheses;
+    std::optional<TrackingResult> measured;  // a pose that holds
+  };
+  struct Stream {                            // of the scan that is running, when streaming
+    std::unique_ptr<TargetTracker> tracker;  // as far as its returns go; forgotten at its end
+    int next_packet = 0;
+    int first_packet = 0;        // of the beams that are not used yet
+    std::vector<RawBeam> beams;  // these
+    int returns = 0;             // of them
+    bool doubtful = false;       // the scan contradicts the prediction: no more estimates of it
+  };
   struct Durations {
     std::int64_t preprocess = 0;
     std::int64_t acquire = 0;
@@ -116,11 +132,26 @@ class Estimator {
 
   // Estimates
   void process(const Bundle& bundle);
+  bool streams() const { return setup_.options.streaming; }
+  void stream();
+  void use_batch(Stream& stream);
+  pose_estimate_t blank_estimate(std::int64_t scan_id, const CleanScan& scan) const;
   void acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
+  void acquire_far(const LongRangeFix& far, bool was_zoomed, const CleanScan& scan,
+                   pose_estimate_t& estimate);
+  void search_more_finely();
+  Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
+  void track_far(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
+  void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
+  void start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime);
+  void forget_target();
+  static Matrix6d resumed_covariance();
+  FieldOfView field_of_view() const;
+  ModelSphere whole_target(double margin) const;
   void count_failure(const std::string& reason);
-  void fill_filtered(pose_estimate_t& estimate) const;
-  std::int8_t operating_range(const Pose& pose) const;
+  void fill_filtered(pose_estimate_t& estimate) const { fill_filtered(*tracker_, estimate); }
+  void fill_filtered(const TargetTracker& tracker, pose_estimate_t& estimate) const;
   void use_model(std::shared_ptr<const TargetModel> model);
   void change_mode(std::int8_t mode, const std::string& reason);
   void say_state();
@@ -132,6 +163,9 @@ class Estimator {
   std::unique_ptr<Tracking> tracking_;
   std::unique_ptr<ScanPlanner> planner_;
   std::unique_ptr<TargetTracker> tracker_;
+  std::unique_ptr<RangeSwitch> ranges_;
+  std::unique_ptr<LongRange> long_range_;
+  std::optional<ModelSphere> docking_;
 
   Instructions now_;
   std::deque<Pending> pending_;
@@ -139,13 +173,19 @@ class Estimator {
   std::map<std::pair<std::int64_t, std::string>, std::int64_t>
       heard_;  // last seq of each commander
   std::optional<Scan> scan_;
+  std::optional<Stream> stream_;
   std::int64_t last_id_ = 0;      // asked for, or seen
   std::int64_t finished_id_ = 0;  // used, or passed over
   std::int64_t last_input_utime_ = 0;
   std::int64_t last_beam_utime_ = 0;
-  int failures_ = 0;               // tracking scans in a row
+  int failures_ = 0;            // tracking scans in a row
   std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
-  std::optional<Window> zoom_;     // where the next acquisition scan looks
+  std::optional<Window> zoom_;  // where the next acquisition scan looks
+  int search_beams_ = 0;        // of a scan of the whole field of view
+  OperatingRange range_ = OperatingRange::medium_range;
+  bool within_reach_ = false;  // in long range, and near enough for the pose
+  Quaterniond far_attitude_ = Quaterniond::Identity();  // the last scan's, in long range
+  Matrix6d systematic_ = Matrix6d::Zero();              // beside the filter's, in long range
 
   estimator_state_t state_{};
   std::string mode_reason_;

@@ -57,7 +57,7 @@ std::unique_ptr<Node> make_estimator_node(NodeSetup setup, const RunSetup& run, 
                                           Loop& loop) {
   estimator::EstimatorSetup estimator;
   estimator.options = estimator::load_estimator_options(run.config / "estimator.yaml");
-  estimator.lidar = load_lidar_profile(run.config / "lidars" / (estimator.options.lidar + ".yaml"));
+  estimator.lidar = load_lidar_profile(run, estimator.options.lidar);
   estimator.target = run.target;
   estimator.session = setup.session;
   estimator.find_model = [length = run.target_length,

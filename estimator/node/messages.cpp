@@ -114,6 +114,12 @@ void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]) {
   q_wxyz[3] = sign * pose.rotation.z();
 }
 
+Matrix6d diagonal_covariance(double translation, double rotation) {
+  Vector6d v;
+  v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
+  return v.asDiagonal();
+}
+
 void fill_matrix(const Matrix6d& matrix, double values[36]) {
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column < 6; ++column) values[6 * row + column] = matrix(row, column);

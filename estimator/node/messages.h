@@ -28,6 +28,8 @@ std::string why_malformed(const estimator_command_t& command);
 Pose pose_of(const double position_m[3], const double q_wxyz[4]);
 
 void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]);
+/// Of independent errors of so much (1 sigma, each axis) in translation, m, and rotation, rad.
+Matrix6d diagonal_covariance(double translation, double rotation);
 /// Row-major.
 void fill_matrix(const Matrix6d& matrix, double values[36]);
 void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate);

@@ -7,6 +7,7 @@
 
 #include "common/core/text.h"
 #include "estimator/likelihood/beam_registration.h"
+#include "estimator/scan/at_mean_time.h"
 
 namespace berth::estimator {
 
@@ -15,23 +16,11 @@ std::string IcpTracking::name() const {
                                                                    : "icp point_to_plane";
 }
 
-std::vector<Vector3d> IcpTracking::points_at_mean_time(const CleanScan& scan,
-                                                       const Prediction& predicted) const {
-  const std::size_t stride = 1 + scan.points.size() / (options_.most_points + 1);
+std::vector<Vector3d> IcpTracking::points_of(const CleanScan& still) const {
+  const std::size_t stride = 1 + still.points.size() / (options_.most_points + 1);
   std::vector<Vector3d> points;
-  points.reserve(scan.points.size() / stride + 1);
-  for (std::size_t i = 0; i < scan.points.size(); i += stride) {
-    const Vector3d& p = scan.points[i];
-    if (!options_.deskew) {
-      points.push_back(p);
-      continue;
-    }
-    const std::int64_t utime = scan.beams[scan.beam_of_point[i]].utime;
-    const double late = static_cast<double>(utime - scan.utime_mean) * 1e-6;
-    const Vector3d arm = p - predicted.pose.position;
-    points.push_back(p -
-                     late * (predicted.velocity.linear + predicted.velocity.angular.cross(arm)));
-  }
+  points.reserve(still.points.size() / stride + 1);
+  for (std::size_t i = 0; i < still.points.size(); i += stride) points.push_back(still.points[i]);
   return points;
 }
 
@@ -72,10 +61,11 @@ std::string IcpTracking::judge(const TrackingResult& result, const IcpResult& ic
   return "";
 }
 
-TrackingResult IcpTracking::track(const CleanScan& scan, const Prediction& predicted) const {
+TrackingResult IcpTracking::track(const CleanScan& skewed, const Prediction& predicted) const {
+  const CleanScan scan =
+      options_.deskew ? at_mean_time(skewed, predicted.velocity, predicted.pose.position) : skewed;
   TrackingResult result;
-  const IcpResult icp =
-      align(model_, points_at_mean_time(scan, predicted), predicted.pose, options_.icp);
+  const IcpResult icp = align(model_, points_of(scan), predicted.pose, options_.icp);
   result.pose = icp.pose;
   result.residual_rms = icp.residual_rms;
   result.iterations = icp.iterations;

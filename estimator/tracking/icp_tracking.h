@@ -40,11 +40,8 @@ class IcpTracking final : public Tracking {
   std::string name() const override;
   TrackingResult track(const CleanScan& scan, const Prediction& predicted) const override;
 
-  /// The scan's points, each moved along the predicted velocity to the scan's mean time.
-  std::vector<Vector3d> points_at_mean_time(const CleanScan& scan,
-                                            const Prediction& predicted) const;
-
  private:
+  std::vector<Vector3d> points_of(const CleanScan& still) const;
   std::string judge(const TrackingResult& result, const IcpResult& icp,
                     const Pose& predicted) const;
 

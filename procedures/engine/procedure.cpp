@@ -74,17 +74,20 @@ Read read_trajectory(Config& step) {
   return {trajectory, trajectory.waypoints.back().at + 120};
 }
 
+void optional_gate(Config& config, double& near, double& far) {
+  if (!config.has("gate")) return;
+  const auto gate = config.quantities("gate", Dimension::length);
+  if (gate.size() != 2 || gate[0] < 0 || gate[1] <= gate[0]) {
+    throw config.error("gate", "expected [near, far], such as [3 m, 8 m]");
+  }
+  near = gate[0];
+  far = gate[1];
+}
+
 Read read_acquire(Config& step) {
   Config config = step.section("acquire");
   Acquire acquire;
-  if (config.has("gate")) {
-    const auto gate = config.quantities("gate", Dimension::length);
-    if (gate.size() != 2 || gate[0] < 0 || gate[1] <= gate[0]) {
-      throw config.error("gate", "expected [near, far], such as [3 m, 8 m]");
-    }
-    acquire.gate_near = gate[0];
-    acquire.gate_far = gate[1];
-  }
+  optional_gate(config, acquire.gate_near, acquire.gate_far);
   optional_count(config, "returns", acquire.returns);
   config.finish();
   return {acquire, 90};
@@ -93,6 +96,7 @@ Read read_acquire(Config& step) {
 Read read_track(Config& step) {
   Config config = step.section("track");
   Track track;
+  optional_gate(config, track.gate_near, track.gate_far);
   config.optional("strategy", track.strategy);
   optional_count(config, "returns", track.returns);
   config.optional("settle", track.settle);
@@ -106,6 +110,7 @@ Read read_approach(Config& step) {
   Approach approach;
   approach.standoff = positive(config, "standoff", Dimension::length);
   approach.speed = positive(config, "speed", Dimension::speed);
+  config.optional("dock", approach.dock);
   config.finish();
   return {approach, 600};
 }

@@ -48,6 +48,8 @@ struct Acquire {
 
 /// Tracks on from the current pose; done after `settle` good estimates in a row.
 struct Track {
+  double gate_near = 0;  ///< m; 0, 0: the estimator's own
+  double gate_far = 0;
   std::string strategy;  ///< empty: the estimator's own
   int returns = 0;
   int settle = 3;
@@ -57,6 +59,7 @@ struct Track {
 struct Approach {
   double standoff = 0;
   double speed = 0;
+  bool dock = false;  ///< the docking interface on the boresight, at the standoff
 };
 
 /// Stays where it is while tracking goes on; closed loop: steers to keep the relative pose.

@@ -85,6 +85,7 @@ void ProcedureNode::after_input() {
 void ProcedureNode::publish_info() {
   info_.utime = now();
   ++info_.seq;
+  engine_.on(info_);
   bus().publish(channels::run_info, info_);
 }
 

@@ -106,6 +106,7 @@ testbed_command_t motion_of(const Approach& approach) {
   command.command = testbed_command_t::APPROACH;
   command.q_wxyz[0] = 1;
   command.standoff_m = approach.standoff;
+  if (approach.dock) command.position_m[2] = approach.standoff;
   command.speed_m_s = approach.speed;
   command.angular_speed_rad_s = radians(5);
   command.speed_override = 1;
@@ -296,6 +297,8 @@ struct Maker {
   }
   std::unique_ptr<StepRunner> operator()(const Track& track) const {
     estimator_command_t command = command_of(estimator_command_t::TRACK);
+    command.gate_near_m = track.gate_near;
+    command.gate_far_m = track.gate_far;
     command.strategy = track.strategy;
     command.returns_per_scan = track.returns;
     return std::make_unique<TrackingRunner>(command, track.settle);

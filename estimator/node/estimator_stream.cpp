@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Estimates while a tracking scan runs. Its returns go into a copy of the filter, a few at a time;
+// the scan as a whole is judged at its end, and goes into the filter itself then.
+#include "estimator/node/estimator.h"
+#include "estimator/node/messages.h"
+#include "estimator/tracking/beam_information.h"
+
+namespace berth::estimator {
+
+void Estimator::stream() {
+  if (!streams() || now_.mode != estimator_state_t::TRACKING || scan_->own_windows ||
+      range_ == OperatingRange::long_range) {
+    return;
+  }
+  if (!stream_) stream_ = Stream{tracker_->clone(), 0, 0, {}, 0, false};
+  // In their order, however they arrive: the same estimates every time.
+  std::vector<RawBeam> beams;
+  for (auto packet = scan_->packets.find(stream_->next_packet);
+       packet != scan_->packets.end() && packet->first == stream_->next_packet;
+       packet = scan_->packets.find(stream_->next_packet)) {
+    beams.clear();
+    append_beams(packet->second, beams);
+    for (const RawBeam& beam : beams) {
+      stream_->beams.push_back(beam);
+      stream_->returns += beam.status == BeamStatus::hit ? 1 : 0;
+      if (stream_->returns >= setup_.options.estimate_every) use_batch(*stream_);
+    }
+    ++stream_->next_packet;
+    if (stream_->beams.empty()) stream_->first_packet = stream_->next_packet;
+  }
+}
+
+void Estimator::use_batch(Stream& stream) {
+  const std::int64_t start = setup_.stopwatch();
+  const CleanScan batch = preprocess(stream.beams, now_.gate, setup_.lidar.beam);
+  const int first_packet = stream.first_packet;
+  stream.beams.clear();
+  stream.returns = 0;
+  stream.first_packet = stream.next_packet;
+  if (batch.points.empty()) return;
+
+  const std::int64_t utime = batch.utime_mean;
+  BeamLinearisation at{stream.tracker->predict(utime), stream.tracker->velocity(), utime,
+                       stream.tracker->predicted_covariance(utime)};
+  BeamInformation said;
+  const auto linearise = [&](const Motion& about) {
+    at.pose = about.pose;
+    at.velocity = about.velocity;
+    said = beam_information(*model_, setup_.lidar.beam, batch.beams, at,
+                            setup_.options.beam_tracking.descent.information);
+    return said.motion();
+  };
+  // Once returns contradict the prediction, the rest waits for the judgement of the whole scan.
+  linearise({at.pose, at.velocity});
+  const int expected = said.predicted - said.blocked + said.beside;
+  stream.doubtful = stream.doubtful || 4 * said.used < 3 * expected || said.used == 0;
+  if (stream.doubtful) return;
+  if (!stream.tracker->update(linearise, utime)) return;
+
+  pose_estimate_t estimate = blank_estimate(scan_->id, batch);
+  estimate.first_packet = first_packet;
+  estimate.last_packet = stream.next_packet;
+  estimate.method = "stream";
+  estimate.status = pose_estimate_t::OK;
+  fill_filtered(*stream.tracker, estimate);
+  TrackingResult measured;  // these few returns alone measure nothing
+  measured.pose = stream.tracker->pose();
+  measured.used = said.used;
+  measured.confidence = static_cast<double>(said.used) / std::max(1, said.predicted);
+  fill_measurement(measured, estimate);
+  estimate.seq = ++estimate_seq_;
+  output_.estimate(estimate);
+
+  estimator_diagnostics_t d{};
+  d.utime = estimate.utime;
+  d.seq = estimate.seq;
+  d.session = estimate.session;
+  d.scan_id = estimate.scan_id;
+  d.track_us = setup_.stopwatch() - start;
+  output_.diagnostics(d);
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Estimates while a scan runs.
+#include "test/catch.h"
+#include "test/estimator/fold_fixture.h"
+
+using namespace berth;
+using namespace berth::estimator;
+using Estimate = pose_estimate_t;
+
+namespace {
+
+const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
+
+EstimatorSetup stream_setup() {
+  EstimatorSetup setup = test_setup();
+  setup.options.tracking_method = "beam";
+  setup.options.tracker_method = "se3";
+  setup.options.streaming = true;
+  return setup;
+}
+
+std::string encoded(const Estimate& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+struct Errors {
+  double position = 0;  // rms, m
+  double attitude = 0;  // rad
+  int count = 0;
+
+  void add(const Pose& estimate, const Pose& truth) {
+    position = std::sqrt((position * position * count + std::pow(distance(estimate, truth), 2)) /
+                         (count + 1));
+    attitude = std::sqrt(
+        (attitude * attitude * count + std::pow(angle_between(estimate, truth), 2)) / (count + 1));
+    ++count;
+  }
+};
+
+/// Of streamed estimates, and at the same times of what the last whole scan would have one believe.
+struct Comparison {
+  Errors streamed, by_scan;
+};
+
+Comparison compare(const Velocity& velocity) {
+  Comparison result;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Loopback run(stream_setup());
+    run.lidar = ScanMaker(replica().mesh, seed);
+    run.lidar.pose = start_pose;
+    run.lidar.velocity = velocity;
+    const std::int64_t epoch = run.lidar.utime;
+    run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+    for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
+    Estimate whole = run.last();
+    const std::size_t settled = run.said.estimates.size();
+    for (int i = 0; i < 12; ++i) REQUIRE(run.scan_once());
+    for (std::size_t i = settled; i < run.said.estimates.size(); ++i) {
+      const Estimate& e = run.said.estimates[i];
+      REQUIRE(e.status == Estimate::OK);
+      if (e.method != "stream") {
+        whole = e;
+        continue;
+      }
+      const Pose truth = moved(start_pose, velocity, static_cast<double>(e.utime - epoch) * 1e-6);
+      const Velocity believed{Vector3d::Map(whole.linear_velocity_m_s),
+                              Vector3d::Map(whole.angular_velocity_rad_s)};
+      const double later = static_cast<double>(e.utime - whole.utime) * 1e-6;
+      result.streamed.add(pose_in(e), truth);
+      result.by_scan.add(moved(pose_in(whole), believed, later), truth);
+    }
+  }
+  return result;
+}
+
+const Velocity moving{{0.012, -0.008, -0.0139}, {0.03, -0.025, 0.035}};  // 20 mm/s, 3 deg/s
+
+}  // namespace
+
+TEST_CASE("Streaming gives an estimate every so many returns, later and later") {
+  Loopback run(stream_setup());
+  run.lidar.pose = start_pose;
+  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  const std::size_t before = run.said.estimates.size();
+  REQUIRE(run.scan_once());
+  const auto& all = run.said.estimates;
+  const Estimate& whole = all.back();
+  const std::size_t streamed = all.size() - before - 1;
+  CHECK(streamed >= static_cast<std::size_t>(whole.returns_received - 50) / 50);
+  std::int32_t next_packet = 0;
+  for (std::size_t i = before; i + 1 < all.size(); ++i) {
+    CHECK(all[i].method == "stream");
+    CHECK(all[i].status == Estimate::OK);
+    CHECK(all[i].scan_id == whole.scan_id);
+    CHECK(all[i].returns_received == 50);
+    CHECK(all[i].first_packet >= next_packet);
+    CHECK(all[i].last_packet >= all[i].first_packet);
+    next_packet = all[i].last_packet;
+    CHECK(distance(pose_in(all[i]), start_pose) < 0.01);
+  }
+  CHECK(whole.method == "beam");
+  CHECK(whole.first_packet == 0);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    CHECK(all[i].utime > all[i - 1].utime);
+    CHECK(all[i].seq == all[i - 1].seq + 1);
+  }
+}
+
+TEST_CASE("A packet may hold several estimates, and none") {
+  for (const int every : {10, 230}) {
+    EstimatorSetup setup = stream_setup();
+    setup.options.estimate_every = every;
+    Loopback run(std::move(setup));
+    run.lidar.pose = start_pose;
+    run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+    for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+    const std::size_t before = run.said.estimates.size();
+    REQUIRE(run.scan_once());
+    const auto streamed = static_cast<int>(run.said.estimates.size() - before) - 1;
+    // What is left for the last packet is used with the scan.
+    CHECK(streamed <= run.last().returns_received / every);
+    CHECK(streamed >= (run.last().returns_received - 50) / every);
+  }
+}
+
+TEST_CASE("Streamed estimates are a fold too: packets in any order give the same bits") {
+  Loopback plain(stream_setup());
+  plain.lidar.pose = start_pose;
+  plain.lidar.velocity = moving;
+  plain.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  for (int i = 0; i < 6; ++i) REQUIRE(plain.scan_once());
+  Said said;
+  Estimator replayed(stream_setup(), said);
+  replayed.take(command(estimator_command_t::ACQUIRE, 1, 1));
+  // Neighbours exchanged, the first of each pair twice; a scan's last packet stays last.
+  const auto& packets = plain.packets;
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const bool pair = i + 1 < packets.size() && packets[i + 1].scan_id == packets[i].scan_id &&
+                      packets[i + 1].scan_status == scan_packet_t::RUNNING;
+    if (pair) replayed.take(packets[i + 1]);
+    replayed.take(packets[i]);
+    if (pair) replayed.take(packets[i++]);
+  }
+  REQUIRE(said.estimates.size() == plain.said.estimates.size());
+  for (std::size_t i = 0; i < said.estimates.size(); ++i) {
+    CHECK(encoded(said.estimates[i]) == encoded(plain.said.estimates[i]));
+  }
+}
+
+TEST_CASE("A moving target is streamed as well as one at rest, and better than scan by scan") {
+  const Comparison rest = compare({});
+  const Comparison motion = compare(moving);
+  INFO("rest " << 1e3 * rest.streamed.position << " mm " << degrees(rest.streamed.attitude)
+               << " deg, moving " << 1e3 * motion.streamed.position << " mm "
+               << degrees(motion.streamed.attitude) << " deg, by scan "
+               << 1e3 * motion.by_scan.position << " mm " << degrees(motion.by_scan.attitude)
+               << " deg");
+  CHECK(motion.streamed.count > 200);
+  CHECK(motion.streamed.position < 1.5 * rest.streamed.position);
+  CHECK(motion.streamed.attitude < 1.5 * rest.streamed.attitude);
+  for (const Comparison* c : {&rest, &motion}) {
+    CHECK(c->streamed.position < c->by_scan.position);
+    CHECK(c->streamed.attitude < c->by_scan.attitude);
+  }
+}
+
+TEST_CASE("A jump of the target is not streamed as a pose") {
+  Loopback run(stream_setup());
+  run.lidar.pose = start_pose;
+  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  run.lidar.pose = perturbed(run.lidar.pose, (Vector6d() << 0.5, 0.3, 0, 0, 0, 0.8).finished());
+  const std::size_t before = run.said.estimates.size();
+  for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
+  for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
+    const Estimate& e = run.said.estimates[i];
+    const bool right = distance(pose_in(e), run.lidar.pose) < 0.05;
+    CHECK((right || e.status != Estimate::OK));
+  }
+  CHECK(run.last().status == Estimate::OK);
+}
+
+TEST_CASE("A target tracker that takes only poses gives one estimate a scan") {
+  EstimatorSetup setup = stream_setup();
+  setup.options.tracker_method = "alpha_beta";
+  Loopback run(std::move(setup));
+  run.lidar.pose = start_pose;
+  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(run.said.estimates.size() == 4);
+}

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The paper's long, medium and short ranges, each by itself and in the fold.
+#include <Eigen/Cholesky>
+
+#include "estimator/ranges/long_range.h"
+#include "estimator/ranges/operating_range.h"
+#include "estimator/ranges/short_range.h"
+#include "test/catch.h"
+#include "test/estimator/fold_fixture.h"
+
+using namespace berth;
+using namespace berth::estimator;
+using Estimate = pose_estimate_t;
+
+namespace {
+
+LidarProfile rendezvous_lidar() { return load_lidar_profile("config/lidars/rendezvous.yaml"); }
+
+/// A window of so many beams about all of the replica at this range.
+Window about(const Pose& pose, int count) {
+  const ModelSphere whole{Vector3d::Zero(), 1.1 * replica_model()->radius};
+  return *window_around(whole, pose, {}, count, "target");
+}
+
+Pose pose_at(double distance, Random& random) {
+  return {{0.01 * distance, -0.02 * distance, distance}, random.rotation()};
+}
+
+EstimatorSetup rendezvous_setup() {
+  EstimatorSetup setup = test_setup();
+  setup.lidar = rendezvous_lidar();
+  return setup;
+}
+
+/// Follows a target that flies towards the sensor; what every estimate said beside the truth.
+struct Flight {
+  Loopback run;
+  std::vector<Estimate> estimates;
+  std::vector<Pose> truths;
+
+  Flight(const Pose& start, const Vector3d& velocity) : run(rendezvous_setup()) {
+    run.lidar.beam = rendezvous_lidar().beam;
+    run.lidar.rate_hz = rendezvous_lidar().rate_hz;
+    run.lidar.pose = start;
+    estimator_command_t acquire = command(estimator_command_t::ACQUIRE, 1, 1);
+    acquire.gate_near_m = 0.3;
+    acquire.gate_far_m = 400;
+    run.tell(acquire);
+    for (int i = 0; i < 8 && run.estimator.state().mode != estimator_state_t::TRACKING; ++i) {
+      REQUIRE(run.scan_once());
+    }
+    INFO(run.last().reason);
+    REQUIRE(run.estimator.state().mode == estimator_state_t::TRACKING);
+    // From rest, as a chaser would.
+    for (int i = 1; i <= 20; ++i) {
+      run.lidar.velocity.linear = velocity * i / 20;
+      REQUIRE(run.scan_once());
+    }
+    run.said.estimates.clear();
+  }
+  void fly_to(double distance) {
+    while (run.lidar.pose.position.z() > distance) {
+      REQUIRE(run.scan_once());
+      estimates.push_back(run.last());
+      const double late = static_cast<double>(run.last().utime - run.lidar.utime) * 1e-6;
+      truths.push_back(moved(run.lidar.pose, run.lidar.velocity, late));
+    }
+  }
+};
+
+Matrix6d covariance_of(const Estimate& e) {
+  Matrix6d m;
+  for (int i = 0; i < 36; ++i) m(i / 6, i % 6) = e.covariance[i];
+  return m;
+}
+
+double position_nees(const Estimate& e, const Pose& truth) {
+  const Vector3d error = truth.position - pose_in(e).position;
+  const Matrix3d covariance = covariance_of(e).topLeftCorner<3, 3>();
+  return error.dot(covariance.ldlt().solve(error)) / 3;
+}
+
+}  // namespace
+
+TEST_CASE("Ranges are told by how many beams fit on the target and whether it fits in view") {
+  const RangeSwitch ranges(*replica_model(), rendezvous_lidar(), {});
+  // 3 m under 0.17 mrad a hundred times; 40 degrees.
+  CHECK(ranges.far() == Approx(176).margin(3));
+  CHECK(ranges.near() == Approx(4.12).margin(0.1));
+  using enum OperatingRange;
+  CHECK(ranges.suited(300, medium_range) == long_range);
+  CHECK(ranges.suited(50, long_range) == medium_range);
+  CHECK(ranges.suited(1, medium_range) == short_range);
+}
+
+TEST_CASE("A target that hovers at a boundary does not change ranges to and fro") {
+  const RangeSwitch ranges(*replica_model(), rendezvous_lidar(), {});
+  for (const double boundary : {ranges.far(), ranges.near()}) {
+    for (const OperatingRange start :
+         {OperatingRange::long_range, OperatingRange::medium_range, OperatingRange::short_range}) {
+      OperatingRange now = ranges.suited(boundary, start);
+      for (const double distance : {1.03, 0.97, 1.02, 0.98, 1.0}) {
+        CHECK(ranges.suited(boundary * distance, now) == now);
+        now = ranges.suited(boundary * distance, now);
+      }
+    }
+  }
+}
+
+TEST_CASE("Far away, position is as uncertain as it says, whatever the attitude") {
+  const int beams = GENERATE(250, 2500);  // a score of returns, some hundreds
+  const BeamModel beam_model = rendezvous_lidar().beam;
+  const LongRange long_range(*replica_model(), beam_model, 60);
+  Random random(7, "far");
+  double nees = 0;
+  double worst = 0;
+  double sigma = 0;
+  constexpr int trials = 60;
+  for (int i = 0; i < trials; ++i) {
+    ScanMaker lidar(replica().mesh, static_cast<std::uint64_t>(i) + 1);
+    lidar.beam = beam_model;
+    lidar.pose = pose_at(250, random);
+    const Pose truth = lidar.pose;
+    const CleanScan scan = preprocess(lidar.sweep(about(truth, beams)), {}, beam_model);
+    const LongRangeFix fix = long_range.find(scan);
+    REQUIRE(fix.ok);
+    CHECK(fix.axis == (fix.used >= 60));
+    const Matrix3d covariance = (fix.covariance + fix.systematic).topLeftCorner<3, 3>();
+    const Vector3d error = truth.position - fix.pose.position;
+    nees += error.dot(covariance.ldlt().solve(error)) / 3 / trials;
+    worst = std::max(worst, error.norm());
+    sigma += std::sqrt(covariance.trace()) / trials;
+  }
+  CHECK(nees < 1.3);
+  CHECK(nees > 0.15);
+  CHECK(worst < 0.2 * replica().length);
+  CHECK(sigma < 0.2 * replica().length);
+}
+
+TEST_CASE("Some hundred returns tell the long axis, and the covariance of the attitude is honest") {
+  const BeamModel beam_model = rendezvous_lidar().beam;
+  const LongRange long_range(*replica_model(), beam_model, 60);
+  Random random(8, "axis");
+  std::vector<double> off;
+  double nees = 0;
+  constexpr int trials = 60;
+  for (int i = 0; i < trials; ++i) {
+    ScanMaker lidar(replica().mesh, static_cast<std::uint64_t>(i) + 1);
+    lidar.beam = beam_model;
+    lidar.pose = pose_at(250, random);
+    const Pose truth = lidar.pose;
+    const LongRangeFix fix =
+        long_range.find(preprocess(lidar.sweep(about(truth, 2500)), {}, beam_model));
+    REQUIRE(fix.axis);
+    const double cosine =
+        (fix.pose.rotation * Vector3d::UnitX()).dot(truth.rotation * Vector3d::UnitX());
+    off.push_back(std::acos(std::min(1.0, std::abs(cosine))));
+    const Vector3d error = difference(fix.pose, truth).tail<3>();
+    const Matrix3d covariance = fix.systematic.bottomRightCorner<3, 3>();
+    nees += error.dot(covariance.ldlt().solve(error)) / 3 / trials;
+  }
+  std::sort(off.begin(), off.end());
+  CHECK(off[trials / 2] < radians(15));
+  CHECK(nees < 1.5);
+}
+
+TEST_CASE("What little or nothing comes back is not a fix") {
+  const LongRange long_range(*replica_model(), rendezvous_lidar().beam, 60);
+  CHECK_FALSE(long_range.find({}).ok);
+  CHECK_FALSE(long_range.find({}).reason.empty());
+  CleanScan one;
+  one.points = {{0, 0, 200}};
+  one.beam_of_point = {0};
+  one.beams.resize(1);
+  CHECK_FALSE(long_range.find(one).ok);
+  CHECK(long_range.find(one).used == 1);
+}
+
+TEST_CASE("The docking interface's window follows it and ends with the field of view") {
+  const auto model = replica_model();
+  const auto region = docking_region(*model, 0.12);
+  REQUIRE(region);
+  const Pose near{Vector3d(0, 0, 0.5) - model->target.docking.position, Quaterniond::Identity()};
+  const auto window = window_around(*region, near, {}, 500, "docking interface");
+  REQUIRE(window);
+  CHECK(window->width <= radians(40) + 1e-9);
+  CHECK(window->count == 500);
+  const Pose behind{Vector3d(0, 0, -5), Quaterniond::Identity()};
+  CHECK_FALSE(window_around(*region, behind, {}, 500, ""));
+  const Pose aside{Vector3d(50, 0, 5), Quaterniond::Identity()};
+  CHECK_FALSE(window_around(*region, aside, {}, 500, ""));
+  CHECK_FALSE(docking_region(*cube_model(), 0.12));
+}
+
+TEST_CASE("An approach passes from long to medium range without a gap or a jump") {
+  Flight flight({{0.5, -0.8, 190}, pose_from_xyzwpr({0, 0, 0, 5, -8, 30}).rotation}, {0, 0, -1.5});
+  flight.fly_to(140);
+  int ranges[3] = {0, 0, 0};
+  double nees = 0;
+  for (std::size_t i = 0; i < flight.estimates.size(); ++i) {
+    const Estimate& e = flight.estimates[i];
+    INFO(flight.truths[i].position.z() << " m: " << e.method << " " << e.reason);
+    REQUIRE(e.status == Estimate::OK);
+    ++ranges[e.operating_range];
+    nees += position_nees(e, flight.truths[i]) / static_cast<double>(flight.estimates.size());
+    if (i == 0) continue;
+    CHECK(e.operating_range >= flight.estimates[i - 1].operating_range);
+    // Errors of neighbours differ by no more than they own to.
+    const Vector3d jump =
+        (pose_in(e).position - flight.truths[i].position) -
+        (pose_in(flight.estimates[i - 1]).position - flight.truths[i - 1].position);
+    const double allowed = std::sqrt(
+        (covariance_of(e) + covariance_of(flight.estimates[i - 1])).topLeftCorner<3, 3>().trace());
+    CHECK(jump.norm() < 4 * allowed);
+  }
+  CHECK(ranges[Estimate::RANGE_LONG] > 3);
+  CHECK(ranges[Estimate::RANGE_MEDIUM] > 10);
+  CHECK(nees < 3);
+  CHECK(angle_between(pose_in(flight.estimates.back()), flight.truths.back()) < radians(5));
+}
+
+TEST_CASE("Near the target only its docking interface is scanned") {
+  const Vector3d docking = replica().docking.position;
+  Flight flight({{-docking.x(), -docking.y(), 5.5}, Quaterniond::Identity()}, {0, 0, -0.1});
+  flight.fly_to(3);
+  for (std::size_t i = 0; i < flight.estimates.size(); ++i) {
+    REQUIRE(flight.estimates[i].status == Estimate::OK);
+    CHECK(distance(pose_in(flight.estimates[i]), flight.truths[i]) < 0.02);
+  }
+  CHECK(flight.estimates.front().operating_range == Estimate::RANGE_MEDIUM);
+  CHECK(flight.estimates.back().operating_range == Estimate::RANGE_SHORT);
+  REQUIRE(flight.run.said.requests.back().windows.size() == 1);
+  CHECK(flight.run.said.requests.back().windows[0].name == "docking interface");
+}
