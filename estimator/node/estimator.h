@@ -178,10 +178,10 @@ class Estimator {
   std::int64_t finished_id_ = 0;  // used, or passed over
   std::int64_t last_input_utime_ = 0;
   std::int64_t last_beam_utime_ = 0;
-  int failures_ = 0;            // tracking scans in a row
+  int failures_ = 0;               // tracking scans in a row
   std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
-  std::optional<Window> zoom_;  // where the next acquisition scan looks
-  int search_beams_ = 0;        // of a scan of the whole field of view
+  std::vector<Window> zoom_;       // where the next acquisition scan looks; empty: everywhere
+  int search_beams_ = 0;           // of a scan of the whole field of view
   OperatingRange range_ = OperatingRange::medium_range;
   bool within_reach_ = false;  // in long range, and near enough for the pose
   Quaterniond far_attitude_ = Quaterniond::Identity();  // the last scan's, in long range

@@ -4,6 +4,7 @@
 #include <berth/event_t.hpp>
 #include <cmath>
 
+#include "estimator/acquisition/discriminating_windows.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
 #include "estimator/scan/at_mean_time.h"
@@ -43,7 +44,8 @@ ModelSphere Estimator::whole_target(double margin) const {
 std::vector<Window> Estimator::plan_windows() {
   const EstimatorOptions& o = setup_.options;
   if (now_.mode == Mode::ACQUIRING) {
-    return {zoom_ ? *zoom_ : planner_->everything(search_beams_)};
+    if (!zoom_.empty()) return zoom_;
+    return {planner_->everything(search_beams_)};
   }
   if (now_.mode != Mode::TRACKING) return {};
   // A target near enough for its pose is looked at more closely until that is found.
@@ -146,8 +148,8 @@ void Estimator::process(const Bundle& b) {
 /// Where no pose is known: a near target is acquired, of a far one the place is found.
 void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
-  const bool was_zoomed = zoom_.has_value();
-  zoom_.reset();
+  const bool was_zoomed = !zoom_.empty();
+  zoom_.clear();
   estimate.status = pose_estimate_t::ACQUIRING;
   const LongRangeFix far = long_range_->find(scan);
   const double distance = far.pose.position.norm();
@@ -184,12 +186,17 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   for (const Hypothesis& h : hints_) open.push_back(h.pose);
   std::vector<Window> where;
   if (found.status == AcquisitionResult::Status::ambiguous) {
-    where = planner_->around(open, margin, setup_.options.zoom_beams);
+    // Half of the beams where the hypotheses differ, the rest on all of the target.
+    const int beams = setup_.options.zoom_beams;
+    where = discriminating_windows(*model_, hints_, field_of_view(), beams / 2);
+    const std::vector<Window> all =
+        planner_->around(open, margin, where.empty() ? beams : beams / 2);
+    where.insert(where.end(), all.begin(), all.end());
   } else if (!was_zoomed && !open.empty()) {
     where = planner_->around({open.front()}, 3 * margin, setup_.options.zoom_beams);
   }
   if (!where.empty()) {
-    zoom_ = where.front();
+    zoom_ = where;
   } else if (scan.points.empty() && !was_zoomed) {
     search_more_finely();
   }
@@ -211,8 +218,10 @@ void Estimator::acquire_far(const LongRangeFix& far, bool was_zoomed, const Clea
   if (!far.ok || !was_zoomed) {
     estimate.reason = far.ok ? "something is there, to be looked at more closely" : far.reason;
     if (!was_zoomed) {
-      zoom_ = window_around(whole_target(model_->radius), {far.pose.position, {}}, field_of_view(),
-                            setup_.options.zoom_beams, "something far");
+      const auto window =
+          window_around(whole_target(model_->radius), {far.pose.position, {}}, field_of_view(),
+                        setup_.options.zoom_beams, "something far");
+      if (window) zoom_ = {*window};
     }
     fill_filtered(estimate);
     return;
@@ -371,7 +380,7 @@ void Estimator::start_from(const Pose& pose, const Matrix6d& covariance, std::in
 void Estimator::forget_target() {
   tracker_->stop();
   hints_.clear();
-  zoom_.reset();
+  zoom_.clear();
   range_ = OperatingRange::medium_range;
   within_reach_ = false;
   systematic_.setZero();
