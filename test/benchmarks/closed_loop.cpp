@@ -115,6 +115,11 @@ void ClosedLoop::estimate(const pose_estimate_t& message) {
   e.truth = truth_at(message.utime);
   e.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance);
   e.returns = message.returns_received;
+  const Velocity velocity{Eigen::Map<const Vector3d>(message.linear_velocity_m_s),
+                          Eigen::Map<const Vector3d>(message.angular_velocity_rad_s)};
+  const std::int64_t last = message.utime_last_return;
+  e.present = moved(e.pose, velocity, 1e-6 * static_cast<double>(last - message.utime));
+  e.present_truth = truth_at(last);
   estimates_.push_back(e);
 }
 

@@ -18,8 +18,13 @@ struct LoopEstimate {
   Pose truth;
   Matrix6d covariance = Matrix6d::Identity();
   int returns = 0;
+  // The same brought forward to the scan's last return, along the velocity that is estimated: what
+  // is known of the present when the scan ends.
+  Pose present;
+  Pose present_truth;
 
   Vector6d error() const { return difference(truth, pose); }
+  Vector6d present_error() const { return difference(present_truth, present); }
 };
 
 /// The whole estimator, as the rig runs it, in a closed loop with a world: it asks for scans, gets
