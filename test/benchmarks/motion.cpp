@@ -88,8 +88,8 @@ int run_motion(const Settings& settings) {
   Table table(
       "motion",
       "Motion, 20 mm/s and 3 deg/s, 2,000 beams/s, scans of 1,000, " + std::to_string(runs) +
-          " runs a row; filtered pose of each scan; target: at most 1.5 times that at rest, "
-          "streaming every 50 returns no worse than per scan",
+          " runs a row; filtered pose of each scan; target: at most 1.5 times that at rest; "
+          "known when the scan ends: streaming every 50 returns no worse than per scan",
       {"method", "filter", "estimates", "target is", "scans ok", "rms mm", "rms deg",
        "mm / at rest", "deg / at rest", "mm when the scan ends", "/ per scan", "target"});
   for (const std::string& name : settings.tracking_methods) {

@@ -98,8 +98,10 @@ void figure_6(const Settings& settings, const DataSet& data) {
   }
   write_numbers(settings.out / "figure_6_axes.csv",
                 {"points", "off deg", "x", "y", "z", "true x", "true y", "true z"}, axes);
-  figure.line("set multiplot layout 1,3\nset size ratio -1\nset grid lc rgb '#e0e0e0'");
-  figure.line("set xlabel 'x, m'\nset ylabel 'up, m'\nset key bottom right");
+  figure.line(
+      "set multiplot layout 1,3\nset size square\nset xrange [-1.8:1.8]\nset yrange "
+      "[-1.8:1.8]\nset grid lc rgb '#e0e0e0'");
+  figure.line("set xlabel 'x, m'\nset ylabel 'up, m'\nset key top right");
   figure.line(plots + "unset multiplot");
   figure.draw(settings.out);
 }
