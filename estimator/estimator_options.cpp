@@ -144,6 +144,7 @@ void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.optional("deskew", t.deskew);
   config.optional("approach_returns", t.approach_returns);
   config.optional("settle_beams", t.descent.settle_beams);
+  config.optional("most_uncertain_start", Dimension::length, t.most_uncertain_start_m);
   config.optional("gate_sigmas", t.descent.information.gate_sigmas);
   config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
   config.optional("least_used", t.least_used);
@@ -221,8 +222,10 @@ void read_pose_filter(Config config, PoseFilterOptions& filter) {
                   filter.angular_acceleration);
   config.optional("unknown_speed", Dimension::speed, filter.unknown_speed);
   config.optional("unknown_rotation", Dimension::angular_speed, filter.unknown_rotation);
+  config.optional("surprise_sigmas", filter.surprise_sigmas);
   config.optional("iterations", filter.iterations);
   config.finish();
+  at_least(config, "surprise_sigmas", filter.surprise_sigmas, 1);
   at_least(config, "linear_acceleration", filter.linear_acceleration, 1e-9);
   at_least(config, "angular_acceleration", filter.angular_acceleration, 1e-9);
   at_least(config, "unknown_speed", filter.unknown_speed, 1e-6);

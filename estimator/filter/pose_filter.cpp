@@ -111,15 +111,23 @@ void PoseFilter::advance(std::int64_t utime) {
 
 void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, std::max(utime, utime_)));
+  const std::int64_t when = std::max(utime, utime_);
+  // A measurement that is improbable by its own word is trusted only so far that it is not.
+  const Vector6d surprise = berth::difference(predict(when), now);
+  const Matrix6d expected = predicted_covariance(when) + covariance;
+  const double squared_sigmas = surprise.dot(expected.ldlt().solve(surprise));
+  const double limit = options_.surprise_sigmas * options_.surprise_sigmas;
+  const double doubt = std::max(1.0, squared_sigmas / limit);
   MotionInformation linear;
-  linear.information.topLeftCorner<6, 6>() = covariance.ldlt().solve(Matrix6d::Identity());
+  linear.information.topLeftCorner<6, 6>() =
+      (doubt * covariance).ldlt().solve(Matrix6d::Identity());
   const Matrix6d weight = linear.information.topLeftCorner<6, 6>();
   update(
       [&](const Motion& about) {
         linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
         return linear;
       },
-      std::max(utime, utime_));
+      when);
 }
 
 bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {

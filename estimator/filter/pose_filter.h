@@ -13,6 +13,9 @@ struct PoseFilterOptions {
   /// What a target that has only been seen once may do, 1 sigma.
   double unknown_speed = 0.05;     ///< m/s
   double unknown_rotation = 0.05;  ///< rad/s
+  /// A measured pose farther from the prediction, in standard deviations of both, is doubted: its
+  /// covariance is widened. 6 degrees of freedom: 4.7 in one of 1,000.
+  double surprise_sigmas = 4.7;
   int iterations = 3;  ///< of an update from returns, each linearised about the last one's result
 };
 

@@ -43,6 +43,12 @@ void BeamDescent::run(const Pose& start) {
   polish();
 }
 
+void BeamDescent::refine(const Pose& start) {
+  at_.pose = start;
+  covariance_ = predicted_.covariance;
+  polish();
+}
+
 void BeamDescent::retry() {
   at_.pose = best_.pose;
   sharpen({0.016, 0.006, 0.003, 0.0015});
@@ -114,8 +120,10 @@ double BeamDescent::step(const BeamInformationOptions& how, std::size_t stride) 
   const Eigen::LDLT<Matrix6d> solver(information);
   covariance_ = solver.solve(Matrix6d::Identity());
   covariance_ = Matrix6d(0.5 * (covariance_ + covariance_.transpose()));
-  const Vector6d d =
-      solver.solve(sums_.gradient[0] + bound_ * difference(at_.pose, predicted_.pose));
+  const Vector6d away = difference(at_.pose, predicted_.pose);
+  const Vector6d pulled = bound_ * away;
+  sums_.cost += away.dot(pulled);
+  const Vector6d d = solver.solve(sums_.gradient[0] + pulled);
   at_.pose = perturbed(at_.pose, d);
   ++steps_;
   return d.dot(information * d);

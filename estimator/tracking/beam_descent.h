@@ -40,6 +40,8 @@ class BeamDescent {
 
   /// From a start within some decimetres.
   void run(const Pose& start);
+  /// From a start within some millimetres.
+  void refine(const Pose& start);
   /// Again from the best, with edges so blurred at first that they are seen from a slip away.
   void retry();
   const Result& best() const { return best_; }

@@ -105,6 +105,11 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   }
   BeamDescent descent(model_, beam_model_, scan, predicted, options_.descent, options_.deskew);
   descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
+  // The nearest surface misleads where parts lie side by side: a prediction that is good enough to
+  // meet the right faces is a start of its own, and the likelier end counts.
+  if (uncertainty(model_, predicted.covariance) < options_.most_uncertain_start_m) {
+    descent.refine(predicted.pose);
+  }
   if (contradicted(descent.best().sums) > options_.most_settled_contradiction) descent.retry();
 
   const BeamDescent::Result& best = descent.best();

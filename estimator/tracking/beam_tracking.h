@@ -15,6 +15,8 @@ struct BeamTrackingOptions {
   int approach_returns = 240;  ///< of a scan, from which the approach is made
   BeamDescentOptions descent;
   bool deskew = true;  ///< each return is used at its own time
+  /// A prediction that knows the target's farthest points better than this is a start, too.
+  double most_uncertain_start_m = 0.03;
   /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider.
   double most_settled_contradiction = 0.025;
   // When the target counts as lost in this scan.
