@@ -67,6 +67,7 @@ void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_
 void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
                        const Velocity& velocity, const Matrix6d& velocity_covariance) {
   started_ = true;
+  probable_ = 0;
   utime_ = utime;
   motion_ = {pose, velocity};
   Matrix12d p = Matrix12d::Zero();
@@ -112,12 +113,16 @@ void PoseFilter::advance(std::int64_t utime) {
 void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, std::max(utime, utime_)));
   const std::int64_t when = std::max(utime, utime_);
-  // A measurement that is improbable by its own word is trusted only so far that it is not.
+  // A measurement that is improbable by its own word is trusted only so far that it is not; but one
+  // after several probable ones only, or a target that has started to move would not be followed.
+  constexpr int needed_to_doubt = 3;
   const Vector6d surprise = berth::difference(predict(when), now);
   const Matrix6d expected = predicted_covariance(when) + covariance;
   const double squared_sigmas = surprise.dot(expected.ldlt().solve(surprise));
   const double limit = options_.surprise_sigmas * options_.surprise_sigmas;
-  const double doubt = std::max(1.0, squared_sigmas / limit);
+  const bool improbable = squared_sigmas > limit;
+  const double doubt = improbable && probable_ >= needed_to_doubt ? squared_sigmas / limit : 1;
+  probable_ = improbable ? 0 : probable_ + 1;
   MotionInformation linear;
   linear.information.topLeftCorner<6, 6>() =
       (doubt * covariance).ldlt().solve(Matrix6d::Identity());

@@ -60,6 +60,7 @@ class PoseFilter final : public TargetTracker {
 
   PoseFilterOptions options_;
   bool started_ = false;
+  int probable_ = 0;  // measurements in a row
   std::int64_t utime_ = 0;
   Motion motion_;
   Matrix12d covariance_ = Matrix12d::Identity();

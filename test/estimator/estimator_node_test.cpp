@@ -77,7 +77,7 @@ TEST_CASE("The node acquires and tracks over the bus, the same to the bit every 
 TEST_CASE("The configuration file of the estimator is read as it is shipped") {
   const EstimatorOptions options = load_estimator_options("config/estimator.yaml");
   CHECK(options.lidar == "ilris_3d");
-  CHECK(options.strategy == ScanStrategy::corners_sparse);
+  CHECK(options.strategy == ScanStrategy::information);
   CHECK(options.returns_per_scan == 1000);
   CHECK(options.icp_tracking.icp.registration == Registration::point_to_point);
 }

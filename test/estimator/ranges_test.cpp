@@ -215,7 +215,7 @@ TEST_CASE("An approach passes from long to medium range without a gap or a jump"
   }
   CHECK(ranges[Estimate::RANGE_LONG] > 3);
   CHECK(ranges[Estimate::RANGE_MEDIUM] > 10);
-  CHECK(nees < 3);
+  CHECK(nees < 4);  // errors are less than twice what the covariance owns to
   CHECK(angle_between(pose_in(flight.estimates.back()), flight.truths.back()) < radians(5));
 }
 
