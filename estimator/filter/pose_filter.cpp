@@ -111,8 +111,8 @@ void PoseFilter::advance(std::int64_t utime) {
 }
 
 void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
-  const Pose now = moved(measured, motion_.velocity, elapsed(utime, std::max(utime, utime_)));
   const std::int64_t when = std::max(utime, utime_);
+  const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
   // A measurement that is improbable by its own word is trusted only so far that it is not; but one
   // after several probable ones only, or a target that has started to move would not be followed.
   constexpr int needed_to_doubt = 3;

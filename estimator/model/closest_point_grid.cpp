@@ -5,35 +5,9 @@
 #include <cmath>
 
 #include "common/core/ray_caster.h"
+#include "common/core/triangle.h"
 
 namespace berth::estimator {
-
-Vector3d closest_point_of_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
-                                   const Vector3d& c) {
-  // Which of the triangle's seven Voronoi regions holds p, from dot products alone.
-  const Vector3d ab = b - a;
-  const Vector3d ac = c - a;
-  const Vector3d ap = p - a;
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const Vector3d bp = p - b;
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + ab * (d1 / (d1 - d3));
-  const Vector3d cp = p - c;
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + ac * (d2 / (d2 - d6));
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-  const double sum = va + vb + vc;
-  return a + ab * (vb / sum) + ac * (vc / sum);
-}
 
 ClosestPointGrid::ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
                                    double margin, int voxels) {
@@ -101,7 +75,7 @@ bool ClosestPointGrid::refined(const Vector3d& query, Match& match) const {
   if (i < 0) return false;
   const Triangle& t = triangles_[voxels_[static_cast<std::size_t>(i)].triangle];
   match.point =
-      closest_point_of_triangle(query, t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>());
+      nearest_on_triangle(query, t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>());
   match.normal = t.normal.cast<double>();
   return true;
 }

@@ -55,8 +55,4 @@ class ClosestPointGrid {
   std::vector<Triangle> triangles_;
 };
 
-/// Point of triangle abc nearest to p.
-Vector3d closest_point_of_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
-                                   const Vector3d& c);
-
 }  // namespace berth::estimator

@@ -73,17 +73,7 @@ std::string BeamTracking::judge(const TrackingResult& result, const BeamInformat
            "to " +
            fixed(1e3 * sigma, 0) + " mm";
   }
-  const double shift = (result.pose * model_.centre - predicted * model_.centre).norm();
-  if (shift > options_.most_shift_m) {
-    return "the pose is " + fixed(1e3 * shift, 0) + " mm from the prediction, at most " +
-           fixed(1e3 * options_.most_shift_m, 0) + " mm is trusted";
-  }
-  const double turn = angle_between(predicted, result.pose);
-  if (turn > options_.most_turn_rad) {
-    return "the attitude is " + fixed(degrees(turn), 1) + " deg from the prediction, at most " +
-           fixed(degrees(options_.most_turn_rad), 1) + " deg is trusted";
-  }
-  return "";
+  return why_too_far(model_, predicted, result.pose, options_.most_shift_m, options_.most_turn_rad);
 }
 
 TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& predicted) const {

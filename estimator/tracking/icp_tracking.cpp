@@ -39,16 +39,9 @@ std::string IcpTracking::judge(const TrackingResult& result, const IcpResult& ic
     return "residual " + fixed(1e3 * icp.residual_rms, 1) + " mm, at most " +
            fixed(1e3 * options_.most_residual_m, 1) + " mm is trusted";
   }
-  const double shift = (result.pose * model_.centre - predicted * model_.centre).norm();
-  if (shift > options_.most_shift_m) {
-    return "the pose is " + fixed(1e3 * shift, 0) + " mm from the prediction, at most " +
-           fixed(1e3 * options_.most_shift_m, 0) + " mm is trusted";
-  }
-  const double turn = angle_between(predicted, result.pose);
-  if (turn > options_.most_turn_rad) {
-    return "the attitude is " + fixed(degrees(turn), 1) + " deg from the prediction, at most " +
-           fixed(degrees(options_.most_turn_rad), 1) + " deg is trusted";
-  }
+  const std::string far =
+      why_too_far(model_, predicted, result.pose, options_.most_shift_m, options_.most_turn_rad);
+  if (!far.empty()) return far;
   const double predicted_beams = std::max(1, result.fit.predicted);
   if (result.fit.explained < options_.least_explained * predicted_beams) {
     return "only " + fixed(100 * result.fit.explained / predicted_beams, 0) +

@@ -15,21 +15,6 @@ using namespace berth::estimator;
 namespace {
 
 const BeamModel beam_model;
-/// The paper's pose (section 5.3.1).
-const Pose paper_pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
-
-Matrix6d prior(double translation, double rotation) {
-  Vector6d v;
-  v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
-  return v.asDiagonal();
-}
-
-Pose displaced(const Pose& pose, Random& random, double translation, double rotation) {
-  Vector6d d;
-  d << translation * random.normal_vector(1).normalized(),
-      rotation * random.normal_vector(1).normalized();
-  return perturbed(pose, d);
-}
 
 }  // namespace
 

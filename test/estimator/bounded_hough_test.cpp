@@ -10,7 +10,6 @@ using namespace berth::estimator;
 namespace {
 
 const BeamModel beam_model;
-const Pose paper_pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
 
 Vector6d displacement(Random& random, double translation, double rotation) {
   Vector6d d;

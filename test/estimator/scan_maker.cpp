@@ -96,6 +96,21 @@ std::shared_ptr<const TargetModel> cube_model() {
   return model;
 }
 
+const Pose paper_pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
+
+Matrix6d prior(double translation, double rotation) {
+  Vector6d v;
+  v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
+  return v.asDiagonal();
+}
+
+Pose displaced(const Pose& pose, Random& random, double translation, double rotation) {
+  Vector6d d;
+  d << translation * random.normal_vector(1).normalized(),
+      rotation * random.normal_vector(1).normalized();
+  return perturbed(pose, d);
+}
+
 Pose random_pose(Random& random, double distance) { return {{0, 0, distance}, random.rotation()}; }
 
 Window full_view(int count) { return {0, 0, radians(40), radians(40), count, "full"}; }

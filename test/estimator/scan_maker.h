@@ -43,6 +43,12 @@ const Target& replica();
 std::shared_ptr<const TargetModel> replica_model();
 /// A cube of 1 m: no axis to be found.
 std::shared_ptr<const TargetModel> cube_model();
+/// The paper's pose (section 5.3.1).
+extern const Pose paper_pose;
+/// Covariance of a pose known so well in every direction: standard deviations, m and rad.
+Matrix6d prior(double translation, double rotation);
+/// Moved and turned by so much (m, rad) in random directions.
+Pose displaced(const Pose& pose, Random& random, double translation, double rotation);
 /// Uniformly random attitude at this distance on the boresight.
 Pose random_pose(Random& random, double distance);
 /// A window that covers the full 40 degree field of view.
