@@ -12,8 +12,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "app/active_runs.h"
 #include "app/exit_code.h"
+#include "app/runs/active_runs.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 

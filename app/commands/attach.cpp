@@ -8,10 +8,10 @@
 #include <memory>
 #include <thread>
 
-#include "app/active_runs.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/monitor.h"
+#include "app/runs/active_runs.h"
+#include "app/terminal/monitor.h"
 #include "common/core/error.h"
 
 namespace berth::commands {

@@ -6,7 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
-#include "procedures/engine/procedure.h"
+#include "procedures/language/procedure.h"
 
 namespace berth::commands {
 

@@ -7,8 +7,8 @@
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
-#include "logs/comparison.h"
-#include "logs/plot.h"
+#include "logs/compare/comparison.h"
+#include "logs/compare/plot.h"
 
 namespace berth::commands {
 namespace {

@@ -10,7 +10,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/estimate_report.h"
 #include "app/exit_code.h"
-#include "app/run_files.h"
+#include "app/runs/run_files.h"
 #include "common/core/error.h"
 #include "common/core/lidar_profile.h"
 #include "common/core/text.h"

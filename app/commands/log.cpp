@@ -11,7 +11,7 @@
 #include "app/exit_code.h"
 #include "common/core/pose.h"
 #include "lcmtypes/channels.h"
-#include "logs/log_reader.h"
+#include "logs/file/log_reader.h"
 
 namespace berth::commands {
 namespace {

@@ -9,11 +9,11 @@
 #include "app/cell_picture.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/run_files.h"
+#include "app/runs/run_files.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
-#include "logs/log_reader.h"
+#include "logs/file/log_reader.h"
 
 namespace berth::commands {
 namespace {

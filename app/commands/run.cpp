@@ -6,14 +6,14 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/active_runs.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/monitor.h"
-#include "app/supervisor.h"
-#include "app/terminal_progress.h"
-#include "app/twin_host.h"
-#include "app/verdict.h"
+#include "app/hosts/supervisor.h"
+#include "app/hosts/twin_host.h"
+#include "app/runs/active_runs.h"
+#include "app/runs/verdict.h"
+#include "app/terminal/monitor.h"
+#include "app/terminal/terminal_progress.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "common/core/quantity.h"

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "logs/run_record.h"
+#include "logs/run/run_record.h"
 #include "procedures/engine/step_runner.h"
 
 namespace berth::procedures {

@@ -2,7 +2,7 @@
 #include "procedures/engine/procedure_node.h"
 
 #include "lcmtypes/channels.h"
-#include "logs/target_surface.h"
+#include "logs/run/target_surface.h"
 
 namespace berth {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "logs/comparison.h"
+#include "logs/compare/comparison.h"
 
 namespace berth::procedures {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/truth_track.h"
+#include "logs/run/truth_track.h"
 
 namespace berth::procedures {
 

@@ -6,7 +6,7 @@
 
 #include "common/core/run_setup.h"
 #include "common/core/target.h"
-#include "procedures/engine/procedure.h"
+#include "procedures/language/procedure.h"
 
 namespace berth::procedures {
 

@@ -9,8 +9,8 @@
 
 #include "procedures/engine/estimator_link.h"
 #include "procedures/engine/facility_link.h"
-#include "procedures/engine/procedure.h"
 #include "procedures/engine/testbed_link.h"
+#include "procedures/language/procedure.h"
 
 namespace berth::procedures {
 

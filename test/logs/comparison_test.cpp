@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "logs/comparison.h"
+#include "logs/compare/comparison.h"
 
 #include <filesystem>
 #include <fstream>
@@ -7,8 +7,8 @@
 
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
-#include "logs/log_writer.h"
-#include "logs/plot.h"
+#include "logs/compare/plot.h"
+#include "logs/file/log_writer.h"
 #include "test/catch.h"
 #include "test/logs/made_run.h"
 

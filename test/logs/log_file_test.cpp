@@ -6,8 +6,8 @@
 #include <lcm/lcm-cpp.hpp>
 
 #include "common/core/error.h"
-#include "logs/log_reader.h"
-#include "logs/log_writer.h"
+#include "logs/file/log_reader.h"
+#include "logs/file/log_writer.h"
 #include "test/catch.h"
 
 using namespace berth;

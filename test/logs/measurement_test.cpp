@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "logs/measurement.h"
+#include "logs/measure/measurement.h"
 
 #include <cmath>
 
 #include "common/core/random.h"
-#include "logs/criterion.h"
+#include "logs/measure/criterion.h"
 #include "test/catch.h"
 #include "test/logs/made_run.h"
 

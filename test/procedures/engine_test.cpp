@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "common/core/error.h"
-#include "logs/comparison.h"
-#include "logs/log_writer.h"
-#include "logs/target_surface.h"
+#include "logs/compare/comparison.h"
+#include "logs/file/log_writer.h"
+#include "logs/run/target_surface.h"
 #include "procedures/engine/procedure_node.h"
 #include "procedures/engine/progress.h"
 #include "test/catch.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "procedures/engine/procedure.h"
+#include "procedures/language/procedure.h"
 
 #include <filesystem>
 

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "app/runs/run_files.h"
+
+namespace berth {
+
+/// Starts every process of a run, watches them and stops them: the recorder first and last, the
+/// simulated cell (unless the cell is real), the nodes, the procedure. Ends when the procedure
+/// ends; without a procedure, on SIGTERM. A procedure is aborted by the first SIGTERM or SIGINT,
+/// and everything is killed by the second. No process outlives this call.
+/// @return the exit code of the run: 0 passed ... 4 inconclusive.
+int supervise(const RunFiles& files);
+
+/// The same in a process of its own session, which a lost terminal does not end.
+/// @return its process id.
+int supervise_in_background(const RunFiles& files);
+
+}  // namespace berth

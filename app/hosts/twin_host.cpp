@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/hosts/twin_host.h"
+
+#include <berth/procedure_command_t.hpp>
+#include <chrono>
+#include <map>
+
+#include "app/exit_code.h"
+#include "app/runs/procedure_run.h"
+#include "common/bus/simulation.h"
+#include "common/core/config.h"
+#include "drivers/arm/arm_node.h"
+#include "drivers/facility/facility_node.h"
+#include "drivers/lidar/lidar_node.h"
+#include "drivers/simulated/simulated_cell.h"
+#include "estimator/node/estimator_node.h"
+#include "lcmtypes/channels.h"
+#include "logs/file/log_writer.h"
+#include "testbed/testbed_node.h"
+
+namespace berth {
+namespace {
+
+double wall_clock() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::map<std::string, Utime> compute_delays(const std::filesystem::path& config) {
+  Config file = Config::load(config / "twin.yaml");
+  Config section = file.section("compute_delay");
+  std::map<std::string, Utime> delays;
+  for (const auto& node : section.keys()) {
+    delays[node] = utime_from_seconds(section.quantity(node, Dimension::time));
+  }
+  file.finish();
+  return delays;
+}
+
+/// The longest procedure that is believed in: a stuck one ends here.
+constexpr Utime time_limit = 24 * 3600LL * second;
+
+}  // namespace
+
+TwinResult run_twin(const RunFiles& files,
+                    const std::function<void(const std::string&, Bytes)>& watch,
+                    const std::function<bool()>& abort_requested) {
+  TwinResult result;
+  const double begin = wall_clock();
+  const auto delays = compute_delays(files.setup.config);
+  Simulation simulation;
+  const auto setup = [&](const std::string& name) {
+    return NodeSetup{name, files.setup.session, files.configuration_hash};
+  };
+  const auto bus = [&](const std::string& name) -> Bus& {
+    const auto delay = delays.find(name);
+    return simulation.make_bus(delay == delays.end() ? 0 : delay->second);
+  };
+  const auto loop = [&]() -> Loop& { return simulation.make_loop(); };
+  Wires& wires = simulation.wires();
+  const RunSetup& run = files.setup;
+
+  std::vector<std::unique_ptr<Node>> nodes;
+  nodes.push_back(
+      make_simulated_cell(setup("simulated-cell"), run, bus("simulated-cell"), loop(), wires));
+  for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
+    const std::string name = std::string("arm-driver-") + name_of(role);
+    nodes.push_back(make_arm_node(setup(name), run, role, bus(name), loop(), wires));
+  }
+  nodes.push_back(make_lidar_node(setup("lidar-driver"), run, bus("lidar-driver"), loop(), wires));
+  nodes.push_back(
+      make_facility_node(setup("facility-driver"), run, bus("facility-driver"), loop(), wires));
+  nodes.push_back(make_testbed_node(setup("testbed"), run, bus("testbed"), loop()));
+  nodes.push_back(make_estimator_node(setup("estimator"), run, bus("estimator"), loop()));
+  const auto procedure =
+      make_procedure_node(setup("procedure"), run, procedure_run(files), bus("procedure"), loop());
+  bool finished = false;
+  procedure->when_finished([&] { finished = true; });
+
+  logs::LogWriter log(files.log());
+  simulation.record([&](Utime utime, const std::string& channel, Bytes bytes) {
+    log.write(utime, channel, bytes);
+    watch(channel, bytes);
+  });
+
+  bool abort_sent = false;
+  Bus& operator_bus = simulation.make_bus();
+  const auto done = [&] {
+    if (!abort_sent && abort_requested()) {
+      abort_sent = true;
+      procedure_command_t command{};
+      command.utime = simulation.now();
+      command.seq = 1;
+      command.session = run.session;
+      command.utime_expires = simulation.now() + 5 * second;
+      command.commander = "operator";
+      command.command = procedure_command_t::ABORT;
+      command.text = "interrupted by the operator";
+      operator_bus.publish(channels::procedure_command, command);
+    }
+    return finished;
+  };
+
+  const Utime start = simulation.now();
+  const double prepared = wall_clock();
+  simulation.run_until(done, start + time_limit);
+  simulation.run_for(200 * millisecond);  // last words
+  result.preparation_s = prepared - begin;
+  result.wall_s = wall_clock() - prepared;
+  result.simulated_s = seconds(simulation.now() - start);
+  log.flush();
+  result.exit_code = finished ? procedure->exit_code() : exit_code::error;
+  return result;
+}
+
+}  // namespace berth

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/runs/procedure_run.h"
+
+namespace berth {
+
+ProcedureRun procedure_run(const RunFiles& files) {
+  ProcedureRun run;
+  run.file = files.procedure();
+  run.parameters = files.parameters;
+  run.name = files.name;
+  run.host = files.host == "twin"   ? run_info_t::TWIN
+             : files.host == "cell" ? run_info_t::CELL
+                                    : run_info_t::SIMULATED_CELL;
+  // It knows at once when a process ends that should not.
+  if (files.host != "twin") {
+    run.supervisor = "supervisor";
+    run.required_nodes.push_back(run.supervisor);
+  }
+  return run;
+}
+
+}  // namespace berth

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/runs/run_files.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <vector>
+
+#include "common/bus/process_loop.h"
+#include "common/core/config.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/sha256.h"
+#include "procedures/language/procedure.h"
+
+namespace berth {
+namespace fs = std::filesystem;
+namespace {
+
+void write_file(const fs::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+}
+
+std::string utc_stamp() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc);
+  return text;
+}
+
+/// A directory that did not exist before.
+fs::path make_new_directory(const fs::path& parent, const std::string& name) {
+  std::error_code error;
+  fs::create_directories(parent, error);
+  if (error) throw InputError("run directory " + parent.string() + ": " + error.message());
+  for (int i = 1; i < 1000; ++i) {
+    const fs::path directory = parent / (i == 1 ? name : name + "-" + std::to_string(i));
+    if (fs::create_directory(directory, error)) return fs::absolute(directory);
+    if (error) throw InputError("run directory " + directory.string() + ": " + error.message());
+  }
+  throw InputError("run directory " + (parent / name).string() + ": too many of that name");
+}
+
+/// Over names and contents of all files, in the order of their names.
+std::string hash_of_tree(const fs::path& root, const std::string& extra) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), root));
+  }
+  std::sort(files.begin(), files.end());
+  std::string list = extra;
+  for (const auto& file : files) {
+    list += "\n" + file.generic_string() + " " + sha256_of_file(root / file);
+  }
+  return sha256(list);
+}
+
+bool port_is_free(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int on = 1;
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const bool is_free = bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  close(fd);
+  return is_free;
+}
+
+/// The simulated devices' usual ports may be taken by another run: moves all of them up together.
+void choose_free_ports(const fs::path& devices_file) {
+  constexpr int first = 15021;
+  constexpr int count = 4;
+  const auto all_free = [](int base) {
+    for (int i = 0; i < count; ++i) {
+      if (!port_is_free(base + i)) return false;
+    }
+    return true;
+  };
+  int base = first;
+  while (!all_free(base)) {
+    base += 10;
+    if (base > 30000) throw InputError("no free TCP ports for the simulated devices");
+  }
+  if (base == first) return;
+  std::string text = read_file(devices_file);
+  for (int i = 0; i < count; ++i) {
+    const std::string from = "127.0.0.1:" + std::to_string(first + i);
+    const std::string to = "127.0.0.1:" + std::to_string(base + i);
+    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+  }
+  write_file(devices_file, text);
+}
+
+/// What run.yaml says beside the parameters.
+struct Description {
+  std::string host;
+  std::string url;
+  bool joins = false;
+  std::int64_t session = 0;
+  std::uint64_t seed = 1;
+  std::string layout;
+  std::string target;
+  double target_length = 0;
+};
+
+RunFiles write(const RunRequest& request, const std::string& stem, const fs::path& config,
+               const Description& description) {
+  const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
+  fs::copy(config, directory / "config", fs::copy_options::recursive);
+  if (description.host == "simulated-cell" && !description.joins) {
+    choose_free_ports(directory / "config" / "devices.yaml");
+  }
+  fs::create_directory(directory / "output");
+  if (!request.procedure.empty()) fs::copy_file(request.procedure, directory / "procedure.yaml");
+
+  // The twin's log must not depend on when it was made.
+  const std::string name = description.host == "twin"
+                               ? stem + "-twin-seed" + std::to_string(description.seed)
+                               : directory.filename().string();
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  out << YAML::Key << "name" << YAML::Value << name;
+  out << YAML::Key << "host" << YAML::Value << description.host;
+  out << YAML::Key << "lcm_url" << YAML::Value << description.url;
+  out << YAML::Key << "joins" << YAML::Value << description.joins;
+  out << YAML::Key << "session" << YAML::Value << description.session;
+  out << YAML::Key << "seed" << YAML::Value << description.seed;
+  out << YAML::Key << "layout" << YAML::Value << description.layout;
+  out << YAML::Key << "target" << YAML::Value << description.target;
+  out << YAML::Key << "target_length" << YAML::Value
+      << std::to_string(description.target_length) + " m";
+  out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
+  for (const auto& [key, value] : request.parameters) {
+    out << YAML::Key << key << YAML::Value << value;
+  }
+  out << YAML::EndMap << YAML::EndMap;
+  write_file(directory / "run.yaml", std::string(out.c_str()) + "\n");
+  return RunFiles::open(directory);
+}
+
+/// A procedure in a cell that is up: what the cell is cannot be chosen any more.
+RunFiles join(const RunRequest& request) {
+  const RunFiles cell = RunFiles::open(request.joins);
+  procedures::load_procedure(request.procedure, request.parameters);
+  if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
+      (!request.target.empty() && request.target != cell.setup.target) ||
+      request.target_length > 0) {
+    throw InputError("a cell is up with layout '" + cell.setup.layout + "' and target '" +
+                     cell.setup.target + "': bring it down first (berth stop) to have another");
+  }
+  Description description;
+  description.host = cell.host;
+  description.url = cell.url;
+  description.joins = true;
+  description.seed = cell.setup.seed;
+  description.session = cell.setup.session;
+  description.layout = cell.setup.layout;
+  description.target = cell.setup.target;
+  description.target_length = cell.setup.target_length;
+  return write(request, request.procedure.stem().string(), cell.setup.config, description);
+}
+
+}  // namespace
+
+fs::path program_directory() { return fs::read_symlink("/proc/self/exe").parent_path(); }
+
+fs::path shared_files() {
+  const auto has_files = [](const fs::path& at) { return fs::exists(at / "config" / "layouts"); };
+  if (const char* home = std::getenv("BERTH_HOME")) {
+    if (has_files(home)) return home;
+    throw InputError(std::string("environment variable BERTH_HOME: no config/layouts in '") + home +
+                     "'");
+  }
+  for (fs::path at = program_directory(); at != at.root_path(); at = at.parent_path()) {
+    if (has_files(at)) return at;
+    if (has_files(at / "share" / "berth")) return at / "share" / "berth";
+  }
+  throw InputError("Berth's files (config/layouts) are not found; set BERTH_HOME to their place");
+}
+
+RunFiles RunFiles::create(const RunRequest& request) {
+  const bool twin = request.host == "twin";
+  if (!request.joins.empty()) return join(request);
+  const fs::path config = request.config.empty() ? shared_files() / "config" : request.config;
+  if (!fs::is_directory(config / "layouts")) {
+    throw InputError("configuration " + config.string() + ": has no layouts/");
+  }
+  std::string stem = "cell";
+  std::string layout = request.layout;
+  std::string target = request.target;
+  double length = request.target_length;
+  if (!request.procedure.empty()) {
+    const auto procedure = procedures::load_procedure(request.procedure, request.parameters);
+    stem = request.procedure.stem().string();
+    if (layout.empty()) layout = procedure.layout;
+    if (target.empty()) {
+      target = procedure.target;
+      if (length == 0) length = procedure.target_length;
+    }
+  }
+  if (layout.empty()) layout = "range";
+  if (target.empty()) target = "radarsat2";
+  if (!fs::exists(config / "layouts" / (layout + ".yaml"))) {
+    throw InputError("layout '" + layout + "': no file " +
+                     (config / "layouts" / (layout + ".yaml")).string());
+  }
+  if (target != "radarsat2") {
+    if (!fs::exists(target)) {
+      throw InputError("target '" + target + "': no such file, and not 'radarsat2'");
+    }
+    target = fs::absolute(target).string();
+  }
+
+  Description description;
+  description.host = request.host;
+  description.url = request.url;
+  description.seed = request.seed;
+  description.session =
+      twin ? static_cast<std::int64_t>(request.seed) : clock_offset_now() + getpid();
+  description.layout = layout;
+  description.target = target;
+  description.target_length = length;
+  return write(request, stem, config, description);
+}
+
+RunFiles RunFiles::open(const fs::path& directory) {
+  RunFiles files;
+  files.directory = fs::absolute(directory);
+  Config run = Config::load(files.directory / "run.yaml");
+  files.name = run.text("name");
+  files.host = run.choice("host", {"simulated-cell", "cell", "twin"});
+  files.url = run.text("lcm_url");
+  files.joins = run.boolean("joins");
+  files.setup.session = run.integer("session");
+  files.setup.seed = static_cast<std::uint64_t>(run.integer("seed"));
+  files.setup.layout = run.text("layout");
+  files.setup.target = run.text("target");
+  files.setup.target_length = run.quantity("target_length", Dimension::length);
+  Config parameters = run.section("parameters");
+  for (const auto& key : parameters.keys()) files.parameters[key] = parameters.text(key);
+  run.finish();
+  files.setup.config = files.directory / "config";
+  files.setup.out = files.directory;
+  files.has_procedure = fs::exists(files.procedure());
+  files.configuration_hash =
+      hash_of_tree(files.setup.config, files.setup.layout + " " +
+                                           fs::path(files.setup.target).filename().string() + " " +
+                                           std::to_string(files.setup.target_length));
+  return files;
+}
+
+}  // namespace berth

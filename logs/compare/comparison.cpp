@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/compare/comparison.h"
+
+#include <cmath>
+
+#include "common/core/error.h"
+#include "logs/run/target_surface.h"
+
+namespace berth::logs {
+namespace {
+
+SeriesRow row_of(const Measurement& measurement, const Series& series) {
+  SeriesRow row;
+  row.measurement = measurement.name;
+  row.unit = measurement.unit;
+  row.samples = series.value.size();
+  const auto shown = [&](Statistic s) { return measurement.shown(compute(s, series.value)); };
+  row.mean = shown(Statistic::mean);
+  row.rms = shown(Statistic::rms);
+  row.p95 = shown(Statistic::p95);
+  row.peak = shown(Statistic::peak);
+  return row;
+}
+
+PhaseTable table_of(const Phase& phase, const Measurer& measurer) {
+  PhaseTable table;
+  table.phase = phase.name;
+  table.duration_s = phase.duration_s();
+  for (const Measurement& measurement : measurements()) {
+    if (measurement.series) {
+      const Series series = measurement.series(measurer, phase);
+      if (!series.value.empty()) table.rows.push_back(row_of(measurement, series));
+      continue;
+    }
+    const Measured measured = measurement.number(measurer, phase);
+    if (measurement.name == "update_rate") {
+      table.update_rate_hz = measured.value;
+      table.estimates = measured.samples;
+    } else if (measurement.name == "tracking_share") {
+      table.tracking_share = measured.value;
+    }
+  }
+  return table;
+}
+
+bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// The text of the procedure as it was run, from the run's own messages.
+const std::string* procedure_text(const run_info_t& info) {
+  for (const attachment_t& attachment : info.attachments) {
+    if (attachment.name == "procedure.yaml" && !attachment.content.empty()) {
+      return &attachment.content;
+    }
+  }
+  return nullptr;
+}
+
+void take_recorded_verdict(const RunRecord& record, Comparison& comparison) {
+  if (!record.state()) {
+    comparison.remarks.push_back("the log holds no PROCEDURE_STATE: nothing was run");
+    return;
+  }
+  const procedure_state_t& state = *record.state();
+  comparison.procedure = state.procedure;
+  if (state.state != procedure_state_t::FINISHED) {
+    comparison.remarks.push_back("the log ends before the procedure did");
+    return;
+  }
+  comparison.recorded_outcome = state.outcome;
+  comparison.recorded_criteria = state.criteria;
+  comparison.reason = state.reason;
+}
+
+/// Whether every step up to the teardown was passed or skipped, so that the criteria decide.
+bool ran_through(const procedure_state_t& state) {
+  for (const procedure_step_t& step : state.steps) {
+    if (step.phase == teardown_phase) continue;
+    if (step.state != procedure_step_t::PASSED && step.state != procedure_step_t::SKIPPED) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void decide(const RunRecord& record, Comparison& comparison) {
+  const std::int8_t judged = outcome_of(comparison.criteria);
+  if (!record.state()) return;
+  const bool finished = record.state()->state == procedure_state_t::FINISHED;
+  const std::int8_t recorded = comparison.recorded_outcome;
+  const bool rig = recorded == procedure_state_t::ERROR;  // a teardown that failed, too
+  if (ran_through(*record.state()) && !(finished && rig)) {
+    comparison.outcome = judged;
+  } else {
+    comparison.outcome = finished ? recorded : static_cast<std::int8_t>(procedure_state_t::ERROR);
+  }
+  comparison.agrees = finished && comparison.outcome == recorded &&
+                      same_results(comparison.criteria, comparison.recorded_criteria);
+}
+
+}  // namespace
+
+bool same_results(const std::vector<criterion_result_t>& a,
+                  const std::vector<criterion_result_t>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].name != b[i].name || a[i].result != b[i].result || a[i].samples != b[i].samples ||
+        !same_number(a[i].value, b[i].value) || !same_number(a[i].uncertainty, b[i].uncertainty) ||
+        a[i].lower_limit != b[i].lower_limit || a[i].upper_limit != b[i].upper_limit) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Comparison compare_record(const RunRecord& record, const NearestPoint& nearest) {
+  Comparison comparison;
+  comparison.info = record.info();
+  take_recorded_verdict(record, comparison);
+  const Measurer measurer(record, nearest);
+  for (const Phase& phase : record.phases()) {
+    comparison.phases.push_back(table_of(phase, measurer));
+  }
+  const std::string* text = record.info() ? procedure_text(*record.info()) : nullptr;
+  if (text == nullptr) {
+    comparison.remarks.push_back("the log does not hold the procedure: nothing can be judged");
+    return comparison;
+  }
+  Config procedure = Config::parse(*text, "procedure.yaml in the log");
+  comparison.criteria = judge(read_criteria(procedure), measurer);
+  decide(record, comparison);
+  return comparison;
+}
+
+Comparison compare_log(const std::filesystem::path& log) {
+  LogSummary summary;
+  const RunRecord record = read_run(log, summary);
+  if (!record.info() && !record.state()) {
+    throw InputError(log.string() + ": holds no run: neither RUN_INFO nor PROCEDURE_STATE in " +
+                     std::to_string(summary.events) + " events");
+  }
+  std::string why;
+  const NearestPoint nearest =
+      record.info() ? nearest_point_of_run(*record.info(), why) : NearestPoint();
+  Comparison comparison = compare_record(record, nearest);
+  comparison.log = log.string();
+  comparison.summary = summary;
+  if (!why.empty()) comparison.remarks.push_back(why);
+  if (summary.damaged_bytes != 0) {
+    comparison.remarks.push_back(std::to_string(summary.damaged_bytes) +
+                                 " bytes of the log are damaged and were passed over");
+  }
+  if (summary.missing_events != 0) {
+    comparison.remarks.push_back(std::to_string(summary.missing_events) +
+                                 " events are missing from the log");
+  }
+  if (summary.undecodable != 0) {
+    comparison.remarks.push_back(std::to_string(summary.undecodable) +
+                                 " messages could not be decoded");
+  }
+  return comparison;
+}
+
+}  // namespace berth::logs

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "logs/measure/criterion.h"
+#include "logs/run/run_record.h"
+
+namespace berth::logs {
+
+/// Statistics of one measurement over a phase, in the measurement's shown unit.
+struct SeriesRow {
+  std::string measurement;
+  std::string unit;
+  std::size_t samples = 0;
+  double mean = 0;
+  double rms = 0;
+  double p95 = 0;   ///< of the magnitude
+  double peak = 0;  ///< of the magnitude
+};
+
+struct PhaseTable {
+  std::string phase;
+  double duration_s = 0;
+  std::int64_t estimates = 0;  ///< with status OK
+  double update_rate_hz = 0;
+  double tracking_share = 0;
+  std::vector<SeriesRow> rows;  ///< only where there were samples
+};
+
+/// What a log says about its run, recomputed from its messages alone.
+struct Comparison {
+  std::string log;
+  LogSummary summary;
+  std::optional<run_info_t> info;
+  std::string procedure;
+  std::vector<PhaseTable> phases;
+  std::vector<criterion_result_t> criteria;
+  /// From the criteria, unless the run itself ended in ERROR, TIMEOUT, ABORTED or FAIL.
+  std::int8_t outcome = procedure_state_t::NONE;
+  std::string reason;
+  /// As the engine gave it at the end of the run; NONE when the log ends before that.
+  std::int8_t recorded_outcome = procedure_state_t::NONE;
+  std::vector<criterion_result_t> recorded_criteria;
+  /// Every number of the recorded verdict came out again, bit for bit.
+  bool agrees = false;
+  std::vector<std::string> remarks;
+};
+
+/// @throws InputError when the file cannot be read or holds no run.
+Comparison compare_log(const std::filesystem::path& log);
+Comparison compare_record(const RunRecord& record, const NearestPoint& nearest);
+
+/// Whether two lists of results say the same, NaN equal to NaN.
+bool same_results(const std::vector<criterion_result_t>& a,
+                  const std::vector<criterion_result_t>& b);
+
+std::string text_of(const Comparison& comparison);
+std::string json_of(const Comparison& comparison);
+
+/// The verdict as a table: criterion, value, limits, margin, result.
+std::string verdict_table(const std::vector<criterion_result_t>& criteria);
+/// Of a finished procedure: outcome, reason, steps, criteria; results.json of a run.
+std::string result_json(const procedure_state_t& state);
+
+}  // namespace berth::logs

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "logs/compare/comparison.h"
+
+namespace berth::logs {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// JSON knows neither NaN nor infinity: null.
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+ordered_json json_of_criteria(const std::vector<criterion_result_t>& criteria) {
+  ordered_json list = ordered_json::array();
+  for (const criterion_result_t& c : criteria) {
+    list.push_back({{"name", c.name},
+                    {"measurement", c.measurement},
+                    {"phase", c.phase},
+                    {"unit", c.unit},
+                    {"value", number(c.value)},
+                    {"uncertainty", number(c.uncertainty)},
+                    {"min", number(c.lower_limit)},
+                    {"max", number(c.upper_limit)},
+                    {"margin", number(margin(c))},
+                    {"samples", c.samples},
+                    {"result", text_of_result(c.result)},
+                    {"reason", c.reason}});
+  }
+  return list;
+}
+
+ordered_json json_of_phases(const std::vector<PhaseTable>& phases) {
+  ordered_json list = ordered_json::array();
+  for (const PhaseTable& phase : phases) {
+    ordered_json rows = ordered_json::object();
+    for (const SeriesRow& row : phase.rows) {
+      rows[row.measurement] = {{"unit", row.unit},         {"samples", row.samples},
+                               {"mean", number(row.mean)}, {"rms", number(row.rms)},
+                               {"p95", number(row.p95)},   {"peak", number(row.peak)}};
+    }
+    list.push_back({{"phase", phase.phase},
+                    {"duration_s", phase.duration_s},
+                    {"estimates", phase.estimates},
+                    {"update_rate_hz", number(phase.update_rate_hz)},
+                    {"tracking_share", number(phase.tracking_share)},
+                    {"measurements", rows}});
+  }
+  return list;
+}
+
+ordered_json json_of_run(const run_info_t& info) {
+  ordered_json files = ordered_json::object();
+  for (const attachment_t& a : info.attachments) files[a.name] = a.sha256;
+  return {{"run", info.run},
+          {"host", text_of_host(info.host)},
+          {"version", info.version},
+          {"seed", info.seed},
+          {"session", info.session},
+          {"procedure", info.procedure},
+          {"layout", info.layout},
+          {"target", info.target},
+          {"target_length_m", info.target_length_m},
+          {"target_hash", info.target_hash},
+          {"configuration_hash", info.configuration_hash},
+          {"files", files}};
+}
+
+std::string text_of_step_state(std::int8_t state) {
+  constexpr const char* names[] = {"PENDING", "RUNNING", "PASSED",  "FAILED",
+                                   "ERROR",   "TIMEOUT", "ABORTED", "SKIPPED"};
+  return state >= 0 && state <= procedure_step_t::SKIPPED ? names[state] : "?";
+}
+
+}  // namespace
+
+std::string json_of(const Comparison& comparison) {
+  const LogSummary& log = comparison.summary;
+  ordered_json json = {
+      {"log",
+       {{"file", comparison.log},
+        {"events", log.events},
+        {"missing_events", log.missing_events},
+        {"damaged_bytes", log.damaged_bytes},
+        {"undecodable", log.undecodable}}},
+      {"outcome", text_of_outcome(comparison.outcome)},
+      {"reason", comparison.reason},
+      {"recorded_outcome", text_of_outcome(comparison.recorded_outcome)},
+      {"agrees_with_recorded", comparison.agrees},
+      {"criteria", json_of_criteria(comparison.criteria)},
+      {"phases", json_of_phases(comparison.phases)},
+      {"remarks", comparison.remarks},
+  };
+  if (comparison.info) json["run"] = json_of_run(*comparison.info);
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string result_json(const procedure_state_t& state) {
+  ordered_json steps = ordered_json::array();
+  for (const procedure_step_t& s : state.steps) {
+    steps.push_back({{"name", s.name},
+                     {"phase", s.phase},
+                     {"state", text_of_step_state(s.state)},
+                     {"detail", s.detail},
+                     {"utime_start", s.utime_start},
+                     {"utime_end", s.utime_end}});
+  }
+  const ordered_json json = {{"procedure", state.procedure},
+                             {"outcome", text_of_outcome(state.outcome)},
+                             {"exit_code", exit_code_of_outcome(state.outcome)},
+                             {"reason", state.reason},
+                             {"session", state.session},
+                             {"utime_start", state.utime_start},
+                             {"utime_end", state.utime},
+                             {"criteria", json_of_criteria(state.criteria)},
+                             {"steps", steps}};
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace berth::logs

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "logs/compare/comparison.h"
+
+namespace berth::logs {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+/// Four significant digits, plainly written.
+std::string shown(double value) {
+  if (std::isnan(value)) return "-";
+  char text[40];
+  const double size = std::abs(value);
+  const int digits = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3;
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string limit(double value) { return std::isinf(value) ? "" : shown(value); }
+
+/// Columns padded to their widest cell: the first to the left, numbers to the right.
+std::string aligned(const std::vector<Cells>& lines, std::size_t left_columns) {
+  std::vector<std::size_t> width;
+  for (const Cells& cells : lines) {
+    width.resize(std::max(width.size(), cells.size()), 0);
+    for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], cells[i].size());
+  }
+  std::string text;
+  for (const Cells& cells : lines) {
+    std::string line = "  ";
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string pad(width[i] - cells[i].size(), ' ');
+      line += i < left_columns ? cells[i] + pad : pad + cells[i];
+      line += "  ";
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string phase_text(const PhaseTable& phase) {
+  char head[160];
+  std::snprintf(head, sizeof head, "%s: %.1f s, %lld good estimates, %.2f Hz, tracking %.1f %%\n",
+                phase.phase.c_str(), phase.duration_s, static_cast<long long>(phase.estimates),
+                phase.update_rate_hz, 100 * phase.tracking_share);
+  std::vector<Cells> lines = {{"", "unit", "samples", "mean", "rms", "p95", "peak"}};
+  for (const SeriesRow& row : phase.rows) {
+    lines.push_back({row.measurement, row.unit, std::to_string(row.samples), shown(row.mean),
+                     shown(row.rms), shown(row.p95), shown(row.peak)});
+  }
+  // Without an estimate there is nothing to compare; the JSON has the rest.
+  return head + (phase.estimates == 0 ? std::string() : aligned(lines, 2));
+}
+
+}  // namespace
+
+std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
+  std::vector<Cells> lines = {{"criterion", "phase", "measurement", "result", "value", "+-", "min",
+                               "max", "margin", "unit"}};
+  std::string reasons;
+  for (const criterion_result_t& c : criteria) {
+    const double m = margin(c);
+    lines.push_back({c.name, c.phase, c.measurement, text_of_result(c.result), shown(c.value),
+                     std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
+                     limit(c.upper_limit), std::isnan(m) ? "" : shown(m), c.unit});
+    if (!c.reason.empty()) reasons += "  " + c.name + ": " + c.reason + "\n";
+  }
+  return aligned(lines, 4) + reasons;
+}
+
+std::string text_of(const Comparison& comparison) {
+  std::string text;
+  const LogSummary& log = comparison.summary;
+  if (!comparison.log.empty()) {
+    text += comparison.log + ": " + std::to_string(log.events) + " events, " +
+            shown(seconds(log.last - log.first)) + " s\n";
+  }
+  if (comparison.info) {
+    const run_info_t& info = *comparison.info;
+    text += "run " + info.run + ": procedure " + info.procedure + ", layout " + info.layout +
+            ", target " + info.target + " (" + shown(info.target_length_m) + " m), host " +
+            text_of_host(info.host) + ", seed " + std::to_string(info.seed) + ", version " +
+            info.version + "\n";
+  }
+  text += "\n";
+  for (const PhaseTable& phase : comparison.phases) {
+    if (phase.phase != teardown_phase) text += phase_text(phase) + "\n";
+  }
+  if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
+  for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
+  text += std::string("verdict: ") + text_of_outcome(comparison.outcome);
+  if (!comparison.reason.empty()) text += " (" + comparison.reason + ")";
+  if (comparison.recorded_outcome == procedure_state_t::NONE) {
+    text += "; the log holds no verdict of its own";
+  } else if (comparison.agrees) {
+    text += "; the recorded verdict came out again, number for number";
+  } else {
+    text += std::string("; DIFFERS from the recorded verdict ") +
+            text_of_outcome(comparison.recorded_outcome);
+  }
+  return text + "\n";
+}
+
+}  // namespace berth::logs

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/file/log_reader.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "common/core/error.h"
+
+namespace berth::logs {
+namespace {
+
+constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
+
+std::uint64_t big_endian(const std::uint8_t* at, int bytes) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < bytes; ++i) value = value << 8 | at[i];
+  return value;
+}
+
+bool is_channel_name(std::string_view name) {
+  return std::all_of(name.begin(), name.end(), [](char c) { return c > 32 && c < 127; });
+}
+
+}  // namespace
+
+LogReader::LogReader(const std::filesystem::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat status {};
+  if (fd < 0 || fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+    const int error = fd < 0 ? errno : EINVAL;
+    if (fd >= 0) close(fd);
+    throw InputError(path.string() + ": cannot be read: " + std::strerror(error));
+  }
+  size_ = static_cast<std::size_t>(status.st_size);
+  void* mapped = size_ == 0 ? nullptr : mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, fd, 0);
+  close(fd);
+  if (mapped == MAP_FAILED) {
+    throw InputError(path.string() + ": cannot be read: " + std::strerror(errno));
+  }
+  if (mapped != nullptr) madvise(mapped, size_, MADV_SEQUENTIAL);
+  data_ = static_cast<const std::uint8_t*>(mapped);
+}
+
+LogReader::~LogReader() {
+  if (data_ != nullptr) munmap(const_cast<std::uint8_t*>(data_), size_);
+}
+
+void LogReader::rewind() {
+  at_ = 0;
+  events_ = 0;
+  missing_ = 0;
+  last_number_ = -1;
+  damage_.clear();
+}
+
+std::size_t LogReader::damaged_bytes() const {
+  std::size_t sum = 0;
+  for (const Damage& d : damage_) sum += d.bytes;
+  return sum;
+}
+
+bool LogReader::sync_at(std::size_t at) const {
+  return at + 4 <= size_ && std::memcmp(data_ + at, sync_bytes, 4) == 0;
+}
+
+/// Whether a sensible header stands here; end is where its event would end, maybe past the file.
+bool LogReader::header_at(std::size_t at, LogEvent& event, std::size_t& end) const {
+  if (at + format::header_bytes > size_ || !sync_at(at)) return false;
+  const std::uint8_t* header = data_ + at;
+  const std::uint64_t channel_bytes = big_endian(header + 20, 4);
+  const std::uint64_t data_bytes = big_endian(header + 24, 4);
+  if (channel_bytes == 0 || channel_bytes > format::longest_channel) return false;
+  if (data_bytes > format::largest_message) return false;
+  const std::size_t data_at = at + format::header_bytes + channel_bytes;
+  if (data_at > size_) return false;
+  const char* name = reinterpret_cast<const char*>(header + format::header_bytes);
+  event.channel = {name, channel_bytes};
+  if (!is_channel_name(event.channel)) return false;
+  event.number = static_cast<std::int64_t>(big_endian(header + 4, 8));
+  event.utime = static_cast<Utime>(big_endian(header + 12, 8));
+  end = data_at + data_bytes;
+  if (end <= size_) event.data = {data_ + data_at, data_bytes};
+  return true;
+}
+
+/// The first place after `at` and before `limit` with a header whose event ends where another
+/// begins; limit when there is none.
+std::size_t LogReader::next_event_after(std::size_t at, std::size_t limit) const {
+  const std::uint8_t* const stop = data_ + std::min(limit, size_);
+  const std::uint8_t* from = data_ + at + 1;
+  while (from < stop) {
+    from = std::search(from, stop, std::begin(sync_bytes), std::end(sync_bytes));
+    if (from == stop) break;
+    const auto place = static_cast<std::size_t>(from - data_);
+    LogEvent event;
+    std::size_t end = 0;
+    if (header_at(place, event, end) && end <= size_) return place;
+    ++from;
+  }
+  return std::min(limit, size_);
+}
+
+void LogReader::skip_to(std::size_t at) {
+  if (!damage_.empty() && damage_.back().offset + damage_.back().bytes == at_) {
+    damage_.back().bytes += at - at_;
+  } else {
+    damage_.push_back({at_, at - at_});
+  }
+  at_ = at;
+}
+
+bool LogReader::next(LogEvent& event) {
+  while (at_ < size_) {
+    std::size_t end = 0;
+    if (!header_at(at_, event, end)) {
+      skip_to(next_event_after(at_, size_));
+      continue;
+    }
+    // An event not followed by another: its own length is wrong if a good event begins inside it,
+    // else it is the next header that is damaged and this event is good.
+    if (end > size_ || (end != size_ && !sync_at(end))) {
+      const std::size_t inside = next_event_after(at_, end);
+      if (end > size_ || inside < end) {
+        skip_to(inside);
+        continue;
+      }
+    }
+    at_ = end;
+    ++events_;
+    if (last_number_ >= 0 && event.number > last_number_ + 1)
+      missing_ += event.number - last_number_ - 1;
+    last_number_ = event.number;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace berth::logs

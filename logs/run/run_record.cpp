@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/run/run_record.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "lcmtypes/channels.h"
+#include "logs/file/log_reader.h"
+
+namespace berth::logs {
+namespace {
+
+Pose pose_of(const double* position, const double* q) {
+  return {Vector3d(position[0], position[1], position[2]),
+          Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
+}
+
+template <class Sample>
+auto order(const Sample& sample) {
+  return std::make_tuple(sample.utime, sample.seq);
+}
+
+std::tuple<std::int64_t, std::string, std::int64_t> order(const event_t& event) {
+  return {event.utime, event.node, event.seq};
+}
+
+/// Keeps the samples in order of time; drops one that is there already. Messages come nearly in
+/// order, so the place is near the end.
+template <class Sample>
+void insert(std::vector<Sample>& samples, Sample sample) {
+  auto place = samples.end();
+  while (place != samples.begin() && order(sample) < order(*std::prev(place))) --place;
+  if (place != samples.begin() && order(*std::prev(place)) == order(sample)) return;
+  samples.insert(place, std::move(sample));
+}
+
+}  // namespace
+
+bool Phase::contains(Utime utime) const {
+  return std::any_of(stretches.begin(), stretches.end(), [utime](const Stretch& stretch) {
+    return stretch.start <= utime && utime <= stretch.end;
+  });
+}
+
+double Phase::duration_s() const {
+  double sum = 0;
+  for (const Stretch& stretch : stretches) sum += seconds(stretch.end - stretch.start);
+  return sum;
+}
+
+void RunRecord::add(const pose_estimate_t& message) {
+  EstimateSample sample;
+  sample.utime = message.utime;
+  sample.seq = message.seq;
+  sample.status = message.status;
+  sample.pose = pose_of(message.position_m, message.q_wxyz);
+  sample.covariance = Matrix6d::Map(message.covariance);
+  sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
+  sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
+  sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
+  insert(estimates_, sample);
+}
+
+void RunRecord::add(const procedure_state_t& message) {
+  if (!state_ || order(*state_) < order(message)) state_ = message;
+}
+
+void RunRecord::add(const run_info_t& message) {
+  if (!info_ || order(message) < order(*info_)) info_ = message;
+}
+
+void RunRecord::add(const event_t& message) { insert(events_, message); }
+
+std::vector<Phase> RunRecord::phases() const {
+  std::vector<Phase> phases;
+  Phase whole{whole_run, {}};
+  if (!state_) return phases;
+  for (const procedure_step_t& step : state_->steps) {
+    if (step.utime_start == 0) continue;
+    // A log that was cut off leaves its last step open: it lasted at least to the last state.
+    const Utime end = step.utime_end != 0 ? step.utime_end : state_->utime;
+    auto phase = std::find_if(phases.begin(), phases.end(),
+                              [&](const Phase& p) { return p.name == step.phase; });
+    if (phase == phases.end()) phase = phases.insert(phases.end(), Phase{step.phase, {}});
+    phase->stretches.push_back({step.utime_start, end});
+    if (step.phase == teardown_phase) continue;
+    if (whole.stretches.empty()) whole.stretches.push_back({step.utime_start, end});
+    whole.stretches.back().end = end;
+  }
+  if (!whole.stretches.empty()) phases.push_back(whole);
+  return phases;
+}
+
+std::optional<Phase> RunRecord::phase(const std::string& name) const {
+  for (Phase& phase : phases()) {
+    if (phase.name == name) return std::move(phase);
+  }
+  return std::nullopt;
+}
+
+const char* text_of_host(std::int8_t host) {
+  constexpr const char* names[] = {"cell", "simulated cell", "twin"};
+  return host >= 0 && host <= run_info_t::TWIN ? names[host] : "unknown";
+}
+
+namespace {
+
+/// Decodes one message for the record and keeps the counts.
+class Filler {
+ public:
+  Filler(RunRecord& record, LogSummary& summary, std::optional<std::int64_t> session)
+      : record_(record), summary_(summary), session_(session) {}
+
+  void take(const LogEvent& event) {
+    if (event.channel == channels::ground_truth) {
+      add<ground_truth_t>(event);
+    } else if (event.channel == channels::pose_estimate) {
+      add<pose_estimate_t>(event);
+    } else if (event.channel == channels::procedure_state) {
+      add<procedure_state_t>(event);
+    } else if (event.channel == channels::run_info) {
+      add<run_info_t>(event);
+    } else if (event.channel == channels::event) {
+      add<event_t>(event);
+    }
+  }
+
+ private:
+  template <class Message>
+  void add(const LogEvent& event) {
+    const auto message = decode<Message>(event.data);
+    if (!message) {
+      ++summary_.undecodable;
+    } else if (session_ && message->session != *session_) {
+      ++summary_.other_session;
+    } else {
+      record_.add(*message);
+    }
+  }
+
+  RunRecord& record_;
+  LogSummary& summary_;
+  std::optional<std::int64_t> session_;
+};
+
+std::optional<std::int64_t> first_session(LogReader& reader) {
+  LogEvent event;
+  while (reader.next(event)) {
+    if (event.channel != channels::run_info) continue;
+    if (const auto info = decode<run_info_t>(event.data)) return info->session;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
+                   std::optional<std::int64_t> session) {
+  LogReader reader(log);
+  if (!session) session = first_session(reader);
+  reader.rewind();
+  RunRecord record;
+  summary = {};
+  Filler filler(record, summary, session);
+  LogEvent event;
+  while (reader.next(event)) {
+    if (summary.first == 0) summary.first = event.utime;
+    summary.last = event.utime;
+    filler.take(event);
+  }
+  summary.events = reader.events();
+  summary.missing_events = reader.missing_events();
+  summary.damaged_bytes = reader.damaged_bytes();
+  return record;
+}
+
+}  // namespace berth::logs

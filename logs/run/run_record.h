@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/event_t.hpp>
+#include <berth/ground_truth_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/procedure_state_t.hpp>
+#include <berth/run_info_t.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "logs/file/log_event.h"
+#include "logs/run/truth_track.h"
+
+namespace berth::logs {
+
+/// What judging needs of one POSE_ESTIMATE.
+struct EstimateSample {
+  Utime utime = 0;
+  std::int64_t seq = 0;
+  std::int8_t status = pose_estimate_t::IDLE;
+  Pose pose;                               ///< T_sensor_model, filtered
+  Matrix6d covariance = Matrix6d::Zero();  ///< [m; rad], sensor frame
+  Velocity velocity;                       ///< sensor frame
+  Pose measured;                           ///< by this scan alone
+
+  bool ok() const { return status == pose_estimate_t::OK; }
+};
+
+/// A stretch of time under one label: all steps of the procedure that carry it.
+struct Phase {
+  struct Stretch {
+    Utime start = 0;
+    Utime end = 0;
+  };
+  std::string name;
+  std::vector<Stretch> stretches;  ///< in order of time
+
+  bool contains(Utime utime) const;
+  Utime start() const { return stretches.front().start; }
+  Utime end() const { return stretches.back().end; }
+  double duration_s() const;
+};
+
+/// All messages of one run that its verdict rests on. The engine fills it from the bus as the run
+/// goes, compare from the log: what comes out does not depend on the order of arrival across
+/// channels, nor on repeats.
+class RunRecord {
+ public:
+  void add(const pose_estimate_t& message);
+  void add(const ground_truth_t& message) { truth_.add(sample_of(message)); }
+  void add(const procedure_state_t& message);
+  void add(const run_info_t& message);
+  void add(const event_t& message);
+
+  const std::vector<EstimateSample>& estimates() const { return estimates_; }
+  const TruthTrack& truth() const { return truth_; }
+  const std::vector<event_t>& events() const { return events_; }
+  /// The newest; nothing when there was none.
+  const std::optional<procedure_state_t>& state() const { return state_; }
+  const std::optional<run_info_t>& info() const { return info_; }
+
+  /// The phases in the order in which they began, steps that never ran left out; then "run", the
+  /// whole of the procedure without its teardown.
+  std::vector<Phase> phases() const;
+  std::optional<Phase> phase(const std::string& name) const;
+
+ private:
+  std::vector<EstimateSample> estimates_;
+  TruthTrack truth_;
+  std::vector<event_t> events_;
+  std::optional<procedure_state_t> state_;
+  std::optional<run_info_t> info_;
+};
+
+/// Name of the phase under which the teardown's steps run.
+inline constexpr char teardown_phase[] = "teardown";
+/// Name of the phase from the first step to the last one before the teardown.
+inline constexpr char whole_run[] = "run";
+
+/// "cell", "simulated cell" or "twin".
+const char* text_of_host(std::int8_t host);
+
+/// How a log was as a file.
+struct LogSummary {
+  std::int64_t events = 0;
+  std::int64_t missing_events = 0;
+  std::size_t damaged_bytes = 0;
+  std::int64_t undecodable = 0;  ///< of the channels looked at
+  std::int64_t other_session = 0;
+  Utime first = 0;
+  Utime last = 0;
+};
+
+/// The run in a log: the messages of the session that its first RUN_INFO names, or of the session
+/// given.
+/// @throws InputError when the file cannot be read.
+RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
+                   std::optional<std::int64_t> session = std::nullopt);
+
+}  // namespace berth::logs

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/target.h"
+#include "logs/measure/measurement.h"
+
+namespace berth::logs {
+
+/// Nearest point on a target.
+NearestPoint nearest_point_on(const Target& target);
+
+/// Nearest point on the target of a recorded run; empty, with the reason in `why`, when the mesh
+/// that RUN_INFO names cannot be loaded any more or is not the same one.
+NearestPoint nearest_point_of_run(const run_info_t& info, std::string& why);
+
+}  // namespace berth::logs
