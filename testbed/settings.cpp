@@ -99,4 +99,10 @@ Settings load_settings(const std::filesystem::path& file) {
   return s;
 }
 
+Settings load_settings(const std::filesystem::path& file, const Cell& cell) {
+  Settings settings = load_settings(file);
+  if (cell.greatest_speed > 0) settings.greatest_speed = cell.greatest_speed;
+  return settings;
+}
+
 }  // namespace berth::testbed

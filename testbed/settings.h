@@ -35,5 +35,7 @@ struct Settings {
 
 /// @throws InputError.
 Settings load_settings(const std::filesystem::path& file);
+/// The same with what the cell's layout has otherwise.
+Settings load_settings(const std::filesystem::path& file, const Cell& cell);
 
 }  // namespace berth::testbed

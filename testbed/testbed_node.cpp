@@ -80,6 +80,7 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
       clearance_(cell_, settings_.clearance),
       check_(cell_, settings_.path, clearance_),
       planner_(cell_, check_),
+      commands_(cell_, settings_, planner_),
       truth_(cell_, settings_.truth, [this](const Truth& truth) { publish_truth(truth); }),
       guidance_(target_, settings_.guidance),
       safety_(settings_.safety),
@@ -542,8 +543,7 @@ std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bu
   for (const ArmRole role : both_arms) {
     hashes += sha256_of_file(run.config / files.section(name_of(role)).text("arm"));
   }
-  Settings limits = load_settings(settings);
-  if (cell.greatest_speed > 0) limits.greatest_speed = cell.greatest_speed;
+  Settings limits = load_settings(settings, cell);
   return std::make_unique<TestbedNode>(std::move(setup), std::move(cell), std::move(limits),
                                        sha256(hashes), bus, loop);
 }

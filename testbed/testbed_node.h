@@ -16,9 +16,8 @@
 
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
+#include "testbed/command_planner.h"
 #include "testbed/lease.h"
-#include "testbed/motion_planner.h"
-#include "testbed/settings.h"
 
 namespace berth {
 
@@ -65,13 +64,8 @@ class TestbedNode final : public Node {
   // commands
   void begin(const testbed_command_t& command);
   std::string begin_motion(const testbed_command_t& command);
-  std::string begin_move(const testbed_command_t& command, Task& task);
-  std::string begin_closed_loop(const testbed_command_t& command, Task& task);
-  std::string begin_path(std::shared_ptr<const testbed::RelativePath> path,
-                         const testbed_command_t& command, Task& task);
   std::string retreat(const testbed_command_t& command);
   std::string resume(const testbed_command_t& command);
-  std::string limits_of(const testbed_command_t& command, testbed::RelativeLimits& limits) const;
   void start_task(Task task);
   void accept(const testbed_command_t& command);
   void refuse(const testbed_command_t& command, const std::string& reason);
@@ -103,6 +97,7 @@ class TestbedNode final : public Node {
   testbed::Clearance clearance_;
   testbed::PathCheck check_;
   testbed::MotionPlanner planner_;
+  testbed::CommandPlanner commands_;
   testbed::GroundTruth truth_;
   testbed::Guidance guidance_;
   testbed::SafetySupervisor safety_;

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/command_planner.h"
+
+#include "common/core/text.h"
+
+namespace berth::testbed {
+namespace {
+
+/// Nothing when position and quaternion do not make a pose.
+std::optional<Pose> pose_of(const double* position, const double* q_wxyz) {
+  const Pose pose{Vector3d(position[0], position[1], position[2]),
+                  Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3])};
+  const double norm = pose.rotation.norm();
+  if (!pose.position.allFinite() || !(std::abs(norm - 1) < 1e-3)) return std::nullopt;
+  return Pose{pose.position, pose.rotation.normalized()};
+}
+
+/// The same relative pose seen as a path that never comes to its end: what is steered, not planned.
+class HeldPath final : public RelativePath {
+ public:
+  explicit HeldPath(const Pose& pose) : pose_(pose) {}
+  double duration() const override { return 0; }
+  Point at(double) const override { return {pose_, 0}; }
+
+ private:
+  Pose pose_;
+};
+
+std::string text_of(const Refusal& refusal, double speed) {
+  if (refusal.passing_rate <= 0) return refusal.text;
+  return refusal.text + "; it passes at " + fixed(100 * refusal.passing_rate, 1) +
+         " % of the speed asked for" +
+         (speed > 0 ? ", " + fixed(1e3 * speed * refusal.passing_rate, 1) + " mm/s" : "");
+}
+
+}  // namespace
+
+bool is_motion(const testbed_command_t& command) {
+  return command.command >= testbed_command_t::MOVE &&
+         command.command <= testbed_command_t::STATION_KEEP;
+}
+
+bool is_closed_loop(const testbed_command_t& command) {
+  return command.command == testbed_command_t::APPROACH ||
+         command.command == testbed_command_t::STATION_KEEP;
+}
+
+std::string CommandPlanner::limits_of(const testbed_command_t& command,
+                                      RelativeLimits& limits) const {
+  limits = settings_.motion;
+  if (command.speed_m_s != 0) limits.speed = command.speed_m_s;
+  if (command.angular_speed_rad_s != 0) limits.angular_speed = command.angular_speed_rad_s;
+  if (!(limits.speed > 0 && limits.speed <= settings_.greatest_speed)) {
+    return "a speed of " + fixed(1e3 * limits.speed, 1) + " mm/s is not within 0 to " +
+           fixed(1e3 * settings_.greatest_speed, 0) + " mm/s";
+  }
+  if (!(limits.angular_speed > 0 && limits.angular_speed <= settings_.greatest_angular_speed)) {
+    return "an angular speed of " + fixed(degrees(limits.angular_speed), 1) +
+           " deg/s is not within 0 to " + fixed(degrees(settings_.greatest_angular_speed), 0) +
+           " deg/s";
+  }
+  return "";
+}
+
+CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, const ArmPair& start,
+                                            std::int64_t now, Guidance& guidance) const {
+  if (command.frozen_arm < 0 || command.frozen_arm > 2) {
+    return "frozen_arm is " + std::to_string(command.frozen_arm) +
+           ", expected 0 (none), 1 (replica) or 2 (sensor)";
+  }
+  const Pose from = cell_.relative_pose(start.replica, start.sensor);
+  const bool by_estimate = is_closed_loop(command);
+  Path path = by_estimate ? closed_loop(command, from, now, guidance)
+              : command.command == testbed_command_t::MOVE ? move(command, from)
+                                                           : trajectory(command, from);
+  if (const auto* refusal = std::get_if<std::string>(&path)) return *refusal;
+  MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
+                                               start, static_cast<FrozenArm>(command.frozen_arm));
+  if (auto* plan = std::get_if<MotionPlanner::Plan>(&result)) return std::move(*plan);
+  if (by_estimate) guidance.stop();
+  return text_of(std::get<Refusal>(result), command.speed_m_s);
+}
+
+CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
+                                          const Pose& from) const {
+  const auto goal = pose_of(command.position_m, command.q_wxyz);
+  if (!goal) return "the goal is not a pose";
+  RelativeLimits limits;
+  const std::string wrong = limits_of(command, limits);
+  if (!wrong.empty()) return wrong;
+  return std::make_shared<const StraightPath>(from, *goal, limits);
+}
+
+CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
+                                                const Pose& from) const {
+  std::vector<WaypointPath::Waypoint> waypoints;
+  for (const waypoint_t& waypoint : command.waypoints) {
+    const auto pose = pose_of(waypoint.position_m, waypoint.q_wxyz);
+    const std::string name = "waypoint " + std::to_string(waypoints.size() + 1);
+    if (!pose) return name + " is not a pose";
+    if (waypoints.empty() && waypoint.time_s > 0) waypoints.push_back({0, from});
+    if (!(waypoint.time_s >= 0) ||
+        (!waypoints.empty() && waypoint.time_s <= waypoints.back().time)) {
+      return name + " is not later than the one before";
+    }
+    if (waypoints.empty()) {
+      constexpr double near_m = 0.005;
+      constexpr double near_rad = 0.01;
+      if (distance(from, *pose) > near_m || angle_between(from, *pose) > near_rad) {
+        return "the trajectory begins " + fixed(1e3 * distance(from, *pose), 0) + " mm and " +
+               fixed(degrees(angle_between(from, *pose)), 1) +
+               " deg away from where the arms are: move there first";
+      }
+      waypoints.push_back({0, from});
+    } else {
+      waypoints.push_back({waypoint.time_s, *pose});
+    }
+  }
+  if (waypoints.size() < 2) return "a trajectory needs a waypoint with a time above 0";
+  return std::make_shared<const WaypointPath>(std::move(waypoints));
+}
+
+CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& command,
+                                                 const Pose& commanded, std::int64_t now,
+                                                 Guidance& guidance) const {
+  RelativeLimits limits;
+  const std::string wrong = limits_of(command, limits);
+  if (!wrong.empty()) return wrong;
+  if (command.command == testbed_command_t::STATION_KEEP) {
+    const auto wanted = pose_of(command.position_m, command.q_wxyz);
+    if (!wanted) return "the pose to keep is not a pose";
+    if (const auto reason = guidance.keep(now, commanded, *wanted, limits)) return *reason;
+    return std::make_shared<const HeldPath>(commanded);
+  }
+  if (!(command.standoff_m > 0)) return "the standoff must be positive";
+  // A place in front of the sensor is the docking interface's at the end.
+  std::optional<Docking> docking;
+  if (command.position_m[2] > 0) {
+    if (!cell_.target.has_docking_interface) {
+      return "target '" + cell_.target.name + "' names no docking interface";
+    }
+    docking = {cell_.target.docking.position, Vector3d::Map(command.position_m)};
+  }
+  if (const auto reason = guidance.approach(now, commanded, command.standoff_m, limits, docking)) {
+    return *reason;
+  }
+  return std::make_shared<const StraightPath>(commanded, guidance.predicted_end(), limits);
+}
+
+}  // namespace berth::testbed

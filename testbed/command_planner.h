@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/testbed_command_t.hpp>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "testbed/guidance.h"
+#include "testbed/motion_planner.h"
+#include "testbed/settings.h"
+
+namespace berth::testbed {
+
+/// Turns a TESTBED_COMMAND that moves the arms into a checked motion, or into the sentence that
+/// refuses it. The testbed node does so before it moves, `berth check` long before.
+class CommandPlanner {
+ public:
+  CommandPlanner(const Cell& cell, const Settings& settings, const MotionPlanner& planner)
+      : cell_(cell), settings_(settings), planner_(planner) {}
+
+  using Result = std::variant<MotionPlanner::Plan, std::string>;
+
+  /// MOVE, TRAJECTORY, APPROACH or STATION_KEEP, from where the arms stand. The last two begin in
+  /// guidance, which is stopped again when they are refused; their motion is the one predicted.
+  /// @param now us, on guidance's clock
+  Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
+              Guidance& guidance) const;
+
+  /// The rates that the command asks for. @return why they cannot be had; empty when they can.
+  std::string limits_of(const testbed_command_t& command, RelativeLimits& limits) const;
+
+ private:
+  using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
+
+  Path move(const testbed_command_t& command, const Pose& from) const;
+  Path trajectory(const testbed_command_t& command, const Pose& from) const;
+  Path closed_loop(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+                   Guidance& guidance) const;
+
+  const Cell& cell_;
+  const Settings& settings_;
+  const MotionPlanner& planner_;
+};
+
+/// Whether the command is one of those that plan() takes.
+bool is_motion(const testbed_command_t& command);
+/// APPROACH and STATION_KEEP.
+bool is_closed_loop(const testbed_command_t& command);
+
+}  // namespace berth::testbed
