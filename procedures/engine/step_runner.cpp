@@ -4,6 +4,8 @@
 #include <berth/event_t.hpp>
 #include <cstdio>
 
+#include "procedures/engine/motion_command.h"
+
 namespace berth::procedures {
 namespace {
 
@@ -11,14 +13,6 @@ std::string fixed(double value, int digits) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*f", digits, value);
   return text;
-}
-
-void set_pose(const Pose& pose, double* position, double* q) {
-  Vector3d::Map(position) = pose.position;
-  q[0] = pose.rotation.w();
-  q[1] = pose.rotation.x();
-  q[2] = pose.rotation.y();
-  q[3] = pose.rotation.z();
 }
 
 class LightsRunner final : public StepRunner {
@@ -75,43 +69,6 @@ class MotionRunner final : public StepRunner {
  private:
   testbed_command_t command_;
 };
-
-testbed_command_t motion_of(const Move& move) {
-  testbed_command_t command{};
-  command.command = testbed_command_t::MOVE;
-  set_pose(move.to, command.position_m, command.q_wxyz);
-  command.speed_m_s = move.speed;
-  command.angular_speed_rad_s = move.angular_speed;
-  command.speed_override = 1;
-  return command;
-}
-
-testbed_command_t motion_of(const Trajectory& trajectory) {
-  testbed_command_t command{};
-  command.command = testbed_command_t::TRAJECTORY;
-  command.q_wxyz[0] = 1;
-  command.speed_override = 1;
-  for (const Trajectory::Waypoint& w : trajectory.waypoints) {
-    waypoint_t waypoint{};
-    waypoint.time_s = w.at;
-    set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
-    command.waypoints.push_back(waypoint);
-  }
-  command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
-  return command;
-}
-
-testbed_command_t motion_of(const Approach& approach) {
-  testbed_command_t command{};
-  command.command = testbed_command_t::APPROACH;
-  command.q_wxyz[0] = 1;
-  command.standoff_m = approach.standoff;
-  if (approach.dock) command.position_m[2] = approach.standoff;
-  command.speed_m_s = approach.speed;
-  command.angular_speed_rad_s = radians(5);
-  command.speed_override = 1;
-  return command;
-}
 
 /// Acquire and track: done after some good estimates in a row that obey the command.
 class TrackingRunner final : public StepRunner {
@@ -219,23 +176,15 @@ class WaitRunner final : public StepRunner {
 /// Steers to keep the relative pose for a time, then stops.
 class StationKeepRunner final : public StepRunner {
  public:
-  explicit StationKeepRunner(double duration) : duration_(duration) {}
+  explicit StationKeepRunner(const Hold& hold) : hold_(hold) {}
 
   void begin(Bench& bench, Utime now) override {
-    testbed_command_t command{};
-    command.command = testbed_command_t::STATION_KEEP;
-    command.q_wxyz[0] = 1;
-    if (bench.testbed.state()) {
-      const testbed_state_t& state = *bench.testbed.state();
-      std::copy(std::begin(state.commanded_position_m), std::end(state.commanded_position_m),
-                command.position_m);
-      std::copy(std::begin(state.commanded_q_wxyz), std::end(state.commanded_q_wxyz),
-                command.q_wxyz);
+    Pose here;
+    if (const auto& state = bench.testbed.state()) {
+      const double* q = state->commanded_q_wxyz;
+      here = {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
     }
-    command.speed_m_s = 0.05;
-    command.angular_speed_rad_s = radians(5);
-    command.speed_override = 1;
-    bench.testbed.command(command, now);
+    bench.testbed.command(*motion_command(hold_, here), now);
   }
 
   StepResult poll(Bench& bench, Utime now, Utime active) override {
@@ -245,8 +194,8 @@ class StationKeepRunner final : public StepRunner {
       return StepResult::error;
     }
     if (!stopping_) {
-      detail_ = fixed(seconds(active), 0) + " of " + fixed(duration_, 0) + " s";
-      if (seconds(active) < duration_) return StepResult::running;
+      detail_ = fixed(seconds(active), 0) + " of " + fixed(hold_.duration, 0) + " s";
+      if (seconds(active) < hold_.duration) return StepResult::running;
       stopping_ = true;
       testbed_command_t command{};
       command.command = testbed_command_t::STOP;
@@ -258,7 +207,7 @@ class StationKeepRunner final : public StepRunner {
   }
 
  private:
-  double duration_;
+  Hold hold_;
   bool stopping_ = false;
 };
 
@@ -280,13 +229,13 @@ struct Maker {
     return std::make_unique<LightsRunner>(lights);
   }
   std::unique_ptr<StepRunner> operator()(const Move& move) const {
-    return std::make_unique<MotionRunner>(motion_of(move));
+    return std::make_unique<MotionRunner>(*motion_command(move, {}));
   }
   std::unique_ptr<StepRunner> operator()(const Trajectory& trajectory) const {
-    return std::make_unique<MotionRunner>(motion_of(trajectory));
+    return std::make_unique<MotionRunner>(*motion_command(trajectory, {}));
   }
   std::unique_ptr<StepRunner> operator()(const Approach& approach) const {
-    return std::make_unique<MotionRunner>(motion_of(approach));
+    return std::make_unique<MotionRunner>(*motion_command(approach, {}));
   }
   std::unique_ptr<StepRunner> operator()(const Acquire& acquire) const {
     estimator_command_t command = command_of(estimator_command_t::ACQUIRE);
@@ -304,7 +253,7 @@ struct Maker {
     return std::make_unique<TrackingRunner>(command, track.settle);
   }
   std::unique_ptr<StepRunner> operator()(const Hold& hold) const {
-    if (hold.closed_loop) return std::make_unique<StationKeepRunner>(hold.duration);
+    if (hold.closed_loop) return std::make_unique<StationKeepRunner>(hold);
     return std::make_unique<WaitRunner>(hold.duration);
   }
   std::unique_ptr<StepRunner> operator()(const Wait& wait) const {

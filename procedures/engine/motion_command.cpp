@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/motion_command.h"
+
+namespace berth::procedures {
+namespace {
+
+/// Rates at which a closed loop turns, and at which it keeps a pose.
+constexpr double turn = radians(5.0);
+constexpr double keeping_speed = 0.05;
+
+void set_pose(const Pose& pose, double* position, double* q) {
+  Vector3d::Map(position) = pose.position;
+  q[0] = pose.rotation.w();
+  q[1] = pose.rotation.x();
+  q[2] = pose.rotation.y();
+  q[3] = pose.rotation.z();
+}
+
+testbed_command_t command_of(std::int8_t what) {
+  testbed_command_t command{};
+  command.command = what;
+  command.q_wxyz[0] = 1;
+  command.speed_override = 1;
+  return command;
+}
+
+struct Maker {
+  const Pose& here;
+
+  std::optional<testbed_command_t> operator()(const Move& move) const {
+    testbed_command_t command = command_of(testbed_command_t::MOVE);
+    set_pose(move.to, command.position_m, command.q_wxyz);
+    command.speed_m_s = move.speed;
+    command.angular_speed_rad_s = move.angular_speed;
+    return command;
+  }
+
+  std::optional<testbed_command_t> operator()(const Trajectory& trajectory) const {
+    testbed_command_t command = command_of(testbed_command_t::TRAJECTORY);
+    for (const Trajectory::Waypoint& w : trajectory.waypoints) {
+      waypoint_t waypoint{};
+      waypoint.time_s = w.at;
+      set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
+      command.waypoints.push_back(waypoint);
+    }
+    command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
+    return command;
+  }
+
+  std::optional<testbed_command_t> operator()(const Approach& approach) const {
+    testbed_command_t command = command_of(testbed_command_t::APPROACH);
+    command.standoff_m = approach.standoff;
+    if (approach.dock) command.position_m[2] = approach.standoff;
+    command.speed_m_s = approach.speed;
+    command.angular_speed_rad_s = turn;
+    return command;
+  }
+
+  std::optional<testbed_command_t> operator()(const Hold& hold) const {
+    if (!hold.closed_loop) return std::nullopt;
+    testbed_command_t command = command_of(testbed_command_t::STATION_KEEP);
+    set_pose(here, command.position_m, command.q_wxyz);
+    command.speed_m_s = keeping_speed;
+    command.angular_speed_rad_s = turn;
+    return command;
+  }
+
+  template <class Other>
+  std::optional<testbed_command_t> operator()(const Other&) const {
+    return std::nullopt;
+  }
+};
+
+}  // namespace
+
+std::optional<testbed_command_t> motion_command(const Verb& verb, const Pose& here) {
+  return std::visit(Maker{here}, verb);
+}
+
+}  // namespace berth::procedures
