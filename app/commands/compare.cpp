@@ -27,14 +27,12 @@ int compare(const Options& options) {
   int worst = exit_code::passed;
   for (const auto& run : options.runs) {
     const fs::path log = log_of(run);
-    const logs::Comparison comparison = logs::compare_log(log);
+    const logs::ComparedRun compared = logs::compare_run(log);
+    const logs::Comparison& comparison = compared.comparison;
     std::printf("%s\n",
                 (options.json ? logs::json_of(comparison) : logs::text_of(comparison)).c_str());
-    if (!options.plot.empty()) {
-      logs::LogSummary summary;
-      if (!logs::write_plot(logs::read_run(log, summary), options.plot)) {
-        throw InputError("no plot: gnuplot is missing or failed (apt-get install gnuplot-nox)");
-      }
+    if (!options.plot.empty() && !logs::write_plot(compared.record, options.plot)) {
+      throw InputError("no plot: gnuplot is missing or failed (apt-get install gnuplot-nox)");
     }
     worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
   }

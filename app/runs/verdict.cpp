@@ -7,17 +7,16 @@
 #include "common/core/error.h"
 #include "logs/compare/comparison.h"
 #include "logs/compare/plot.h"
-#include "logs/run/run_record.h"
 
 namespace berth {
 
 int write_verdict(const RunFiles& files, int code) {
   try {
-    const logs::Comparison comparison = logs::compare_log(files.log());
+    const logs::ComparedRun run = logs::compare_run(files.log());
+    const logs::Comparison& comparison = run.comparison;
     std::ofstream(files.directory / "verdict.txt") << logs::text_of(comparison);
     std::ofstream(files.directory / "results.json") << logs::json_of(comparison) << "\n";
-    logs::LogSummary summary;
-    logs::write_plot(logs::read_run(files.log(), summary), files.directory / "plot.svg");
+    logs::write_plot(run.record, files.directory / "plot.svg");
     if (comparison.recorded_outcome != procedure_state_t::NONE) {
       return logs::exit_code_of_outcome(comparison.outcome);
     }

@@ -131,17 +131,19 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest) 
   return comparison;
 }
 
-Comparison compare_log(const std::filesystem::path& log) {
+ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor) {
+  ComparedRun run;
   LogSummary summary;
-  const RunRecord record = read_run(log, summary);
+  run.record = read_run(log, summary, std::nullopt, visitor);
+  const RunRecord& record = run.record;
   if (!record.info() && !record.state()) {
     throw InputError(log.string() + ": holds no run: neither RUN_INFO nor PROCEDURE_STATE in " +
                      std::to_string(summary.events) + " events");
   }
   std::string why;
-  const NearestPoint nearest =
-      record.info() ? nearest_point_of_run(*record.info(), why) : NearestPoint();
-  Comparison comparison = compare_record(record, nearest);
+  if (record.info()) run.nearest = nearest_point_of_run(*record.info(), why);
+  Comparison& comparison = run.comparison;
+  comparison = compare_record(record, run.nearest);
   comparison.log = log.string();
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);
@@ -157,7 +159,9 @@ Comparison compare_log(const std::filesystem::path& log) {
     comparison.remarks.push_back(std::to_string(summary.undecodable) +
                                  " messages could not be decoded");
   }
-  return comparison;
+  return run;
 }
+
+Comparison compare_log(const std::filesystem::path& log) { return compare_run(log).comparison; }
 
 }  // namespace berth::logs

@@ -49,7 +49,16 @@ struct Comparison {
   std::vector<std::string> remarks;
 };
 
+/// A log read once: everything that is told or drawn of its run comes from here.
+struct ComparedRun {
+  RunRecord record;
+  NearestPoint nearest;  ///< empty where the target's mesh is not at hand
+  Comparison comparison;
+};
+
+/// Reads and judges a log in one pass. The visitor sees every message, as in read_run.
 /// @throws InputError when the file cannot be read or holds no run.
+ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor = {});
 Comparison compare_log(const std::filesystem::path& log);
 Comparison compare_record(const RunRecord& record, const NearestPoint& nearest);
 

@@ -155,7 +155,7 @@ std::optional<std::int64_t> first_session(LogReader& reader) {
 }  // namespace
 
 RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
-                   std::optional<std::int64_t> session) {
+                   std::optional<std::int64_t> session, const LogVisitor& visitor) {
   LogReader reader(log);
   if (!session) session = first_session(reader);
   reader.rewind();
@@ -167,6 +167,7 @@ RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
     if (summary.first == 0) summary.first = event.utime;
     summary.last = event.utime;
     filler.take(event);
+    if (visitor) visitor(event);
   }
   summary.events = reader.events();
   summary.missing_events = reader.missing_events();

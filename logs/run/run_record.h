@@ -7,6 +7,7 @@
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -94,10 +95,15 @@ struct LogSummary {
   Utime last = 0;
 };
 
+/// Sees every message of a log, of all sessions, in the log's order; the event is good during the
+/// call.
+using LogVisitor = std::function<void(const LogEvent&)>;
+
 /// The run in a log: the messages of the session that its first RUN_INFO names, or of the session
-/// given.
+/// given. One pass over the log: who needs more of it than the record keeps hands in a visitor.
 /// @throws InputError when the file cannot be read.
 RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
-                   std::optional<std::int64_t> session = std::nullopt);
+                   std::optional<std::int64_t> session = std::nullopt,
+                   const LogVisitor& visitor = {});
 
 }  // namespace berth::logs
