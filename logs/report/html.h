@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace berth::report {
+
+/// A piece of HTML. Text from outside becomes one only by text(), which escapes it, so that nothing
+/// a log says can become markup.
+struct Html {
+  std::string code;
+
+  Html& operator+=(const Html& other) {
+    code += other.code;
+    return *this;
+  }
+  bool empty() const { return code.empty(); }
+};
+
+inline Html operator+(Html a, const Html& b) { return std::move(a += b); }
+
+/// Any text, escaped for element content and for attributes in double quotes. Control characters
+/// and bytes that are not UTF-8 become U+FFFD.
+Html text(std::string_view any);
+/// Markup written here, in the program.
+Html markup(std::string code);
+/// <name class="classes">content</name>
+Html element(const char* name, const char* classes, const Html& content);
+/// Link to a file beside the page, or below or above it; everything but letters, digits and -._~/
+/// is percent-encoded.
+Html link(std::string_view relative_path, const Html& content);
+
+/// Rows below a head. The first left_columns are set to the left, the others to the right. Scrolls
+/// sideways where the page is narrow.
+struct Table {
+  std::vector<std::string> head;
+  std::vector<std::vector<Html>> rows;
+  std::size_t left_columns = 1;
+};
+Html html_of(const Table& table);
+
+}  // namespace berth::report

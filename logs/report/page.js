@@ -1,0 +1,158 @@
+'use strict';
+// Reading by hover, zoom by dragging (double click: back), legends that switch curves off.
+(() => {
+  const canvas = 1000;
+  const figures = [...document.querySelectorAll('figure.chart')].map((figure) => {
+    const range = (name) => figure.dataset[name].split(' ').map(Number);
+    const log = 'log' in figure.dataset;
+    const chart = {
+      figure, log, area: figure.querySelector('.area'), svg: figure.querySelector('svg'), x: range('xrange'), y: range('yrange'),
+      group: figure.dataset.group, keys: [...figure.querySelectorAll('.key')], cross: document.createElement('i'),
+    };
+    chart.cross.className = 'cross';
+    chart.cross.hidden = true;
+    chart.area.append(chart.cross);
+    chart.view = [...chart.x];
+    figure.classList.add('live');
+    return chart;
+  });
+  const mates = (chart) => (chart.group ? figures.filter((f) => f.group === chart.group) : [chart]);
+  const number = (v) => (v === 0 ? '0' : Math.abs(v) >= 1e6 || Math.abs(v) < 1e-4 ? v.toExponential(3) : String(Number(v.toPrecision(5))));
+
+  // Points of a curve as they were drawn, in the units of its axes.
+  const points = (chart, path) => path.points ??= [...path.getAttribute('d').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
+    const last = list[list.length - 1];
+    const u = command === 'V' ? last.u : Number(a);
+    const v = command === 'V' ? Number(a) : command === 'H' ? last.v : Number(b);
+    const part = 1 - v / canvas;
+    const y = chart.log ? chart.y[0] * (chart.y[1] / chart.y[0]) ** part : chart.y[0] + (chart.y[1] - chart.y[0]) * part;
+    list.push({ u, v, x: chart.x[0] + (chart.x[1] - chart.x[0]) * u / canvas, y });
+    return list;
+  }, []);
+
+  const place = (element, from, to, view) => {
+    const part = (v) => (v - view[0]) / (view[1] - view[0]);
+    const a = Math.max(0, part(from));
+    const b = Math.min(1, part(to));
+    element.hidden = a > b;
+    element.style.left = `${100 * a}%`;
+    if (to !== from) {
+      element.style.width = `${100 * Math.max(0, b - a)}%`;
+      element.classList.toggle('small', b - a < 0.07);
+    }
+  };
+
+  const ticks = (chart) => {
+    if ('fixedTicks' in chart.figure.dataset) return;
+    for (const old of chart.area.querySelectorAll('.xt')) old.remove();
+    const [low, high] = chart.view;
+    const rough = (high - low) / 6;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough * (1 - 1e-9));
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) {
+      const tick = document.createElement('i');
+      tick.className = 'xt';
+      tick.innerHTML = `<b>${(i * step).toFixed(digits)}</b>`;
+      tick.style.left = `${100 * (i * step - low) / (high - low)}%`;
+      chart.area.insertBefore(tick, chart.svg);
+    }
+  };
+
+  const show = (chart, view) => {
+    chart.view = view;
+    const unit = canvas / (chart.x[1] - chart.x[0]);
+    chart.svg.setAttribute('viewBox', `${(view[0] - chart.x[0]) * unit} 0 ${(view[1] - view[0]) * unit} ${canvas}`);
+    for (const element of chart.area.querySelectorAll('[data-x]')) {
+      const [from, to] = element.dataset.x.split(' ').map(Number);
+      place(element, from, to ?? from, view);
+    }
+    ticks(chart);
+  };
+
+  const tip = document.body.appendChild(document.createElement('div'));
+  tip.id = 'tip';
+  tip.hidden = true;
+  const hide = (chart) => {
+    tip.hidden = true;
+    for (const mate of mates(chart)) mate.cross.hidden = true;
+  };
+  const at = (chart, event) => {
+    const box = chart.area.getBoundingClientRect();
+    const part = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
+    return chart.view[0] + part * (chart.view[1] - chart.view[0]);
+  };
+
+  const hover = (chart, event) => {
+    const x = at(chart, event);
+    for (const mate of mates(chart)) {
+      mate.cross.hidden = false;
+      mate.cross.style.left = `${100 * (x - mate.view[0]) / (mate.view[1] - mate.view[0])}%`;
+    }
+    tip.replaceChildren();
+    const line = (text) => tip.appendChild(document.createElement('div')).textContent = text;
+    line(chart.figure.dataset.xunit ? `${number(x)} ${chart.figure.dataset.xunit}` : '');
+    for (const span of chart.area.querySelectorAll('.span')) {
+      const [from, to] = span.dataset.x.split(' ').map(Number);
+      if (from <= x && x <= to) line(span.title);
+    }
+    const near = 0.02 * (chart.view[1] - chart.view[0]);
+    for (const key of chart.keys) {
+      const path = chart.svg.querySelector(`path[data-curve="${key.dataset.curve}"]`);
+      if (key.classList.contains('off') || path.matches('.band, .range')) continue;
+      const candidates = points(chart, path);
+      const best = path.matches('.bars')
+        ? candidates.filter((p) => p.x <= x && p.v < canvas).pop()
+        : candidates.reduce((b, p) => (!b || Math.abs(p.x - x) < Math.abs(b.x - x) ? p : b), null);
+      if (best && (path.matches('.bars') || Math.abs(best.x - x) < near)) line(`${key.textContent}: ${number(best.y)} ${chart.figure.dataset.unit}`);
+    }
+    for (const mark of chart.area.querySelectorAll('.mark')) {
+      if (Math.abs(Number(mark.dataset.x) - x) < near / 4) line(mark.title);
+    }
+    tip.hidden = false;
+    tip.style.left = `${Math.max(4, Math.min(event.clientX + 14, innerWidth - tip.offsetWidth - 8))}px`;
+    tip.style.top = `${Math.max(4, Math.min(event.clientY + 14, innerHeight - tip.offsetHeight - 8))}px`;
+  };
+
+  for (const chart of figures) {
+    let start = null;
+    const pick = document.createElement('i');
+    pick.className = 'pick';
+    chart.area.addEventListener('pointerdown', (event) => {
+      if (event.pointerType === 'touch' || event.button !== 0) return;
+      start = at(chart, event);
+      chart.area.setPointerCapture(event.pointerId);
+      event.preventDefault();
+    });
+    chart.area.addEventListener('pointermove', (event) => {
+      hover(chart, event);
+      if (start === null) return;
+      if (!pick.isConnected) chart.area.append(pick);
+      const now = at(chart, event);
+      place(pick, Math.min(start, now), Math.max(start, now), chart.view);
+    });
+    chart.area.addEventListener('pointerup', (event) => {
+      pick.remove();
+      const from = start;
+      start = null;
+      if (from === null) return;
+      const view = [from, at(chart, event)].sort((a, b) => a - b);
+      if (view[1] - view[0] < 0.01 * (chart.view[1] - chart.view[0])) return;
+      for (const mate of mates(chart)) show(mate, [...view]);
+    });
+    chart.area.addEventListener('pointerleave', () => hide(chart));
+    chart.area.addEventListener('dblclick', () => { for (const mate of mates(chart)) show(mate, [...mate.x]); });
+    for (const key of chart.keys) {
+      key.tabIndex = 0;
+      key.setAttribute('role', 'button');
+      const toggle = () => {
+        const off = key.classList.toggle('off');
+        key.setAttribute('aria-pressed', String(!off));
+        for (const path of chart.svg.querySelectorAll(`path[data-curve="${key.dataset.curve}"]`)) path.style.display = off ? 'none' : '';
+      };
+      key.addEventListener('click', toggle);
+      key.addEventListener('keydown', (event) => { if (event.key === 'Enter' || event.key === ' ') { event.preventDefault(); toggle(); } });
+    }
+  }
+  document.body.dataset.charts = String(figures.length);
+})();
