@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace berth {
 
@@ -10,21 +11,26 @@ CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
                      const SceneSettings& settings)
     : replica_(make_arm(world.replica, std::move(replica))),
       sensor_(make_arm(world.sensor, std::move(sensor))) {
+  const SurfaceShares& diffuse = settings.reflectivity;
+  const SurfaceShares& specular = settings.specular;
   // The target first: most beams are meant for it, and a near hit spares the rest.
-  add(replica_, world.target.mesh, tool_frame, settings.target_reflectivity, true);
-  add(replica_, world.mount, flange_frame, settings.mount_reflectivity);
+  add(replica_, world.target.mesh, tool_frame, diffuse.target, specular.target, true);
+  for (const auto& v : world.target.mesh.vertices) {
+    target_reach_ = std::max(target_reach_, v.norm());
+  }
+  add(replica_, world.mount, flange_frame, diffuse.mount, specular.mount);
   for (const ArmBody& body : world.replica.kinematics->bodies()) {
-    add(replica_, body.mesh, static_cast<std::size_t>(body.link), settings.arm_reflectivity);
+    add(replica_, body.mesh, static_cast<std::size_t>(body.link), diffuse.arm, specular.arm);
   }
   for (const ArmBody& body : world.sensor.kinematics->bodies()) {
     if (body.link == last_link) continue;
-    add(sensor_, body.mesh, static_cast<std::size_t>(body.link), settings.arm_reflectivity);
+    add(sensor_, body.mesh, static_cast<std::size_t>(body.link), diffuse.arm, specular.arm);
   }
   Mesh room;
   for (const RoomBody& body : world.room) {
     if (!body.keep_out) room.append(body.mesh);
   }
-  add(room_, room, 0, settings.room_reflectivity);
+  add(room_, room, 0, diffuse.room, specular.room);
 }
 
 CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) {
@@ -40,12 +46,13 @@ CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) 
 }
 
 void CellScene::add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
-                    bool target) {
+                    double specular, bool target) {
   if (mesh.triangles.empty()) return;
   const Vector3d centre = bounding_box(mesh).centre();
   double radius = 0;
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
-  group.bodies.push_back({RayCaster(mesh), centre, radius * 1.0001, reflectivity, frame, target});
+  group.bodies.push_back(
+      {RayCaster(mesh), centre, radius * 1.0001, reflectivity, specular, frame, target});
 }
 
 void CellScene::move(Arm& arm, Utime t) {
@@ -75,8 +82,7 @@ Pose CellScene::relative_pose(Utime t) {
          (replica_.base * replica_.frames[tool_frame]);
 }
 
-void CellScene::cast_at(const Group& group, const Ray& ray, double& nearest, const Body*& met,
-                        double& facing) {
+void CellScene::cast_at(const Group& group, const Ray& ray, Met& met) {
   const Quaterniond to_base = group.base.rotation.conjugate();
   const Vector3d origin = to_base * (ray.origin - group.base.position);
   const Vector3d direction = to_base * ray.direction;
@@ -84,15 +90,15 @@ void CellScene::cast_at(const Group& group, const Ray& ray, double& nearest, con
     const Pose& frame = group.frames[body.frame];
     const Vector3d to_centre = frame * body.centre - origin;
     const double along = to_centre.dot(direction);
-    if (along < -body.radius || along - body.radius > nearest) continue;
+    if (along < -body.radius || along - body.radius > met.range) continue;
     if (to_centre.squaredNorm() - along * along > body.radius * body.radius) continue;
     const Quaterniond to_body = frame.rotation.conjugate();
     const Ray own{to_body * (origin - frame.position), to_body * direction};
     RayHit hit;
-    if (!body.caster.cast(own, nearest, hit)) continue;
-    nearest = hit.range;
-    met = &body;
-    facing = -own.direction.dot(hit.normal);
+    if (!body.caster.cast(own, met.range, hit)) continue;
+    met.range = hit.range;
+    met.body = &body;
+    met.normal = group.base.rotation * (frame.rotation * hit.normal);
   }
 }
 
@@ -100,18 +106,62 @@ bool CellScene::cast(Utime t, const Vector3d& direction, double max_range, Scene
   move_to(t);
   const Pose sensor = sensor_.base * sensor_.frames[tool_frame];
   const Ray ray{sensor.position, sensor.rotation * direction};
-  double nearest = max_range;
-  double facing = 0;
-  const Body* met = nullptr;
-  cast_at(replica_, ray, nearest, met, facing);
-  cast_at(sensor_, ray, nearest, met, facing);
-  cast_at(room_, ray, nearest, met, facing);
-  if (met == nullptr) return false;
-  hit.range = nearest;
-  hit.incidence = std::acos(std::clamp(facing, 0.0, 1.0));
-  hit.reflectivity = met->reflectivity;
-  hit.target = met->target;
+  Met met{max_range};
+  cast_at(replica_, ray, met);
+  cast_at(sensor_, ray, met);
+  cast_at(room_, ray, met);
+  if (occlusion_ > 0 && meets_plate(sensor, direction, met.range, hit)) return true;
+  if (met.body == nullptr) return false;
+  hit.range = met.range;
+  hit.normal = sensor.rotation.conjugate() * met.normal;
+  hit.incidence = std::acos(std::clamp(-direction.dot(hit.normal), 0.0, 1.0));
+  hit.reflectivity = met.body->reflectivity;
+  hit.specular = met.body->specular;
+  hit.target = met.body->target;
   return true;
+}
+
+bool CellScene::meets_plate(const Pose& sensor, const Vector3d& direction, double range,
+                            SceneHit& hit) const {
+  constexpr double gap = 0.2;  // m between the plate and the nearest the target can reach
+  const Vector3d target =
+      (sensor.inverse() * (replica_.base * replica_.frames[tool_frame])).position;
+  const double depth = target.z() - target_reach_ - gap;
+  if (depth <= 0 || direction.z() <= 0 || depth / direction.z() >= range) return false;
+  // Its edge lies on the line of sight to the last point that it hides.
+  const double scale = depth / target.z();
+  const double edge = scale * (target.x() + (2 * occlusion_ - 1) * target_reach_);
+  const Vector3d point = depth / direction.z() * direction;
+  if (point.x() > edge || std::abs(point.x() - scale * target.x()) > 2 * target_reach_ ||
+      std::abs(point.y() - scale * target.y()) > target_reach_) {
+    return false;
+  }
+  hit = SceneHit{};
+  hit.range = depth / direction.z();
+  hit.incidence = std::acos(direction.z());
+  hit.reflectivity = 0.5;
+  hit.normal = -Vector3d::UnitZ();
+  return true;
+}
+
+Vector3d SunLamp::towards() const {
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+          std::sin(elevation)};
+}
+
+Sunlight CellScene::sunlight(Utime t) {
+  const SunLamp lamp = sun_lamp_ ? sun_lamp_() : SunLamp{};
+  if (lamp.level <= 0) return {};
+  move_to(t);
+  const Pose sensor = sensor_.base * sensor_.frames[tool_frame];
+  const Ray ray{sensor.position, lamp.towards()};
+  Sunlight sun{lamp.level, sensor.rotation.conjugate() * ray.direction, false};
+  if (sun.towards.z() <= 0) return sun;  // behind the aperture
+  Met met{std::numeric_limits<double>::infinity()};
+  cast_at(replica_, ray, met);
+  cast_at(sensor_, ray, met);
+  sun.in_view = met.body == nullptr;
+  return sun;
 }
 
 }  // namespace berth

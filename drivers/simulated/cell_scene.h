@@ -16,11 +16,26 @@ namespace berth {
 /// ascending order, never ahead of the loop's clock.
 using JointsAt = std::function<Joints(Utime)>;
 
+/// A property of each kind of surface, 0..1.
+struct SurfaceShares {
+  double target = 0;
+  double mount = 0;
+  double arm = 0;
+  double room = 0;
+};
+
 struct SceneSettings {
-  double target_reflectivity = 0.5;
-  double mount_reflectivity = 0.3;
-  double arm_reflectivity = 0.3;
-  double room_reflectivity = 0.6;
+  SurfaceShares reflectivity{0.5, 0.3, 0.3, 0.6};
+  SurfaceShares specular{0.3, 0, 0, 0};  ///< of sunlight, as by a mirror
+};
+
+/// The sun lamp: far away in a direction of the cell.
+struct SunLamp {
+  double level = 0;      ///< 0..1
+  double azimuth = 0;    ///< rad about the cell's z, from its x: 0 shines into the sensor
+  double elevation = 0;  ///< rad above the horizon
+  /// Unit, to the lamp, cell frame.
+  Vector3d towards() const;
 };
 
 /// The cell as it truly is: target, mount, both arms and the room, each rigid body with a ray
@@ -34,6 +49,14 @@ class CellScene final : public Scene {
             const SceneSettings& settings = {});
 
   bool cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) override;
+  /// The room hides no lamp: it is the room's.
+  Sunlight sunlight(Utime t) override;
+
+  /// Where the lamp is, asked once per packet; none: dark.
+  void set_sun_lamp(std::function<SunLamp()> lamp) { sun_lamp_ = std::move(lamp); }
+  /// A plate before the target hides this share (0..1) of its width, from the sensor's left.
+  void set_occlusion(double share) { occlusion_ = share; }
+
   /// T_sensor_model, truly, at a time.
   Pose relative_pose(Utime t);
 
@@ -43,6 +66,7 @@ class CellScene final : public Scene {
     Vector3d centre;  // of a bounding sphere, own frame
     double radius;
     double reflectivity;
+    double specular;
     std::size_t frame;  // of its arm's frames
     bool target;
   };
@@ -66,15 +90,25 @@ class CellScene final : public Scene {
 
   static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
   static void add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
-                  bool target = false);
+                  double specular, bool target = false);
   static void move(Arm& arm, Utime t);
   void move_to(Utime t);
-  static void cast_at(const Group& group, const Ray& ray, double& nearest, const Body*& met,
-                      double& facing);
+  /// What a ray of the cell frame meets first: the body, and the normal in the cell frame.
+  struct Met {
+    double range;
+    const Body* body = nullptr;
+    Vector3d normal = Vector3d::Zero();
+  };
+  static void cast_at(const Group& group, const Ray& ray, Met& met);
+  bool meets_plate(const Pose& sensor, const Vector3d& direction, double range,
+                   SceneHit& hit) const;
 
   Arm replica_;
   Arm sensor_;
   Group room_;
+  std::function<SunLamp()> sun_lamp_;
+  double occlusion_ = 0;
+  double target_reach_ = 0;  // m of its farthest point from its origin
   bool moved_ = false;
   Utime time_ = 0;
 };

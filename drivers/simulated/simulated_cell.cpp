@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/simulated/simulated_cell.h"
 
+#include <berth/injection_state_t.hpp>
+
+#include "common/core/text.h"
+#include "lcmtypes/channels.h"
+
 namespace berth {
 namespace {
 
@@ -27,18 +32,28 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
           world_, [this](Utime t) { return replica_.true_joints(t); },
           [this](Utime t) { return sensor_.true_joints(t); }, setup.lidar.scene),
       lidar_(setup.devices.lidar.address, setup.lidar_profile, setup.lidar, setup.seed, loop, wires,
-             scene_) {
+             scene_),
+      faults_(cell_faults(replica_, sensor_, plc_, lidar_, scene_)) {
+  scene_.set_sun_lamp([this] {
+    return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation()};
+  });
+  bus.subscribe<injection_t>(channels::injection, Queue::fifo(),
+                             [this](const injection_t& injection) { on_injection(injection); });
   if (!setup.world_truth.empty()) {
     truth_.emplace(setup.world_truth);
     truth_timer_ = loop.every(truth_period, [this] { write_truth(); });
   }
-  counter_timer_ = loop.every(second, [this] { show_counters(); });
+  counter_timer_ = loop.every(second, [this] {
+    show_counters();
+    publish_faults();
+  });
   report(node_status_t::READY);
 }
 
 SimulatedCell::~SimulatedCell() {
   loop().cancel(truth_timer_);
   loop().cancel(counter_timer_);
+  loop().cancel(expiry_timer_);
 }
 
 Pose SimulatedCell::true_relative_pose(Utime t) {
@@ -64,6 +79,87 @@ void SimulatedCell::write_truth() {
   }
   truth.basis = "world";
   truth_->write(truth);
+}
+
+void SimulatedCell::on_injection(const injection_t& injection) {
+  if (injection.session != session()) {
+    event(event_t::WARNING, "injection-of-another-session",
+          "an injection of '" + injection.commander + "' belongs to session " +
+              std::to_string(injection.session) + " and changes nothing");
+    return;
+  }
+  if (now() > injection.utime_expires) {
+    event(event_t::WARNING, "injection-expired",
+          "an injection of '" + injection.commander + "' came " +
+              fixed(seconds(now() - injection.utime_expires), 1) +
+              " s too late and changes nothing");
+    return;
+  }
+  std::int64_t& last = last_seq_[injection.commander];
+  if (injection.seq > last) {
+    last = injection.seq;
+    carry_out(injection);
+  }
+  publish_faults();  // also to a repetition: its commander has not heard yet
+}
+
+void SimulatedCell::carry_out(const injection_t& injection) {
+  std::string refusal;
+  switch (injection.action) {
+    case injection_t::INJECT:
+      refusal = faults_.inject(injection.device, injection.fault, injection.value,
+                               injection.duration_s, now());
+      break;
+    case injection_t::CLEAR:
+      refusal = faults_.clear(injection.device, injection.fault);
+      break;
+    case injection_t::CLEAR_ALL:
+      faults_.clear_all();
+      break;
+    default:
+      refusal = "action " + std::to_string(injection.action) +
+                " is not known; actions are 0 inject, 1 clear, 2 clear all";
+  }
+  if (!refusal.empty()) {
+    refused_seq_ = injection.seq;
+    refusal_ = refusal;
+    event(event_t::WARNING, "injection-refused", refusal);
+    return;
+  }
+  accepted_seq_ = injection.seq;
+  const std::string what =
+      injection.action == injection_t::CLEAR_ALL
+          ? "all faults cleared"
+          : injection.device + ": " + injection.fault +
+                (injection.action == injection_t::INJECT ? " injected" : " cleared");
+  event(event_t::NOTICE, "injection", what + " by '" + injection.commander + "'");
+  expire_faults();
+}
+
+/// Clears what is over and wakes up again for the next.
+void SimulatedCell::expire_faults() {
+  if (faults_.expire(now())) {
+    event(event_t::NOTICE, "injection", "a fault has lasted its time and is cleared");
+    publish_faults();
+  }
+  loop().cancel(expiry_timer_);
+  expiry_timer_ = 0;
+  if (const Utime next = faults_.next_expiry(); next != 0) {
+    expiry_timer_ = loop().at(next, [this] { expire_faults(); });
+  }
+}
+
+void SimulatedCell::publish_faults() {
+  injection_state_t state{};
+  state.utime = now();
+  state.seq = ++fault_state_seq_;
+  state.session = session();
+  state.accepted_seq = accepted_seq_;
+  state.refused_seq = refused_seq_;
+  state.refusal = refusal_;
+  state.active = faults_.active();
+  state.active_count = static_cast<std::int32_t>(state.active.size());
+  bus().publish(channels::injection_state, state);
 }
 
 void SimulatedCell::show_counters() {

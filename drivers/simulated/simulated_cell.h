@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/injection_t.hpp>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -12,6 +14,7 @@
 #include "drivers/arm/register_map.h"
 #include "drivers/devices.h"
 #include "drivers/facility/plc_map.h"
+#include "drivers/simulated/cell_faults.h"
 #include "drivers/simulated/cell_scene.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "drivers/simulated/simulated_controller.h"
@@ -22,8 +25,9 @@
 namespace berth {
 
 /// All hardware of the cell, simulated: one scene and one clock, two arm controllers, the PLC and
-/// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others and
-/// says nothing of the truth; that goes to world_truth.lcm alone.
+/// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others: it
+/// takes INJECTION, says in INJECTION_STATE what is wrong with the devices, and says nothing of the
+/// truth; that goes to world_truth.lcm alone.
 class SimulatedCell final : public Node {
  public:
   struct Setup {
@@ -56,6 +60,10 @@ class SimulatedCell final : public Node {
  private:
   void write_truth();
   void show_counters();
+  void on_injection(const injection_t& injection);
+  void carry_out(const injection_t& injection);
+  void expire_faults();
+  void publish_faults();
 
   ArmErrors replica_errors_;
   ArmErrors sensor_errors_;
@@ -65,6 +73,13 @@ class SimulatedCell final : public Node {
   SimulatedPlc plc_;
   CellScene scene_;
   SimulatedLidar lidar_;
+  FaultTable faults_;
+  std::map<std::string, std::int64_t> last_seq_;  // of each commander's injections
+  std::int64_t accepted_seq_ = 0;
+  std::int64_t refused_seq_ = 0;
+  std::string refusal_;
+  std::int64_t fault_state_seq_ = 0;
+  Loop::TimerId expiry_timer_ = 0;
   std::optional<WorldTruthLog> truth_;
   std::int64_t truth_seq_ = 0;
   Loop::TimerId truth_timer_ = 0;

@@ -58,10 +58,10 @@ Vector3d towards(double x, double y, double z) { return Vector3d(x, y, z).normal
 TEST_CASE("the scene shows target, mount, arms and room, each with its distance") {
   const auto still = [](Utime) { return Joints{}; };
   SceneSettings settings;
-  settings.target_reflectivity = 0.1;
-  settings.mount_reflectivity = 0.2;
-  settings.arm_reflectivity = 0.3;
-  settings.room_reflectivity = 0.4;
+  settings.reflectivity.target = 0.1;
+  settings.reflectivity.mount = 0.2;
+  settings.reflectivity.arm = 0.3;
+  settings.reflectivity.room = 0.4;
   CellScene scene(small_cell(), still, still, settings);
   SceneHit hit;
 
@@ -143,4 +143,62 @@ TEST_CASE(
     CHECK(met == !cell.room.empty());
     if (met) CHECK(hit.range > 1);
   }
+}
+
+TEST_CASE("the sun lamp stands in a direction of the cell, and the target can hide it") {
+  const auto still = [](Utime) { return Joints{}; };
+  // The sensor looks along the cell's z.
+  CellScene scene(small_cell(), still, still);
+  CHECK(scene.sunlight(0).level == 0);
+  SunLamp lamp{0.5, 0, radians(90)};
+  scene.set_sun_lamp([&] { return lamp; });
+  const Sunlight ahead = scene.sunlight(0);
+  CHECK(ahead.level == 0.5);
+  CHECK((ahead.towards - Vector3d::UnitZ()).norm() < 1e-12);
+  CHECK_FALSE(ahead.in_view);
+  lamp.elevation = radians(80);  // past the plate, 0.5 m at 5 m; the room's wall hides nothing
+  CHECK(scene.sunlight(0).in_view);
+  CHECK((scene.sunlight(0).towards - towards(std::tan(radians(10)), 0, 1)).norm() < 1e-12);
+  lamp.azimuth = radians(90);
+  CHECK((scene.sunlight(0).towards - towards(0, std::tan(radians(10)), 1)).norm() < 1e-12);
+  lamp.elevation = radians(-30);  // behind the aperture
+  CHECK_FALSE(scene.sunlight(0).in_view);
+}
+
+TEST_CASE("normals come in the sensor's frame") {
+  const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  CellScene scene(
+      cell, [&](Utime) { return cell.replica.home; }, [&](Utime) { return cell.sensor.home; });
+  SceneHit hit;
+  for (const double x : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
+    const Vector3d beam = towards(x, 0.02, 1);
+    REQUIRE(scene.cast(0, beam, 100, hit));
+    CHECK(hit.normal.norm() == Approx(1));
+    CHECK(hit.incidence == Approx(std::acos(-hit.normal.dot(beam))));
+  }
+  REQUIRE(scene.cast(0, towards(0, 0, 1), 100, hit));
+  CHECK(hit.target);
+  CHECK((hit.normal + Vector3d::UnitZ()).norm() < 1e-3);  // at home its front faces the sensor
+}
+
+TEST_CASE("a plate hides the share of the target that it is told to") {
+  const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  CellScene scene(
+      cell, [&](Utime) { return cell.replica.home; }, [&](Utime) { return cell.sensor.home; });
+  const auto on_target = [&](double share) {
+    scene.set_occlusion(share);
+    int hits = 0;
+    for (int i = -100; i <= 100; ++i) {
+      SceneHit hit;
+      hits += scene.cast(0, towards(0.003 * i, 0.01, 1), 100, hit) && hit.target ? 1 : 0;
+    }
+    return hits;
+  };
+  const int all = on_target(0);
+  CHECK(all > 80);
+  CHECK(on_target(0.5) == Approx(all / 2.0).margin(0.1 * all));
+  CHECK(on_target(0.25) > on_target(0.5));
+  CHECK(on_target(0.75) < on_target(0.5));
+  CHECK(on_target(1) == 0);
+  CHECK(on_target(0) == all);
 }

@@ -218,7 +218,7 @@ TEST_CASE("a newer request takes the place of a running scan") {
 TEST_CASE("a device that falls silent ends the scan, is reported, and is found again") {
   Bench bench;
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
-  bench.device->set_mute(true);
+  bench.device->faults().silent = true;
   bench.simulation.run_for(2 * second);
   REQUIRE(bench.packets.back().scan_status == scan_packet_t::ABORTED);
   CHECK_FALSE(bench.packets.back().reason.empty());
@@ -229,7 +229,7 @@ TEST_CASE("a device that falls silent ends the scan, is reported, and is found a
   CHECK(bench.packets.back().scan_status == scan_packet_t::REFUSED);
   CHECK_THAT(bench.packets.back().reason, Contains("offline"));
 
-  bench.device->set_mute(false);
+  bench.device->faults().silent = false;
   bench.simulation.run_for(3 * second);
   CHECK(bench.state.state == lidar_state_t::IDLE);
   bench.ask_and_wait(bench.request(3));

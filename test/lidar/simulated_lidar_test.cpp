@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/simulated/lidar/simulated_lidar.h"
 
+#include <array>
 #include <cmath>
 #include <type_traits>
 
@@ -320,5 +321,91 @@ TEST_CASE("its configuration file is read strictly") {
   const SimulatedLidarSettings settings = load_simulated_lidar("config/simulation_lidar.yaml");
   CHECK(settings.start_delay == 5 * millisecond);
   CHECK(settings.clock_offset == 12500000);
-  CHECK(settings.scene.room_reflectivity == 0.6);
+  CHECK(settings.scene.reflectivity.room == 0.6);
+}
+
+TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
+  Bench bench;
+  bench.greet();
+  std::int64_t id = 0;
+  const auto scan = [&] {
+    bench.said.clear();
+    bench.tell(ScanOrder{++id, {{0, 0, 0, 0, Pattern::raster, 2000, 0}}});
+    bench.simulation.run_for(20 * second);
+    return bench.beams();
+  };
+  struct Figures {
+    double mean = 0, sigma = 0;
+    int hits = 0;
+  };
+  const auto figures = [](const std::vector<BeamReturn>& beams) {
+    Figures f;
+    double squares = 0;
+    for (const BeamReturn& beam : beams) {
+      if (beam.status != BeamStatus::hit) continue;
+      ++f.hits;
+      f.mean += double{beam.range_m};
+      squares += double{beam.range_m} * double{beam.range_m};
+    }
+    if (f.hits == 0) return f;
+    f.mean /= f.hits;
+    f.sigma = std::sqrt(squares / f.hits - f.mean * f.mean);
+    return f;
+  };
+  LidarFaults& faults = bench.device.faults();
+
+  const Figures good = figures(scan());
+  CHECK(good.hits == 2000);
+  faults.range_bias = 0.05;
+  CHECK(figures(scan()).mean - good.mean == Approx(0.05).margin(0.002));
+  faults = {};
+  faults.noise_scale = 3;
+  CHECK(figures(scan()).sigma == Approx(3 * good.sigma).epsilon(0.1));
+  faults = {};
+  faults.dropout = 0.3;
+  CHECK(figures(scan()).hits == Approx(1400).margin(100));
+  faults = {};
+  faults.blackout = true;
+  CHECK(figures(scan()).hits == 0);
+  faults = {};
+  faults.speed = 0.1;
+  const auto slow = scan();
+  REQUIRE(slow.size() == 2000);
+  CHECK(bench.all<Returns>()[0].beams[1].after_us == 5000);
+  faults = {};
+  faults.silent = true;
+  CHECK(scan().empty());
+  faults = {};
+  const Figures again = figures(scan());
+  CHECK(again.hits == 2000);
+  CHECK(again.mean == Approx(5).margin(0.002));
+}
+
+TEST_CASE("the lamp behind what is scanned blinds the beams towards it, and only those") {
+  Bench bench;
+  bench.greet();
+  const auto hits_near_axis = [&](double level) {
+    bench.scene.sun = {level, Vector3d::UnitZ(), true};
+    bench.said.clear();
+    bench.tell(ScanOrder{level > 0 ? 2 : 1, {{0, 0, radians(20), 0, Pattern::raster, 2000, 0}}});
+    bench.simulation.run_for(3 * second);
+    int near = 0;
+    int far = 0;
+    int early = 0;
+    for (const BeamReturn& beam : bench.beams()) {
+      if (beam.status != BeamStatus::hit) continue;
+      const double angle = std::abs(double{beam.azimuth_rad});
+      near += angle < radians(1) ? 1 : 0;
+      far += angle > radians(8) ? 1 : 0;
+      early += double{beam.range_m} < 4.9 ? 1 : 0;
+    }
+    return std::array<int, 3>{near, far, early};
+  };
+  const auto dark = hits_near_axis(0);
+  const auto lit = hits_near_axis(1);
+  CHECK(dark[0] == Approx(200).margin(2));
+  CHECK(dark[2] == 0);
+  CHECK(lit[0] < 100);
+  CHECK(lit[1] > 0.97 * dark[1]);
+  CHECK(lit[2] > 10);
 }

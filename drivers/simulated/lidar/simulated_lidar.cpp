@@ -14,6 +14,8 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
     : profile_(std::move(profile)),
       settings_(std::move(settings)),
       random_(seed, "lidar"),
+      sun_random_(seed, "lidar sun"),
+      fault_random_(seed, "lidar faults"),
       loop_(loop),
       scene_(scene),
       started_(loop.now()) {
@@ -34,7 +36,7 @@ void SimulatedLidar::accept(int fd) {
 }
 
 void SimulatedLidar::send(const lidar::Message& message) {
-  if (connection_ && !mute_) connection_->send(message);
+  if (connection_ && !faults_.silent) connection_->send(message);
 }
 
 void SimulatedLidar::receive(const lidar::Message& message) {
@@ -85,6 +87,7 @@ void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
 
   scan_ = Scan();
   scan_->id = order.scan_id;
+  scan_->rate_hz = profile_.rate_hz * faults_.speed;
   scan_->window_start = loop_.now() + settings_.start_delay;
   for (const lidar::Window& window : order.windows) {
     scan_->windows.emplace_back(window);
@@ -107,7 +110,7 @@ void SimulatedLidar::answer_status(std::uint32_t token) {
 }
 
 Utime SimulatedLidar::fired_at(std::int64_t beam) const {
-  return scan_->window_start + std::llround(static_cast<double>(beam) * 1e6 / profile_.rate_hz);
+  return scan_->window_start + std::llround(static_cast<double>(beam) * 1e6 / scan_->rate_hz);
 }
 
 std::int64_t SimulatedLidar::device_time(Utime t) const {
@@ -130,9 +133,10 @@ void SimulatedLidar::measure_packet() {
   packet_.beams_before = scan_->beams;
   packet_.device_time = device_time(first_fired);
   packet_.beams.clear();
+  const Sunlight sun = scene_.sunlight(first_fired);
   for (; scan_->next < last; ++scan_->next) {
     const Utime fired = fired_at(scan_->next);
-    packet_.beams.push_back(measure(pattern.beam(scan_->next), fired));
+    packet_.beams.push_back(measure(pattern.beam(scan_->next), fired, sun));
     packet_.beams.back().after_us =
         static_cast<std::uint32_t>(device_time(fired) - packet_.device_time);
   }
@@ -147,9 +151,10 @@ void SimulatedLidar::measure_packet() {
   schedule_packet();
 }
 
-lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime t) {
+lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime t,
+                                          const Sunlight& sun) {
   const BeamModel& beam = profile_.beam;
-  const double scale = settings_.noise_scale;
+  const double scale = settings_.noise_scale * faults_.noise_scale;
   const double azimuth = angles.azimuth + random_.normal(scale * beam.azimuth_sigma_rad);
   const double elevation = angles.elevation + random_.normal(scale * beam.elevation_sigma_rad);
   const double range_error = random_.normal(scale * beam.range_sigma_m);
@@ -158,21 +163,64 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
   lidar::BeamReturn measured;
   measured.azimuth_rad = static_cast<float>(angles.azimuth);
   measured.elevation_rad = static_cast<float>(angles.elevation);
+  const Vector3d direction = beam_direction(azimuth, elevation);
   SceneHit hit;
-  if (!scene_.cast(t, beam_direction(azimuth, elevation), beam.range_max_m, hit)) return measured;
-  if (hit.range < beam.range_min_m) {
+  const bool met = scene_.cast(t, direction, beam.range_max_m, hit);
+  double power = 0;
+  if (met && hit.range < beam.range_min_m) {
     measured.status = lidar::BeamStatus::too_near;
-    return measured;
+  } else if (met) {
+    // Received power of a diffuse surface that the beam fills.
+    const double falloff = settings_.full_scale_range_m / hit.range;
+    power = hit.reflectivity * std::cos(hit.incidence) * falloff * falloff;
+    const double intensity = std::round(4095 * std::clamp(power, 0.0, 1.0));
+    if (intensity >= settings_.least_intensity) {
+      measured.status = lidar::BeamStatus::hit;
+      measured.intensity = static_cast<std::uint16_t>(intensity);
+      measured.range_m = static_cast<float>(std::max(hit.range + range_error, 0.0));
+    }
   }
-  // Received power of a diffuse surface that the beam fills.
-  const double falloff = settings_.full_scale_range_m / hit.range;
-  const double power = hit.reflectivity * std::cos(hit.incidence) * falloff * falloff;
-  const double intensity = std::round(4095 * std::clamp(power, 0.0, 1.0));
-  if (intensity < settings_.least_intensity) return measured;
-  measured.status = lidar::BeamStatus::hit;
-  measured.intensity = static_cast<std::uint16_t>(intensity);
-  measured.range_m = static_cast<float>(std::max(hit.range + range_error, 0.0));
+  if (sun.level > 0) {
+    add_glare(measured, direction, sun, met ? &hit : nullptr, power, range_error);
+  }
+  add_faults(measured);
   return measured;
+}
+
+void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& direction,
+                               const Sunlight& sun, const SceneHit* hit, double power,
+                               double range_error) {
+  const double chance = sun_random_.uniform();
+  const double where = sun_random_.uniform();
+  const Glare glare =
+      glare_of(settings_.sun, sun_background(settings_.sun, sun, direction, hit), power);
+  if (chance < glare.early) {
+    const double nearest = profile_.beam.range_min_m;
+    const double farthest = hit != nullptr ? std::max(nearest, hit->range)
+                                           : std::max(nearest, settings_.full_scale_range_m);
+    measured.status = lidar::BeamStatus::hit;
+    measured.intensity = 1;
+    measured.range_m = static_cast<float>(nearest + where * (farthest - nearest));
+  } else if (chance < glare.early + glare.lost) {
+    measured.status = lidar::BeamStatus::miss;
+    measured.intensity = 0;
+    measured.range_m = 0;
+  } else if (measured.status == lidar::BeamStatus::hit) {
+    const double range = hit->range + glare.sigma_scale * range_error;
+    measured.range_m = static_cast<float>(std::max(range, 0.0));
+  }
+}
+
+void SimulatedLidar::add_faults(lidar::BeamReturn& measured) {
+  const bool lost = faults_.dropout > 0 && fault_random_.uniform() < faults_.dropout;
+  if (faults_.blackout || lost) {
+    measured.status = lidar::BeamStatus::miss;
+    measured.intensity = 0;
+    measured.range_m = 0;
+  } else if (measured.status == lidar::BeamStatus::hit && faults_.range_bias != 0) {
+    const double range = double{measured.range_m} + faults_.range_bias;
+    measured.range_m = static_cast<float>(std::max(range, 0.0));
+  }
 }
 
 void SimulatedLidar::end(lidar::ScanResult result) {
@@ -190,6 +238,24 @@ void SimulatedLidar::stop() {
   loop_.cancel(packet_timer_);
   if (scan_) scan_->over = true;
 }
+
+namespace {
+
+void read_surfaces(Config& config, const std::string& key, SurfaceShares& shares) {
+  if (!config.has(key)) return;
+  Config part = config.section(key);
+  const std::pair<const char*, double*> values[] = {{"target", &shares.target},
+                                                    {"mount", &shares.mount},
+                                                    {"arm", &shares.arm},
+                                                    {"room", &shares.room}};
+  for (const auto& [name, value] : values) {
+    part.optional(name, *value);
+    if (!(*value >= 0 && *value <= 1)) throw part.error(name, "expected 0 to 1");
+  }
+  part.finish();
+}
+
+}  // namespace
 
 SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   Config config = Config::load(file);
@@ -218,19 +284,9 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
     throw config.error("clock_drift", "expected at most 0.001");
   }
   if (settings.noise_scale < 0) throw config.error("noise_scale", "must not be negative");
-  if (config.has("reflectivity")) {
-    Config part = config.section("reflectivity");
-    const std::pair<const char*, double*> values[] = {
-        {"target", &settings.scene.target_reflectivity},
-        {"mount", &settings.scene.mount_reflectivity},
-        {"arm", &settings.scene.arm_reflectivity},
-        {"room", &settings.scene.room_reflectivity}};
-    for (const auto& [key, value] : values) {
-      part.optional(key, *value);
-      if (!(*value >= 0 && *value <= 1)) throw part.error(key, "expected 0 to 1");
-    }
-    part.finish();
-  }
+  read_surfaces(config, "reflectivity", settings.scene.reflectivity);
+  read_surfaces(config, "specular", settings.scene.specular);
+  if (config.has("sun")) settings.sun = read_sun_glare(config.section("sun"));
   config.finish();
   return settings;
 }

@@ -13,6 +13,7 @@
 #include "drivers/lidar/connection.h"
 #include "drivers/lidar/scan_pattern.h"
 #include "drivers/simulated/cell_scene.h"
+#include "drivers/simulated/lidar/sun_glare.h"
 
 namespace berth {
 
@@ -29,6 +30,17 @@ struct SimulatedLidarSettings {
   double full_scale_range_m = 10;  ///< a white surface, square to the beam, gives 4095 here
   int least_intensity = 0;         ///< weaker returns are lost (MISS)
   SceneSettings scene;
+  SunGlareSettings sun;
+};
+
+/// What is wrong with a simulated LIDAR; each lasts until it is taken back.
+struct LidarFaults {
+  bool silent = false;     ///< measures on and answers nothing
+  bool blackout = false;   ///< every beam is a MISS
+  double range_bias = 0;   ///< m, added to every range
+  double noise_scale = 1;  ///< on all three sigmas
+  double dropout = 0;      ///< share of the returns that are lost
+  double speed = 1;        ///< share of the rated beams per second, from the next scan on
 };
 
 /// @throws InputError.
@@ -40,7 +52,8 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 /// Noise, as in the paper's Table 1: the mirror points where it was told to plus the angle errors,
 /// the device reports where it was told to; the range error is added to the range met. Returns
 /// nearer than the least range are TOO_NEAR, with range 0. The same draws are made for each beam
-/// whatever it meets, so that two worlds with one seed see the same noise.
+/// whatever it meets, so that two worlds with one seed see the same noise; sunlight and faults have
+/// streams of their own, so that the beams they spare are as they were without them.
 class SimulatedLidar {
  public:
   SimulatedLidar(const std::string& address, LidarProfile profile, SimulatedLidarSettings settings,
@@ -49,8 +62,7 @@ class SimulatedLidar {
   SimulatedLidar(const SimulatedLidar&) = delete;
   SimulatedLidar& operator=(const SimulatedLidar&) = delete;
 
-  /// Fault injection: while mute, the device measures on and answers nothing.
-  void set_mute(bool mute) { mute_ = mute; }
+  LidarFaults& faults() { return faults_; }
   std::int64_t beams_fired() const { return beams_fired_; }
 
  private:
@@ -58,6 +70,7 @@ class SimulatedLidar {
     std::int64_t id = 0;
     std::vector<lidar::ScanPattern> windows;
     std::size_t window = 0;
+    double rate_hz = 0;
     std::int64_t next = 0;    // beam of this window
     Utime window_start = 0;   // when its first beam is fired
     std::uint32_t beams = 0;  // sent
@@ -71,7 +84,11 @@ class SimulatedLidar {
   void answer_status(std::uint32_t token);
   void schedule_packet();
   void measure_packet();
-  lidar::BeamReturn measure(const lidar::BeamAngles& angles, Utime t);
+  lidar::BeamReturn measure(const lidar::BeamAngles& angles, Utime t, const Sunlight& sun);
+  /// What sunlight, if there is any, makes of a return or a miss.
+  void add_glare(lidar::BeamReturn& measured, const Vector3d& direction, const Sunlight& sun,
+                 const SceneHit* hit, double power, double range_error);
+  void add_faults(lidar::BeamReturn& measured);
   void end(lidar::ScanResult result);
   void stop();
   void send(const lidar::Message& message);
@@ -82,12 +99,14 @@ class SimulatedLidar {
   LidarProfile profile_;
   SimulatedLidarSettings settings_;
   Random random_;
+  Random sun_random_;
+  Random fault_random_;
   Loop& loop_;
   Scene& scene_;
   Utime started_;
   std::unique_ptr<lidar::Connection> connection_;
   bool greeted_ = false;
-  bool mute_ = false;
+  LidarFaults faults_;
   std::optional<Scan> scan_;
   Loop::TimerId packet_timer_ = 0;
   std::int64_t beams_fired_ = 0;

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/lidar/sun_glare.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth {
+
+SunGlareSettings read_sun_glare(Config config) {
+  SunGlareSettings settings;
+  const std::pair<const char*, double*> not_negative[] = {
+      {"lit_surface", &settings.lit_surface},
+      {"specular_exponent", &settings.specular_exponent},
+      {"in_aperture", &settings.in_aperture}};
+  for (const auto& [key, value] : not_negative) {
+    config.optional(key, *value);
+    if (!(*value >= 0)) throw config.error(key, "must not be negative");
+  }
+  config.optional("glare_half_angle", Dimension::angle, settings.glare_half_angle);
+  config.optional("half_lost", settings.half_lost);
+  config.optional("early_share", settings.early_share);
+  if (!(settings.glare_half_angle > 0)) {
+    throw config.error("glare_half_angle", "must be greater than zero");
+  }
+  if (!(settings.half_lost > 0)) throw config.error("half_lost", "must be greater than zero");
+  if (!(settings.early_share >= 0 && settings.early_share <= 1)) {
+    throw config.error("early_share", "expected 0 % to 100 %");
+  }
+  config.finish();
+  return settings;
+}
+
+double sun_background(const SunGlareSettings& settings, const Sunlight& sun, const Vector3d& beam,
+                      const SceneHit* hit) {
+  if (sun.level <= 0) return 0;
+  double background = 0;
+  if (sun.in_view) {
+    const double angle = std::acos(std::clamp(beam.dot(sun.towards), -1.0, 1.0));
+    const double x = angle / settings.glare_half_angle;
+    background += settings.in_aperture / (1 + x * x);
+  }
+  if (hit != nullptr) {
+    const double facing = hit->normal.dot(sun.towards);
+    if (facing > 0) {
+      const Vector3d mirrored = 2 * facing * hit->normal - sun.towards;
+      const double along = std::max(0.0, -beam.dot(mirrored));
+      const double lobe =
+          0.5 * (settings.specular_exponent + 2) * std::pow(along, settings.specular_exponent);
+      background += settings.lit_surface * (facing * hit->reflectivity + hit->specular * lobe);
+    }
+  }
+  return sun.level * background;
+}
+
+Glare glare_of(const SunGlareSettings& settings, double background, double signal) {
+  if (background <= 0) return {};
+  const double ratio = background / (signal > 0 ? signal : 1.0);
+  const double lost = ratio * ratio / (ratio * ratio + settings.half_lost * settings.half_lost);
+  return {std::sqrt(1 + ratio), lost * (1 - settings.early_share), lost * settings.early_share};
+}
+
+}  // namespace berth

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/config.h"
+#include "drivers/simulated/scene.h"
+
+namespace berth {
+
+/// What sunlight does to the simulated LIDAR: section `sun` of config/simulation_lidar.yaml, where
+/// each number's ground is told. Background is counted in what a white surface, square to the
+/// beam, returns of the LIDAR's own light from the full-scale range.
+struct SunGlareSettings {
+  double lit_surface = 0.005;           ///< of a white surface that faces the full lamp
+  double specular_exponent = 1500;      ///< of the lobe about the mirrored direction
+  double in_aperture = 100;             ///< of the full lamp, looked into
+  double glare_half_angle = 0.0174533;  ///< rad from the lamp at which that has fallen to a half
+  double half_lost = 10;                ///< background over signal at which half the beams are lost
+  double early_share = 0.3;             ///< of the lost: returns from noise, before the surface
+};
+
+/// @throws InputError.
+SunGlareSettings read_sun_glare(Config config);
+
+/// What becomes of one beam.
+struct Glare {
+  double sigma_scale = 1;  ///< of the range noise
+  double lost = 0;         ///< probability that its return is not found
+  double early = 0;        ///< probability that something before it is taken for it
+};
+
+/// Sunlight that reaches the receiver while it looks along a beam:
+/// - reflected by what the beam meets: diffuse (Lambert: the same from any range), and specular, a
+///   normalised Phong lobe about the mirrored direction of the lamp. No shadows: what faces the
+///   lamp is lit;
+/// - scattered in the optics while the lamp shines into the aperture: 1 / (1 + (angle / half)^2),
+///   the slope of 2 of Harvey's law for clean optics.
+/// @param hit null when nothing is met.
+double sun_background(const SunGlareSettings& settings, const Sunlight& sun, const Vector3d& beam,
+                      const SceneHit* hit);
+
+/// Shot noise of signal S and background B gives a range sigma that grows with sqrt(1 + B/S). The
+/// share of lost beams rises with B/S as q^2 / (q^2 + half_lost^2).
+/// @param signal of the return; a beam that meets nothing has none and competes with 1.
+Glare glare_of(const SunGlareSettings& settings, double background, double signal);
+
+}  // namespace berth
