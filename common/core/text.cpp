@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/text.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace berth {
@@ -8,6 +10,33 @@ namespace berth {
 std::string fixed(double value, int decimals) {
   char text[400];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+std::string shown(double value) {
+  if (std::isnan(value)) return "-";
+  const double size = std::abs(value);
+  return fixed(value, size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3);
+}
+
+std::string text_table(const std::vector<std::vector<std::string>>& lines,
+                       std::size_t left_columns) {
+  std::vector<std::size_t> width;
+  for (const auto& cells : lines) {
+    width.resize(std::max(width.size(), cells.size()), 0);
+    for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], cells[i].size());
+  }
+  std::string text;
+  for (const auto& cells : lines) {
+    std::string line = "  ";
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string pad(width[i] - cells[i].size(), ' ');
+      line += i < left_columns ? cells[i] + pad : pad + cells[i];
+      line += "  ";
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
   return text;
 }
 

@@ -2,10 +2,19 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace berth {
 
 /// The value with so many decimals, for messages to people: fixed(3.14159, 2) is "3.14".
 std::string fixed(double value, int decimals);
+
+/// Four significant digits, plainly written: 1234, 3.142, 0.042; "-" for NaN.
+std::string shown(double value);
+
+/// Lines of cells as columns padded to their widest cell: the first ones to the left, the others
+/// (numbers) to the right. Each line is indented by two spaces.
+std::string text_table(const std::vector<std::vector<std::string>>& lines,
+                       std::size_t left_columns);
 
 }  // namespace berth

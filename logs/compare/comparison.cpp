@@ -62,6 +62,8 @@ void take_recorded_verdict(const RunRecord& record, Comparison& comparison) {
   }
   const procedure_state_t& state = *record.state();
   comparison.procedure = state.procedure;
+  comparison.steps = state.steps;
+  comparison.duration_s = seconds(state.utime - state.utime_start);
   if (state.state != procedure_state_t::FINISHED) {
     comparison.remarks.push_back("the log ends before the procedure did");
     return;

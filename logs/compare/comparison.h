@@ -36,6 +36,8 @@ struct Comparison {
   LogSummary summary;
   std::optional<run_info_t> info;
   std::string procedure;
+  double duration_s = 0;                ///< from the engine's start to its last word
+  std::vector<procedure_step_t> steps;  ///< teardown last
   std::vector<PhaseTable> phases;
   std::vector<criterion_result_t> criteria;
   /// From the criteria, unless the run itself ended in ERROR, TIMEOUT, ABORTED or FAIL.
@@ -71,7 +73,7 @@ std::string json_of(const Comparison& comparison);
 
 /// The verdict as a table: criterion, value, limits, margin, result.
 std::string verdict_table(const std::vector<criterion_result_t>& criteria);
-/// Of a finished procedure: outcome, reason, steps, criteria; results.json of a run.
-std::string result_json(const procedure_state_t& state);
+/// The verdict in one line, and whether the recorded one came out again.
+std::string verdict_line(const Comparison& comparison);
 
 }  // namespace berth::logs

@@ -69,10 +69,19 @@ ordered_json json_of_run(const run_info_t& info) {
           {"files", files}};
 }
 
-std::string text_of_step_state(std::int8_t state) {
-  constexpr const char* names[] = {"PENDING", "RUNNING", "PASSED",  "FAILED",
-                                   "ERROR",   "TIMEOUT", "ABORTED", "SKIPPED"};
-  return state >= 0 && state <= procedure_step_t::SKIPPED ? names[state] : "?";
+ordered_json json_of_steps(const std::vector<procedure_step_t>& steps) {
+  ordered_json list = ordered_json::array();
+  for (const procedure_step_t& s : steps) {
+    list.push_back({{"name", s.name},
+                    {"phase", s.phase},
+                    {"state", text_of_step_state(s.state)},
+                    {"attempts", s.attempts},
+                    {"depth", s.depth},
+                    {"detail", s.detail},
+                    {"utime_start", s.utime_start},
+                    {"utime_end", s.utime_end}});
+  }
+  return list;
 }
 
 }  // namespace
@@ -90,33 +99,13 @@ std::string json_of(const Comparison& comparison) {
       {"reason", comparison.reason},
       {"recorded_outcome", text_of_outcome(comparison.recorded_outcome)},
       {"agrees_with_recorded", comparison.agrees},
+      {"duration_s", comparison.duration_s},
+      {"steps", json_of_steps(comparison.steps)},
       {"criteria", json_of_criteria(comparison.criteria)},
       {"phases", json_of_phases(comparison.phases)},
       {"remarks", comparison.remarks},
   };
   if (comparison.info) json["run"] = json_of_run(*comparison.info);
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
-std::string result_json(const procedure_state_t& state) {
-  ordered_json steps = ordered_json::array();
-  for (const procedure_step_t& s : state.steps) {
-    steps.push_back({{"name", s.name},
-                     {"phase", s.phase},
-                     {"state", text_of_step_state(s.state)},
-                     {"detail", s.detail},
-                     {"utime_start", s.utime_start},
-                     {"utime_end", s.utime_end}});
-  }
-  const ordered_json json = {{"procedure", state.procedure},
-                             {"outcome", text_of_outcome(state.outcome)},
-                             {"exit_code", exit_code_of_outcome(state.outcome)},
-                             {"reason", state.reason},
-                             {"session", state.session},
-                             {"utime_start", state.utime_start},
-                             {"utime_end", state.utime},
-                             {"criteria", json_of_criteria(state.criteria)},
-                             {"steps", steps}};
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "common/core/text.h"
 #include "logs/compare/comparison.h"
 
 namespace berth::logs {
@@ -11,38 +12,7 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-/// Four significant digits, plainly written.
-std::string shown(double value) {
-  if (std::isnan(value)) return "-";
-  char text[40];
-  const double size = std::abs(value);
-  const int digits = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3;
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
 std::string limit(double value) { return std::isinf(value) ? "" : shown(value); }
-
-/// Columns padded to their widest cell: the first to the left, numbers to the right.
-std::string aligned(const std::vector<Cells>& lines, std::size_t left_columns) {
-  std::vector<std::size_t> width;
-  for (const Cells& cells : lines) {
-    width.resize(std::max(width.size(), cells.size()), 0);
-    for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], cells[i].size());
-  }
-  std::string text;
-  for (const Cells& cells : lines) {
-    std::string line = "  ";
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string pad(width[i] - cells[i].size(), ' ');
-      line += i < left_columns ? cells[i] + pad : pad + cells[i];
-      line += "  ";
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
-}
 
 std::string phase_text(const PhaseTable& phase) {
   char head[160];
@@ -55,7 +25,7 @@ std::string phase_text(const PhaseTable& phase) {
                      shown(row.rms), shown(row.p95), shown(row.peak)});
   }
   // Without an estimate there is nothing to compare; the JSON has the rest.
-  return head + (phase.estimates == 0 ? std::string() : aligned(lines, 2));
+  return head + (phase.estimates == 0 ? std::string() : text_table(lines, 2));
 }
 
 }  // namespace
@@ -71,7 +41,20 @@ std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
                      limit(c.upper_limit), std::isnan(m) ? "" : shown(m), c.unit});
     if (!c.reason.empty()) reasons += "  " + c.name + ": " + c.reason + "\n";
   }
-  return aligned(lines, 4) + reasons;
+  return text_table(lines, 4) + reasons;
+}
+
+std::string verdict_line(const Comparison& comparison) {
+  std::string text = std::string("verdict: ") + text_of_outcome(comparison.outcome);
+  if (!comparison.reason.empty()) text += " (" + comparison.reason + ")";
+  if (comparison.recorded_outcome == procedure_state_t::NONE) {
+    return text + "; the log holds no verdict of its own";
+  }
+  if (comparison.agrees) {
+    return text + "; the recorded verdict came out again, number for number";
+  }
+  return text + "; DIFFERS from the recorded verdict " +
+         text_of_outcome(comparison.recorded_outcome);
 }
 
 std::string text_of(const Comparison& comparison) {
@@ -94,17 +77,7 @@ std::string text_of(const Comparison& comparison) {
   }
   if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
-  text += std::string("verdict: ") + text_of_outcome(comparison.outcome);
-  if (!comparison.reason.empty()) text += " (" + comparison.reason + ")";
-  if (comparison.recorded_outcome == procedure_state_t::NONE) {
-    text += "; the log holds no verdict of its own";
-  } else if (comparison.agrees) {
-    text += "; the recorded verdict came out again, number for number";
-  } else {
-    text += std::string("; DIFFERS from the recorded verdict ") +
-            text_of_outcome(comparison.recorded_outcome);
-  }
-  return text + "\n";
+  return text + verdict_line(comparison) + "\n";
 }
 
 }  // namespace berth::logs

@@ -105,65 +105,8 @@ std::vector<criterion_result_t> judge(const std::vector<Criterion>& criteria,
   return results;
 }
 
-std::int8_t outcome_of(const std::vector<criterion_result_t>& results) {
-  const auto any = [&results](std::int8_t what) {
-    return std::any_of(results.begin(), results.end(),
-                       [what](const criterion_result_t& r) { return r.result == what; });
-  };
-  if (any(criterion_result_t::FAILED)) return procedure_state_t::FAIL;
-  if (any(criterion_result_t::INCONCLUSIVE)) return procedure_state_t::INCONCLUSIVE;
-  return procedure_state_t::PASS;
-}
-
 double margin(const criterion_result_t& result) {
   return std::min(result.value - result.lower_limit, result.upper_limit - result.value);
-}
-
-const char* text_of_result(std::int8_t result) {
-  switch (result) {
-    case criterion_result_t::PASSED:
-      return "PASS";
-    case criterion_result_t::FAILED:
-      return "FAIL";
-    case criterion_result_t::INCONCLUSIVE:
-      return "INCONCLUSIVE";
-    default:
-      return "PENDING";
-  }
-}
-
-const char* text_of_outcome(std::int8_t outcome) {
-  switch (outcome) {
-    case procedure_state_t::PASS:
-      return "PASS";
-    case procedure_state_t::FAIL:
-      return "FAIL";
-    case procedure_state_t::ERROR:
-      return "ERROR";
-    case procedure_state_t::ABORTED:
-      return "ABORTED";
-    case procedure_state_t::INCONCLUSIVE:
-      return "INCONCLUSIVE";
-    case procedure_state_t::TIMEOUT:
-      return "TIMEOUT";
-    default:
-      return "NONE";
-  }
-}
-
-int exit_code_of_outcome(std::int8_t outcome) {
-  switch (outcome) {
-    case procedure_state_t::PASS:
-      return 0;
-    case procedure_state_t::FAIL:
-      return 1;
-    case procedure_state_t::ABORTED:
-      return 3;
-    case procedure_state_t::INCONCLUSIVE:
-      return 4;
-    default:
-      return 2;
-  }
 }
 
 }  // namespace berth::logs

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/criterion_result_t.hpp>
 #include <string>
 #include <vector>
 
 #include "common/core/config.h"
 #include "logs/measure/measurement.h"
+#include "logs/run/outcome.h"
 
 namespace berth::logs {
 
@@ -42,17 +42,7 @@ criterion_result_t judge(const Criterion& criterion, const Measurer& measurer);
 std::vector<criterion_result_t> judge(const std::vector<Criterion>& criteria,
                                       const Measurer& measurer);
 
-/// procedure_state_t::FAIL if any failed, else INCONCLUSIVE if any is, else PASS.
-std::int8_t outcome_of(const std::vector<criterion_result_t>& results);
-
 /// Distance to the nearer limit, in the shown unit; negative outside, +inf without a limit.
 double margin(const criterion_result_t& result);
-/// "PASS", "FAIL", "INCONCLUSIVE" or "PENDING".
-const char* text_of_result(std::int8_t result);
-/// "PASS", "FAIL", "ERROR", "ABORTED", "INCONCLUSIVE", "TIMEOUT" or "NONE".
-const char* text_of_outcome(std::int8_t outcome);
-/// What a program that ran or judged a procedure returns: 0 pass, 1 fail, 2 error or time-out,
-/// 3 aborted, 4 inconclusive.
-int exit_code_of_outcome(std::int8_t outcome);
 
 }  // namespace berth::logs

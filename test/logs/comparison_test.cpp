@@ -155,23 +155,3 @@ TEST_CASE("the picture shows truth, estimate and errors") {
   blind.add(made::estimate(made::start + second, Pose{}));
   CHECK(write_plot(blind, folder.path / "blind.svg"));
 }
-
-TEST_CASE("the result of a procedure as JSON") {
-  procedure_state_t state = made::state({{"go", 0, 10}});
-  state.outcome = procedure_state_t::FAIL;
-  state.reason = "a \"quoted\" reason\n";
-  criterion_result_t c{};
-  c.name = "z";
-  c.value = 3;
-  c.lower_limit = -INFINITY;
-  c.upper_limit = 2;
-  c.result = criterion_result_t::FAILED;
-  state.criteria = {c};
-  const auto json = nlohmann::json::parse(result_json(state));
-  CHECK(json["outcome"] == "FAIL");
-  CHECK(json["exit_code"] == 1);
-  CHECK(json["reason"] == state.reason);
-  CHECK(json["steps"][0]["state"] == "PASSED");
-  CHECK(json["criteria"][0]["min"].is_null());
-  CHECK(json["criteria"][0]["margin"] == -1);
-}
