@@ -65,6 +65,8 @@ void add_lidar(FaultTable& table, SimulatedLidar& lidar) {
   flag("blackout", &LidarFaults::blackout);
   level("range_bias", Value::length, -10, 10, &LidarFaults::range_bias);
   level("noise_scale", Value::number, 0, 100, &LidarFaults::noise_scale);
+  level("range_noise", Value::number, 0, 100, &LidarFaults::range_noise);
+  level("angle_noise", Value::number, 0, 100, &LidarFaults::angle_noise);
   level("dropout", Value::share, 0, 1, &LidarFaults::dropout);
   level("slow", Value::share, 0.01, 1, &LidarFaults::speed);
 }

@@ -362,6 +362,10 @@ TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
   faults.noise_scale = 3;
   CHECK(figures(scan()).sigma == Approx(3 * good.sigma).epsilon(0.1));
   faults = {};
+  faults.range_noise = 2;
+  faults.angle_noise = 100;  // square to the boresight: nothing to be seen of it in range
+  CHECK(figures(scan()).sigma == Approx(2 * good.sigma).epsilon(0.1));
+  faults = {};
   faults.dropout = 0.3;
   CHECK(figures(scan()).hits == Approx(1400).margin(100));
   faults = {};

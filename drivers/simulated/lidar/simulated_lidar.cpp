@@ -155,9 +155,11 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
                                           const Sunlight& sun) {
   const BeamModel& beam = profile_.beam;
   const double scale = settings_.noise_scale * faults_.noise_scale;
-  const double azimuth = angles.azimuth + random_.normal(scale * beam.azimuth_sigma_rad);
-  const double elevation = angles.elevation + random_.normal(scale * beam.elevation_sigma_rad);
-  const double range_error = random_.normal(scale * beam.range_sigma_m);
+  const double angle_scale = scale * faults_.angle_noise;
+  const double azimuth = angles.azimuth + random_.normal(angle_scale * beam.azimuth_sigma_rad);
+  const double elevation =
+      angles.elevation + random_.normal(angle_scale * beam.elevation_sigma_rad);
+  const double range_error = random_.normal(scale * faults_.range_noise * beam.range_sigma_m);
   ++beams_fired_;
 
   lidar::BeamReturn measured;

@@ -39,6 +39,8 @@ struct LidarFaults {
   bool blackout = false;   ///< every beam is a MISS
   double range_bias = 0;   ///< m, added to every range
   double noise_scale = 1;  ///< on all three sigmas
+  double range_noise = 1;  ///< on the sigma of range, besides
+  double angle_noise = 1;  ///< on those of both angles, besides
   double dropout = 0;      ///< share of the returns that are lost
   double speed = 1;        ///< share of the rated beams per second, from the next scan on
 };
