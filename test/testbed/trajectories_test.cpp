@@ -108,13 +108,13 @@ TEST_CASE("an approach on a bar stands still at its hold points and bulges only 
   CHECK(rates_of(waypoints).speed < 0.07);
 }
 
-TEST_CASE("a sweep is fast, goes no farther than told and comes back") {
-  Sweep options;
+TEST_CASE("an oscillation is fast, goes no farther than told and comes back") {
+  Oscillation options;
   options.axis = {1, 1, 0};
   options.amplitude = 0.15;
   options.speed = 0.25;
   options.cycles = 3;
-  const Waypoints waypoints = sweep(start, options);
+  const Waypoints waypoints = oscillation(start, options);
   check_common(waypoints);
   CHECK(end_of(waypoints).norm() < 1e-9);
   CHECK(rates_of(waypoints).speed == Approx(0.25).epsilon(0.02));

@@ -63,7 +63,7 @@ Waypoints bar_approach(const Pose& from, const BarApproach& options) {
   return sampled(at, time - options.hold_for);
 }
 
-Waypoints sweep(const Pose& from, const Sweep& options) {
+Waypoints oscillation(const Pose& from, const Oscillation& options) {
   const Vector3d axis = options.axis.normalized();
   const SmoothTravel phase =
       eased(2 * pi * options.cycles, options.speed / options.amplitude, options.ramp);

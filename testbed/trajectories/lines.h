@@ -31,14 +31,14 @@ struct BarApproach {
 Waypoints bar_approach(const Pose& from, const BarApproach& options);
 
 /// To and fro along one axis about where it begins, as a sine: fast, and without going far.
-struct Sweep {
+struct Oscillation {
   Vector3d axis = Vector3d::UnitX();  ///< sensor frame
   double amplitude = 0.1;             ///< m to either side
   double speed = 0.2;                 ///< m/s at the middle, the greatest
   int cycles = 4;                     ///< to one side, to the other and back
   double ramp = 2;                    ///< s
 };
-Waypoints sweep(const Pose& from, const Sweep& options);
+Waypoints oscillation(const Pose& from, const Oscillation& options);
 
 /// Outwards on an Archimedean spiral across the boresight, at constant speed; attitude kept.
 struct Spiral {
