@@ -211,9 +211,13 @@ Clearance::Result Clearance::worst(const ArmPair& joints, double enough) {
   return impl_->search(enough, true, [](const PairOfBodies&) { return true; });
 }
 
-double Clearance::least_distance(const ArmPair& joints, double beyond) {
+Clearance::Result Clearance::nearest(const ArmPair& joints, double beyond) {
   impl_->update(joints);
-  return impl_->search(beyond, false, [](const PairOfBodies& pair) { return pair.between; }).slack;
+  return impl_->search(beyond, false, [](const PairOfBodies& pair) { return pair.between; });
+}
+
+double Clearance::least_distance(const ArmPair& joints, double beyond) {
+  return nearest(joints, beyond).slack;
 }
 
 double Clearance::motion_bound(const ArmPair& a, const ArmPair& b) const {

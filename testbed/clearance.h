@@ -32,7 +32,10 @@ class Clearance {
   /// The pair with the least slack. Pairs with more slack than `enough` are not looked at closely:
   /// the slack returned is then at least `enough`, with empty names.
   Result worst(const ArmPair& joints, double enough);
-  /// Least distance between bodies of different parties, m; at most `beyond`.
+  /// The nearest two bodies of different parties; names are empty where none is nearer than
+  /// `beyond`, m. The slack is the distance.
+  Result nearest(const ArmPair& joints, double beyond);
+  /// Their distance, m; at most `beyond`.
   double least_distance(const ArmPair& joints, double beyond = 10.0);
   /// Bound on how far any body's point moves between two pairs of joints, m.
   double motion_bound(const ArmPair& a, const ArmPair& b) const;

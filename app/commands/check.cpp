@@ -1,32 +1,117 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/commands/run_options.h"
 #include "app/exit_code.h"
+#include "app/terminal/check_list.h"
 #include "common/core/error.h"
-#include "procedures/language/procedure.h"
 
 namespace berth::commands {
+namespace fs = std::filesystem;
+namespace {
+
+struct Options {
+  std::vector<fs::path> paths;
+  SetupChoice choice;
+  std::string target_length;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+/// The files named, and every procedure of the directories named, in order of their names.
+std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
+  std::vector<fs::path> files;
+  for (const fs::path& path : paths) {
+    if (!fs::is_directory(path)) {
+      files.push_back(path);
+      continue;
+    }
+    const std::size_t before = files.size();
+    for (const auto& entry : fs::recursive_directory_iterator(path)) {
+      if (entry.is_regular_file() && entry.path().extension() == ".yaml") {
+        files.push_back(entry.path());
+      }
+    }
+    std::sort(files.begin() + static_cast<std::ptrdiff_t>(before), files.end());
+    if (files.size() == before) throw InputError(path.string() + ": holds no procedure (*.yaml)");
+  }
+  return files;
+}
+
+procedures::CheckReport report_on(const fs::path& file, const Options& options) {
+  try {
+    const auto procedure = procedures::load_procedure(file, overrides_of(options.set));
+    return procedures::check_procedure(procedure, choose_setup(options.choice, &procedure));
+  } catch (const InputError& e) {
+    return procedures::report_of_error(e.what(), file.string());
+  }
+}
+
+void print(const procedures::CheckReport& report) {
+  constexpr std::size_t width = 100;
+  const bool colours = terminal::colours_wanted(STDOUT_FILENO);
+  for (const terminal::Line& line : terminal::check_list(report, width)) {
+    std::printf("%s\n", line.rendered(colours).c_str());
+  }
+}
+
+int check(Options& options) {
+  if (!options.target_length.empty()) {
+    options.choice.target_length = target_length_of(options.target_length);
+  }
+  const auto files = procedures_in(options.paths);
+  nlohmann::json reports = nlohmann::json::array();
+  std::size_t bad = 0;
+  for (const fs::path& file : files) {
+    const auto report = report_on(file, options);
+    if (!report.good()) ++bad;
+    if (options.json) {
+      reports.push_back(procedures::json_of(report));
+    } else {
+      print(report);
+      if (files.size() > 1) std::printf("\n");
+      std::fflush(stdout);
+    }
+  }
+  if (options.json) {
+    std::printf("%s\n", reports.dump(2).c_str());
+  } else if (files.size() > 1) {
+    std::printf("%zu procedures, %zu ready, %zu with errors\n", files.size(), files.size() - bad,
+                bad);
+  }
+  return bad == 0 ? exit_code::passed : exit_code::error;
+}
+
+}  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
-      "check", "Check procedures without running them: syntax, names, units, parameters");
-  auto files = std::make_shared<std::vector<std::filesystem::path>>();
-  command->add_option("procedure", *files, "Procedures")->required();
-  command->callback([files, &exit_code] {
-    for (const auto& file : *files) {
-      try {
-        const auto procedure = procedures::load_procedure(file);
-        std::printf("ok   %s: %zu steps, %zu criteria\n", file.c_str(), procedure.steps.size(),
-                    procedure.criteria.size());
-      } catch (const InputError& e) {
-        std::printf("BAD  %s\n", e.what());
-        exit_code = exit_code::error;
-      }
-    }
-  });
+      "check",
+      "Prove as much as can be of procedures before anything moves: names, units, reach, "
+      "clearance,\n"
+      "what the LIDAR sees and the criteria measure. Exit code 2 where there is an error.");
+  auto options = std::make_shared<Options>();
+  command->add_option("procedure", options->paths, "Procedures, or directories of them")
+      ->required();
+  command->add_option("--layout", options->choice.layout,
+                      "Layout of config/layouts instead of the procedure's own");
+  command->add_option("--target", options->choice.target,
+                      "Target instead of the procedure's own: 'radarsat2', or a mesh");
+  command->add_option("--target-length", options->target_length,
+                      "Scale the target so that its longest side is this long, in metres");
+  command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")
+      ->type_name("NAME=VALUE");
+  command->add_option("--config", options->choice.config,
+                      "Configuration directory instead of the one shipped");
+  command->add_flag("--json", options->json, "Findings and steps as JSON");
+  command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 
 }  // namespace berth::commands

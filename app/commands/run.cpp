@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "app/commands/commands.h"
+#include "app/commands/run_options.h"
 #include "app/exit_code.h"
 #include "app/hosts/supervisor.h"
 #include "app/hosts/twin_host.h"
@@ -16,7 +17,6 @@
 #include "app/terminal/terminal_progress.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
-#include "common/core/quantity.h"
 
 namespace berth::commands {
 namespace {
@@ -55,22 +55,9 @@ void add_cell_options(CLI::App& command, Options& options) {
 void complete(Options& options) {
   RunRequest& request = options.request;
   if (!options.target_length.empty()) {
-    const bool has_unit = options.target_length.find('m') != std::string::npos;
-    try {
-      request.target_length =
-          parse_quantity(options.target_length + (has_unit ? "" : " m"), Dimension::length);
-    } catch (const InputError& e) {
-      throw InputError(std::string("--target-length: ") + e.what());
-    }
-    if (request.target_length <= 0) throw InputError("--target-length: must be positive");
+    request.target_length = target_length_of(options.target_length);
   }
-  for (const auto& assignment : options.set) {
-    const auto equals = assignment.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError("--set " + assignment + ": expected NAME=VALUE");
-    }
-    request.parameters[assignment.substr(0, equals)] = assignment.substr(equals + 1);
-  }
+  request.parameters = overrides_of(options.set);
   if (options.twin && options.hardware)
     throw InputError("--twin and --hardware exclude each other");
   request.host = options.twin ? "twin" : options.hardware ? "cell" : "simulated-cell";

@@ -9,8 +9,10 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <vector>
 
+#include "app/runs/choose_setup.h"
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -194,35 +196,15 @@ fs::path shared_files() {
 RunFiles RunFiles::create(const RunRequest& request) {
   const bool twin = request.host == "twin";
   if (!request.joins.empty()) return join(request);
-  const fs::path config = request.config.empty() ? shared_files() / "config" : request.config;
-  if (!fs::is_directory(config / "layouts")) {
-    throw InputError("configuration " + config.string() + ": has no layouts/");
-  }
   std::string stem = "cell";
-  std::string layout = request.layout;
-  std::string target = request.target;
-  double length = request.target_length;
+  std::optional<procedures::Procedure> procedure;
   if (!request.procedure.empty()) {
-    const auto procedure = procedures::load_procedure(request.procedure, request.parameters);
+    procedure = procedures::load_procedure(request.procedure, request.parameters);
     stem = request.procedure.stem().string();
-    if (layout.empty()) layout = procedure.layout;
-    if (target.empty()) {
-      target = procedure.target;
-      if (length == 0) length = procedure.target_length;
-    }
   }
-  if (layout.empty()) layout = "range";
-  if (target.empty()) target = "radarsat2";
-  if (!fs::exists(config / "layouts" / (layout + ".yaml"))) {
-    throw InputError("layout '" + layout + "': no file " +
-                     (config / "layouts" / (layout + ".yaml")).string());
-  }
-  if (target != "radarsat2") {
-    if (!fs::exists(target)) {
-      throw InputError("target '" + target + "': no such file, and not 'radarsat2'");
-    }
-    target = fs::absolute(target).string();
-  }
+  const RunSetup setup =
+      choose_setup({request.config, request.layout, request.target, request.target_length},
+                   procedure ? &*procedure : nullptr);
 
   Description description;
   description.host = request.host;
@@ -230,10 +212,10 @@ RunFiles RunFiles::create(const RunRequest& request) {
   description.seed = request.seed;
   description.session =
       twin ? static_cast<std::int64_t>(request.seed) : clock_offset_now() + getpid();
-  description.layout = layout;
-  description.target = target;
-  description.target_length = length;
-  return write(request, stem, config, description);
+  description.layout = setup.layout;
+  description.target = setup.target;
+  description.target_length = setup.target_length;
+  return write(request, stem, setup.config, description);
 }
 
 RunFiles RunFiles::open(const fs::path& directory) {

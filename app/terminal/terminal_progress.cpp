@@ -16,7 +16,7 @@ namespace {
 
 template <class Message>
 bool take_as(const char* of, const std::string& channel, Bytes bytes,
-             procedures::Progress& progress) {
+             terminal::Progress& progress) {
   if (channel != of) return false;
   if (const auto message = logs::decode<Message>(bytes)) progress.on(*message);
   return true;

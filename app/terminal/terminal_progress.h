@@ -4,9 +4,9 @@
 #include <string>
 
 #include "app/runs/run_files.h"
+#include "app/terminal/progress.h"
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
-#include "procedures/engine/progress.h"
 
 namespace berth {
 
@@ -29,7 +29,7 @@ class TerminalProgress {
   void print(const std::string& line);
   void clear_line();
 
-  procedures::Progress progress_;
+  terminal::Progress progress_;
   bool is_terminal_;
   bool line_shown_ = false;
   double last_refresh_s_ = 0;

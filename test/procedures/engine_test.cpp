@@ -4,12 +4,12 @@
 #include <iterator>
 #include <memory>
 
+#include "app/terminal/progress.h"
 #include "common/core/error.h"
 #include "logs/compare/comparison.h"
 #include "logs/file/log_writer.h"
 #include "logs/run/target_surface.h"
 #include "procedures/engine/procedure_node.h"
-#include "procedures/engine/progress.h"
 #include "test/catch.h"
 #include "test/procedures/fake_cell.h"
 
@@ -129,7 +129,7 @@ class Bench {
   SimulatedBus* operator_bus = nullptr;
   std::int64_t operator_seq = 0;
   std::vector<std::string> lines;
-  procedures::Progress progress{[this](const std::string& line) { lines.push_back(line); }};
+  terminal::Progress progress{[this](const std::string& line) { lines.push_back(line); }};
   bool done = false;
 
  private:

@@ -14,7 +14,7 @@
 
 #include "logs/run/truth_track.h"
 
-namespace berth::procedures {
+namespace berth::terminal {
 
 /// What an operator reads in a terminal while a procedure runs: a lasting line for everything that
 /// happens, and one line that is written anew all the time. Knows no terminal.
@@ -53,4 +53,4 @@ class Progress {
   std::optional<Vector6d> error_;  // of the latest estimate that truth has caught up with
 };
 
-}  // namespace berth::procedures
+}  // namespace berth::terminal

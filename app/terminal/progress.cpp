@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "procedures/engine/progress.h"
+#include "app/terminal/progress.h"
 
 #include <cstdarg>
 #include <cstdio>
 
 #include "logs/compare/comparison.h"
 
-namespace berth::procedures {
+namespace berth::terminal {
 namespace {
 
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
@@ -153,4 +153,4 @@ std::string Progress::verdict() const {
   return text + "\n";
 }
 
-}  // namespace berth::procedures
+}  // namespace berth::terminal

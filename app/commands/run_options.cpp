@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/commands/run_options.h"
+
+#include "common/core/error.h"
+#include "common/core/quantity.h"
+
+namespace berth::commands {
+
+procedures::Overrides overrides_of(const std::vector<std::string>& assignments) {
+  procedures::Overrides overrides;
+  for (const auto& assignment : assignments) {
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError("--set " + assignment + ": expected NAME=VALUE");
+    }
+    overrides[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+  }
+  return overrides;
+}
+
+double target_length_of(const std::string& text) {
+  const bool has_unit = text.find('m') != std::string::npos;
+  double length = 0;
+  try {
+    length = parse_quantity(text + (has_unit ? "" : " m"), Dimension::length);
+  } catch (const InputError& e) {
+    throw InputError(std::string("--target-length: ") + e.what());
+  }
+  if (length <= 0) throw InputError("--target-length: must be positive");
+  return length;
+}
+
+}  // namespace berth::commands

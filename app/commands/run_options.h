@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/runs/choose_setup.h"
+
+/// Options that several commands read alike.
+namespace berth::commands {
+
+/// --set NAME=VALUE, any number of them. @throws InputError.
+procedures::Overrides overrides_of(const std::vector<std::string>& assignments);
+
+/// --target-length, in m unless it names its unit. @throws InputError.
+double target_length_of(const std::string& text);
+
+}  // namespace berth::commands

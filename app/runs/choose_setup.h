@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/run_setup.h"
+#include "procedures/language/procedure.h"
+
+namespace berth {
+
+/// What an operator chose beside the procedure; empty: the procedure's own, or the standard one.
+struct SetupChoice {
+  std::filesystem::path config;
+  std::string layout;
+  std::string target;
+  double target_length = 0;
+};
+
+/// Configuration, layout and target of a run; its seed and session are left as they are. The
+/// target's path is made absolute. procedure: nullptr for a cell alone.
+/// @throws InputError where there is no such configuration, layout or target.
+RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* procedure);
+
+}  // namespace berth

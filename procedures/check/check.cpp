@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/check.h"
+
+#include <nlohmann/json.hpp>
+
+#include "common/core/text.h"
+#include "drivers/lidar/limits.h"
+#include "procedures/check/criteria_check.h"
+#include "procedures/check/sight.h"
+
+namespace berth::procedures {
+namespace {
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+class StepCheck {
+ public:
+  StepCheck(const Procedure& procedure, const Rig& rig, std::vector<Finding>& findings)
+      : procedure_(procedure), rig_(rig), findings_(findings) {}
+
+  void look_at(const Step& step, const StepForecast& forecast, bool after_refusal) {
+    step_ = &step;
+    ++index_;
+    if (const auto* track = std::get_if<Track>(&step.verb)) look_at(*track);
+    if (const auto* scan = std::get_if<Scan>(&step.verb)) look_at(*scan);
+    if (!forecast.refusal.empty()) {
+      // where the arms are after a refused motion is not known
+      add(after_refusal ? Severity::warning : Severity::error,
+          "the testbed refuses: " + forecast.refusal +
+              (after_refusal ? " (" + forecast.remark + ")" : ""));
+    }
+    if (forecast.duration > step.timeout) {
+      add(forecast.guessed ? Severity::warning : Severity::error,
+          "takes " + fixed(forecast.duration, 1) + " s",
+          "no more than its timeout of " + fixed(step.timeout, 1) + " s");
+    }
+  }
+
+ private:
+  void add(Severity severity, const std::string& found, const std::string& expected = "") {
+    findings_.push_back({severity, procedure_.file, step_->line, "step '" + step_->name + "'",
+                         found, expected, index_});
+  }
+
+  void look_at(const Track& track) {
+    estimator::ScanStrategy strategy{};
+    if (track.strategy.empty() || estimator::parse_scan_strategy(track.strategy, strategy)) return;
+    add(Severity::error, "found strategy '" + track.strategy + "'",
+        "one of: " + listed(estimator::scan_strategy_names()));
+  }
+
+  void look_at(const Scan& scan) {
+    const scan_window_t& w = scan.window;
+    const lidar::Window window{w.azimuth_rad,
+                               w.elevation_rad,
+                               w.width_rad,
+                               w.height_rad,
+                               static_cast<lidar::Pattern>(w.pattern),
+                               w.count,
+                               w.spacing_rad};
+    const std::string wrong = lidar::check_windows(rig_.lidar, {window});
+    if (!wrong.empty())
+      add(Severity::error, "the LIDAR " + rig_.lidar.model + " refuses: " + wrong);
+  }
+
+  const Procedure& procedure_;
+  const Rig& rig_;
+  std::vector<Finding>& findings_;
+  const Step* step_ = nullptr;
+  int index_ = -1;
+};
+
+void append(std::vector<Finding>& findings, std::vector<Finding> more) {
+  findings.insert(findings.end(), std::make_move_iterator(more.begin()),
+                  std::make_move_iterator(more.end()));
+}
+
+}  // namespace
+
+CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
+                            const std::optional<testbed::ArmPair>& start) {
+  CheckReport report;
+  report.file = procedure.file;
+  report.name = procedure.name;
+  report.layout = setup.layout;
+  report.target = setup.target;
+  report.criteria = procedure.criteria.size();
+  report.main_steps = procedure.steps.size();
+
+  Rig rig(setup);
+  Rehearsal rehearsal(rig, start.value_or(rig.home()));
+  StepCheck steps(procedure, rig, report.findings);
+  for (const Step& step : procedure.steps) {
+    const bool lost = rehearsal.lost_its_way();
+    steps.look_at(step, rehearsal.perform(step), lost);
+  }
+  append(report.findings, check_sight(procedure, rig, rehearsal));
+  for (const Step& step : procedure.teardown) {
+    const bool lost = rehearsal.lost_its_way();
+    steps.look_at(step, rehearsal.perform(step), lost);
+  }
+  append(report.findings, check_criteria(procedure, rig, rehearsal));
+
+  report.steps = rehearsal.steps();
+  report.duration = rehearsal.duration();
+  for (const StepForecast& step : report.steps) report.guessed = report.guessed || step.guessed;
+  return report;
+}
+
+CheckReport report_of_error(const std::string& what, const std::string& file) {
+  CheckReport report;
+  report.file = file;
+  report.findings.push_back(finding_of_error(what, file));
+  return report;
+}
+
+nlohmann::json json_of(const CheckReport& report) {
+  using nlohmann::json;
+  json findings = json::array();
+  for (const Finding& f : report.findings) {
+    findings.push_back({{"severity", name_of(f.severity)},
+                        {"file", f.file},
+                        {"line", f.line},
+                        {"key", f.key},
+                        {"found", f.found},
+                        {"expected", f.expected},
+                        {"step", f.step}});
+  }
+  json steps = json::array();
+  for (std::size_t i = 0; i < report.steps.size(); ++i) {
+    const StepForecast& s = report.steps[i];
+    json step = {{"name", s.name},       {"phase", s.phase},
+                 {"line", s.line},       {"teardown", i >= report.main_steps},
+                 {"start_s", s.start},   {"duration_s", s.duration},
+                 {"guessed", s.guessed}, {"refusal", s.refusal},
+                 {"remark", s.remark}};
+    if (s.moves && !s.near_a.empty()) {
+      step["clearance_m"] = s.clearance;
+      step["clearance_between"] = {s.near_a, s.near_b};
+    }
+    if (s.moves && !s.joint.empty()) {
+      step["joint_margin_rad"] = s.joint_margin;
+      step["joint"] = s.joint;
+    }
+    steps.push_back(step);
+  }
+  return {{"file", report.file},       {"procedure", report.name},
+          {"layout", report.layout},   {"target", report.target},
+          {"good", report.good()},     {"duration_s", report.duration},
+          {"guessed", report.guessed}, {"criteria", report.criteria},
+          {"findings", findings},      {"steps", steps}};
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/recording.h"
+
+namespace berth::procedures {
+namespace {
+
+/// Of the first step; any time but 0, which stands for "never".
+constexpr Utime start = second;
+
+Utime utime_of(double t) { return start + utime_from_seconds(t); }
+
+template <class Message>
+void set_motion(Message& message, const Pose& pose, const Velocity& velocity) {
+  Vector3d::Map(message.position_m) = pose.position;
+  message.q_wxyz[0] = pose.rotation.w();
+  message.q_wxyz[1] = pose.rotation.x();
+  message.q_wxyz[2] = pose.rotation.y();
+  message.q_wxyz[3] = pose.rotation.z();
+  Vector3d::Map(message.linear_velocity_m_s) = velocity.linear;
+  Vector3d::Map(message.angular_velocity_rad_s) = velocity.angular;
+}
+
+/// Of truth: calibration and the clocks; the encoders add little.
+Matrix6d covariance_of(const testbed::GroundTruth::Settings& truth, const Velocity& velocity) {
+  Vector6d rate;
+  rate << velocity.linear, velocity.angular;
+  Matrix6d covariance = truth.time_sigma * truth.time_sigma * rate * rate.transpose();
+  for (int i = 0; i < 3; ++i) {
+    covariance(i, i) += truth.position_sigma * truth.position_sigma;
+    covariance(i + 3, i + 3) += truth.rotation_sigma * truth.rotation_sigma;
+  }
+  return covariance;
+}
+
+pose_estimate_t right_estimate(const Moment& moment, const Velocity& velocity,
+                               const Matrix6d& covariance) {
+  pose_estimate_t estimate{};
+  estimate.utime = utime_of(moment.time);
+  estimate.status = pose_estimate_t::OK;
+  set_motion(estimate, moment.pose, velocity);
+  std::copy(std::begin(estimate.position_m), std::end(estimate.position_m),
+            estimate.measured_position_m);
+  std::copy(std::begin(estimate.q_wxyz), std::end(estimate.q_wxyz), estimate.measured_q_wxyz);
+  Matrix6d::Map(estimate.covariance) = covariance;
+  Matrix6d::Map(estimate.velocity_covariance) = covariance;
+  return estimate;
+}
+
+procedure_state_t state_of(const Rehearsal& rehearsal) {
+  procedure_state_t state{};
+  state.utime = utime_of(rehearsal.duration());
+  state.state = procedure_state_t::FINISHED;
+  state.utime_start = start;
+  for (const StepForecast& forecast : rehearsal.steps()) {
+    procedure_step_t step{};
+    step.name = forecast.name;
+    step.phase = forecast.phase;
+    step.state = procedure_step_t::PASSED;
+    step.attempts = 1;
+    step.utime_start = utime_of(forecast.start);
+    step.utime_end = utime_of(forecast.start + forecast.duration);
+    state.steps.push_back(step);
+  }
+  state.step_count = static_cast<std::int32_t>(state.steps.size());
+  return state;
+}
+
+}  // namespace
+
+logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool with_estimates) {
+  logs::RunRecord record;
+  run_info_t info{};
+  info.target = rig.setup.target;
+  info.target_length_m = rig.cell.target.length;
+  info.target_hash = rig.cell.target.hash;
+  info.layout = rig.setup.layout;
+  record.add(info);
+  record.add(state_of(rehearsal));
+
+  const auto& moments = rehearsal.moments();
+  double next_estimate = 0;
+  std::int64_t seq = 0;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const Moment& moment = moments[i];
+    const Moment& before = moments[i > 0 ? i - 1 : 0];
+    const double dt = moment.time - before.time;
+    if (i > 0 && utime_of(moment.time) == utime_of(before.time)) continue;
+    const Velocity velocity = dt > 0 ? velocity_between(before.pose, moment.pose, dt) : Velocity{};
+    const Matrix6d covariance = covariance_of(rig.settings.truth, velocity);
+    ground_truth_t truth{};
+    truth.utime = utime_of(moment.time);
+    truth.seq = static_cast<std::int64_t>(i);
+    set_motion(truth, moment.pose, velocity);
+    Matrix6d::Map(truth.covariance) = covariance;
+    record.add(truth);
+    if (!with_estimates || !moment.tracked || moment.time < next_estimate) continue;
+    next_estimate = moment.time + rig.scan_period(moment.returns);
+    pose_estimate_t estimate = right_estimate(moment, velocity, covariance);
+    estimate.seq = ++seq;
+    record.add(estimate);
+  }
+  return record;
+}
+
+}  // namespace berth::procedures

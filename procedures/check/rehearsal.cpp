@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/rehearsal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/bus/loop.h"
+#include "common/core/text.h"
+#include "procedures/engine/motion_command.h"
+
+namespace berth::procedures {
+namespace {
+
+using testbed::ArmPair;
+using testbed::both_arms;
+
+/// Lamps, orders and their answers: about as long as the simulated cell's take.
+constexpr double answer_time = 1.0;
+/// Farther bodies are not looked for, m.
+constexpr double nothing_near = 10.0;
+/// Places of a motion at which clearance is looked at for the list.
+constexpr int looks = 40;
+
+/// How long a step takes that does not move the arms, and what is assumed of it.
+struct Course {
+  double duration = 0;
+  bool guessed = false;
+  std::string remark;
+};
+
+struct CourseOf {
+  const Rig& rig;
+
+  Course operator()(const Lights&) const { return {answer_time, true, ""}; }
+  Course operator()(const StopTracking&) const { return {answer_time, true, ""}; }
+  Course operator()(const Annotate&) const { return {}; }
+  Course operator()(const Wait& wait) const { return {wait.duration, false, ""}; }
+  Course operator()(const Hold& hold) const { return {hold.duration, false, ""}; }
+  Course operator()(const Acquire&) const {
+    return {rig.acquisition_time(), true, "found at the first look"};
+  }
+  Course operator()(const Track& track) const {
+    return {track.settle * rig.scan_period(track.returns), true, ""};
+  }
+  Course operator()(const Scan& scan) const {
+    return {scan.window.count / rig.lidar.rate_hz + answer_time, true, ""};
+  }
+  template <class Motion>
+  Course operator()(const Motion&) const {
+    return {};
+  }
+};
+
+}  // namespace
+
+Rehearsal::Rehearsal(Rig& rig, const ArmPair& start)
+    : rig_(rig), guidance_(rig.surface, rig.settings.guidance) {
+  now_.joints = start;
+  now_.pose = rig.cell.relative_pose(start.replica, start.sensor);
+  moments_.push_back(now_);
+}
+
+const StepForecast& Rehearsal::perform(const Step& step) {
+  StepForecast forecast;
+  forecast.name = step.name;
+  forecast.phase = step.phase;
+  forecast.line = step.line;
+  forecast.start = now_.time;
+  forecast.first_moment = moments_.size() - 1;
+  if (std::holds_alternative<Acquire>(step.verb)) now_.tracked = false;
+  if (const auto command = motion_command(step.verb, now_.pose)) {
+    move(*command, forecast);
+  }
+  const Course course = std::visit(CourseOf{rig_}, step.verb);
+  stay(course.duration);
+  forecast.guessed = forecast.guessed || course.guessed;
+  if (!course.remark.empty()) forecast.remark = course.remark;
+  if (std::holds_alternative<Acquire>(step.verb)) now_.tracked = true;
+  if (const auto* track = std::get_if<Track>(&step.verb)) {
+    now_.tracked = true;
+    now_.returns = track->returns;
+  }
+  if (std::holds_alternative<StopTracking>(step.verb)) now_.tracked = false;
+  // the estimate with which an acquisition ends
+  moments_.back().tracked = moments_.back().tracked || now_.tracked;
+  forecast.duration = now_.time - forecast.start;
+  forecast.last_moment = moments_.size() - 1;
+  steps_.push_back(std::move(forecast));
+  return steps_.back();
+}
+
+void Rehearsal::stay(double duration) {
+  const double start = now_.time;
+  const int count = static_cast<int>(std::ceil(duration / spacing));
+  for (int i = 1; i <= count; ++i) {
+    now_.time = start + duration * i / count;
+    moments_.push_back(now_);
+  }
+}
+
+void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
+  const std::int64_t time = utime_from_seconds(now_.time);
+  // The estimator says what is so: guidance flies what was predicted.
+  guidance_.note_commanded(time, now_.pose);
+  guidance_.on_estimate({time, now_.pose, true, "", true});
+  const auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
+  guidance_.stop();
+  if (const auto* refusal = std::get_if<std::string>(&result)) {
+    forecast.refusal = *refusal;
+    if (lost_) forecast.remark = "looked at from where the motion refused before begins";
+    lost_ = true;
+    return;
+  }
+  const auto& motion = *std::get<testbed::MotionPlanner::Plan>(result).motion;
+  forecast.guessed = testbed::is_closed_loop(command);
+  if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
+  forecast.moves = true;
+  forecast.slack = nothing_near;
+  forecast.joint_margin = std::numeric_limits<double>::infinity();
+  look_around(now_.joints, forecast);
+  const double start = now_.time;
+  const int count = std::max(1, static_cast<int>(std::ceil(motion.duration() / spacing)));
+  const int between_looks = std::max(1, count / looks);
+  for (int i = 1; i <= count; ++i) {
+    const double t = motion.duration() * i / count;
+    const auto joints = motion.at(t, now_.joints, nullptr);
+    if (!joints) break;  // the check has seen that there are some
+    now_.time = start + t;
+    now_.joints = *joints;
+    now_.pose = rig_.cell.relative_pose(joints->replica, joints->sensor);
+    if (motion.duration() > 0) moments_.push_back(now_);
+    if (i % between_looks == 0 || i == count) look_around(now_.joints, forecast);
+  }
+}
+
+void Rehearsal::look_around(const ArmPair& joints, StepForecast& forecast) {
+  const auto near = rig_.clearance.worst(joints, forecast.slack);
+  if (!near.a.empty()) {
+    forecast.slack = near.slack;
+    forecast.clearance = near.distance;
+    forecast.near_a = near.a;
+    forecast.near_b = near.b;
+  }
+  for (const ArmRole role : both_arms) {
+    const ArmKinematics& arm = *rig_.cell.arm(role).kinematics;
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (arm.is_linear(static_cast<int>(i))) continue;
+      const double q = joints.of(role)[i];
+      const double margin = std::min(q - arm.limits()[i].low, arm.limits()[i].high - q);
+      if (margin >= forecast.joint_margin) continue;
+      forecast.joint_margin = margin;
+      forecast.joint = std::string(name_of(role)) + " J" + std::to_string(i + 1);
+    }
+  }
+}
+
+}  // namespace berth::procedures

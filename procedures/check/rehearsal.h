@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "procedures/check/rig.h"
+#include "procedures/language/procedure.h"
+
+namespace berth::procedures {
+
+/// The rig at one time of a run that goes as planned.
+struct Moment {
+  double time = 0;  ///< s after the first step's start
+  testbed::ArmPair joints;
+  Pose pose;             ///< T_sensor_model
+  bool tracked = false;  ///< estimates come
+  int returns = 0;       ///< per tracking scan; 0: the estimator's own number
+};
+
+/// What a step will do, as far as can be said beforehand.
+struct StepForecast {
+  std::string name;
+  std::string phase;
+  int line = 0;
+  double start = 0;      ///< s
+  double duration = 0;   ///< s
+  bool guessed = false;  ///< how long it takes is not in the procedure: the duration is a guess
+  bool moves = false;    ///< a motion that will be carried out
+  std::string refusal;   ///< of its motion, in the testbed's own words; empty: none
+  double clearance = 0;  ///< m between the two bodies named, where it is least to spare
+  double slack = 0;      ///< m, clearance less its limit
+  std::string near_a, near_b;                     ///< empty: nothing comes near
+  double joint_margin = 0;                        ///< rad, least of a rotary joint to its limit
+  std::string joint;                              ///< that joint; empty: the arms have none
+  std::size_t first_moment = 0, last_moment = 0;  ///< of the rehearsal
+  std::string remark;                             ///< what was assumed
+};
+
+/// Goes through a procedure as the rig would if all goes well: motions are planned and checked by
+/// the testbed's own code, one from where the other ends, the estimator is right at once, and the
+/// operator says yes. Nothing but arithmetic.
+class Rehearsal {
+ public:
+  Rehearsal(Rig& rig, const testbed::ArmPair& start);
+
+  /// The step after those performed before.
+  const StepForecast& perform(const Step& step);
+
+  const std::vector<StepForecast>& steps() const { return steps_; }
+  /// At most `spacing` apart, from the first step's start to the last one's end.
+  const std::vector<Moment>& moments() const { return moments_; }
+  double duration() const { return moments_.back().time; }
+  /// Whether a motion was refused: where the arms are after it is not known.
+  bool lost_its_way() const { return lost_; }
+
+  static constexpr double spacing = 0.08;  ///< s
+
+ private:
+  void move(const testbed_command_t& command, StepForecast& forecast);
+  void look_around(const testbed::ArmPair& joints, StepForecast& forecast);
+  void stay(double duration);
+
+  Rig& rig_;
+  testbed::Guidance guidance_;
+  Moment now_;
+  bool lost_ = false;
+  std::vector<Moment> moments_;
+  std::vector<StepForecast> steps_;
+};
+
+}  // namespace berth::procedures

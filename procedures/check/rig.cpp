@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/rig.h"
+
+namespace berth::procedures {
+namespace {
+
+std::filesystem::path layout_of(const RunSetup& setup) {
+  return setup.config / "layouts" / (setup.layout + ".yaml");
+}
+
+}  // namespace
+
+Rig::Rig(const RunSetup& run)
+    : setup(run),
+      cell(load_cell(layout_of(run), load_target(run.target, run.target_length))),
+      settings(testbed::load_settings(run.config / "testbed.yaml", cell)),
+      clearance(cell, settings.clearance),
+      path_check(cell, settings.path, clearance),
+      planner(cell, path_check),
+      commands(cell, settings, planner),
+      surface(cell.target.mesh),
+      estimator(estimator::load_estimator_options(run.config / "estimator.yaml")),
+      lidar(load_lidar_profile(run, estimator.lidar)) {}
+
+double Rig::scan_period(int returns) const {
+  const int beams = returns > 0 ? returns : estimator.returns_per_scan;
+  return beams / lidar.rate_hz + estimator.request_latency_s;
+}
+
+double Rig::acquisition_time() const {
+  return (estimator.acquire_beams + estimator.zoom_beams) / lidar.rate_hz +
+         2 * estimator.request_latency_s;
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/core/text.h"
+
+namespace berth::procedures {
+namespace {
+
+/// Points that the surface is covered with.
+constexpr int most_points = 3000;
+/// Places of a step at which the sensor looks.
+constexpr std::size_t looks = 8;
+/// An acquisition that sees less of the replica may fail; so little is worth a word while tracking.
+constexpr double enough = 0.5;
+
+/// Even over each triangle, the more the larger it is, and at least one.
+std::vector<Vector3d> cover(const Mesh& mesh) {
+  const auto corners = [&mesh](const auto& triangle) {
+    return std::array<Vector3d, 3>{mesh.vertices[triangle[0]], mesh.vertices[triangle[1]],
+                                   mesh.vertices[triangle[2]]};
+  };
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const auto [a, b, c] = corners(triangle);
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  std::vector<Vector3d> points;
+  for (const auto& triangle : mesh.triangles) {
+    const auto [a, b, c] = corners(triangle);
+    const double share = 0.5 * (b - a).cross(c - a).norm() / area;
+    const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(share * most_points))));
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        points.push_back(a + (i + 1.0 / 3) / n * (b - a) + (j + 1.0 / 3) / n * (c - a));
+      }
+    }
+  }
+  return points;
+}
+
+std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
+
+/// What keeps the most of the replica from being seen.
+std::string hindrance(const Sight& sight, const Rig& rig, const estimator::RangeGate& gate) {
+  const LidarProfile& lidar = rig.lidar;
+  if (sight.outside >= sight.too_near && sight.outside >= sight.too_far) {
+    return "the rest lies outside its field of view of " +
+           fixed(degrees(lidar.field_of_view_width), 0) + " x " +
+           fixed(degrees(lidar.field_of_view_height), 0) + " deg";
+  }
+  const std::string lies =
+      "it lies " + fixed(sight.nearest, 2) + " m to " + fixed(sight.farthest, 2) + " m away, ";
+  if (sight.too_near >= sight.too_far) {
+    return lies + (gate.near > lidar.beam.range_min_m
+                       ? "the gate begins at " + fixed(gate.near, 2) + " m"
+                       : "its least range is " + fixed(lidar.beam.range_min_m, 2) + " m");
+  }
+  return lies + (gate.far < lidar.beam.range_max_m
+                     ? "the gate ends at " + fixed(gate.far, 2) + " m"
+                     : "its greatest range is " + fixed(lidar.beam.range_max_m, 0) + " m");
+}
+
+}  // namespace
+
+Lookout::Lookout(const Rig& rig) : rig_(rig), points_(cover(rig.cell.target.mesh)) {}
+
+Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
+  const LidarProfile& lidar = rig_.lidar;
+  const Vector3d eye = pose.inverse().position;
+  const double least = std::max(gate.near, lidar.beam.range_min_m);
+  const double greatest = std::min(gate.far, lidar.beam.range_max_m);
+  Sight sight;
+  sight.nearest = std::numeric_limits<double>::infinity();
+  int turned_here = 0;
+  for (const Vector3d& point : points_) {
+    const Vector3d way = point - eye;
+    const double range = way.norm();
+    constexpr double skin = 1e-3;
+    if (range <= skin || rig_.surface.occluded({eye, way / range}, range - skin)) continue;
+    ++turned_here;
+    sight.nearest = std::min(sight.nearest, range);
+    sight.farthest = std::max(sight.farthest, range);
+    const Vector3d seen = pose * point;
+    const double azimuth = std::atan2(seen.x(), seen.z());
+    const double elevation = std::atan2(-seen.y(), std::hypot(seen.x(), seen.z()));
+    if (std::abs(azimuth) > 0.5 * lidar.field_of_view_width ||
+        std::abs(elevation) > 0.5 * lidar.field_of_view_height) {
+      ++sight.outside;
+    } else if (range < least) {
+      ++sight.too_near;
+    } else if (range > greatest) {
+      ++sight.too_far;
+    } else {
+      ++sight.share;
+    }
+  }
+  for (double* count : {&sight.share, &sight.outside, &sight.too_near, &sight.too_far}) {
+    *count /= std::max(1, turned_here);
+  }
+  return sight;
+}
+
+std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
+                                 const Rehearsal& rehearsal) {
+  std::vector<Finding> findings;
+  const Lookout lookout(rig);
+  const auto& moments = rehearsal.moments();
+  estimator::RangeGate gate = rig.estimator.gate;
+  for (std::size_t i = 0; i < rehearsal.steps().size(); ++i) {
+    const StepForecast& forecast = rehearsal.steps()[i];
+    const Verb& verb = procedure.steps[i].verb;
+    const auto* acquire = std::get_if<Acquire>(&verb);
+    const auto* track = std::get_if<Track>(&verb);
+    const double near = acquire != nullptr ? acquire->gate_near
+                        : track != nullptr ? track->gate_near
+                                           : 0;
+    const double far = acquire != nullptr ? acquire->gate_far
+                       : track != nullptr ? track->gate_far
+                                          : 0;
+    if (acquire != nullptr || track != nullptr) gate = rig.estimator.gate;
+    if (far > 0) gate = {near, far};
+    if (acquire == nullptr && !moments[forecast.last_moment].tracked) continue;
+    const std::size_t stride =
+        std::max<std::size_t>(1, (forecast.last_moment - forecast.first_moment) / looks);
+    Sight worst;
+    double when = 0;
+    worst.share = 2;
+    for (std::size_t k = forecast.moves ? forecast.first_moment : forecast.last_moment;
+         k <= forecast.last_moment; k += stride) {
+      const Sight sight = lookout.look(moments[k].pose, gate);
+      if (sight.share >= worst.share) continue;
+      worst = sight;
+      when = moments[k].time - forecast.start;
+    }
+    if (worst.share >= enough) continue;
+    Finding finding;
+    finding.severity = worst.share <= 0     ? Severity::error
+                       : acquire != nullptr ? Severity::warning
+                                            : Severity::note;
+    finding.file = procedure.file;
+    finding.line = forecast.line;
+    finding.key = "step '" + forecast.name + "'";
+    finding.found = "the LIDAR " + rig.lidar.model + " sees " +
+                    (worst.share <= 0 ? "nothing" : percent(worst.share)) +
+                    " of the replica's near side" +
+                    (forecast.moves ? " " + fixed(when, 1) + " s after its start" : "") + ": " +
+                    hindrance(worst, rig, gate);
+    finding.step = static_cast<int>(i);
+    findings.push_back(finding);
+  }
+  return findings;
+}
+
+}  // namespace berth::procedures
