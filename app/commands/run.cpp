@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "app/commands/commands.h"
 #include "app/commands/run_options.h"
@@ -12,11 +13,13 @@
 #include "app/hosts/supervisor.h"
 #include "app/hosts/twin_host.h"
 #include "app/runs/active_runs.h"
+#include "app/runs/arms_now.h"
 #include "app/runs/verdict.h"
 #include "app/terminal/monitor.h"
 #include "app/terminal/terminal_progress.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
+#include "procedures/check/check.h"
 
 namespace berth::commands {
 namespace {
@@ -28,6 +31,7 @@ struct Options {
   bool twin = false;
   bool hardware = false;
   bool detach = false;
+  bool no_check = false;
 };
 
 void add_cell_options(CLI::App& command, Options& options) {
@@ -95,6 +99,29 @@ int run_in_twin(const RunFiles& files) {
   return code;
 }
 
+/// What berth check would say, before anything starts. @return whether it may.
+bool passes_check(const RunRequest& request) {
+  const auto procedure = procedures::load_procedure(request.procedure, request.parameters);
+  std::optional<testbed::ArmPair> start;
+  RunSetup setup;
+  if (request.joins.empty()) {
+    setup = choose_setup({request.config, request.layout, request.target, request.target_length},
+                         &procedure);
+  } else {
+    setup = RunFiles::open(request.joins).setup;
+    start = arms_now(request.url, setup.session);
+  }
+  const auto report = procedures::check_procedure(procedure, setup, start);
+  for (const procedures::Finding& finding : report.findings) {
+    if (finding.severity == procedures::Severity::note) continue;
+    std::fprintf(stderr, "%s\n", procedures::text_of(finding).c_str());
+  }
+  if (!report.good()) {
+    std::fprintf(stderr, "berth: nothing was started; --no-check runs it all the same\n");
+  }
+  return report.good();
+}
+
 int run_in_processes(const RunFiles& files, bool detach) {
   std::printf("run %s\n", files.directory.c_str());
   std::fflush(stdout);
@@ -117,9 +144,15 @@ void add_run(CLI::App& app, int& exit_code) {
       "In one process on a simulated clock: deterministic, far faster than real time");
   command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")
       ->type_name("NAME=VALUE");
+  command->add_flag("--no-check", options->no_check,
+                    "Start although berth check may have something against it");
   add_cell_options(*command, *options);
   command->callback([options, &exit_code] {
     complete(*options);
+    if (!options->no_check && !passes_check(options->request)) {
+      exit_code = exit_code::error;
+      return;
+    }
     const RunFiles files = RunFiles::create(options->request);
     exit_code = options->twin ? run_in_twin(files) : run_in_processes(files, options->detach);
   });

@@ -18,9 +18,9 @@ using procedures::StepForecast;
 // Columns of the list.
 constexpr std::size_t at_line = 6;
 constexpr std::size_t at_step = 12;
-constexpr std::size_t at_time = 40;
-constexpr std::size_t at_clearance = 52;
-constexpr std::size_t at_margin = 82;
+constexpr std::size_t at_time = 36;
+constexpr std::size_t at_clearance = 48;
+constexpr std::size_t at_margin = 84;
 
 Style style_of(Severity severity) {
   return severity == Severity::error     ? Style::bad
@@ -53,6 +53,12 @@ std::string what(const Finding& finding) {
   return finding.found + (finding.expected.empty() ? "" : "; expected " + finding.expected);
 }
 
+/// "replica arm's pedestal" is too long for a list.
+std::string brief(std::string body) {
+  const auto at = body.find(" arm's");
+  return at == std::string::npos ? body : body.erase(at, 6);
+}
+
 Line heading() {
   Line line(std::string(at_line, ' '));
   line.add("line", Style::faint).tab(at_step).add("step", Style::faint);
@@ -75,7 +81,8 @@ Line row(const StepForecast& step, bool teardown, Severity worst) {
   if (!step.moves) return line;
   if (!step.near_a.empty()) {
     line.tab(at_clearance).add(fixed(step.clearance, 2) + " m ");
-    line.add(cut(step.near_a + " - " + step.near_b, at_margin - line.width() - 1), Style::faint);
+    line.add(cut(brief(step.near_a) + " - " + brief(step.near_b), at_margin - line.width() - 1),
+             Style::faint);
   }
   if (!step.joint.empty()) {
     line.tab(at_margin).add(right(fixed(degrees(step.joint_margin), 0), 3) + " deg ");
@@ -135,16 +142,6 @@ std::vector<Line> check_list(const CheckReport& report, std::size_t width) {
     add_finding(lines, f, at_line, place + (f.key.empty() ? "" : f.key + ": ") + what(f), width);
   }
   lines.push_back(summary(report));
-  return lines;
-}
-
-std::vector<Line> findings_list(const CheckReport& report, std::size_t width) {
-  std::vector<Line> lines;
-  for (const Finding& f : report.findings) {
-    if (f.severity == Severity::note) continue;
-    const std::string place = f.file + (f.line > 0 ? ":" + std::to_string(f.line) : "") + ": ";
-    add_finding(lines, f, 0, place + (f.key.empty() ? "" : f.key + ": ") + what(f), width);
-  }
   return lines;
 }
 

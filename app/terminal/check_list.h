@@ -11,7 +11,4 @@ namespace berth::terminal {
 /// What `berth check` prints of one procedure: a line for each step, what was found, a summary.
 std::vector<Line> check_list(const procedures::CheckReport& report, std::size_t width);
 
-/// Findings alone, for a run that is about to begin: errors and warnings.
-std::vector<Line> findings_list(const procedures::CheckReport& report, std::size_t width);
-
 }  // namespace berth::terminal

@@ -4,13 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 namespace berth {
 
 std::string fixed(double value, int decimals) {
   char text[400];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+  // -0.0 is nothing to tell people
+  const bool zero = text[0] == '-' &&
+                    std::string_view(text).find_first_of("123456789in") == std::string_view::npos;
+  return zero ? text + 1 : text;
 }
 
 std::string shown(double value) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/check/check.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/core/text.h"
@@ -22,16 +23,15 @@ class StepCheck {
   StepCheck(const Procedure& procedure, const Rig& rig, std::vector<Finding>& findings)
       : procedure_(procedure), rig_(rig), findings_(findings) {}
 
-  void look_at(const Step& step, const StepForecast& forecast, bool after_refusal) {
+  void look_at(const Step& step, const StepForecast& forecast) {
     step_ = &step;
     ++index_;
     if (const auto* track = std::get_if<Track>(&step.verb)) look_at(*track);
     if (const auto* scan = std::get_if<Scan>(&step.verb)) look_at(*scan);
     if (!forecast.refusal.empty()) {
-      // where the arms are after a refused motion is not known
-      add(after_refusal ? Severity::warning : Severity::error,
+      add(forecast.from_afar ? Severity::warning : Severity::error,
           "the testbed refuses: " + forecast.refusal +
-              (after_refusal ? " (" + forecast.remark + ")" : ""));
+              (forecast.from_afar ? " (from where the motion refused before begins)" : ""));
     }
     if (forecast.duration > step.timeout) {
       add(forecast.guessed ? Severity::warning : Severity::error,
@@ -94,17 +94,13 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
   Rig rig(setup);
   Rehearsal rehearsal(rig, start.value_or(rig.home()));
   StepCheck steps(procedure, rig, report.findings);
-  for (const Step& step : procedure.steps) {
-    const bool lost = rehearsal.lost_its_way();
-    steps.look_at(step, rehearsal.perform(step), lost);
-  }
+  for (const Step& step : procedure.steps) steps.look_at(step, rehearsal.perform(step));
   append(report.findings, check_sight(procedure, rig, rehearsal));
-  for (const Step& step : procedure.teardown) {
-    const bool lost = rehearsal.lost_its_way();
-    steps.look_at(step, rehearsal.perform(step), lost);
-  }
+  for (const Step& step : procedure.teardown) steps.look_at(step, rehearsal.perform(step));
   append(report.findings, check_criteria(procedure, rig, rehearsal));
 
+  std::stable_sort(report.findings.begin(), report.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.line < b.line; });
   report.steps = rehearsal.steps();
   report.duration = rehearsal.duration();
   for (const StepForecast& step : report.steps) report.guessed = report.guessed || step.guessed;

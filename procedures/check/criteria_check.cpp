@@ -70,7 +70,7 @@ class CriteriaCheck {
     const bool by_truth_alone = result.value == truth.value;
     const std::string phase = "phase '" + criterion.phase + "'";
     if (std::isnan(result.value)) return cannot_be_measured(criterion, result);
-    if (!by_truth_alone && !anything_tracked(criterion.phase)) {
+    if ((!by_truth_alone || result.samples == 0) && !anything_tracked(criterion.phase)) {
       return add(criterion, Severity::error, "nothing is tracked in " + phase,
                  "an 'acquire' before it, or another phase");
     }

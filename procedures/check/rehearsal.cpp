@@ -19,6 +19,8 @@ using testbed::both_arms;
 constexpr double answer_time = 1.0;
 /// Farther bodies are not looked for, m.
 constexpr double nothing_near = 10.0;
+/// Joints that turn farther have no limit worth a word, rad.
+constexpr double endless = radians(3600.0);
 /// Places of a motion at which clearance is looked at for the list.
 constexpr int looks = 40;
 
@@ -101,6 +103,7 @@ void Rehearsal::stay(double duration) {
 
 void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
   const std::int64_t time = utime_from_seconds(now_.time);
+  forecast.from_afar = lost_;
   // The estimator says what is so: guidance flies what was predicted.
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
@@ -108,15 +111,15 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
   guidance_.stop();
   if (const auto* refusal = std::get_if<std::string>(&result)) {
     forecast.refusal = *refusal;
-    if (lost_) forecast.remark = "looked at from where the motion refused before begins";
-    lost_ = true;
+    lost_ = ever_lost_ = true;
     return;
   }
+  if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends where it was told to
   const auto& motion = *std::get<testbed::MotionPlanner::Plan>(result).motion;
   forecast.guessed = testbed::is_closed_loop(command);
   if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
   forecast.moves = true;
-  forecast.slack = nothing_near;
+  forecast.clearance = nothing_near;
   forecast.joint_margin = std::numeric_limits<double>::infinity();
   look_around(now_.joints, forecast);
   const double start = now_.time;
@@ -135,9 +138,8 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
 }
 
 void Rehearsal::look_around(const ArmPair& joints, StepForecast& forecast) {
-  const auto near = rig_.clearance.worst(joints, forecast.slack);
+  const auto near = rig_.clearance.nearest(joints, forecast.clearance);
   if (!near.a.empty()) {
-    forecast.slack = near.slack;
     forecast.clearance = near.distance;
     forecast.near_a = near.a;
     forecast.near_b = near.b;
@@ -145,9 +147,10 @@ void Rehearsal::look_around(const ArmPair& joints, StepForecast& forecast) {
   for (const ArmRole role : both_arms) {
     const ArmKinematics& arm = *rig_.cell.arm(role).kinematics;
     for (std::size_t i = 0; i < 6; ++i) {
-      if (arm.is_linear(static_cast<int>(i))) continue;
+      const JointLimit& limit = arm.limits()[i];
+      if (arm.is_linear(static_cast<int>(i)) || limit.high - limit.low > endless) continue;
       const double q = joints.of(role)[i];
-      const double margin = std::min(q - arm.limits()[i].low, arm.limits()[i].high - q);
+      const double margin = std::min(q - limit.low, limit.high - q);
       if (margin >= forecast.joint_margin) continue;
       forecast.joint_margin = margin;
       forecast.joint = std::string(name_of(role)) + " J" + std::to_string(i + 1);

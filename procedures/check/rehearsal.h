@@ -23,14 +23,14 @@ struct StepForecast {
   std::string name;
   std::string phase;
   int line = 0;
-  double start = 0;      ///< s
-  double duration = 0;   ///< s
-  bool guessed = false;  ///< how long it takes is not in the procedure: the duration is a guess
-  bool moves = false;    ///< a motion that will be carried out
-  std::string refusal;   ///< of its motion, in the testbed's own words; empty: none
-  double clearance = 0;  ///< m between the two bodies named, where it is least to spare
-  double slack = 0;      ///< m, clearance less its limit
-  std::string near_a, near_b;                     ///< empty: nothing comes near
+  double start = 0;        ///< s
+  double duration = 0;     ///< s
+  bool guessed = false;    ///< how long it takes is not in the procedure: the duration is a guess
+  bool moves = false;      ///< a motion that will be carried out
+  std::string refusal;     ///< of its motion, in the testbed's own words; empty: none
+  bool from_afar = false;  ///< looked at from where a motion refused before begins
+  double clearance = 0;    ///< m, least between two bodies of different parties,
+  std::string near_a, near_b;                     ///< these; empty: nothing comes near
   double joint_margin = 0;                        ///< rad, least of a rotary joint to its limit
   std::string joint;                              ///< that joint; empty: the arms have none
   std::size_t first_moment = 0, last_moment = 0;  ///< of the rehearsal
@@ -51,8 +51,8 @@ class Rehearsal {
   /// At most `spacing` apart, from the first step's start to the last one's end.
   const std::vector<Moment>& moments() const { return moments_; }
   double duration() const { return moments_.back().time; }
-  /// Whether a motion was refused: where the arms are after it is not known.
-  bool lost_its_way() const { return lost_; }
+  /// Whether a motion was refused, so that the record is not what a run would be.
+  bool lost_its_way() const { return ever_lost_; }
 
   static constexpr double spacing = 0.08;  ///< s
 
@@ -64,7 +64,8 @@ class Rehearsal {
   Rig& rig_;
   testbed::Guidance guidance_;
   Moment now_;
-  bool lost_ = false;
+  bool lost_ = false;  // where the arms are is not known: the motion before was refused
+  bool ever_lost_ = false;
   std::vector<Moment> moments_;
   std::vector<StepForecast> steps_;
 };

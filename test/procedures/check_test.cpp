@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/check/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/core/error.h"
+#include "logs/run/target_surface.h"
+#include "procedures/check/recording.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::procedures;
+using Catch::Matchers::Contains;
+
+namespace {
+
+RunSetup setup_for(const Procedure& procedure) {
+  RunSetup setup;
+  setup.config = "config";
+  if (!procedure.layout.empty()) setup.layout = procedure.layout;
+  if (!procedure.target.empty()) setup.target = procedure.target;
+  return setup;
+}
+
+CheckReport check_text(const std::string& text) {
+  const Procedure procedure = parse_procedure(text, "p.yaml");
+  return check_procedure(procedure, setup_for(procedure));
+}
+
+/// The lines that matter, one per finding.
+std::string said(const CheckReport& report) {
+  std::string text;
+  for (const Finding& finding : report.findings) {
+    if (finding.severity != Severity::note) text += text_of(finding) + "\n";
+  }
+  return text;
+}
+
+const std::string tracked = R"(name: tracked
+steps:
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 200 mm/s}
+  - acquire: {gate: [3 m, 8 m]}
+  - track: {settle: 3}
+  - hold: 20 s
+)";
+
+}  // namespace
+
+TEST_CASE("every procedure shipped checks without error or warning") {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator("procedures")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++count;
+    const Procedure procedure = load_procedure(entry.path());
+    const CheckReport report = check_procedure(procedure, setup_for(procedure));
+    INFO(said(report));
+    CHECK(said(report).empty());
+    CHECK(report.duration > 0);
+    CHECK(report.steps.size() == procedure.steps.size() + procedure.teardown.size());
+  }
+  CHECK(count >= 4);
+}
+
+TEST_CASE("motions are planned one from where the other ends, with what there is to spare") {
+  const CheckReport report = check_text(R"(name: x
+steps:
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}
+  - move: {to: [0, 0, 4500, 0, 0, 0], speed: 50 mm/s}
+  - wait: 7 s
+)");
+  INFO(said(report));
+  REQUIRE(report.good());
+  REQUIRE(report.steps.size() >= 3);
+  // half a metre at 50 mm/s takes ten seconds and the ramps
+  CHECK(report.steps[1].duration == Approx(11.5).margin(1));
+  CHECK_FALSE(report.steps[1].guessed);
+  CHECK(report.steps[1].clearance > 0.1);
+  CHECK(report.steps[1].joint_margin > 0);
+  CHECK_FALSE(report.steps[1].joint.empty());
+  CHECK(report.steps[2].duration == Approx(7));
+  CHECK(report.steps[2].start == Approx(report.steps[0].duration + report.steps[1].duration));
+}
+
+TEST_CASE("a motion is refused with where, when and which limit, and the next ones are looked at") {
+  const CheckReport report = check_text(R"(name: x
+steps:
+  - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}
+  - move: {to: [0, 0, 5000, 0, 0, 60], speed: 100 mm/s, turn: 29 deg/s}
+  - move: {to: [0, 0, 4800, 0, 0, 0], speed: 2 m/s}
+)");
+  CHECK_FALSE(report.good());
+  CHECK_THAT(said(report), Contains("p.yaml:3: error: step 'move': the testbed refuses: at ") &&
+                               Contains("relative pose (") && Contains("limit"));
+  CHECK(report.steps[1].moves);
+  CHECK(report.steps[1].refusal.empty());
+  CHECK_THAT(said(report), Contains("p.yaml:6: error") && Contains("2000.0 mm/s is not within"));
+}
+
+TEST_CASE("what the LIDAR cannot see is said where it is to be found or tracked") {
+  CHECK(said(check_text(tracked)).empty());
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = tracked;
+    const auto at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return said(check_text(text.replace(at, from.size(), to)));
+  };
+  CHECK_THAT(with("[3 m, 8 m]", "[6 m, 8 m]"),
+             Contains("p.yaml:4: error: step 'acquire'") && Contains("the gate begins at 6.00 m"));
+  CHECK_THAT(with("  - hold: 20 s", "  - approach: {standoff: 2 m, speed: 100 mm/s}"),
+             Contains("sees nothing") && Contains("its least range is 3.00 m"));
+  CHECK_THAT(with("  - hold: 20 s", "  - scan: {width: 50 deg, height: 5 deg, count: 500}"),
+             Contains("field of view ends at 20 deg"));
+  CHECK_THAT(with("settle: 3", "strategy: wild"),
+             Contains("found strategy 'wild'; expected one of: dense, sparse"));
+}
+
+TEST_CASE("criteria must name what the run will record") {
+  const auto with = [](const std::string& criterion) {
+    return said(check_text(tracked + "criteria:\n  - {name: c, " + criterion + "}\n"));
+  };
+  CHECK(with("measurement: position_error, statistic: rms, phase: hold, max: 10 mm").empty());
+  CHECK_THAT(with("measurement: attitude_error, statistic: rms, phase: move, max: 1 deg"),
+             Contains("p.yaml:8: error: criterion 'c'") && Contains("nothing is tracked"));
+  CHECK_THAT(with("measurement: tracking_share, phase: move, min: 90 %"),
+             Contains("nothing is tracked in phase 'move'"));
+  CHECK_THAT(with("measurement: surface_range, statistic: min, min: 6 m"),
+             Contains("if all goes as planned") && Contains("at least 6000.00 mm"));
+  CHECK_THAT(
+      with("measurement: position_error, statistic: rms, phase: hold, max: 10 mm, samples: 99"),
+      Contains("warning") && Contains("samples are to be expected"));
+  CHECK_THAT(with("measurement: position_error, statistic: rms, phase: hold, max: 1 mm"),
+             Contains("warning") && Contains("truth itself is uncertain"));
+}
+
+TEST_CASE("a target without a docking interface is not docked with") {
+  Procedure procedure = parse_procedure(tracked + R"(
+  - approach: {standoff: 3.5 m, speed: 50 mm/s, dock: true}
+criteria:
+  - {name: c, measurement: docking_range, statistic: final, max: 4 m}
+)",
+                                        "p.yaml");
+  RunSetup setup = setup_for(procedure);
+  CHECK(check_procedure(procedure, setup).good());
+  const auto mesh = std::filesystem::temp_directory_path() / "berth-check-target.ply";
+  save_ply(make_box({2, 0.6, 0.4}), mesh);
+  setup.target = mesh;
+  const std::string complaint = said(check_procedure(procedure, setup));
+  std::filesystem::remove(mesh);
+  CHECK_THAT(complaint, Contains("step 'approach'") && Contains("names no docking interface"));
+  CHECK_THAT(complaint, Contains("criterion 'c'"));
+}
+
+TEST_CASE("a step that cannot end in its time is an error when its time is known") {
+  CHECK_THAT(said(check_text("name: x\nsteps:\n  - move: {to: [0, 0, 4500, 0, 0, 0], speed: 20 "
+                             "mm/s}\n    timeout: 10 s\n")),
+             Contains("p.yaml:3: error") && Contains("timeout of 10.0 s"));
+}
+
+TEST_CASE("each measurement that there is can be forecast") {
+  const Procedure procedure = parse_procedure(tracked, "p.yaml");
+  Rig rig(setup_for(procedure));
+  Rehearsal rehearsal(rig, rig.home());
+  for (const Step& step : procedure.steps) rehearsal.perform(step);
+  const logs::RunRecord record = forecast_record(rig, rehearsal, true);
+  const logs::Measurer measurer(record, logs::nearest_point_on(rig.cell.target));
+  const auto run = record.phase(logs::whole_run);
+  REQUIRE(run);
+  CHECK(run->duration_s() == Approx(rehearsal.duration()));
+  for (const logs::Measurement& measurement : logs::measurements()) {
+    const auto measured = measurer.measure(measurement, logs::Statistic::rms, *run);
+    INFO(measurement.name << ": " << measured.reason);
+    CHECK_FALSE(std::isnan(measured.value));
+  }
+  // As often as the LIDAR can: 20 s of holding with the estimator's own number of returns.
+  const auto rate = measurer.measure(*logs::measurement_named("update_rate"), logs::Statistic::rms,
+                                     *record.phase("hold"));
+  CHECK(rate.value == Approx(1 / rig.scan_period(0)).epsilon(0.1));
+}
+
+TEST_CASE("a report as JSON says the same") {
+  const CheckReport report = check_text(R"(name: x
+steps:
+  - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
+)");
+  const auto json = json_of(report);
+  CHECK(json["good"] == false);
+  CHECK(json["steps"][0]["refusal"] == report.steps[0].refusal);
+  CHECK(json["findings"][0]["line"] == 3);
+  CHECK(json["findings"][0]["severity"] == "error");
+}
+
+TEST_CASE("what a reader complains of becomes a finding with its place") {
+  const Finding finding = finding_of_error("a/b.yaml:7: key 'x': found y", "c.yaml");
+  CHECK(finding.file == "a/b.yaml");
+  CHECK(finding.line == 7);
+  CHECK(finding.found == "key 'x': found y");
+  const Finding other = finding_of_error("cannot open b.yaml: no such file", "c.yaml");
+  CHECK(other.file == "c.yaml");
+  CHECK(other.line == 0);
+  CHECK(other.found == "cannot open b.yaml: no such file");
+}
