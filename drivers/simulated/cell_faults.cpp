@@ -40,6 +40,12 @@ void add_plc(FaultTable& table, SimulatedPlc& plc) {
   flag("silent", [](SimulatedPlc& p, bool on) { p.silence(on); });
   flag("estop", [](SimulatedPlc& p, bool on) { p.press_estop(on); });
   flag("fence", [](SimulatedPlc& p, bool on) { p.open_fence(on); });
+  const auto later = [&](const char* name, auto set) {
+    table.add({"plc", name, Value::delay, 0, 3600, [&plc, set](double) { set(plc, true); },
+               [&plc, set] { set(plc, false); }});
+  };
+  later("estop_after", [](SimulatedPlc& p, bool on) { p.press_estop(on); });
+  later("fence_after", [](SimulatedPlc& p, bool on) { p.open_fence(on); });
   table.add({"plc",
              "drop_connection",
              Value::none,

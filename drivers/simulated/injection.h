@@ -20,7 +20,8 @@ class FaultTable {
     share,  ///< 0..1
     number,
     length,  ///< m
-    rate     ///< rad/s or m/s, per joint
+    rate,    ///< rad/s or m/s, per joint
+    delay    ///< s from the injection until it begins
   };
   struct Fault {
     std::string device;
@@ -35,25 +36,27 @@ class FaultTable {
   void add(Fault fault) { faults_.push_back(std::move(fault)); }
 
   /// A fault that is there already takes the new value and duration.
-  /// @param duration until it clears itself, s; 0: until it is cleared.
+  /// @param duration from its beginning until it clears itself, s; 0: until it is cleared.
   /// @return why not, naming what is known; empty: done.
   std::string inject(const std::string& device, const std::string& name, double value,
                      double duration, Utime now);
   /// An empty name: all faults of the device. @return as above; that none is there is no mistake.
   std::string clear(const std::string& device, const std::string& name);
   void clear_all();
-  /// Clears what has lasted its duration. @return whether there was any.
-  bool expire(Utime now);
-  /// When the next fault clears itself; 0: none does.
-  Utime next_expiry() const;
+  /// Begins what has waited its delay and clears what has lasted its duration. @return whether
+  /// anything has changed.
+  bool advance(Utime now);
+  /// When that is to be called again; 0: never.
+  Utime next_change() const;
 
-  /// "lidar: range_bias 50 mm", in the order of the table.
+  /// "lidar: range_bias 50 mm", in the order of the table; also what has not begun yet.
   std::vector<std::string> active() const;
 
  private:
   struct Active {
     double value = 0;
-    Utime until = 0;  // 0: until it is cleared
+    Utime begins = 0;  // 0: it has begun
+    Utime until = 0;   // 0: until it is cleared
   };
 
   std::string find(const std::string& device, const std::string& name, std::size_t& index) const;

@@ -12,6 +12,12 @@ namespace {
 constexpr Utime truth_period = 10 * millisecond;
 constexpr Utime velocity_span = 8 * millisecond;
 
+std::string text_of(const std::vector<std::string>& faults) {
+  std::string text;
+  for (const std::string& fault : faults) text += (text.empty() ? "" : "; ") + fault;
+  return text.empty() ? "none" : text;
+}
+
 }  // namespace
 
 SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop, Wires& wires)
@@ -53,7 +59,7 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
 SimulatedCell::~SimulatedCell() {
   loop().cancel(truth_timer_);
   loop().cancel(counter_timer_);
-  loop().cancel(expiry_timer_);
+  loop().cancel(fault_timer_);
 }
 
 Pose SimulatedCell::true_relative_pose(Utime t) {
@@ -133,19 +139,20 @@ void SimulatedCell::carry_out(const injection_t& injection) {
           : injection.device + ": " + injection.fault +
                 (injection.action == injection_t::INJECT ? " injected" : " cleared");
   event(event_t::NOTICE, "injection", what + " by '" + injection.commander + "'");
-  expire_faults();
+  advance_faults();
 }
 
-/// Clears what is over and wakes up again for the next.
-void SimulatedCell::expire_faults() {
-  if (faults_.expire(now())) {
-    event(event_t::NOTICE, "injection", "a fault has lasted its time and is cleared");
+/// Begins and clears what is due, and wakes up again for the next.
+void SimulatedCell::advance_faults() {
+  if (faults_.advance(now())) {
+    event(event_t::NOTICE, "injection",
+          "a fault begins or is over; now there are: " + text_of(faults_.active()));
     publish_faults();
   }
-  loop().cancel(expiry_timer_);
-  expiry_timer_ = 0;
-  if (const Utime next = faults_.next_expiry(); next != 0) {
-    expiry_timer_ = loop().at(next, [this] { expire_faults(); });
+  loop().cancel(fault_timer_);
+  fault_timer_ = 0;
+  if (const Utime next = faults_.next_change(); next != 0) {
+    fault_timer_ = loop().at(next, [this] { advance_faults(); });
   }
 }
 

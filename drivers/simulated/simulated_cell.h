@@ -62,7 +62,7 @@ class SimulatedCell final : public Node {
   void show_counters();
   void on_injection(const injection_t& injection);
   void carry_out(const injection_t& injection);
-  void expire_faults();
+  void advance_faults();
   void publish_faults();
 
   ArmErrors replica_errors_;
@@ -79,7 +79,7 @@ class SimulatedCell final : public Node {
   std::int64_t refused_seq_ = 0;
   std::string refusal_;
   std::int64_t fault_state_seq_ = 0;
-  Loop::TimerId expiry_timer_ = 0;
+  Loop::TimerId fault_timer_ = 0;
   std::optional<WorldTruthLog> truth_;
   std::int64_t truth_seq_ = 0;
   Loop::TimerId truth_timer_ = 0;
