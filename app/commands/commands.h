@@ -14,6 +14,7 @@ void add_attach(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
+void add_report(CLI::App& app, int& exit_code);
 void add_estimate(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_picture(CLI::App& app, int& exit_code);

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/report/axis.h"
+#include "logs/report/sections.h"
+
+namespace berth::report {
+
+Html measurement_section(const RunView& view) {
+  Html html;
+  for (const logs::PhaseTable& phase : view.comparison().phases) {
+    if (phase.phase == logs::teardown_phase || phase.rows.empty()) continue;
+    Table table;
+    table.head = {"measurement", "unit", "samples", "mean", "rms", "p95", "peak"};
+    table.left_columns = 2;
+    for (const logs::SeriesRow& row : phase.rows) {
+      table.rows.push_back({text(row.measurement), text(row.unit),
+                            text(std::to_string(row.samples)), text(shown(row.mean)),
+                            text(shown(row.rms)), text(shown(row.p95)), text(shown(row.peak))});
+    }
+    const std::string head = phase.phase + ": " + shown(phase.duration_s) + " s, " +
+                             std::to_string(phase.estimates) + " good estimates, " +
+                             shown(phase.update_rate_hz, 3) + " Hz, tracking " +
+                             shown(100 * phase.tracking_share, 3) + " %";
+    const bool whole = phase.phase == logs::whole_run;
+    html += markup(whole ? "<details open><summary>" : "<details><summary>") + text(head) +
+            markup("</summary>") + html_of(table) + markup("</details>\n");
+  }
+  return html;
+}
+
+}  // namespace berth::report

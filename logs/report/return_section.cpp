@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/report/sections.h"
+
+namespace berth::report {
+namespace {
+
+Curve dots(const char* name, int colour) {
+  Curve curve;
+  curve.name = name;
+  curve.style = Curve::Style::dots;
+  curve.colour = colour;
+  return curve;
+}
+
+}  // namespace
+
+Html return_section(const RunView& view) {
+  const auto& estimates = view.details().estimates;
+  if (estimates.empty()) return {};
+  Curve residual = dots("rms", 1);
+  Curve received = dots("returns", 0);
+  Curve used = dots("used", 1);
+  Curve misses = dots("misses", 2);
+  for (const EstimateDetail& e : estimates) {
+    const double t = view.at(e.utime);
+    const auto add = [t](Curve& curve, double y) {
+      curve.x.push_back(t);
+      curve.y.push_back(y);
+    };
+    if (e.status == pose_estimate_t::OK) add(residual, 1e3 * e.residual_rms_m);
+    add(received, e.returns_received);
+    add(used, e.returns_used);
+    add(misses, e.misses);
+  }
+  Chart residuals = view.chart("residual of the returns used", "mm");
+  residuals.clip_extremes = true;
+  residuals.curves = {residual};
+  Chart returns = view.chart("beams of each scan", "");
+  returns.clip_extremes = true;
+  returns.curves = {received, misses, used};
+  return grid_of({residuals, returns});
+}
+
+}  // namespace berth::report
