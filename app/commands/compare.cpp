@@ -6,9 +6,8 @@
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "common/core/error.h"
 #include "logs/compare/comparison.h"
-#include "logs/compare/plot.h"
+#include "logs/report/report.h"
 
 namespace berth::commands {
 namespace {
@@ -18,24 +17,20 @@ namespace fs = std::filesystem;
 struct Options {
   std::vector<fs::path> runs;
   bool json = false;
-  fs::path plot;
+  fs::path html;
 };
-
-fs::path log_of(const fs::path& run) { return fs::is_directory(run) ? run / "run.lcm" : run; }
 
 int compare(const Options& options) {
   int worst = exit_code::passed;
+  std::vector<report::ReportedRun> runs;
   for (const auto& run : options.runs) {
-    const fs::path log = log_of(run);
-    const logs::ComparedRun compared = logs::compare_run(log);
-    const logs::Comparison& comparison = compared.comparison;
+    runs.push_back(report::read_reported_run(run));
+    const logs::Comparison& comparison = runs.back().run.comparison;
     std::printf("%s\n",
                 (options.json ? logs::json_of(comparison) : logs::text_of(comparison)).c_str());
-    if (!options.plot.empty() && !logs::write_plot(compared.record, options.plot)) {
-      throw InputError("no plot: gnuplot is missing or failed (apt-get install gnuplot-nox)");
-    }
     worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
   }
+  if (!options.html.empty()) report::write_report(runs, options.html);
   return worst;
 }
 
@@ -47,7 +42,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   command->add_option("run", options->runs, "Run directories or logs")->required();
   command->add_flag("--json", options->json, "JSON instead of tables");
-  command->add_option("--plot", options->plot, "Draw estimate, truth and errors into this SVG");
+  command->add_option("--html", options->html,
+                      "Write a report into this file: one run, or several beside each other");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

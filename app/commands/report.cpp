@@ -23,9 +23,7 @@ int write(const Options& options) {
   std::vector<report::ReportedRun> runs;
   int worst = exit_code::passed;
   for (const fs::path& run : options.runs) {
-    const bool directory = fs::is_directory(run);
-    runs.push_back(
-        report::read_reported_run(directory ? run / "run.lcm" : run, directory ? run : fs::path()));
+    runs.push_back(report::read_reported_run(run));
     worst = std::max(worst, logs::exit_code_of_outcome(runs.back().run.comparison.outcome));
   }
   report::write_report(runs, options.html);
@@ -37,7 +35,7 @@ int write(const Options& options) {
 
 void add_report(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
-      "report", "Write a run, or several beside each other, as one self-contained HTML file");
+      "report", "berth compare --html: a run, or several beside each other, as one HTML file");
   auto options = std::make_shared<Options>();
   command->add_option("run", options->runs, "Run directories or logs")->required();
   command->add_option("--html", options->html, "File to write")->capture_default_str();

@@ -31,7 +31,9 @@ struct RunRequest {
 ///     config/             the configuration as used
 ///     run.lcm             the log
 ///     world_truth.lcm     of a simulated cell: where everything really was; only tests and reports
-///     open it results.json, verdict.txt, plot.svg output/             what the processes printed
+///     open it
+///     results.json, verdict.txt, report.html
+///     output/             what the processes printed
 struct RunFiles {
   std::filesystem::path directory;
   std::string name;  ///< of the run; in the twin it holds no wall time

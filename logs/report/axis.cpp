@@ -51,7 +51,7 @@ std::vector<Tick> ticks(const Axis& axis, int wanted) {
     const int every = std::max(1, static_cast<int>(std::ceil(decades / wanted)));
     for (int p = static_cast<int>(std::ceil(std::log10(axis.low) - 1e-9));
          p <= std::log10(axis.high) + 1e-9; p += every) {
-      list.push_back({std::pow(10, p), shown(std::pow(10, p))});
+      list.push_back({std::pow(10, p), brief(std::pow(10, p))});
     }
     return list;
   }
@@ -86,7 +86,7 @@ Axis axis_without_extremes(std::vector<double> values, bool logarithmic) {
   return around(values.front(), values.back(), logarithmic);
 }
 
-std::string shown(double value, int digits) {
+std::string brief(double value, int digits) {
   if (std::isnan(value)) return "\xE2\x80\x93";  // en dash
   if (std::isinf(value)) return value > 0 ? "\xE2\x88\x9E" : "-\xE2\x88\x9E";
   if (value == 0) return "0";

@@ -33,6 +33,6 @@ Axis axis_for(const std::vector<double>& values, bool logarithmic);
 Axis axis_without_extremes(std::vector<double> values, bool logarithmic);
 
 /// A number for a person: so many significant digits, thousands not as powers.
-std::string shown(double value, int digits = 4);
+std::string brief(double value, int digits = 4);
 
 }  // namespace berth::report

@@ -11,7 +11,7 @@
 namespace berth::report {
 namespace {
 
-constexpr int x_tick_count = 6;
+constexpr int x_tick_count = 8;
 
 std::string percent(double fraction) {
   char out[32];

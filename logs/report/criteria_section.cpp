@@ -54,18 +54,18 @@ Html limits_of(const criterion_result_t& c) {
   const bool lower = std::isfinite(c.lower_limit);
   const bool upper = std::isfinite(c.upper_limit);
   if (lower && upper) {
-    return text(shown(c.lower_limit) + " to " + shown(c.upper_limit));
+    return text(brief(c.lower_limit) + " to " + brief(c.upper_limit));
   }
-  if (lower) return text("\xE2\x89\xA5 " + shown(c.lower_limit));
-  return upper ? text("\xE2\x89\xA4 " + shown(c.upper_limit)) : Html();
+  if (lower) return text("\xE2\x89\xA5 " + brief(c.lower_limit));
+  return upper ? text("\xE2\x89\xA4 " + brief(c.upper_limit)) : Html();
 }
 
 Html margin_of(const criterion_result_t& c) {
   const double m = logs::margin(c);
   if (!std::isfinite(m)) return {};
-  Html html = text(shown(m));
+  Html html = text(brief(m));
   const double part = relative_margin(c);
-  if (std::isfinite(part)) html += element("small", "", text(" " + shown(100 * part, 2) + " %"));
+  if (std::isfinite(part)) html += element("small", "", text(" " + brief(100 * part, 2) + " %"));
   return html;
 }
 
@@ -86,7 +86,7 @@ Html criteria_section(const RunView& view) {
          text(c.phase),
          text(c.measurement) + markup("<br>") +
              element("small", "", text(std::to_string(c.samples) + " samples")),
-         text(shown(c.value)), c.uncertainty > 0 ? text(shown(2 * c.uncertainty, 3)) : Html(),
+         text(brief(c.value)), c.uncertainty > 0 ? text(brief(2 * c.uncertainty, 3)) : Html(),
          limits_of(c), margin_of(c), text(c.unit), scale_of(c)});
   }
   Html html = html_of(table);

@@ -75,12 +75,12 @@ Html consistency(const RunView& view) {
   chart.curves.push_back(curve);
   const auto part = [&](auto condition) {
     const auto n = std::count_if(series.value.begin(), series.value.end(), condition);
-    return shown(100.0 * static_cast<double>(n) / static_cast<double>(series.value.size()), 3);
+    return brief(100.0 * static_cast<double>(n) / static_cast<double>(series.value.size()), 3);
   };
   const std::string words =
-      "Median " + shown(logs::compute(logs::Statistic::p50, series.value), 3) +
+      "Median " + brief(logs::compute(logs::Statistic::p50, series.value), 3) +
       " (5.35 when consistent), mean " +
-      shown(logs::compute(logs::Statistic::mean, series.value), 3) + " (6); " +
+      brief(logs::compute(logs::Statistic::mean, series.value), 3) + " (6); " +
       part([](double v) { return v > chi_square_high; }) + " % above the 97.5 % bound and " +
       part([](double v) { return v < chi_square_low; }) +
       " % below the 2.5 % bound: above, the estimate is surer than it should be; below, less sure. "

@@ -95,7 +95,7 @@ Html node_section(const RunView& view) {
                           text(std::to_string(node.last.received)),
                           text(std::to_string(node.last.published)), bad_if(node.last.undecodable),
                           bad_if(node.last.overflowed), text(std::to_string(node.last.superseded)),
-                          text(shown(seconds(node.longest_silence), 3))});
+                          text(brief(seconds(node.longest_silence), 3))});
   }
   return html_of(table);
 }

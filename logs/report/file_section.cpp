@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 std::string size_of(std::uintmax_t bytes) {
   if (bytes < 10000) return std::to_string(bytes) + " B";
   const double kilobytes = 1e-3 * static_cast<double>(bytes);
-  return kilobytes < 10000 ? shown(kilobytes, 3) + " kB" : shown(1e-3 * kilobytes, 3) + " MB";
+  return kilobytes < 10000 ? brief(kilobytes, 3) + " kB" : brief(1e-3 * kilobytes, 3) + " MB";
 }
 
 Html directory_of(const fs::path& directory, const fs::path& page) {

@@ -13,13 +13,13 @@ Html measurement_section(const RunView& view) {
     table.left_columns = 2;
     for (const logs::SeriesRow& row : phase.rows) {
       table.rows.push_back({text(row.measurement), text(row.unit),
-                            text(std::to_string(row.samples)), text(shown(row.mean)),
-                            text(shown(row.rms)), text(shown(row.p95)), text(shown(row.peak))});
+                            text(std::to_string(row.samples)), text(brief(row.mean)),
+                            text(brief(row.rms)), text(brief(row.p95)), text(brief(row.peak))});
     }
-    const std::string head = phase.phase + ": " + shown(phase.duration_s) + " s, " +
+    const std::string head = phase.phase + ": " + brief(phase.duration_s) + " s, " +
                              std::to_string(phase.estimates) + " good estimates, " +
-                             shown(phase.update_rate_hz, 3) + " Hz, tracking " +
-                             shown(100 * phase.tracking_share, 3) + " %";
+                             brief(phase.update_rate_hz, 3) + " Hz, tracking " +
+                             brief(100 * phase.tracking_share, 3) + " %";
     const bool whole = phase.phase == logs::whole_run;
     html += markup(whole ? "<details open><summary>" : "<details><summary>") + text(head) +
             markup("</summary>") + html_of(table) + markup("</details>\n");

@@ -46,7 +46,7 @@
     if ('fixedTicks' in chart.figure.dataset) return;
     for (const old of chart.area.querySelectorAll('.xt')) old.remove();
     const [low, high] = chart.view;
-    const rough = (high - low) / 6;
+    const rough = (high - low) / 8;
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough * (1 - 1e-9));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));

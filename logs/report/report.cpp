@@ -13,7 +13,7 @@ void add(Page& page, const char* id, const char* heading, const Html& content) {
 
 }  // namespace
 
-void write_report(const std::vector<ReportedRun>& runs, const std::filesystem::path& file) {
+void write_report(std::span<const ReportedRun> runs, const std::filesystem::path& file) {
   const RunView view(runs.front());
   Page page(std::string(logs::text_of_outcome(view.comparison().outcome)) + " " +
             view.source().name());

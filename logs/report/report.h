@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "logs/report/reported_run.h"
 
@@ -9,6 +9,6 @@ namespace berth::report {
 
 /// Writes a run as one self-contained HTML file; several runs beside each other, each with a report
 /// of its own below. @throws InputError when it cannot be written.
-void write_report(const std::vector<ReportedRun>& runs, const std::filesystem::path& page);
+void write_report(std::span<const ReportedRun> runs, const std::filesystem::path& page);
 
 }  // namespace berth::report

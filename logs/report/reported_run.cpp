@@ -41,14 +41,14 @@ std::string ReportedRun::name() const {
   return directory.empty() ? log.filename().string() : directory.filename().string();
 }
 
-ReportedRun read_reported_run(const std::filesystem::path& log,
-                              const std::filesystem::path& directory) {
+ReportedRun read_reported_run(const std::filesystem::path& run) {
   ReportedRun reported;
-  reported.log = log;
-  reported.directory = directory;
+  const bool is_directory = std::filesystem::is_directory(run);
+  reported.log = is_directory ? run / "run.lcm" : run;
+  if (is_directory) reported.directory = run;
   DetailsCollector collector;
-  reported.run =
-      logs::compare_run(log, [&collector](const logs::LogEvent& event) { collector.take(event); });
+  reported.run = logs::compare_run(
+      reported.log, [&collector](const logs::LogEvent& event) { collector.take(event); });
   const auto& record = reported.run.record;
   const std::int64_t session = record.info()    ? record.info()->session
                                : record.state() ? record.state()->session

@@ -122,7 +122,7 @@ double residual_scale(const std::vector<double>& residuals) {
 Html key_of(double scale) {
   std::string swatches;
   for (int i = 0; i < classes; ++i) swatches += "<i class=\"r" + std::to_string(i) + "\"></i>";
-  const std::string reach = shown(1e3 * scale, 2);
+  const std::string reach = brief(1e3 * scale, 2);
   return markup("<span class=\"ramp\">\xE2\x88\x92" + reach + swatches + "+" + reach +
                 " mm</span>");
 }

@@ -71,10 +71,10 @@ std::string caption_of(const RunView& view, const EstimateDetail& e,
                       std::to_string(e.returns_used) + " of " + std::to_string(e.returns_received) +
                       " returns used, " + std::to_string(e.misses) + " misses";
   if (e.status == pose_estimate_t::OK) {
-    words += ", residual " + shown(1e3 * e.residual_rms_m, 3) + " mm rms";
+    words += ", residual " + brief(1e3 * e.residual_rms_m, 3) + " mm rms";
     if (truth) {
-      words += "; off by " + shown(1e3 * distance(truth->pose, pose), 3) + " mm and " +
-               shown(degrees(angle_between(truth->pose, pose)), 3) + " deg";
+      words += "; off by " + brief(1e3 * distance(truth->pose, pose), 3) + " mm and " +
+               brief(degrees(angle_between(truth->pose, pose)), 3) + " deg";
     }
   }
   (void)view;
@@ -114,7 +114,7 @@ Html scan_section(const RunView& view) {
     if (returns == beams.end() || sample == nullptr) continue;
     const auto truth = view.record().truth().at(e.utime);
     ScanPicture picture;
-    picture.title = shown(view.at(e.utime)) + " s, scan " + std::to_string(e.scan_id) + ": " +
+    picture.title = brief(view.at(e.utime)) + " s, scan " + std::to_string(e.scan_id) + ": " +
                     chosen.at(e.scan_id);
     picture.caption = caption_of(view, e, truth, sample->pose);
     if (scan != view.details().scans.end()) picture.windows = scan->second.windows;

@@ -4,20 +4,25 @@
 
 #include "logs/report/axis.h"
 #include "logs/report/sections.h"
+#include "logs/run/outcome.h"
 
 namespace berth::report {
 namespace {
 
-struct StateName {
-  const char* name;
-  const char* colour;
-};
-
-StateName state_of(std::int8_t state) {
-  constexpr StateName names[] = {{"PENDING", "grey"},   {"RUNNING", "unsure"}, {"PASSED", "good"},
-                                 {"FAILED", "bad"},     {"ERROR", "bad"},      {"TIMEOUT", "bad"},
-                                 {"ABORTED", "unsure"}, {"SKIPPED", "grey"}};
-  return state >= 0 && state <= procedure_step_t::SKIPPED ? names[state] : StateName{"?", "grey"};
+const char* class_of_state(std::int8_t state) {
+  switch (state) {
+    case procedure_step_t::PASSED:
+      return "good";
+    case procedure_step_t::FAILED:
+    case procedure_step_t::ERROR:
+    case procedure_step_t::TIMEOUT:
+      return "bad";
+    case procedure_step_t::RUNNING:
+    case procedure_step_t::ABORTED:
+      return "unsure";
+    default:
+      return "grey";
+  }
 }
 
 Html bar_of(const procedure_step_t& step, Utime begin, Utime end, Utime last, const char* colour) {
@@ -43,7 +48,7 @@ Html step_section(const RunView& view) {
   table.head = {"state", "step", "phase", "", "from, s", "lasted, s"};
   table.left_columns = 4;
   for (const procedure_step_t& step : state->steps) {
-    const StateName name = state_of(step.state);
+    const char* colour = class_of_state(step.state);
     const Utime end = step.utime_end != 0 ? step.utime_end : state->utime;
     Html what =
         markup("<span style=\"padding-left:" + std::to_string(std::max<int>(0, step.depth)) +
@@ -54,10 +59,10 @@ Html step_section(const RunView& view) {
     }
     if (!step.detail.empty()) what += markup("<br>") + element("small", "", text(step.detail));
     const bool ran = step.utime_start != 0;
-    table.rows.push_back({element("b", name.colour, text(name.name)), what, text(step.phase),
-                          bar_of(step, view.start(), end, last, name.colour),
-                          ran ? text(shown(view.at(step.utime_start))) : Html(),
-                          ran ? text(shown(seconds(end - step.utime_start))) : Html()});
+    table.rows.push_back({element("b", colour, text(logs::text_of_step_state(step.state))), what,
+                          text(step.phase), bar_of(step, view.start(), end, last, colour),
+                          ran ? text(brief(view.at(step.utime_start))) : Html(),
+                          ran ? text(brief(seconds(end - step.utime_start))) : Html()});
   }
   return html_of(table);
 }

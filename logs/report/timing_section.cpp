@@ -49,14 +49,14 @@ Chart histogram(const char* title, const char* unit, const Times& times) {
        {std::pair{logs::Statistic::p50, "median"}, std::pair{logs::Statistic::p95, "p95"},
         std::pair{logs::Statistic::peak, "max"}}) {
     const double value = logs::compute(statistic, times.value);
-    chart.marks.push_back({value, std::string(name) + " " + shown(value) + " " + unit, false});
+    chart.marks.push_back({value, std::string(name) + " " + brief(value) + " " + unit, false});
   }
   return chart;
 }
 
 Html pair_of(const RunView& view, const char* title, const char* unit, const Times& times) {
   if (times.value.empty()) return {};
-  const auto figure = [&](logs::Statistic s) { return shown(logs::compute(s, times.value)); };
+  const auto figure = [&](logs::Statistic s) { return brief(logs::compute(s, times.value)); };
   const std::string words = std::string(title) + ": median " + figure(logs::Statistic::p50) +
                             ", p95 " + figure(logs::Statistic::p95) + ", p99 " +
                             figure(logs::Statistic::p99) + ", max " +

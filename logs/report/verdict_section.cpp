@@ -38,12 +38,12 @@ Html sentence_of(const criterion_result_t& c) {
   const double m = logs::margin(c);
   const bool lower = c.value - c.lower_limit < c.upper_limit - c.value;
   Html html = text(m < 0 ? "Worst: " : "Tightest margin: ") + element("b", "", text(c.name)) +
-              text(" in " + c.phase + ": " + c.measurement + " " + shown(c.value) + " " + c.unit +
+              text(" in " + c.phase + ": " + c.measurement + " " + brief(c.value) + " " + c.unit +
                    (lower ? ", at least " : ", at most ") +
-                   shown(lower ? c.lower_limit : c.upper_limit) + " " + c.unit +
-                   (m < 0 ? ", beyond by " : ", margin ") + shown(std::abs(m)) + " " + c.unit);
+                   brief(lower ? c.lower_limit : c.upper_limit) + " " + c.unit +
+                   (m < 0 ? ", beyond by " : ", margin ") + brief(std::abs(m)) + " " + c.unit);
   if (std::isfinite(relative_margin(c))) {
-    html += text(" (" + shown(100 * std::abs(relative_margin(c)), 2) + " %)");
+    html += text(" (" + brief(100 * std::abs(relative_margin(c)), 2) + " %)");
   }
   return element("p", "", html);
 }
@@ -68,11 +68,11 @@ Html facts_of(const RunView& view) {
   if (info) {
     facts.add("host", logs::text_of_host(info->host));
     facts.add("layout", info->layout);
-    facts.add("target", info->target + ", " + shown(info->target_length_m) + " m");
+    facts.add("target", info->target + ", " + brief(info->target_length_m) + " m");
     facts.add("seed", std::to_string(info->seed));
   }
   facts.add("began", twin ? "on the simulated clock" : utc(view.start()));
-  facts.add("lasted", shown(view.end_s()) + " s, and its teardown");
+  facts.add("lasted", brief(view.end_s()) + " s, and its teardown");
   if (info) {
     facts.add("version", info->version);
     facts.add("configuration", info->configuration_hash.substr(0, 12));

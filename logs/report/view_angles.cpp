@@ -13,7 +13,7 @@ namespace {
 
 constexpr double paper_width = 640;
 constexpr double paper_height = 420;
-constexpr int cell = 3;  // units of the picture
+constexpr int cell = 2;  // units of the picture
 constexpr int shades = 4;
 
 }  // namespace

@@ -7,7 +7,6 @@
 
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
-#include "logs/compare/plot.h"
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
 #include "test/logs/made_run.h"
@@ -133,25 +132,4 @@ TEST_CASE("a log without a run is an error of the input") {
   { LogWriter log(folder.path / "empty.lcm"); }
   CHECK_THROWS_AS(compare_log(folder.path / "empty.lcm"), InputError);
   CHECK_THROWS_AS(compare_log(folder.path / "none.lcm"), InputError);
-}
-
-TEST_CASE("the picture shows truth, estimate and errors") {
-  TemporaryFolder folder;
-  write_run(folder.path / "run.lcm");
-  LogSummary summary;
-  const RunRecord record = read_run(folder.path / "run.lcm", summary);
-  const fs::path svg = folder.path / "plot's.svg";
-  if (!write_plot(record, svg)) {
-    WARN("gnuplot is not there");
-    return;
-  }
-  std::ifstream in(svg);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  CHECK(text.find("position error, mm") != std::string::npos);
-  CHECK(text.find("</svg>") != std::string::npos);
-  CHECK_FALSE(write_plot(RunRecord{}, folder.path / "nothing.svg"));
-  RunRecord blind;
-  blind.add(made::estimate(made::start, Pose{}));
-  blind.add(made::estimate(made::start + second, Pose{}));
-  CHECK(write_plot(blind, folder.path / "blind.svg"));
 }

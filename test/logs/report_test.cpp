@@ -96,11 +96,11 @@ TEST_CASE("an axis is never empty and few extremes do not flatten it", "[report]
 }
 
 TEST_CASE("numbers are shown with their significant digits", "[report]") {
-  CHECK(shown(0.30289) == "0.3029");
-  CHECK(shown(12345.6) == "12346");
-  CHECK(shown(-20.0) == "-20");
-  CHECK(shown(NAN) == "\xE2\x80\x93");
-  CHECK(shown(3e-7) == "3e-07");
+  CHECK(brief(0.30289) == "0.3029");
+  CHECK(brief(12345.6) == "12346");
+  CHECK(brief(-20.0) == "-20");
+  CHECK(brief(NAN) == "\xE2\x80\x93");
+  CHECK(brief(3e-7) == "3e-07");
 }
 
 TEST_CASE("thinning a curve keeps every column's extremes", "[report]") {
