@@ -26,6 +26,7 @@ int main(int argc, char* argv[]) {
   commands::add_report(app, code);
   commands::add_estimate(app, code);
   commands::add_log(app, code);
+  commands::add_nightly(app, code);
   commands::add_picture(app, code);
   commands::add_doctor(app, code);
   try {

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "app/nights/family_test.h"
+#include "app/nights/history.h"
+
+namespace berth::nights {
+
+/// Tonight's runs and what they are compared with.
+struct Evidence {
+  std::vector<FinishedRun> tonight;
+  /// Fixed seeds of the baseline build, run tonight. Empty without one.
+  std::vector<FinishedRun> baseline;
+  /// Fixed seeds of the last good night. Empty on the first.
+  std::vector<FinishedRun> last_night;
+  /// Fresh seeds of good nights.
+  std::vector<FinishedRun> history;
+};
+
+/// What the statistics say.
+struct ChangeReport {
+  std::vector<FlaggedChange> changes;  ///< worse first
+  std::size_t questions = 0;           ///< that had enough runs to be asked
+  std::vector<std::string> remarks;    ///< what could not be compared, and why
+};
+
+/// Compares in up to three ways, which share the chance of a false alarm: fixed seeds with the same
+/// seeds of the baseline build, and of the last good night (pairs), fresh seeds with those of the
+/// nights before. Values that are all above zero are compared as ratios. Only runs of which all
+/// steps came to their end are measured; whether they do, and pass, is a question of its own. Runs
+/// of a procedure that was edited since are not compared.
+ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
+                          const FamilyOptions& options = {});
+
+/// "worse", "better" or "changed" (where neither is meant): errors and times are better when small,
+/// rates and shares when great, signed means when near zero, consistency when near what it should
+/// be.
+std::string kind_of_change(const std::string& measurement, const std::string& statistic,
+                           double before, double after);
+
+}  // namespace berth::nights

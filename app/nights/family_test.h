@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace berth::nights {
+
+/// One of the many questions asked of the same runs, e.g. "did the rms position error on hold
+/// change?". Values are NaN where a run has none.
+struct Question {
+  std::size_t group = 0;       ///< whose runs: the case
+  std::vector<double> before;  ///< paired: of the same runs as after; else: of earlier runs
+  std::vector<double> after;
+  double least = 0;  ///< a smaller change of the mean is none
+};
+
+struct Answer {
+  double change = 0;  ///< of the mean, after - before; NaN when there is too little to tell
+  double p = 1;       ///< chance that any question of the family answers so strongly by luck
+};
+
+/// Fewer pairs, or fewer values on either side, tell nothing.
+inline constexpr std::size_t fewest_values = 8;
+inline constexpr std::size_t fewest_new_values = 4;
+
+struct FamilyOptions {
+  std::size_t shuffles = 20000;
+  std::uint64_t seed = 1;
+};
+
+/// Did anything change? Westfall and Young's (1993) max-T permutation test: the chance of any false
+/// alarm in the whole family of questions is kept, as with Holm's adjustment, but questions that
+/// say the same thing (they are asked of the same runs) do not cost power for it. A question counts
+/// with Student's t on the scale of the normal distribution (Wallace 1959), and only while the
+/// change of the mean is at least `least`, in the shuffled data as in the real ones; so that tiny
+/// changes, however consistent, neither alarm nor stand in the way of others.
+///
+/// Paired: before and after trade places, run by run, in all questions of a group at once. Exact
+/// where builds differ in nothing but luck.
+std::vector<Answer> paired_family(const std::vector<Question>& questions,
+                                  const FamilyOptions& options = {});
+
+/// Unpaired: runs of a group are dealt anew to before and after. Exact where tonight's runs are as
+/// the earlier ones were. Run i of a group is value i of before, then of after, in all its
+/// questions.
+std::vector<Answer> unpaired_family(const std::vector<Question>& questions,
+                                    const FamilyOptions& options = {});
+
+}  // namespace berth::nights

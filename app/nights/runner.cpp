@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/nights/runner.h"
+
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "app/nights/run_values.h"
+#include "common/core/file.h"
+#include "common/core/sha256.h"
+#include "common/core/text.h"
+
+namespace berth::nights {
+namespace fs = std::filesystem;
+namespace {
+
+/// CPU time of all children that ended.
+double children_cpu_s() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  const auto s = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return s(usage.ru_utime) + s(usage.ru_stime);
+}
+
+bool in_real_time(const PlannedRun& run) { return run.of->host != "twin"; }
+
+std::vector<std::string> command_of(const PlannedRun& run, const Workshop& workshop,
+                                    const fs::path& out) {
+  const bool baseline = run.build == Build::baseline;
+  std::vector<std::string> words;
+  // A build finds its own files; ours must not be taken for those of another.
+  if (baseline) words = {"-u", "BERTH_HOME"};
+  words.push_back(baseline ? workshop.baseline.build.string() : workshop.program.string());
+  words.insert(words.end(), {"run", "--seed", std::to_string(run.seed), "--out", out.string()});
+  if (run.of->host == "twin") words.push_back("--twin");
+  if (run.of->host == "cell") words.push_back("--hardware");
+  if (run.of->host == "simulated-cell") {
+    words.insert(words.end(), {"--lcm-url", "udpm://239.255.76.67:7711?ttl=0"});
+  }
+  if (!run.of->target.empty()) words.insert(words.end(), {"--target", run.of->target});
+  const fs::path config = baseline ? workshop.baseline.config : run.of->config;
+  if (!config.empty()) words.insert(words.end(), {"--config", config.string()});
+  for (const auto& [name, value] : run.of->parameters) {
+    words.insert(words.end(), {"--set", name + "=" + value});
+  }
+  words.push_back(run.of->procedure.string());
+  return words;
+}
+
+std::string procedure_hash(const Case& of) {
+  std::string text = read_file(of.procedure);
+  for (const auto& [name, value] : of.parameters) text += "\n" + name + "=" + value;
+  return sha256(text);
+}
+
+/// The last lines of what a process said, for a person.
+std::string last_words(const fs::path& output) {
+  std::ifstream in(output);
+  std::string line;
+  std::string last;
+  while (std::getline(in, line)) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
+
+/// The run directory that a process made, moved to its place; empty when it made none.
+fs::path put_in_place(const fs::path& out, const fs::path& place) {
+  for (const auto& entry : fs::directory_iterator(out)) {
+    if (!entry.is_directory()) continue;
+    fs::remove_all(place);
+    fs::rename(entry.path(), place);
+    std::error_code ignored;
+    fs::rename(out / "output.txt", place / "output" / "berth-run.txt", ignored);
+    return place;
+  }
+  return {};
+}
+
+}  // namespace
+
+struct Runner::Job {
+  PlannedRun run;
+  fs::path out;
+  Utime begun = 0;
+  Loop::TimerId limit = 0;
+  bool too_long = false;
+  double cpu_s = 0;
+  std::unique_ptr<ChildProcess> process;
+};
+
+Runner::Runner(ProcessLoop& loop, Workshop workshop) : loop_(loop), workshop_(std::move(workshop)) {
+  fs::remove_all(workshop_.night / "work");  // of an interrupted night
+  fs::create_directories(workshop_.night / "work");
+  fs::create_directories(workshop_.night / "runs");
+  loop_.on_signals([this](int) {
+    interrupted_ = true;
+    for (const auto& job : jobs_) left_.push_back(job->run);
+    jobs_.clear();
+    loop_.stop();
+  });
+}
+
+Runner::~Runner() {
+  jobs_.clear();
+  std::error_code ignored;
+  fs::remove_all(workshop_.night / "work", ignored);
+}
+
+std::vector<PlannedRun> Runner::run(std::vector<PlannedRun> runs, const Finished& finished) {
+  waiting_ = std::move(runs);
+  std::reverse(waiting_.begin(), waiting_.end());
+  finished_ = finished;
+  left_.clear();
+  begun_ = loop_.now();
+  cpu_before_ = children_cpu_s();
+  start_what_fits();
+  if (!jobs_.empty()) loop_.run();
+  left_.insert(left_.end(), waiting_.rbegin(), waiting_.rend());
+  return std::move(left_);
+}
+
+bool Runner::may_start(const PlannedRun& run) const {
+  if (jobs_.size() >= static_cast<std::size_t>(workshop_.jobs)) return false;
+  // The cell is there once, and what runs in real time must not wait for a processor.
+  if (jobs_.empty()) return true;
+  return !in_real_time(run) && !in_real_time(jobs_.front()->run);
+}
+
+void Runner::start_what_fits() {
+  const bool time_is_up =
+      workshop_.time_budget_s > 0 && seconds(loop_.now() - begun_) > workshop_.time_budget_s;
+  while (!interrupted_ && !time_is_up && !waiting_.empty() && may_start(waiting_.back())) {
+    const PlannedRun run = waiting_.back();
+    waiting_.pop_back();
+    start(run);
+  }
+}
+
+void Runner::start(const PlannedRun& run) {
+  auto job = std::make_unique<Job>();
+  job->run = run;
+  job->out = workshop_.night / "work" / run.name();
+  job->begun = loop_.now();
+  fs::create_directories(job->out);
+  auto words = command_of(run, workshop_, job->out);
+  Job* const at = job.get();
+  jobs_.push_back(std::move(job));
+  at->limit = loop_.at(loop_.now() + utime_from_seconds(workshop_.run_timeout_s), [at] {
+    at->too_long = true;
+    at->process->signal(SIGKILL);
+  });
+  at->process = std::make_unique<ChildProcess>(loop_, run.name(), "/usr/bin/env", words,
+                                               at->out / "output.txt", [this, at](int exit_code) {
+                                                 const double cpu = children_cpu_s();
+                                                 at->cpu_s = cpu - cpu_before_;
+                                                 cpu_before_ = cpu;
+                                                 // Not from within the process' own callback: it
+                                                 // goes with its job.
+                                                 loop_.post([this, at, exit_code] {
+                                                   if (!interrupted_) ended(*at, exit_code);
+                                                 });
+                                               });
+}
+
+void Runner::ended(Job& job, int exit_code) {
+  loop_.cancel(job.limit);
+  const PlannedRun run = job.run;
+  FinishedRun result;
+  result.case_name = run.of->name;
+  result.build = run.build;
+  result.seed = run.seed;
+  result.fresh = run.fresh;
+  result.procedure = run.of->procedure.string();
+  result.procedure_hash = procedure_hash(*run.of);
+  result.target = run.of->target;
+  result.host = run.of->host;
+  result.wall_s = seconds(loop_.now() - job.begun);
+  result.cpu_s = job.cpu_s;
+
+  const std::string said = last_words(job.out / "output.txt");
+  const fs::path place = put_in_place(job.out, workshop_.night / "runs" / run.name());
+  if (place.empty()) {
+    result.outcome = "ERROR";
+    result.reason =
+        "it made no run directory (exit code " + std::to_string(exit_code) + "): " + said;
+  } else {
+    result.directory = (fs::path("runs") / run.name()).string();
+    read_results(place, exit_code, result);
+  }
+  if (job.too_long) {
+    result.outcome = "ERROR";
+    result.reason = "no end within " + fixed(workshop_.run_timeout_s, 0) + " s: killed";
+  }
+  fs::remove_all(job.out);
+  jobs_.remove_if([&](const auto& other) { return other.get() == &job; });
+  finished_(run, std::move(result));
+  start_what_fits();
+  if (jobs_.empty()) loop_.stop();
+}
+
+}  // namespace berth::nights
