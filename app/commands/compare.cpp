@@ -6,6 +6,7 @@
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
+#include "logs/compare/beside.h"
 #include "logs/compare/comparison.h"
 #include "logs/report/report.h"
 
@@ -20,16 +21,41 @@ struct Options {
   fs::path html;
 };
 
+/// One run in JSON is an object; several are {"runs": [...], "measurements": [...]}.
+void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
+  if (runs.size() == 1) {
+    std::printf("%s\n", logs::json_of(runs.front().run.comparison).c_str());
+    return;
+  }
+  std::vector<logs::Measurer> measurers;
+  for (const auto& run : runs) measurers.emplace_back(run.run.record, run.run.nearest);
+  std::vector<const logs::Measurer*> pointers;
+  for (const auto& measurer : measurers) pointers.push_back(&measurer);
+  const auto rows = logs::lay_beside(pointers);
+  std::vector<std::string> names;
+  for (const auto& run : runs) names.push_back(run.name());
+  if (!json) {
+    std::printf("%s", logs::text_of_beside(names, rows).c_str());
+    return;
+  }
+  std::string list;
+  for (const auto& run : runs) {
+    list += (list.empty() ? "" : ",\n") + logs::json_of(run.run.comparison);
+  }
+  std::printf("{\"runs\": [\n%s],\n\"measurements\": %s}\n", list.c_str(),
+              logs::json_of_beside(rows).c_str());
+}
+
 int compare(const Options& options) {
   int worst = exit_code::passed;
   std::vector<report::ReportedRun> runs;
   for (const auto& run : options.runs) {
     runs.push_back(report::read_reported_run(run));
     const logs::Comparison& comparison = runs.back().run.comparison;
-    std::printf("%s\n",
-                (options.json ? logs::json_of(comparison) : logs::text_of(comparison)).c_str());
+    if (!options.json) std::printf("%s\n", logs::text_of(comparison).c_str());
     worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
   }
+  if (runs.size() > 1 || options.json) print_beside(runs, options.json);
   if (!options.html.empty()) report::write_report(runs, options.html);
   return worst;
 }

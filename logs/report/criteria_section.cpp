@@ -50,16 +50,6 @@ Html scale_of(const criterion_result_t& c) {
   return markup(html + "</div>");
 }
 
-Html limits_of(const criterion_result_t& c) {
-  const bool lower = std::isfinite(c.lower_limit);
-  const bool upper = std::isfinite(c.upper_limit);
-  if (lower && upper) {
-    return text(brief(c.lower_limit) + " to " + brief(c.upper_limit));
-  }
-  if (lower) return text("\xE2\x89\xA5 " + brief(c.lower_limit));
-  return upper ? text("\xE2\x89\xA4 " + brief(c.upper_limit)) : Html();
-}
-
 Html margin_of(const criterion_result_t& c) {
   const double m = logs::margin(c);
   if (!std::isfinite(m)) return {};
@@ -70,6 +60,16 @@ Html margin_of(const criterion_result_t& c) {
 }
 
 }  // namespace
+
+Html limits_of(const criterion_result_t& c) {
+  const bool lower = std::isfinite(c.lower_limit);
+  const bool upper = std::isfinite(c.upper_limit);
+  if (lower && upper) {
+    return text(brief(c.lower_limit) + " to " + brief(c.upper_limit));
+  }
+  if (lower) return text("\xE2\x89\xA5 " + brief(c.lower_limit));
+  return upper ? text("\xE2\x89\xA4 " + brief(c.upper_limit)) : Html();
+}
 
 Html criteria_section(const RunView& view) {
   const auto& criteria = view.comparison().criteria;

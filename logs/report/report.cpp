@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/report/report.h"
 
+#include "logs/report/beside_sections.h"
 #include "logs/report/page.h"
 #include "logs/report/sections.h"
 
@@ -11,10 +12,8 @@ void add(Page& page, const char* id, const char* heading, const Html& content) {
   if (!content.empty()) page.section(id, heading, content);
 }
 
-}  // namespace
-
-void write_report(std::span<const ReportedRun> runs, const std::filesystem::path& file) {
-  const RunView view(runs.front());
+Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
+  const RunView view(run);
   Page page(std::string(logs::text_of_outcome(view.comparison().outcome)) + " " +
             view.source().name());
   page.head(verdict_head(view));
@@ -29,7 +28,26 @@ void write_report(std::span<const ReportedRun> runs, const std::filesystem::path
   add(page, "nodes", "Nodes", node_section(view));
   add(page, "measurements", "Measurements", measurement_section(view));
   add(page, "files", "Files", file_section(view, file));
-  page.write(file);
+  return page;
+}
+
+Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& file) {
+  std::vector<RunView> all(runs.begin(), runs.end());
+  Views views;
+  for (const RunView& view : all) views.push_back(&view);
+  Page page(std::to_string(runs.size()) + " runs beside each other");
+  page.head(beside_head(views, file));
+  add(page, "criteria", "Criteria", beside_criteria(views));
+  add(page, "curves", "Errors by phase", beside_curves(views));
+  add(page, "poses", "Estimates", beside_poses(views));
+  add(page, "measurements", "Measurements", beside_measurements(views));
+  return page;
+}
+
+}  // namespace
+
+void write_report(std::span<const ReportedRun> runs, const std::filesystem::path& page) {
+  (runs.size() == 1 ? page_of(runs.front(), page) : page_of(runs, page)).write(page);
 }
 
 }  // namespace berth::report

@@ -7,8 +7,9 @@
 
 namespace berth::report {
 
-/// Writes a run as one self-contained HTML file; several runs beside each other, each with a report
-/// of its own below. @throws InputError when it cannot be written.
+/// Writes a run as one self-contained HTML file; several runs beside each other, with links to
+/// those reports of their own that are in their directories. @throws InputError when it cannot be
+/// written.
 void write_report(std::span<const ReportedRun> runs, const std::filesystem::path& page);
 
 }  // namespace berth::report
