@@ -19,14 +19,22 @@
   const mates = (chart) => (chart.group ? figures.filter((f) => f.group === chart.group) : [chart]);
   const number = (v) => (v === 0 ? '0' : Math.abs(v) >= 1e6 || Math.abs(v) < 1e-4 ? v.toExponential(3) : String(Number(v.toPrecision(5))));
 
+  // Of a height in the drawing the value that stands there, and back.
+  const value = (chart, v) => {
+    const [low, high] = chart.y;
+    return chart.log ? low * (high / low) ** (1 - v / canvas) : low + (high - low) * (1 - v / canvas);
+  };
+  const height = (chart, y) => {
+    const [low, high] = chart.y;
+    return canvas * (1 - (chart.log ? Math.log(y / low) / Math.log(high / low) : (y - low) / (high - low)));
+  };
+
   // Points of a curve as they were drawn, in the units of its axes.
   const points = (chart, path) => path.points ??= [...path.getAttribute('d').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
     const last = list[list.length - 1];
     const u = command === 'V' ? last.u : Number(a);
     const v = command === 'V' ? Number(a) : command === 'H' ? last.v : Number(b);
-    const part = 1 - v / canvas;
-    const y = chart.log ? chart.y[0] * (chart.y[1] / chart.y[0]) ** part : chart.y[0] + (chart.y[1] - chart.y[0]) * part;
-    list.push({ u, v, x: chart.x[0] + (chart.x[1] - chart.x[0]) * u / canvas, y });
+    list.push({ u, v, x: chart.x[0] + (chart.x[1] - chart.x[0]) * u / canvas, y: value(chart, v) });
     return list;
   }, []);
 
@@ -42,32 +50,67 @@
     }
   };
 
-  const ticks = (chart) => {
-    if ('fixedTicks' in chart.figure.dataset) return;
-    for (const old of chart.area.querySelectorAll('.xt')) old.remove();
-    const [low, high] = chart.view;
-    const rough = (high - low) / 8;
+  const tick = (chart, kind, side, part, label) => {
+    const mark = document.createElement('i');
+    mark.className = kind;
+    mark.style[side] = `${100 * part}%`;
+    mark.appendChild(document.createElement('b')).textContent = label;
+    chart.area.insertBefore(mark, chart.svg);
+  };
+
+  // As ticks() of axis.cpp.
+  const ticks = (chart, kind, side, [low, high], wanted) => {
+    for (const old of chart.area.querySelectorAll(`.${kind}`)) old.remove();
+    if (kind === 'yt' && chart.log) {
+      for (let p = Math.ceil(Math.log10(low) - 1e-9); p <= Math.log10(high) + 1e-9; ++p) {
+        tick(chart, kind, side, (p - Math.log10(low)) / Math.log10(high / low), number(10 ** p));
+      }
+      return;
+    }
+    const rough = (high - low) / wanted;
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough * (1 - 1e-9));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) {
-      const tick = document.createElement('i');
-      tick.className = 'xt';
-      tick.innerHTML = `<b>${(i * step).toFixed(digits)}</b>`;
-      tick.style.left = `${100 * (i * step - low) / (high - low)}%`;
-      chart.area.insertBefore(tick, chart.svg);
+      tick(chart, kind, side, (i * step - low) / (high - low), (i * step).toFixed(digits));
     }
+  };
+
+  // What is in view decides the scale; the whole is shown as it was drawn.
+  const scale = (chart, view) => {
+    if (view[0] === chart.x[0] && view[1] === chart.x[1]) return [0, canvas];
+    let top = Infinity;
+    let bottom = -Infinity;
+    for (const path of chart.svg.querySelectorAll('path')) {
+      if (path.style.display === 'none') continue;
+      for (const p of points(chart, path)) {
+        if (p.x < view[0] || p.x > view[1] || p.v < -canvas || p.v > 2 * canvas) continue;
+        top = Math.min(top, p.v);
+        bottom = Math.max(bottom, p.v);
+      }
+    }
+    if (!(top <= bottom)) return [0, canvas];
+    const air = Math.max(0.06 * (bottom - top), 1);
+    return [top - air, bottom + air];
   };
 
   const show = (chart, view) => {
     chart.view = view;
+    const [top, bottom] = scale(chart, view);
     const unit = canvas / (chart.x[1] - chart.x[0]);
-    chart.svg.setAttribute('viewBox', `${(view[0] - chart.x[0]) * unit} 0 ${(view[1] - view[0]) * unit} ${canvas}`);
+    chart.svg.setAttribute('viewBox', `${(view[0] - chart.x[0]) * unit} ${top} ${(view[1] - view[0]) * unit} ${bottom - top}`);
     for (const element of chart.area.querySelectorAll('[data-x]')) {
       const [from, to] = element.dataset.x.split(' ').map(Number);
       place(element, from, to ?? from, view);
     }
-    ticks(chart);
+    const y = [value(chart, bottom), value(chart, top)];
+    for (const level of chart.area.querySelectorAll('.level')) {
+      const at = (bottom - height(chart, Number(level.dataset.y))) / (bottom - top);
+      level.hidden = at < 0 || at > 1;
+      level.style.bottom = `${100 * at}%`;
+    }
+    if (!('fixedTicks' in chart.figure.dataset)) ticks(chart, 'xt', 'left', view, 8);
+    ticks(chart, 'yt', 'bottom', y, Math.max(2, chart.area.clientHeight / 36));
   };
 
   const tip = document.body.appendChild(document.createElement('div'));
