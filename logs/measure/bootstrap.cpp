@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "common/core/random.h"
+#include "logs/measure/statistics.h"
 
 namespace berth::logs {
 namespace {
@@ -66,13 +67,13 @@ Interval bca_interval(std::size_t size, std::size_t block, const StatisticOfPlac
                       const BootstrapOptions& options) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const double blocks = static_cast<double>(size) / static_cast<double>(block);
-  if (blocks < 3) return {-infinity, infinity};
+  if (blocks < 3) return {-infinity, infinity, infinity};
 
   std::vector<std::size_t> all(size);
   std::iota(all.begin(), all.end(), std::size_t{0});
   const double value = statistic(all);
   const std::vector<double> values = replicates(size, block, statistic, options);
-  if (values.front() == values.back()) return {values.front(), values.back()};
+  if (values.front() == values.back()) return {values.front(), values.back(), 0};
 
   const auto below = std::lower_bound(values.begin(), values.end(), value) - values.begin();
   const auto not_above = std::upper_bound(values.begin(), values.end(), value) - values.begin();
@@ -90,7 +91,8 @@ Interval bca_interval(std::size_t size, std::size_t block, const StatisticOfPlac
     const std::size_t upper = std::min(lower + 1, values.size() - 1);
     return std::lerp(values[lower], values[upper], place - static_cast<double>(lower));
   };
-  return {end(-t), end(t)};
+  const double sigma = compute(Statistic::deviation, values) * std::sqrt(blocks / (blocks - 1));
+  return {end(-t), end(t), sigma};
 }
 
 std::size_t block_length(const std::vector<double>& series) {

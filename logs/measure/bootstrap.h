@@ -21,6 +21,7 @@ struct BootstrapOptions {
 struct Interval {
   double low;
   double high;
+  double sigma;  ///< standard error: deviation of the replicates, widened for small samples
 };
 
 /// A statistic of the sample whose members are at these places of the original one.
@@ -32,7 +33,7 @@ using StatisticOfPlaces = std::function<double(const std::vector<std::size_t>& p
 /// (Hesterberg, "What teachers should know about the bootstrap", 2015).
 /// @param size of the sample
 /// @param block length of the blocks, at least 1
-/// @return all numbers when there are fewer than three blocks
+/// @return all numbers, with an infinite sigma, when there are fewer than three blocks
 Interval bca_interval(std::size_t size, std::size_t block, const StatisticOfPlaces& statistic,
                       const BootstrapOptions& options);
 

@@ -2,6 +2,7 @@
 #include "logs/measure/paired.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -53,11 +54,16 @@ class DifferenceOfPlaces {
   Pairs drawn_;
 };
 
+struct Share {
+  double p;
+  bool at_end;  ///< no way but the one that is (and its mirror image) reaches the difference
+};
+
 /// Share of the ways to let blocks trade places in which the difference is as large as it is: of
 /// all ways where they are few, of random ones else, until a hundred were as large (Besag and
 /// Clifford 1991).
-double randomization_p(Statistic statistic, const Pairs& pairs, double difference,
-                       std::size_t block, const BootstrapOptions& options) {
+Share randomization(Statistic statistic, const Pairs& pairs, double difference, std::size_t block,
+                    const BootstrapOptions& options) {
   constexpr std::size_t enough = 100;
   const std::size_t blocks = (pairs.before.size() + block - 1) / block;
   const bool all_ways = blocks < 63 && (std::size_t{1} << blocks) <= options.swaps;
@@ -80,11 +86,17 @@ double randomization_p(Statistic statistic, const Pairs& pairs, double differenc
     const double by_chance = compute(statistic, swapped.after) - compute(statistic, swapped.before);
     if (std::abs(by_chance) >= as_large) ++found;
     if (!all_ways && found == enough) {
-      return static_cast<double>(enough) / static_cast<double>(way + 1);
+      return {static_cast<double>(enough) / static_cast<double>(way + 1), false};
     }
   }
-  if (all_ways) return static_cast<double>(found) / static_cast<double>(ways);
-  return static_cast<double>(found + 1) / static_cast<double>(ways + 1);
+  if (all_ways) return {static_cast<double>(found) / static_cast<double>(ways), found <= 2};
+  return {static_cast<double>(found + 1) / static_cast<double>(ways + 1), found == 0};
+}
+
+/// Two-sided, of a difference of so many standard errors.
+double students_p(double ratio, double degrees_of_freedom) {
+  const boost::math::students_t t(degrees_of_freedom);
+  return 2 * cdf(complement(t, std::abs(ratio)));
 }
 
 }  // namespace
@@ -113,7 +125,15 @@ PairedDifference paired_difference(Statistic statistic, const std::vector<double
       bca_interval(result.pairs, result.block, DifferenceOfPlaces(statistic, pairs), options);
   result.low = interval.low;
   result.high = interval.high;
-  result.p_value = randomization_p(statistic, pairs, result.difference, result.block, options);
+  const Share share = randomization(statistic, pairs, result.difference, result.block, options);
+  result.p_value = share.p;
+  // The same shift in every pair has no spread to measure it by.
+  const bool spread = interval.sigma > 1e-9 * std::abs(result.difference);
+  const bool sums = statistic == Statistic::mean || statistic == Statistic::rms;
+  if (share.at_end && sums && spread && std::isfinite(interval.sigma)) {
+    const double p = students_p(result.difference / interval.sigma, result.independent() - 1);
+    result.p_value = std::min(result.p_value, p);
+  }
   return result;
 }
 

@@ -20,12 +20,16 @@ struct PairedDifference {
   double p_value = 1;     ///< of a difference this large by chance, two-sided
   std::size_t block = 1;  ///< pairs that were drawn together
 
+  /// Blocks that say something each on their own; fewer than five prove nothing.
+  double independent() const { return static_cast<double>(pairs) / static_cast<double>(block); }
+
   bool significant(double level) const { return p_value < level; }
 };
 
 /// Compares before[i] with after[i]. The interval is bootstrapped from the pairs (bca_interval);
 /// the p-value is that of the randomization test, in which before and after trade places pair by
-/// pair (block by block): exact where the change does nothing, whatever the distribution.
+/// pair (block by block): exact where the change does nothing, whatever the distribution. It ends
+/// at the number of ways to trade; a difference that no way reaches has the p-value of Student's t.
 /// Pairs of which either is not finite are left out; without pairs all is NaN and p is 1.
 /// @throws std::invalid_argument when the two are not equally long
 PairedDifference paired_difference(Statistic statistic, const std::vector<double>& before,

@@ -20,14 +20,15 @@ double rms_about(const std::vector<double>& values, double centre) {
 }
 
 double percentile(const std::vector<double>& values, double fraction) {
-  std::vector<double> sorted;
-  sorted.reserve(values.size());
-  for (const double v : values) sorted.push_back(std::abs(v));
-  std::sort(sorted.begin(), sorted.end());
-  const double place = fraction * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], place - static_cast<double>(below));
+  std::vector<double> magnitudes;
+  magnitudes.reserve(values.size());
+  for (const double v : values) magnitudes.push_back(std::abs(v));
+  const double place = fraction * static_cast<double>(magnitudes.size() - 1);
+  const auto below = magnitudes.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(magnitudes.begin(), below, magnitudes.end());
+  const auto next = std::min_element(below + 1, magnitudes.end());
+  const double above = next == magnitudes.end() ? *below : *next;
+  return std::lerp(*below, above, place - std::floor(place));
 }
 
 }  // namespace

@@ -58,6 +58,8 @@ void RunRecord::add(const pose_estimate_t& message) {
   sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
   sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
   sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
+  sample.scan_id = message.scan_id;
+  sample.last_packet = message.last_packet;
   insert(estimates_, sample);
 }
 

@@ -26,6 +26,8 @@ struct EstimateSample {
   Matrix6d covariance = Matrix6d::Zero();  ///< [m; rad], sensor frame
   Velocity velocity;                       ///< sensor frame
   Pose measured;                           ///< by this scan alone
+  std::int64_t scan_id = 0;
+  std::int32_t last_packet = 0;  ///< of the scan that the estimate rests on
 
   bool ok() const { return status == pose_estimate_t::OK; }
 };

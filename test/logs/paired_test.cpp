@@ -75,6 +75,7 @@ TEST_CASE("No difference raises false alarms at the stated rate, a known shift i
   const Rates none = rates(1000, 20, 0);
   CHECK(none.found > 0.025);
   CHECK(none.found < 0.075);
+  CHECK(rates(1000, 8, 0).found < 0.07);     // eight pairs: 256 ways to trade places
   CHECK(rates(200, 20, 1).found > 0.97);     // power of the t-test: 0.988
   CHECK(rates(200, 200, 0.3).found > 0.97);  // 0.988
 }
@@ -144,6 +145,18 @@ TEST_CASE("What did not change is no difference, few pairs prove nothing") {
   CHECK(none.pairs == 0);
   CHECK(std::isnan(none.difference));
   CHECK(none.p_value == 1);
+}
+
+TEST_CASE("A difference far beyond chance is told from one that few pairs cannot prove") {
+  // Ten pairs can trade places in 1,024 ways; a hundred measurements ask for more.
+  Random random(17, "few");
+  const auto p_of = [&random](double shift) {
+    const Made made = made_pairs(random, 10, shift);
+    return paired_difference(Statistic::mean, made.before, made.after).p_value;
+  };
+  CHECK(p_of(8) < 1e-6);
+  CHECK(p_of(2) < 0.01);
+  CHECK(p_of(2) > 1e-7);
 }
 
 TEST_CASE("Pairs that could not be measured are left out") {

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/reestimation/batch.h"
+#include "app/reestimation/change_report.h"
+#include "common/core/error.h"
+
+namespace berth::commands {
+namespace {
+
+struct Options {
+  BatchRequest request;
+  bool json = false;
+  bool fail_on_worse = false;
+};
+
+/// "42 %", anew at each percent, where somebody looks.
+class Percent {
+ public:
+  ~Percent() {
+    if (shown_ >= 0) std::fprintf(stderr, "\r\x1b[K");
+  }
+  void show(double share) {
+    const int percent = static_cast<int>(100 * share);
+    if (isatty(STDERR_FILENO) != 1 || shown_.exchange(percent) == percent) return;
+    std::fprintf(stderr, "\r%3d %%", percent);
+  }
+
+ private:
+  std::atomic<int> shown_ = -1;
+};
+
+double per(double amount, double time) { return time > 0 ? amount / time : 0; }
+
+nlohmann::ordered_json json_of(const BatchRun& run) {
+  nlohmann::ordered_json json = {{"recorded", run.recorded.string()},
+                                 {"again", run.again.string()}};
+  if (!run.error.empty()) {
+    json["error"] = run.error;
+    return json;
+  }
+  const Reestimation& r = run.result;
+  json["estimates_recorded"] = r.recorded;
+  json["estimates"] = r.estimates;
+  json["estimates_same"] = r.same;
+  json["recorded_s"] = r.recorded_s;
+  json["change"] = berth::json_of(run.change);
+  json["wall_s"] = r.wall_s;
+  json["estimator_s"] = r.estimator_s;
+  return json;
+}
+
+void print_json(const Batch& batch, const Options& options) {
+  nlohmann::ordered_json json;
+  json["config"] = options.request.changes.config.string();
+  json["set"] = options.request.changes.set;
+  json["level"] = options.request.level;
+  json["identical"] = batch.identical();
+  json["change"] = berth::json_of(batch.change);
+  for (const BatchRun& run : batch.runs) json["runs"].push_back(json_of(run));
+  std::printf("%s\n", json.dump(2).c_str());
+}
+
+void print_text(const Batch& batch, const Options& options) {
+  Reestimation all;
+  for (const BatchRun& run : batch.runs) {
+    if (!run.error.empty()) continue;
+    const Reestimation& r = run.result;
+    std::printf("%s\n  again: %s\n  %" PRId64 " estimates recorded, %" PRId64 " again, %" PRId64
+                " the same; %s\n",
+                run.recorded.c_str(), run.again.c_str(), r.recorded, r.estimates, r.same,
+                r.identical() ? "identical" : run.change.verdict().c_str());
+    all.estimates += r.estimates;
+    all.recorded_s += r.recorded_s;
+    all.wall_s += r.wall_s;
+    all.estimator_s += r.estimator_s;
+  }
+  if (all.wall_s == 0) return;
+  std::printf(
+      "%.0f estimates/s, %.0f times real time on one core, %.0f %% of it in the estimator\n\n",
+      per(static_cast<double>(all.estimates), all.wall_s), per(all.recorded_s, all.wall_s),
+      100 * per(all.estimator_s, all.wall_s));
+  if (batch.identical()) {
+    std::printf("all estimates are the recorded ones, number for number\n");
+  } else {
+    std::printf("%s", text_of(batch.change, options.request.level).c_str());
+  }
+}
+
+int reestimate(const Options& options) {
+  Batch batch;
+  {
+    Percent percent;
+    batch = berth::reestimate(options.request, [&](double share) { percent.show(share); });
+  }
+  options.json ? print_json(batch, options) : print_text(batch, options);
+  for (const BatchRun& run : batch.runs) {
+    if (run.error.empty()) continue;
+    std::fprintf(stderr, "berth: %s: %s\n", run.recorded.c_str(), run.error.c_str());
+  }
+  if (batch.failed()) return exit_code::error;
+  const bool worse = batch.change.any(Judgement::worse);
+  return options.fail_on_worse && worse ? exit_code::failed : exit_code::passed;
+}
+
+}  // namespace
+
+void add_reestimate(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "reestimate",
+      "Run the estimator over recorded scans, with another configuration, and compare");
+  auto options = std::make_shared<Options>();
+  BatchRequest& request = options->request;
+  request.out = "reestimated";
+  command->add_option("run", request.runs, "Run directories or logs")->required();
+  command->add_option("--config", request.changes.config,
+                      "An estimator.yaml, or a configuration directory with one (its lidars/ are "
+                      "taken too); as recorded when left out");
+  command
+      ->add_option("--set", request.changes.set,
+                   "A key of estimator.yaml, e.g. tracking.method=icp")
+      ->type_name("KEY=VALUE");
+  command->add_option("--out", request.out, "New run directories are made under this directory")
+      ->capture_default_str();
+  command->add_option("--jobs", request.jobs, "Runs at a time; 0: one per processor")
+      ->capture_default_str();
+  command->add_option("--level", request.level, "Chance of any false alarm in the table")
+      ->check(CLI::Range(1e-4, 0.5))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "JSON instead of tables");
+  command->add_flag("--fail-on-worse", options->fail_on_worse,
+                    "Exit with 1 when anything became worse");
+  command->callback([options, &exit_code] { exit_code = reestimate(*options); });
+}
+
+}  // namespace berth::commands

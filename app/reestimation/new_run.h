@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/runs/run_files.h"
+
+namespace berth {
+
+/// What is to be other than in the recorded run.
+struct EstimatorChanges {
+  /// An estimator.yaml, or a configuration directory whose estimator.yaml and lidars/ are taken;
+  /// empty: as recorded.
+  std::filesystem::path config;
+  std::vector<std::string> set;  ///< "tracking.method=icp": keys of estimator.yaml
+
+  bool none() const { return config.empty() && set.empty(); }
+};
+
+/// The log of a run directory, or the log itself. @throws InputError when there is no such file.
+std::filesystem::path log_of_run(const std::filesystem::path& run_or_log);
+
+/// Makes `directory`, a run directory like the recorded one in all but the log, with the changes
+/// made in its configuration. Of a log without its directory: from what RUN_INFO holds.
+/// @throws InputError for what is wrong in the input, or missing.
+RunFiles make_new_run(const std::filesystem::path& run_or_log, const EstimatorChanges& changes,
+                      const std::filesystem::path& directory);
+
+}  // namespace berth
