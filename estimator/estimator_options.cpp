@@ -143,7 +143,7 @@ void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
 void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.optional("deskew", t.deskew);
   config.optional("approach_returns", t.approach_returns);
-  config.optional("settle_beams", t.descent.settle_beams);
+  config.optional("settle_returns", t.descent.settle_returns);
   config.optional("most_uncertain_start", Dimension::length, t.most_uncertain_start_m);
   config.optional("gate_sigmas", t.descent.information.gate_sigmas);
   config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
@@ -155,7 +155,7 @@ void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.optional("most_turn", Dimension::angle, t.most_turn_rad);
   config.finish();
   at_least(config, "approach_returns", t.approach_returns, 30);
-  at_least(config, "settle_beams", t.descent.settle_beams, 30);
+  at_least(config, "settle_returns", t.descent.settle_returns, 30);
   at_least(config, "gate_sigmas", t.descent.information.gate_sigmas, 1);
   at_least(config, "model_sigma", t.descent.information.model_sigma_m, 0);
   at_least(config, "least_used", t.least_used, 6);

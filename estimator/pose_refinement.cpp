@@ -3,8 +3,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "estimator/tracking/beam_information.h"
+#include "estimator/tracking/beam_selection.h"
 #include "estimator/verification.h"
 
 namespace berth::estimator {
@@ -22,7 +24,9 @@ std::size_t stride_for(const CleanScan& scan, std::size_t most) {
 /// Gauss-Newton steps on the beams' likelihood.
 RefinedPose stepped(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
                     const Prediction& start, int steps) {
-  const std::size_t stride = stride_for(scan, most_stepped);
+  const BeamPicks picks = evenly(scan.beams.size(), most_stepped);
+  const double all = static_cast<double>(scan.beams.size()) /
+                     static_cast<double>(std::max<std::size_t>(1, picks.size()));
   BeamInformationOptions of_pose;
   of_pose.of_velocity = false;
   const Matrix6d bound = start.covariance.inverse();
@@ -34,11 +38,10 @@ RefinedPose stepped(const TargetModel& model, const BeamModel& beam_model, const
   BeamLinearisation at{start.pose, {}, scan.utime_mean, off};
   for (int i = 0;; ++i) {
     const BeamInformation sums =
-        beam_information(model, beam_model, scan.beams, at, of_pose, stride);
-    const double all = static_cast<double>(stride);
+        beam_information(model, beam_model, scan.beams, at, of_pose, picks);
     const Matrix6d information = all * sums.information[0] + bound;
     result.covariance = information.inverse();
-    result.used = sums.used * static_cast<int>(stride);
+    result.used = static_cast<int>(std::lround(all * sums.used));
     if (i == steps) break;
     at.pose = perturbed(at.pose, result.covariance * (all * sums.gradient[0]));
     at.covariance = result.covariance;

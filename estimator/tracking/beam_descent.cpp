@@ -26,8 +26,8 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
       options_(options),
       bound_(bound_of(predicted.covariance)),
       pose_only_(options.information),
-      few_(std::max<std::size_t>(
-          1, scan.beams.size() / static_cast<std::size_t>(options.settle_beams))) {
+      beams_(select_beams(scan, static_cast<std::size_t>(options.settle_returns),
+                          static_cast<std::size_t>(options.checked_misses))) {
   pose_only_.of_velocity = false;
   at_.utime = scan.utime_mean;
   if (deskew) at_.velocity = predicted.velocity;
@@ -63,7 +63,7 @@ void BeamDescent::settle() {
   how.pull_sigma_m = options_.pull_sigma_m;
   at_.covariance = predicted_.covariance;
   for (int i = 0; i < options_.settle_steps; ++i) {
-    const double moved = step(how, few_);
+    const double moved = step(how, beams_.few);
     // The gate closes gradually: the first steps know less than they think.
     at_.covariance = covariance_ + options_.gate_shrink * at_.covariance;
     if (moved < 1) break;
@@ -78,25 +78,27 @@ void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
       at_.covariance.setZero();
       at_.covariance.diagonal() << Vector3d::Constant(scale * scale),
           Vector3d::Constant(turn * turn);
-      if (step(pose_only_, few_) < 1) break;
+      if (step(pose_only_, beams_.few_outlined) < 1) break;
     }
   }
 }
 
-/// All beams. A step after which they are less likely is taken back.
+/// All returns. A step after which they are less likely is taken back.
 void BeamDescent::polish() {
   constexpr double flips = 3;  // beams that come to another face make the cost jump by gates
   const double tolerance = flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
   constexpr double at_rest = 0.3;  // squared standard deviations
   BeamInformationOptions how = pose_only_;
   how.edges = pose_only_.edges && blurred_;
+  how.misses = how.edges;
+  const BeamPicks& picks = how.edges ? beams_.outlined : beams_.all;
   Result last;
   double last_cost = std::numeric_limits<double>::infinity();
   double share = 1;
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = share * covariance_;
     const Pose before = at_.pose;
-    const double moved = step(how, 1);
+    const double moved = step(how, picks);
     if (sums_.cost > last_cost + tolerance) {
       last.pose = before;
       break;
@@ -106,6 +108,7 @@ void BeamDescent::polish() {
     if (!how.edges && moved < at_rest) break;
     share *= 0.25;
   }
+  take_misses(last, last_cost);
   if (last_cost < best_cost_) {
     best_cost_ = last_cost;
     best_ = last;
@@ -113,9 +116,25 @@ void BeamDescent::polish() {
   best_.steps = steps_;
 }
 
+void BeamDescent::take_misses(Result& result, double& cost) const {
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  const BeamSample& sample = pose_only_.edges && blurred_ ? beams_.clear : beams_.empty;
+  BeamLinearisation at = at_;
+  at.pose = result.pose;
+  const BeamInformation said =
+      beam_information(model_, beam_model_, scan_.beams, at, how, sample.picks);
+  const auto scaled = [&](int count) {
+    return static_cast<int>(std::lround(sample.weight * count));
+  };
+  result.sums.predicted += scaled(said.predicted);
+  result.sums.through += scaled(said.through);
+  cost += sample.weight * said.cost;
+}
+
 /// @return the step's length in its own standard deviations, squared.
-double BeamDescent::step(const BeamInformationOptions& how, std::size_t stride) {
-  sums_ = beam_information(model_, beam_model_, scan_.beams, at_, how, stride);
+double BeamDescent::step(const BeamInformationOptions& how, const BeamPicks& picks) {
+  sums_ = beam_information(model_, beam_model_, scan_.beams, at_, how, picks);
   const Matrix6d information = sums_.information[0] + bound_;
   const Eigen::LDLT<Matrix6d> solver(information);
   covariance_ = solver.solve(Matrix6d::Identity());

@@ -5,13 +5,15 @@
 #include <limits>
 
 #include "estimator/tracking/beam_information.h"
+#include "estimator/tracking/beam_selection.h"
 #include "estimator/tracking/tracking.h"
 
 namespace berth::estimator {
 
 struct BeamDescentOptions {
   BeamInformationOptions information;
-  int settle_beams = 500;      ///< of a scan, on which a fit begins
+  int settle_returns = 300;    ///< of a scan, on which a fit begins
+  int checked_misses = 1000;   ///< beams without a return that have a say in the end
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
   double gate_shrink = 0.1;    ///< of the gate's variance, from step to step
@@ -50,7 +52,9 @@ class BeamDescent {
   void settle();
   void sharpen(std::initializer_list<double> scales_m);
   void polish();
-  double step(const BeamInformationOptions& how, std::size_t stride);
+  /// What the beams say that met nothing, in counts and cost.
+  void take_misses(Result& result, double& cost) const;
+  double step(const BeamInformationOptions& how, const BeamPicks& picks);
 
   const TargetModel& model_;
   const BeamModel& beam_model_;
@@ -60,7 +64,7 @@ class BeamDescent {
   Matrix6d bound_;  ///< information
   BeamInformationOptions pose_only_;
   bool blurred_;
-  std::size_t few_;  ///< stride
+  BeamSelection beams_;
   BeamLinearisation at_;
   BeamInformation sums_;
   Matrix6d covariance_ = Matrix6d::Identity();

@@ -26,8 +26,12 @@ class MovingFrame {
  public:
   explicit MovingFrame(const BeamLinearisation& at)
       : at_(at), rate_(at.velocity.angular.norm()), moves_(rate_ > 0 || speed2(at) > 0) {
-    if (rate_ > 0) axis_ = skew(at.velocity.angular / rate_);
-    turn_ = at.pose.rotation.conjugate().toRotationMatrix();
+    turn_ = start_ = at.pose.rotation.conjugate().toRotationMatrix();
+    if (rate_ > 0) {
+      const Matrix3d axis = skew(at.velocity.angular / rate_);
+      sine_ = start_ * axis;
+      versine_ = sine_ * axis;
+    }
     eye_ = turn_ * -at.pose.position;
   }
 
@@ -38,11 +42,9 @@ class MovingFrame {
   double go_to(const Beam& beam) {
     const double time = static_cast<double>(beam.utime - at_.utime) * 1e-6;
     if (!moves_) return time;
-    turn_ = at_.pose.rotation.conjugate().toRotationMatrix();
     if (rate_ > 0) {  // Rodrigues
       const double angle = rate_ * time;
-      turn_ = turn_ * (Matrix3d::Identity() - std::sin(angle) * axis_ +
-                       (1 - std::cos(angle)) * axis_ * axis_);
+      turn_ = start_ - std::sin(angle) * sine_ + (1 - std::cos(angle)) * versine_;
     }
     eye_ = turn_ * (-at_.pose.position - time * at_.velocity.linear);
     return time;
@@ -54,7 +56,9 @@ class MovingFrame {
   const BeamLinearisation& at_;
   double rate_;
   bool moves_;
-  Matrix3d axis_ = Matrix3d::Zero();
+  Matrix3d start_;
+  Matrix3d sine_ = Matrix3d::Zero();
+  Matrix3d versine_ = Matrix3d::Zero();
   Matrix3d turn_;
   Vector3d eye_;
 };
@@ -88,11 +92,14 @@ class Accumulator {
     edge_reach_ = 2.5 * std::sqrt(angle_variance_ + extra2);
   }
 
-  BeamInformation run(std::span<const Beam> beams, std::size_t stride) {
-    for (std::size_t i = 0; i < beams.size();) {
+  /// beam(i): the i-th of `total`.
+  template <class BeamAt>
+  BeamInformation run(std::size_t total, const BeamAt& beam) {
+    for (std::size_t i = 0; i < total;) {
       std::size_t count = 0;
-      for (; count < chunk && i < beams.size(); i += stride) {
-        if (options_.misses || beams[i].hit()) batch_[count++] = &beams[i];
+      for (; count < chunk && i < total; ++i) {
+        const Beam& next = beam(i);
+        if (options_.misses || next.hit()) batch_[count++] = &next;
       }
       take(count);
     }
@@ -386,8 +393,17 @@ MotionInformation BeamInformation::motion() const {
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
-                                 const BeamInformationOptions& options, std::size_t stride) {
-  return Accumulator(model, beam_model, at, options).run(beams, std::max<std::size_t>(1, stride));
+                                 const BeamInformationOptions& options) {
+  return Accumulator(model, beam_model, at, options)
+      .run(beams.size(), [beams](std::size_t i) -> const Beam& { return beams[i]; });
+}
+
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const std::uint32_t> picks) {
+  return Accumulator(model, beam_model, at, options)
+      .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& { return beams[picks[i]]; });
 }
 
 }  // namespace berth::estimator

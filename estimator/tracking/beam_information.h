@@ -73,9 +73,13 @@ struct BeamInformation {
 
 /// Casts the beams at the model as it moves and sums up their information. Beams that returned
 /// nothing only count. No allocation; the same bits every time; const, safe from several threads.
-/// stride: every so manieth beam.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
-                                 const BeamInformationOptions& options, std::size_t stride = 1);
+                                 const BeamInformationOptions& options);
+/// picks: only the beams with these indices.
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const std::uint32_t> picks);
 
 }  // namespace berth::estimator
