@@ -40,6 +40,7 @@ void BeamDescent::run(const Pose& start) {
   at_.pose = start;
   settle();
   if (blurred_) sharpen({0.008, 0.003});
+  close_in();
   polish();
 }
 
@@ -70,6 +71,17 @@ void BeamDescent::settle() {
   }
 }
 
+/// So near that one step on all returns of a large scan is enough.
+void BeamDescent::close_in() {
+  if (beams_.all.size() < 2 * beams_.some.size()) return;
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  for (int i = 0; i < 2; ++i) {
+    at_.covariance = covariance_;
+    step(how, beams_.some);
+  }
+}
+
 void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
   constexpr int most_steps = 2;  // at one scale
   for (const double scale : scales_m) {
@@ -78,7 +90,7 @@ void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
       at_.covariance.setZero();
       at_.covariance.diagonal() << Vector3d::Constant(scale * scale),
           Vector3d::Constant(turn * turn);
-      if (step(pose_only_, beams_.few_outlined) < 1) break;
+      if (step(pose_only_, outlined().few) < 1) break;
     }
   }
 }
@@ -87,28 +99,29 @@ void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
 void BeamDescent::polish() {
   constexpr double flips = 3;  // beams that come to another face make the cost jump by gates
   const double tolerance = flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
-  constexpr double at_rest = 0.3;  // squared standard deviations
+  // A further step would change the pose by the square of this one, and few beams' faces.
+  constexpr double at_rest_m = 0.001;  // of the target's ends
   BeamInformationOptions how = pose_only_;
   how.edges = pose_only_.edges && blurred_;
   how.misses = how.edges;
-  const BeamPicks& picks = how.edges ? beams_.outlined : beams_.all;
+  const BeamPicks& picks = how.edges ? outlined().all : beams_.all;
   Result last;
   double last_cost = std::numeric_limits<double>::infinity();
   double share = 1;
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = share * covariance_;
     const Pose before = at_.pose;
-    const double moved = step(how, picks);
+    step(how, picks);
     if (sums_.cost > last_cost + tolerance) {
       last.pose = before;
       break;
     }
     last = {at_.pose, covariance_, sums_, 0};
     last_cost = sums_.cost;
-    if (!how.edges && moved < at_rest) break;
+    if (!how.edges && moved_since(before) < at_rest_m) break;
     share *= 0.25;
   }
-  take_misses(last, last_cost);
+  take_misses(how.edges ? outlined().clear : beams_.empty, last, last_cost);
   if (last_cost < best_cost_) {
     best_cost_ = last_cost;
     best_ = last;
@@ -116,10 +129,9 @@ void BeamDescent::polish() {
   best_.steps = steps_;
 }
 
-void BeamDescent::take_misses(Result& result, double& cost) const {
+void BeamDescent::take_misses(const BeamSample& sample, Result& result, double& cost) const {
   BeamInformationOptions how = pose_only_;
   how.edges = false;
-  const BeamSample& sample = pose_only_.edges && blurred_ ? beams_.clear : beams_.empty;
   BeamLinearisation at = at_;
   at.pose = result.pose;
   const BeamInformation said =
@@ -130,6 +142,19 @@ void BeamDescent::take_misses(Result& result, double& cost) const {
   result.sums.predicted += scaled(said.predicted);
   result.sums.through += scaled(said.through);
   cost += sample.weight * said.cost;
+}
+
+const OutlineSelection& BeamDescent::outlined() {
+  if (!outlined_) {
+    outlined_ = select_outline(scan_, 2 * static_cast<std::size_t>(options_.settle_returns),
+                               static_cast<std::size_t>(options_.checked_misses));
+  }
+  return *outlined_;
+}
+
+/// At the target's ends, m.
+double BeamDescent::moved_since(const Pose& before) const {
+  return distance(before, at_.pose) + model_.radius * angle_between(before, at_.pose);
 }
 
 /// @return the step's length in its own standard deviations, squared.

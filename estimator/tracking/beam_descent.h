@@ -3,6 +3,7 @@
 
 #include <initializer_list>
 #include <limits>
+#include <optional>
 
 #include "estimator/tracking/beam_information.h"
 #include "estimator/tracking/beam_selection.h"
@@ -50,10 +51,13 @@ class BeamDescent {
 
  private:
   void settle();
+  void close_in();
   void sharpen(std::initializer_list<double> scales_m);
   void polish();
   /// What the beams say that met nothing, in counts and cost.
-  void take_misses(Result& result, double& cost) const;
+  void take_misses(const BeamSample& sample, Result& result, double& cost) const;
+  double moved_since(const Pose& before) const;
+  const OutlineSelection& outlined();
   double step(const BeamInformationOptions& how, const BeamPicks& picks);
 
   const TargetModel& model_;
@@ -65,6 +69,7 @@ class BeamDescent {
   BeamInformationOptions pose_only_;
   bool blurred_;
   BeamSelection beams_;
+  std::optional<OutlineSelection> outlined_;  ///< once it is needed
   BeamLinearisation at_;
   BeamInformation sums_;
   Matrix6d covariance_ = Matrix6d::Identity();

@@ -90,22 +90,25 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
   BeamSelection selection;
   selection.few = evenly(scan.beam_of_point, few);
   selection.some = evenly(scan.beam_of_point, 10 * few);
-  const ReturnImage image(scan.beams, scan.beam_of_point);
   BeamPicks empty;
-  BeamPicks clear;
   selection.all.reserve(scan.points.size());
+  empty.reserve(scan.beams.size() - scan.points.size());
   for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    const auto index = static_cast<std::uint32_t>(i);
-    if (scan.beams[i].hit()) {
-      selection.all.push_back(index);
-      selection.outlined.push_back(index);
-      continue;
-    }
-    empty.push_back(index);
-    (image.near(scan.beams[i]) ? selection.outlined : clear).push_back(index);
+    (scan.beams[i].hit() ? selection.all : empty).push_back(static_cast<std::uint32_t>(i));
   }
-  selection.few_outlined = evenly(selection.outlined, 2 * few);
   selection.empty = sample(empty, most_empty);
+  return selection;
+}
+
+OutlineSelection select_outline(const CleanScan& scan, std::size_t few, std::size_t most_empty) {
+  OutlineSelection selection;
+  const ReturnImage image(scan.beams, scan.beam_of_point);
+  BeamPicks clear;
+  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
+    const bool tells = scan.beams[i].hit() || image.near(scan.beams[i]);
+    (tells ? selection.all : clear).push_back(static_cast<std::uint32_t>(i));
+  }
+  selection.few = evenly(selection.all, few);
   selection.clear = sample(clear, most_empty);
   return selection;
 }

@@ -23,18 +23,24 @@ struct BeamSample {
 /// Which beams of a scan a fit looks at, from rough to fine. Most beams of a scan may have met
 /// nothing and far from everything: they need not be cast at every step.
 struct BeamSelection {
-  BeamPicks few;           ///< returns inside the gate, spread evenly
-  BeamPicks few_outlined;  ///< so, with beams of the outline among them
-  BeamPicks some;          ///< returns inside the gate, ten times as many
-  BeamPicks all;           ///< every return
-  /// Every return, and the beams without one that passed close to returns: they tell where the
-  /// target ends.
-  BeamPicks outlined;
+  BeamPicks few;     ///< returns inside the gate, spread evenly
+  BeamPicks some;    ///< so, ten times as many
+  BeamPicks all;     ///< every return
   BeamSample empty;  ///< beams without a return: is the target where nothing was met?
-  BeamSample clear;  ///< so, without those of the outline
 };
 
 /// few: so many at most. most_empty: of the beams without a return.
 BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t most_empty);
+
+/// The same with the outline: beams without a return that passed close to returns tell where the
+/// target ends.
+struct OutlineSelection {
+  BeamPicks few;     ///< of all, spread evenly
+  BeamPicks all;     ///< every return and the outline
+  BeamSample clear;  ///< beams without a return that passed farther off
+};
+
+/// As select_beams().
+OutlineSelection select_outline(const CleanScan& scan, std::size_t few, std::size_t most_empty);
 
 }  // namespace berth::estimator
