@@ -13,7 +13,7 @@ namespace berth::estimator {
 
 struct BeamDescentOptions {
   BeamInformationOptions information;
-  int settle_returns = 300;    ///< of a scan, on which a fit begins
+  int settle_returns = 500;    ///< of a scan, on which a fit begins
   int checked_misses = 1000;   ///< beams without a return that have a say in the end
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
