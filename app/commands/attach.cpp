@@ -17,13 +17,6 @@
 namespace berth::commands {
 namespace {
 
-ActiveRun require_active_run(const std::filesystem::path& directory) {
-  const auto run = find_active_run(directory);
-  if (run) return *run;
-  throw InputError(directory.empty() ? "nothing is running"
-                                     : directory.string() + ": is not running");
-}
-
 int stop(const ActiveRun& run, bool now) {
   std::printf("stopping %s\n", run.directory.c_str());
   kill(run.supervisor, SIGTERM);
@@ -43,9 +36,12 @@ int stop(const ActiveRun& run, bool now) {
 void add_attach(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("attach", "Show a running procedure in this terminal");
   auto directory = std::make_shared<std::filesystem::path>();
+  auto observe = std::make_shared<bool>(false);
   command->add_option("run", *directory, "Run directory; the newest run when left out");
-  command->callback(
-      [directory, &exit_code] { exit_code = monitor(require_active_run(*directory)); });
+  command->add_flag("--observe", *observe, "Only look: nothing is sent, and Ctrl-C only leaves");
+  command->callback([directory, observe, &exit_code] {
+    exit_code = monitor(require_active_run(*directory), *observe);
+  });
 }
 
 void add_stop(CLI::App& app, int& exit_code) {

@@ -16,7 +16,7 @@
 #include "app/runs/arms_now.h"
 #include "app/runs/verdict.h"
 #include "app/terminal/monitor.h"
-#include "app/terminal/terminal_progress.h"
+#include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "procedures/check/check.h"
@@ -32,6 +32,7 @@ struct Options {
   bool hardware = false;
   bool detach = false;
   bool no_check = false;
+  std::vector<std::string> answers;
 };
 
 void add_cell_options(CLI::App& command, Options& options) {
@@ -64,6 +65,10 @@ void complete(Options& options) {
   request.parameters = overrides_of(options.set);
   if (options.twin && options.hardware)
     throw InputError("--twin and --hardware exclude each other");
+  if (!options.answers.empty() && !options.twin) {
+    throw InputError(
+        "--answer is for --twin; elsewhere prompts are answered by key or by berth command");
+  }
   request.host = options.twin ? "twin" : options.hardware ? "cell" : "simulated-cell";
   if (options.twin) return;
   request.url = bus_url(request.url);
@@ -80,19 +85,20 @@ void complete(Options& options) {
 
 std::atomic<bool> interrupted = false;
 
-int run_in_twin(const RunFiles& files) {
+int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>& answers) {
   std::printf("twin %s\n", files.directory.c_str());
   signal(SIGINT, [](int) { interrupted = true; });
-  TerminalProgress progress;
+  terminal::TerminalView view;
   const TwinResult result = run_twin(
       files,
       [&](const std::string& channel, Bytes bytes) {
-        progress.take(channel, bytes);
-        progress.refresh();
+        view.take(channel, bytes);
+        view.refresh();
       },
-      [] { return interrupted.load(); });
+      [] { return interrupted.load(); }, answers);
   const int code = write_verdict(files, result.exit_code);
-  show_verdict(files);
+  view.clear_panel();
+  terminal::show_verdict(files);
   std::printf("simulated %.1f s in %.2f s: %.0f times real time (and %.2f s to prepare)\n",
               result.simulated_s, result.wall_s, result.simulated_s / result.wall_s,
               result.preparation_s);
@@ -146,6 +152,11 @@ void add_run(CLI::App& app, int& exit_code) {
       ->type_name("NAME=VALUE");
   command->add_flag("--no-check", options->no_check,
                     "Start although berth check may have something against it");
+  command
+      ->add_option("--answer", options->answers,
+                   "In the twin: the answer to a prompt, ID=TEXT; without one the prompt's own "
+                   "standard answer is taken when its time is up")
+      ->type_name("ID=TEXT");
   add_cell_options(*command, *options);
   command->callback([options, &exit_code] {
     complete(*options);
@@ -154,7 +165,8 @@ void add_run(CLI::App& app, int& exit_code) {
       return;
     }
     const RunFiles files = RunFiles::create(options->request);
-    exit_code = options->twin ? run_in_twin(files) : run_in_processes(files, options->detach);
+    exit_code = options->twin ? run_in_twin(files, assignments_of("--answer", options->answers))
+                              : run_in_processes(files, options->detach);
   });
 }
 

@@ -6,16 +6,21 @@
 
 namespace berth::commands {
 
-procedures::Overrides overrides_of(const std::vector<std::string>& assignments) {
-  procedures::Overrides overrides;
+std::map<std::string, std::string> assignments_of(const std::string& option,
+                                                  const std::vector<std::string>& assignments) {
+  std::map<std::string, std::string> values;
   for (const auto& assignment : assignments) {
     const auto equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError("--set " + assignment + ": expected NAME=VALUE");
+      throw InputError(option + " " + assignment + ": expected NAME=VALUE");
     }
-    overrides[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+    values[assignment.substr(0, equals)] = assignment.substr(equals + 1);
   }
-  return overrides;
+  return values;
+}
+
+procedures::Overrides overrides_of(const std::vector<std::string>& assignments) {
+  return assignments_of("--set", assignments);
 }
 
 double target_length_of(const std::string& text) {

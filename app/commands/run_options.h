@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,10 @@
 
 /// Options that several commands read alike.
 namespace berth::commands {
+
+/// NAME=VALUE, any number of them, as given to the option. @throws InputError.
+std::map<std::string, std::string> assignments_of(const std::string& option,
+                                                  const std::vector<std::string>& assignments);
 
 /// --set NAME=VALUE, any number of them. @throws InputError.
 procedures::Overrides overrides_of(const std::vector<std::string>& assignments);

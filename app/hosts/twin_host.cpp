@@ -2,6 +2,7 @@
 #include "app/hosts/twin_host.h"
 
 #include <berth/procedure_command_t.hpp>
+#include <berth/procedure_state_t.hpp>
 #include <chrono>
 #include <map>
 
@@ -36,6 +37,43 @@ std::map<std::string, Utime> compute_delays(const std::filesystem::path& config)
   return delays;
 }
 
+/// Who aborts, and answers prompts with what was said beforehand.
+class TwinOperator {
+ public:
+  TwinOperator(Bus& bus, const Simulation& simulation, std::int64_t session,
+               const std::map<std::string, std::string>& answers)
+      : bus_(bus), simulation_(simulation), session_(session) {
+    if (answers.empty()) return;
+    bus.subscribe<procedure_state_t>(
+        channels::procedure_state, Queue::fifo(), [this, answers](const procedure_state_t& state) {
+          if (state.state != procedure_state_t::PROMPTING) return;
+          const auto answer = answers.find(state.prompt_id);
+          if (answer != answers.end()) {
+            send(procedure_command_t::ANSWER, state.prompt_id, answer->second);
+          }
+        });
+  }
+
+  void send(std::int8_t what, const std::string& prompt_id, const std::string& text) {
+    procedure_command_t command{};
+    command.utime = simulation_.now();
+    command.seq = ++seq_;
+    command.session = session_;
+    command.utime_expires = command.utime + 5 * second;
+    command.commander = "operator";
+    command.command = what;
+    command.prompt_id = prompt_id;
+    command.text = text;
+    bus_.publish(channels::procedure_command, command);
+  }
+
+ private:
+  Bus& bus_;
+  const Simulation& simulation_;
+  std::int64_t session_;
+  std::int64_t seq_ = 0;
+};
+
 /// The longest procedure that is believed in: a stuck one ends here.
 constexpr Utime time_limit = 24 * 3600LL * second;
 
@@ -43,7 +81,8 @@ constexpr Utime time_limit = 24 * 3600LL * second;
 
 TwinResult run_twin(const RunFiles& files,
                     const std::function<void(const std::string&, Bytes)>& watch,
-                    const std::function<bool()>& abort_requested) {
+                    const std::function<bool()>& abort_requested,
+                    const std::map<std::string, std::string>& answers) {
   TwinResult result;
   const double begin = wall_clock();
   const auto delays = compute_delays(files.setup.config);
@@ -82,20 +121,12 @@ TwinResult run_twin(const RunFiles& files,
     watch(channel, bytes);
   });
 
+  TwinOperator person(simulation.make_bus(), simulation, run.session, answers);
   bool abort_sent = false;
-  Bus& operator_bus = simulation.make_bus();
   const auto done = [&] {
     if (!abort_sent && abort_requested()) {
       abort_sent = true;
-      procedure_command_t command{};
-      command.utime = simulation.now();
-      command.seq = 1;
-      command.session = run.session;
-      command.utime_expires = simulation.now() + 5 * second;
-      command.commander = "operator";
-      command.command = procedure_command_t::ABORT;
-      command.text = "interrupted by the operator";
-      operator_bus.publish(channels::procedure_command, command);
+      person.send(procedure_command_t::ABORT, "", "interrupted by the operator");
     }
     return finished;
   };

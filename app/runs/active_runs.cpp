@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "common/core/error.h"
+
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
@@ -64,6 +66,13 @@ std::optional<ActiveRun> find_active_run(const fs::path& directory) {
     }
   }
   return newest;
+}
+
+ActiveRun require_active_run(const fs::path& directory) {
+  const auto run = find_active_run(directory);
+  if (run) return *run;
+  throw InputError(directory.empty() ? "nothing is running"
+                                     : directory.string() + ": is not running");
 }
 
 ActiveRunEntry::ActiveRunEntry(const fs::path& directory, const std::string& url)

@@ -25,6 +25,9 @@ std::vector<ActiveRun> active_runs();
 /// The newest, or the one in the directory given.
 std::optional<ActiveRun> find_active_run(const std::filesystem::path& directory = {});
 
+/// The same. @throws InputError when there is none.
+ActiveRun require_active_run(const std::filesystem::path& directory = {});
+
 /// Lists the calling process as long as it lives.
 class ActiveRunEntry {
  public:

@@ -6,12 +6,15 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "app/exit_code.h"
 #include "app/hosts/child_process.h"
 #include "app/runs/run_files.h"
-#include "app/terminal/terminal_progress.h"
+#include "app/terminal/operator_keys.h"
+#include "app/terminal/operator_link.h"
+#include "app/terminal/raw_terminal.h"
+#include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
@@ -19,13 +22,6 @@
 
 namespace berth {
 namespace {
-
-template <class Message>
-void show(Bus& bus, const char* channel, std::int64_t session, TerminalProgress& progress) {
-  bus.subscribe<Message>(channel, Queue::fifo(), [session, &progress](const Message& message) {
-    if (message.session == session) progress.on(message);
-  });
-}
 
 /// Asks the supervisor to stop: it aborts the procedure at the first, and kills at the second time.
 void ask_to_stop(pid_t supervisor, int times) {
@@ -52,37 +48,110 @@ int exit_code_of(const RunFiles& files, bool interrupted) {
   return interrupted ? exit_code::aborted : exit_code::error;
 }
 
+/// One terminal on one run.
+class Monitor {
+ public:
+  Monitor(const ActiveRun& run, const RunFiles& files, bool observing)
+      : run_(run),
+        files_(files),
+        loop_(clock_offset_now()),
+        keys_([this](const procedure_command_t& command) { link_.send(command); }, observing) {
+    loop_.on_signals([this, observing](int) {
+      if (observing) return leave();
+      view_.clear_panel();
+      ask_to_stop(run_.supervisor, ++interrupts_);
+    });
+    show<procedure_state_t>(channels::procedure_state);
+    show<pose_estimate_t>(channels::pose_estimate);
+    show<ground_truth_t>(channels::ground_truth);
+    show<testbed_state_t>(channels::testbed_state);
+    show<event_t>(channels::event);
+    if (files.has_procedure && raw_.active()) {
+      loop_.watch(STDIN_FILENO, [this] { read_keys(); });
+    }
+    loop_.every(200 * millisecond, [this] { refresh(false); });
+  }
+
+  /// Until the process behind the descriptor ends or the operator leaves.
+  void run_until_end_of(int supervisor_fd) {
+    loop_.watch(supervisor_fd, [this, supervisor_fd] {
+      loop_.unwatch(supervisor_fd);
+      loop_.stop();
+    });
+    bus_.start();
+    loop_.run();
+    view_.clear_panel();
+  }
+
+  bool left() const { return left_; }
+  int interrupts() const { return interrupts_; }
+
+ private:
+  template <class Message>
+  void show(const char* channel) {
+    bus_.subscribe<Message>(channel, Queue::fifo(), [this](const Message& message) {
+      if (message.session != files_.setup.session) return;
+      view_.on(message);
+      if constexpr (std::is_same_v<Message, procedure_state_t>) keys_.on(message);
+    });
+  }
+
+  void read_keys() {
+    char typed[64];
+    const ssize_t count = read(STDIN_FILENO, typed, sizeof typed);
+    if (count <= 0) return loop_.unwatch(STDIN_FILENO);  // the terminal is gone
+    // cursor keys and the like are sequences that begin with Escape: none of them means anything
+    if (count > 1 && typed[0] == '\x1b') return;
+    for (ssize_t i = 0; i < count; ++i) keys_.type(typed[i]);
+    refresh(true);
+    if (keys_.leaves()) leave();
+  }
+
+  void refresh(bool urgent) {
+    view_.refresh(
+        raw_.active() && files_.has_procedure ? keys_.lines() : std::vector<terminal::Line>{},
+        urgent);
+  }
+
+  void leave() {
+    left_ = true;
+    loop_.stop();
+  }
+
+  const ActiveRun& run_;
+  const RunFiles& files_;
+  ProcessLoop loop_;
+  LcmBus bus_{run_.url, loop_};
+  OperatorLink link_{bus_, loop_, files_.setup.session};
+  terminal::OperatorKeys keys_;
+  terminal::TerminalView view_;
+  terminal::RawTerminal raw_;
+  int interrupts_ = 0;
+  bool left_ = false;
+};
+
 }  // namespace
 
-int monitor(const ActiveRun& run) {
+int monitor(const ActiveRun& run, bool observing) {
   const RunFiles files = RunFiles::open(run.directory);
   const int supervisor_fd = descriptor_of_process(run.supervisor);
   int interrupts = 0;
   if (supervisor_fd >= 0) {
-    ProcessLoop loop(clock_offset_now());
-    loop.on_signals([&](int) { ask_to_stop(run.supervisor, ++interrupts); });
-    TerminalProgress progress;
-    LcmBus bus(run.url, loop);
-    show<procedure_state_t>(bus, channels::procedure_state, files.setup.session, progress);
-    show<pose_estimate_t>(bus, channels::pose_estimate, files.setup.session, progress);
-    show<ground_truth_t>(bus, channels::ground_truth, files.setup.session, progress);
-    show<testbed_state_t>(bus, channels::testbed_state, files.setup.session, progress);
-    show<event_t>(bus, channels::event, files.setup.session, progress);
-    loop.watch(supervisor_fd, [&] {
-      loop.unwatch(supervisor_fd);
-      loop.stop();
-    });
-    loop.every(200 * millisecond, [&] { progress.refresh(); });
-    bus.start();
     if (!files.has_procedure) {
       std::printf("the cell is up on %s; Ctrl-C brings it down\n", run.url.c_str());
       std::fflush(stdout);
     }
-    loop.run();
+    Monitor monitor(run, files, observing);
+    monitor.run_until_end_of(supervisor_fd);
     close(supervisor_fd);
+    if (monitor.left()) {
+      std::printf("it goes on; berth attach shows it again\n");
+      return exit_code::passed;
+    }
+    interrupts = monitor.interrupts();
     wait_for(run.supervisor);
   }
-  if (files.has_procedure) show_verdict(files);
+  if (files.has_procedure) terminal::show_verdict(files);
   return exit_code_of(files, interrupts > 0);
 }
 

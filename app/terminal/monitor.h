@@ -5,9 +5,11 @@
 
 namespace berth {
 
-/// Shows a running procedure in this terminal until its supervisor ends. The first Ctrl-C aborts
-/// the procedure, the second stops everything at once. A lost terminal only ends the showing.
-/// @return the exit code of the run, from its results.
-int monitor(const ActiveRun& run);
+/// Shows a running procedure in this terminal until its supervisor ends or the operator leaves, and
+/// takes keys where there is a terminal to take them from. The first Ctrl-C aborts the procedure,
+/// the second stops everything at once; a lost terminal only ends the showing.
+/// @param observing nothing is sent, and Ctrl-C only leaves
+/// @return the exit code of the run, from its results; 0 when the operator left.
+int monitor(const ActiveRun& run, bool observing = false);
 
 }  // namespace berth

@@ -4,6 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "app/terminal/panel.h"
 #include "logs/compare/comparison.h"
 
 namespace berth::terminal {
@@ -18,33 +19,20 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
   return text;
 }
 
-const char* word_of(std::int8_t step_state) {
-  switch (step_state) {
-    case procedure_step_t::PASSED:
-      return "done";
-    case procedure_step_t::FAILED:
-      return "FAILED";
-    case procedure_step_t::ERROR:
-      return "ERROR";
-    case procedure_step_t::TIMEOUT:
-      return "TIME-OUT";
-    case procedure_step_t::ABORTED:
-      return "aborted";
-    case procedure_step_t::SKIPPED:
-      return "skipped";
-    default:
-      return "";
-  }
-}
-
 const char* word_of_status(std::int8_t status) {
   constexpr const char* words[] = {"idle", "acquiring", "ok", "AMBIGUOUS", "LOST"};
   return status >= 0 && status <= pose_estimate_t::LOST ? words[status] : "?";
 }
 
-bool running(const procedure_step_t& step) { return step.state == procedure_step_t::RUNNING; }
-
 constexpr Utime memory = 10 * second;
+
+/// "  123.4 s  ": with which every lasting line begins.
+Line stamped(double time) { return Line(format("%7.1f s  ", time), Style::faint); }
+
+/// Words of equal width after the time.
+Line& add_word(Line& line, const std::string& word, Style style) {
+  return line.add(word, style).tab(20);
+}
 
 }  // namespace
 
@@ -55,24 +43,48 @@ void Progress::on(const procedure_state_t& message) {
 
 void Progress::print_changes(const procedure_state_t& message) {
   const double time = seconds(message.utime - message.utime_start);
+  const std::int8_t before = state_ ? state_->state : procedure_state_t::PREPARING;
   if (message.state == procedure_state_t::PREPARING && message.reason != waiting_for_) {
     waiting_for_ = message.reason;
-    if (!waiting_for_.empty()) print_(format("%7.1f s  ", time) + waiting_for_);
+    if (!waiting_for_.empty()) print_(stamped(time).add(waiting_for_));
   }
+  if (before == procedure_state_t::PREPARING && message.state != before) {
+    for (const precondition_t& precondition : message.preconditions) print_(line_of(precondition));
+  }
+  print_steps(message);
+  print_prompt(message);
+  const bool held = message.state == procedure_state_t::HELD;
+  if (held == (before == procedure_state_t::HELD)) return;
+  print_(stamped(time).add(held ? "HELD" : "goes on", Style::warning));
+}
+
+void Progress::print_steps(const procedure_state_t& message) {
   for (std::size_t i = 0; i < message.steps.size(); ++i) {
     const procedure_step_t& step = message.steps[i];
     const bool known = state_ && i < state_->steps.size();
     const std::int8_t before = known ? state_->steps[i].state : procedure_step_t::PENDING;
-    if (step.state == before || running(step) || step.state == procedure_step_t::PENDING) continue;
-    std::string line = format("%7.1f s  %-8s ", seconds(step.utime_end - message.utime_start),
-                              word_of(step.state));
-    line += step.name + format("  (%.1f s)", seconds(step.utime_end - step.utime_start));
-    if (!step.detail.empty()) line += "  " + step.detail;
+    const std::string word = text_of_step(step.state);
+    if (step.state == before || word.empty()) continue;
+    Line line = stamped(seconds(step.utime_end - message.utime_start));
+    add_word(line, word, style_of_step(step.state)).add(step.name, Style::strong);
+    line.add("  (" + text_of_duration(seconds(step.utime_end - step.utime_start)) + ")",
+             Style::faint);
+    if (!step.detail.empty()) line.add("  " + step.detail);
     print_(line);
   }
-  const bool held = message.state == procedure_state_t::HELD;
-  const bool was_held = state_ && state_->state == procedure_state_t::HELD;
-  if (held != was_held) print_(format("%7.1f s  %s", time, held ? "HELD" : "goes on"));
+}
+
+void Progress::print_prompt(const procedure_state_t& message) {
+  if (message.state != procedure_state_t::PROMPTING) return;
+  const bool shown_before = state_ && state_->state == procedure_state_t::PROMPTING &&
+                            state_->prompt_id == message.prompt_id &&
+                            state_->utime_prompt_expires == message.utime_prompt_expires;
+  if (shown_before) return;
+  Line line = stamped(seconds(message.utime - message.utime_start));
+  add_word(line, "asks", Style::warning).add(message.prompt, Style::strong);
+  const std::string choices = choices_of(message);
+  if (!choices.empty()) line.add(" " + choices);
+  print_(line.add("  (prompt " + message.prompt_id + ")", Style::faint));
 }
 
 void Progress::on(const pose_estimate_t& message) {
@@ -106,39 +118,45 @@ void Progress::compare(Utime until) {
 }
 
 void Progress::on(const event_t& message) {
-  if (message.severity < event_t::WARNING) return;
-  const double time = state_ ? seconds(message.utime - state_->utime_start) : 0;
-  print_(
-      format("%7.1f s  %-8s ", time, message.severity == event_t::WARNING ? "warning" : "ERROR") +
-      message.node + ": " + message.text);
+  const bool answer = message.node == "procedure" && message.severity == event_t::NOTICE;
+  if (message.severity < event_t::WARNING && !answer) return;
+  Line line = stamped(state_ ? seconds(message.utime - state_->utime_start) : 0);
+  const bool serious = message.severity > event_t::WARNING;
+  add_word(line,
+           serious  ? "ERROR"
+           : answer ? "notice"
+                    : "warning",
+           serious  ? Style::bad
+           : answer ? Style::plain
+                    : Style::warning);
+  print_(line.add((answer ? "" : message.node + ": ") + message.text));
+}
+
+std::vector<Line> Progress::panel() const {
+  if (!state_) return {Line("waiting for the procedure", Style::faint)};
+  std::vector<Line> lines = terminal::panel(*state_);
+  const std::string estimate = status();
+  if (!estimate.empty()) lines.push_back(Line("  ").add(estimate));
+  return lines;
 }
 
 std::string Progress::status() const {
-  if (!state_) return "waiting for the procedure";
-  std::string line = format("%7.1f s  ", seconds(state_->utime - state_->utime_start));
-  std::string doing = state_->state == procedure_state_t::PREPARING  ? "preparing"
-                      : state_->state == procedure_state_t::FINISHED ? "finished"
-                                                                     : "settling";
-  if (state_->current_step >= 0 && state_->current_step < state_->step_count) {
-    const auto& step = state_->steps[static_cast<std::size_t>(state_->current_step)];
-    if (running(step)) doing = step.name + (step.detail.empty() ? "" : " " + step.detail);
-  }
-  line += (state_->state == procedure_state_t::HELD ? "HELD " : "") + doing;
+  std::string line;
   if (estimate_) {
     const Vector3d position = Vector3d::Map(estimate_->position_m);
-    line += format(" | %s", word_of_status(estimate_->status));
+    line += format("estimate %s", word_of_status(estimate_->status));
     if (estimate_->status == pose_estimate_t::OK) line += format(", range %.3f m", position.norm());
-  }
-  if (good_.size() >= 2) {
-    line += format(", %.1f Hz",
-                   static_cast<double>(good_.size() - 1) / seconds(good_.back() - good_.front()));
-  }
-  if (error_) {
-    line += format(" | error %.1f mm %.2f deg", 1e3 * error_->head<3>().norm(),
-                   degrees(error_->tail<3>().norm()));
+    if (good_.size() >= 2) {
+      line += format(", %.1f Hz",
+                     static_cast<double>(good_.size() - 1) / seconds(good_.back() - good_.front()));
+    }
+    if (error_) {
+      line += format(" | error %.1f mm %.2f deg", 1e3 * error_->head<3>().norm(),
+                     degrees(error_->tail<3>().norm()));
+    }
   }
   if (testbed_ && testbed_->clearance_m >= 0) {
-    line += format(" | clearance %.2f m", testbed_->clearance_m);
+    line += (line.empty() ? "" : " | ") + format("clearance %.2f m", testbed_->clearance_m);
   }
   return line;
 }

@@ -12,34 +12,40 @@
 #include <string>
 #include <vector>
 
+#include "app/terminal/style.h"
 #include "logs/run/truth_track.h"
 
 namespace berth::terminal {
 
-/// What an operator reads in a terminal while a procedure runs: a lasting line for everything that
-/// happens, and one line that is written anew all the time. Knows no terminal.
+/// What an operator reads while a procedure runs: a lasting line for everything that happens, and
+/// a panel of how things stand. Knows no terminal.
 class Progress {
  public:
-  using Print = std::function<void(const std::string& line)>;
+  using Print = std::function<void(const Line& line)>;
 
-  /// print gets the lasting lines, without line ends.
+  /// print gets the lasting lines.
   explicit Progress(Print print) : print_(std::move(print)) {}
 
   void on(const procedure_state_t& message);
   void on(const pose_estimate_t& message);
   void on(const ground_truth_t& message);
   void on(const testbed_state_t& message) { testbed_ = message; }
-  /// Warnings and worse are printed.
+  /// Warnings and worse are printed, and what the procedure was asked for.
   void on(const event_t& message);
 
-  /// The line of now: time, step, estimated range, error, rate.
+  /// How things stand now.
+  std::vector<Line> panel() const;
+  /// The estimate: status, range, rate, error, clearance.
   std::string status() const;
+  const std::optional<procedure_state_t>& state() const { return state_; }
   bool finished() const;
   /// Outcome and criteria; empty until finished.
   std::string verdict() const;
 
  private:
   void print_changes(const procedure_state_t& message);
+  void print_steps(const procedure_state_t& message);
+  void print_prompt(const procedure_state_t& message);
   void compare(Utime until);
 
   Print print_;

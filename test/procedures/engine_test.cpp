@@ -129,7 +129,8 @@ class Bench {
   SimulatedBus* operator_bus = nullptr;
   std::int64_t operator_seq = 0;
   std::vector<std::string> lines;
-  terminal::Progress progress{[this](const std::string& line) { lines.push_back(line); }};
+  terminal::Progress progress{
+      [this](const terminal::Line& line) { lines.push_back(line.rendered(false)); }};
   bool done = false;
 
  private:
@@ -437,7 +438,7 @@ TEST_CASE("the operator reads steps, errors and the verdict") {
   bench.run_for(9);
   const std::string status = bench.progress.status();
   INFO(status);
-  CHECK(status.find("| ok, range 4.") != std::string::npos);
+  CHECK(status.find("estimate ok, range 4.") != std::string::npos);
   CHECK(status.find("2.0 Hz") != std::string::npos);
   CHECK(status.find("error 4.0 mm 0.00 deg") != std::string::npos);
   CHECK(bench.progress.verdict().empty());

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <berth/event_t.hpp>
+#include <berth/procedure_state_t.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/runs/active_runs.h"
+#include "app/runs/run_files.h"
+#include "app/terminal/operator_link.h"
+#include "common/bus/lcm_bus.h"
+#include "common/core/error.h"
+#include "lcmtypes/channels.h"
+
+namespace berth::commands {
+namespace {
+
+using State = procedure_state_t;
+
+struct Verb {
+  std::int8_t command;
+  std::size_t arguments;
+  /// Whether the engine has obeyed, by its state before and now.
+  bool (*obeyed)(const State& before, const State& now, const procedure_command_t& command);
+};
+
+const procedure_step_t* step_of(const State& state, std::int32_t index) {
+  const bool known = index >= 0 && index < static_cast<std::int32_t>(state.steps.size());
+  return known ? &state.steps[static_cast<std::size_t>(index)] : nullptr;
+}
+
+bool went_on(const State& before, const State& now, const procedure_command_t&) {
+  return (before.state == State::HELD && now.state != State::HELD) ||
+         now.current_step != before.current_step;
+}
+
+bool skipped(const State& before, const State& now, const procedure_command_t&) {
+  const procedure_step_t* step = step_of(now, before.current_step);
+  return step != nullptr && step->state == procedure_step_t::SKIPPED;
+}
+
+bool tried_again(const State& before, const State& now, const procedure_command_t&) {
+  const procedure_step_t* was = step_of(before, before.current_step);
+  const procedure_step_t* is = step_of(now, before.current_step);
+  return was != nullptr && is != nullptr && is->attempts > was->attempts;
+}
+
+bool answered(const State&, const State& now, const procedure_command_t& command) {
+  return now.state != State::PROMPTING || now.prompt_id != command.prompt_id;
+}
+
+const std::map<std::string, Verb>& verbs() {
+  static const std::map<std::string, Verb> table{
+      {"hold",
+       {procedure_command_t::HOLD, 0,
+        [](const State&, const State& now, const procedure_command_t&) {
+          return now.state == State::HELD;
+        }}},
+      {"resume", {procedure_command_t::RESUME, 0, went_on}},
+      {"step", {procedure_command_t::STEP, 0, went_on}},
+      {"skip", {procedure_command_t::SKIP, 0, skipped}},
+      {"retry", {procedure_command_t::RETRY, 0, tried_again}},
+      {"abort",
+       {procedure_command_t::ABORT, 0,
+        [](const State&, const State& now, const procedure_command_t&) {
+          return now.state == State::TEARDOWN || now.state == State::FINISHED;
+        }}},
+      {"answer", {procedure_command_t::ANSWER, 2, answered}},
+  };
+  return table;
+}
+
+struct Options {
+  std::vector<std::string> words;
+  std::string reason;
+  double timeout = 10;
+};
+
+/// Why the command cannot be meant, by the state the run is in; empty when it can.
+std::string senseless(const procedure_command_t& command, const State& state) {
+  if (state.state == State::FINISHED) return "the procedure has finished";
+  if (command.command == procedure_command_t::RESUME && state.state != State::HELD) {
+    return "nothing is held";
+  }
+  if (command.command != procedure_command_t::ANSWER) return "";
+  if (state.state != State::PROMPTING) return "nothing is asked";
+  if (state.prompt_id != command.prompt_id) return "the prompt is '" + state.prompt_id + "'";
+  const bool understood =
+      state.choices.empty() ||
+      std::find(state.choices.begin(), state.choices.end(), command.text) != state.choices.end();
+  if (understood) return "";
+  std::string choices;
+  for (const std::string& choice : state.choices) choices += (choices.empty() ? "" : ", ") + choice;
+  return "found answer '" + command.text + "', expected one of: " + choices;
+}
+
+/// Sends the command once the run's state is known, and watches whether it is obeyed.
+class Errand {
+ public:
+  Errand(const ActiveRun& run, const Verb& verb, procedure_command_t command, double timeout)
+      : files_(RunFiles::open(run.directory)),
+        loop_(clock_offset_now()),
+        bus_(run.url, loop_),
+        link_(bus_, loop_, files_.setup.session),
+        verb_(verb),
+        command_(std::move(command)) {
+    bus_.subscribe<State>(channels::procedure_state, Queue::fifo(),
+                          [this](const State& state) { take(state); });
+    bus_.subscribe<event_t>(channels::event, Queue::fifo(),
+                            [this](const event_t& event) { take(event); });
+    loop_.after(utime_from_seconds(timeout), [this] {
+      end(before_ ? "it was not obeyed in time" : "the procedure is not heard");
+    });
+  }
+
+  /// Empty when it was obeyed, else why not.
+  std::string run() {
+    bus_.start();
+    loop_.run();
+    return failure_;
+  }
+
+ private:
+  void take(const State& state) {
+    if (state.session != files_.setup.session) return;
+    if (!before_) {
+      before_ = state;
+      const std::string why = senseless(command_, state);
+      if (!why.empty()) return end(why);
+      // held already, or in teardown: asked for again, as it may mean more
+      link_.send(command_);
+    }
+    if (verb_.obeyed(*before_, state, command_)) {
+      // the repeats of a command that is obeyed at once still go out
+      loop_.after(300 * millisecond, [this] { loop_.stop(); });
+    }
+  }
+
+  void take(const event_t& event) {
+    if (event.session != files_.setup.session || event.node != "procedure" || !before_) return;
+    if (event.code == "procedure-command") end(event.text);
+  }
+
+  void end(const std::string& failure) {
+    failure_ = failure;
+    loop_.stop();
+  }
+
+  RunFiles files_;
+  ProcessLoop loop_;
+  LcmBus bus_;
+  OperatorLink link_;
+  const Verb& verb_;
+  procedure_command_t command_;
+  std::optional<State> before_;
+  std::string failure_;
+};
+
+int command(const Options& options) {
+  std::vector<std::string> words = options.words;
+  std::filesystem::path directory;
+  if (verbs().count(words.front()) == 0) {
+    directory = words.front();
+    words.erase(words.begin());
+  }
+  const auto verb = words.empty() ? verbs().end() : verbs().find(words.front());
+  if (verb == verbs().end()) {
+    std::string known;
+    for (const auto& [name, unused] : verbs()) known += (known.empty() ? "" : ", ") + name;
+    throw InputError("command: found '" + (words.empty() ? directory.string() : words.front()) +
+                     "', expected one of: " + known);
+  }
+  if (words.size() != 1 + verb->second.arguments) {
+    throw InputError("command " + verb->first + ": expected " +
+                     (verb->second.arguments == 0 ? "nothing behind it" : "ID and TEXT behind it"));
+  }
+  procedure_command_t request{};
+  request.command = verb->second.command;
+  request.text = options.reason;
+  if (request.command == procedure_command_t::SKIP && options.reason.empty()) {
+    throw InputError("command skip: expected --reason");
+  }
+  if (request.command == procedure_command_t::ANSWER) {
+    request.prompt_id = words[1];
+    request.text = words[2];
+  }
+  const std::string failure =
+      Errand(require_active_run(directory), verb->second, request, options.timeout).run();
+  if (failure.empty()) return exit_code::passed;
+  std::fprintf(stderr, "berth: %s: %s\n", verb->first.c_str(), failure.c_str());
+  return exit_code::error;
+}
+
+}  // namespace
+
+void add_command(CLI::App& app, int& exit_code) {
+  auto* sub = app.add_subcommand(
+      "command",
+      "Ask something of a running procedure: [RUN] hold | resume | step | skip | retry | abort |\n"
+      "answer ID TEXT. Exit code 0 when it was obeyed, 2 when not.");
+  auto options = std::make_shared<Options>();
+  sub->add_option("words", options->words,
+                  "Run directory (the newest run when left out), and what is asked")
+      ->required()
+      ->type_name("[RUN] VERB");
+  sub->add_option("--reason", options->reason, "Why: needed for skip; kept in the log");
+  sub->add_option("--timeout", options->timeout, "Seconds in which it must be obeyed")
+      ->capture_default_str();
+  sub->callback([options, &exit_code] { exit_code = command(*options); });
+}
+
+}  // namespace berth::commands

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/terminal/operator_keys.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "app/terminal/panel.h"
+
+namespace berth::terminal {
+namespace {
+
+constexpr char control_d = 4;
+constexpr char control_u = 21;
+constexpr char escape = 27;
+constexpr char backspace = 8;
+constexpr char rubout = 127;
+
+struct Key {
+  char key;
+  std::int8_t command;
+  const char* name;
+  const char* help;
+};
+
+constexpr Key keys[] = {
+    {'h', procedure_command_t::HOLD, "hold",
+     "the arms come to rest on their path; time stands still"},
+    {'r', procedure_command_t::RESUME, "resume", "conditions are looked at again, then it goes on"},
+    {'n', procedure_command_t::STEP, "step", "goes on, and holds after this step"},
+    {'s', procedure_command_t::SKIP, "skip", "leaves this step out; asks for the reason"},
+    {'t', procedure_command_t::RETRY, "retry", "begins the step anew"},
+    {'a', procedure_command_t::ABORT, "abort",
+     "at once, then the teardown; again: hurries the teardown"},
+};
+
+bool begins_with(const std::string& text, const std::string& start) {
+  return start.size() <= text.size() &&
+         std::equal(start.begin(), start.end(), text.begin(), [](char a, char b) {
+           return std::tolower(static_cast<unsigned char>(a)) ==
+                  std::tolower(static_cast<unsigned char>(b));
+         });
+}
+
+}  // namespace
+
+void OperatorKeys::on(const procedure_state_t& state) {
+  const bool asked = prompting();
+  const std::string id = asked ? state_->prompt_id : "";
+  const bool changed =
+      !state_ || state_->state != state.state || state_->current_step != state.current_step;
+  if (changed && mode_ == Mode::keys) remark_.clear();  // it was heard
+  state_ = state;
+  if (prompting() && (!asked || state.prompt_id != id) && !observing_) {
+    mode_ = Mode::answer;
+    text_.clear();
+    remark_.clear();
+  } else if (asked && !prompting() && mode_ == Mode::answer) {
+    mode_ = Mode::keys;
+  }
+}
+
+void OperatorKeys::type(char key) {
+  if (key == control_d) {
+    leaves_ = true;
+  } else if (mode_ == Mode::keys) {
+    type_command(key);
+  } else {
+    type_text(key);
+  }
+}
+
+void OperatorKeys::type_command(char key) {
+  remark_.clear();
+  if (key == 'q') {
+    leaves_ = true;
+  } else if (key == '?') {
+    help_ = !help_;
+  } else if (observing_) {
+    remark_ = "only observing: q leaves";
+  } else if (prompting() && (key == '\n' || key == '\r')) {
+    mode_ = Mode::answer;
+  } else if (key == 's') {
+    mode_ = Mode::reason;
+    text_.clear();
+  } else {
+    for (const Key& known : keys) {
+      if (known.key != key) continue;
+      send(known.command, key == 'a' ? "aborted by the operator" : "");
+      remark_ = std::string(known.name) + " asked for";
+    }
+  }
+}
+
+void OperatorKeys::type_text(char key) {
+  if (key == '\n' || key == '\r') {
+    finish_text();
+  } else if (key == escape) {
+    mode_ = Mode::keys;
+    text_.clear();
+  } else if (key == backspace || key == rubout) {
+    while (!text_.empty() && (static_cast<unsigned char>(text_.back()) & 0xC0U) == 0x80U) {
+      text_.pop_back();
+    }
+    if (!text_.empty()) text_.pop_back();
+  } else if (key == control_u) {
+    text_.clear();
+  } else if (static_cast<unsigned char>(key) >= ' ') {
+    text_ += key;
+  }
+}
+
+void OperatorKeys::finish_text() {
+  if (mode_ == Mode::reason) {
+    if (text_.empty()) {
+      remark_ = "a skipped step needs a reason";
+      return;
+    }
+    send(procedure_command_t::SKIP, text_);
+    remark_ = "skip asked for";
+  } else {
+    const auto answer = chosen();
+    if (!answer) {
+      remark_ = "expected one of " + choices_of(*state_);
+      return;
+    }
+    send(procedure_command_t::ANSWER, *answer);
+    remark_ = "answered " + *answer;
+  }
+  mode_ = Mode::keys;
+  text_.clear();
+}
+
+std::optional<std::string> OperatorKeys::chosen() const {
+  if (!state_ || state_->choices.empty()) return text_;
+  std::optional<std::string> found;
+  for (const std::string& choice : state_->choices) {
+    if (choice == text_) return choice;
+    if (text_.empty() || !begins_with(choice, text_)) continue;
+    if (found) return std::nullopt;
+    found = choice;
+  }
+  return found;
+}
+
+void OperatorKeys::send(std::int8_t command, const std::string& text) {
+  procedure_command_t request{};
+  request.command = command;
+  request.text = text;
+  if (command == procedure_command_t::ANSWER) request.prompt_id = state_->prompt_id;
+  send_(request);
+}
+
+std::vector<Line> OperatorKeys::lines() const {
+  std::vector<Line> lines;
+  if (help_) {
+    if (!observing_) {
+      for (const Key& key : keys) {
+        lines.push_back(Line("  ").add(std::string(1, key.key), Style::strong));
+        lines.back().tab(6).add(key.name).tab(15).add(key.help, Style::faint);
+      }
+      lines.push_back(Line("  Ctrl-C", Style::strong));
+      lines.back().tab(15).add("aborts, too; again: ends every process at once", Style::faint);
+    }
+    lines.push_back(Line("  q", Style::strong));
+    lines.back().tab(6).add("leave").tab(15).add(
+        "or Ctrl-D; the run goes on, berth attach shows it again", Style::faint);
+  }
+  if (!remark_.empty()) lines.push_back(Line("  " + remark_, Style::warning));
+  if (mode_ == Mode::reason) {
+    lines.push_back(Line("  why is it skipped? ", Style::strong).add(text_ + "_"));
+    lines.push_back(Line("  Enter sends, Escape does not", Style::faint));
+  } else if (mode_ == Mode::answer) {
+    lines.push_back(Line("  answer: ", Style::strong).add(text_ + "_"));
+    lines.push_back(Line("  Enter sends, Escape gives the keys back, Ctrl-C aborts", Style::faint));
+  } else {
+    Line line(" ");
+    if (!observing_) {
+      for (const Key& key : keys) {
+        line.add(" ").add(std::string(1, key.key), Style::strong);
+        line.add(" " + std::string(key.name) + " ", Style::faint);
+      }
+      if (prompting()) line.add(" ").add("Enter", Style::strong).add(" answer ", Style::faint);
+    }
+    line.add(" ").add("q", Style::strong).add(" leave ", Style::faint);
+    line.add(" ").add("?", Style::strong).add(" help", Style::faint);
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+}  // namespace berth::terminal

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/procedure_command_t.hpp>
+
+#include "common/bus/bus.h"
+#include "common/bus/loop.h"
+
+namespace berth {
+
+/// What an operator asks of a running procedure, on the bus: each command a few times over, so that
+/// a lost datagram does not lose it. The engine obeys it once.
+class OperatorLink {
+ public:
+  OperatorLink(Bus& bus, Loop& loop, std::int64_t session);
+
+  /// Command, prompt id and text are the caller's; the rest is filled in.
+  void send(procedure_command_t command);
+
+ private:
+  Bus& bus_;
+  Loop& loop_;
+  std::int64_t session_;
+  std::string name_;
+  std::int64_t seq_ = 0;
+};
+
+}  // namespace berth

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/procedure_state_t.hpp>
+#include <vector>
+
+#include "app/terminal/style.h"
+
+namespace berth::terminal {
+
+/// What a running procedure looks like now: where it is, what is done and comes next, what must be
+/// so before it goes on, limits with their margins, the question asked.
+std::vector<Line> panel(const procedure_state_t& state);
+
+/// "ok   name   what is found", green or red.
+Line line_of(const precondition_t& precondition);
+
+/// "PREPARING", "RUNNING", "HELD", "WAITS FOR AN ANSWER", "TEARDOWN" or "FINISHED".
+const char* text_of_state(std::int8_t state);
+/// "done", "FAILED", ... of a step that has ended; empty before.
+const char* text_of_step(std::int8_t step_state);
+Style style_of_step(std::int8_t step_state);
+/// "[yes / no]"; empty when any answer will do.
+std::string choices_of(const procedure_state_t& state);
+
+}  // namespace berth::terminal

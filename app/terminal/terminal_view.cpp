@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/terminal/terminal_view.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "lcmtypes/channels.h"
+#include "logs/file/log_event.h"
+
+namespace berth::terminal {
+namespace {
+
+template <class Message>
+bool take_as(const char* of, const std::string& channel, Bytes bytes, Progress& progress) {
+  if (channel != of) return false;
+  if (const auto message = logs::decode<Message>(bytes)) progress.on(*message);
+  return true;
+}
+
+winsize window() {
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) size.ws_col = 100;
+  if (size.ws_row == 0) size.ws_row = 24;
+  return size;
+}
+
+}  // namespace
+
+TerminalView::TerminalView()
+    : progress_([this](const Line& line) { print(line); }),
+      is_terminal_(isatty(STDOUT_FILENO) == 1),
+      colours_(colours_wanted(STDOUT_FILENO)) {}
+
+void TerminalView::take(const std::string& channel, Bytes bytes) {
+  take_as<procedure_state_t>(channels::procedure_state, channel, bytes, progress_) ||
+      take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
+      take_as<ground_truth_t>(channels::ground_truth, channel, bytes, progress_) ||
+      take_as<testbed_state_t>(channels::testbed_state, channel, bytes, progress_) ||
+      take_as<event_t>(channels::event, channel, bytes, progress_);
+}
+
+void TerminalView::refresh(const std::vector<Line>& below, bool urgent) {
+  const double now =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  if (!is_terminal_ || (!urgent && now - last_refresh_s_ < 0.1)) return;
+  last_refresh_s_ = now;
+  const winsize size = window();
+  std::vector<Line> lines = progress_.panel();
+  lines.insert(lines.begin(), Line(std::string(size.ws_col - 1U, '-'), Style::faint));
+  // what is below it is what the operator types: the panel gives way
+  const std::size_t room = std::max<std::size_t>(4, size.ws_row - 1) - 1;
+  const std::size_t kept = room > below.size() ? room - below.size() : 1;
+  if (lines.size() > kept) lines.resize(kept);
+  lines.insert(lines.end(), below.begin(), below.end());
+  std::string out = panel_lines_ > 0 ? "\x1b[" + std::to_string(panel_lines_) + "A\r" : "";
+  for (const Line& line : lines) {
+    out += line.rendered(colours_, std::max<std::size_t>(20, size.ws_col - 1U)) + "\x1b[K\n";
+  }
+  out += "\x1b[J";
+  panel_lines_ = lines.size();
+  std::fwrite(out.data(), 1, out.size(), stdout);
+  std::fflush(stdout);
+}
+
+void TerminalView::print(const Line& line) {
+  clear_panel();
+  std::printf("%s\n", line.rendered(colours_).c_str());
+  std::fflush(stdout);
+}
+
+void TerminalView::clear_panel() {
+  if (panel_lines_ == 0) return;
+  std::printf("\x1b[%zuA\r\x1b[J", panel_lines_);
+  std::fflush(stdout);
+  panel_lines_ = 0;
+}
+
+void show_verdict(const RunFiles& files) {
+  std::ifstream in(files.directory / "verdict.txt");
+  std::cout << '\n' << in.rdbuf() << "\nrun: " << files.directory.string() << '\n';
+}
+
+}  // namespace berth::terminal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/runs/run_files.h"
+#include "app/terminal/progress.h"
+#include "common/bus/bus.h"
+
+namespace berth::terminal {
+
+/// Shows a running procedure on stdout: lasting lines, and on a real terminal below them a panel
+/// that is written anew all the time. Colours only where they are wanted.
+class TerminalView {
+ public:
+  TerminalView();
+  ~TerminalView() { clear_panel(); }
+  TerminalView(const TerminalView&) = delete;
+  TerminalView& operator=(const TerminalView&) = delete;
+
+  template <class Message>
+  void on(const Message& message) {
+    progress_.on(message);
+  }
+  /// A message as the twin's recorder sees it.
+  void take(const std::string& channel, Bytes bytes);
+  /// Writes the panel anew, with the lines given below it; at most so often as an eye can follow
+  /// unless it is said to be urgent.
+  void refresh(const std::vector<Line>& below = {}, bool urgent = false);
+  /// A lasting line.
+  void print(const Line& line);
+  void clear_panel();
+
+ private:
+  Progress progress_;
+  bool is_terminal_;
+  bool colours_;
+  std::size_t panel_lines_ = 0;  // on the screen now
+  double last_refresh_s_ = 0;
+};
+
+/// Prints verdict.txt of a run and where the run lies.
+void show_verdict(const RunFiles& files);
+
+}  // namespace berth::terminal
