@@ -126,7 +126,11 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
     choose_free_ports(directory / "config" / "devices.yaml");
   }
   fs::create_directory(directory / "output");
-  if (!request.procedure.empty()) fs::copy_file(request.procedure, directory / "procedure.yaml");
+  if (!request.procedure.empty()) {
+    // As it runs: with the procedures that it calls.
+    write_file(directory / "procedure.yaml",
+               procedures::load_procedure(request.procedure, request.parameters).text);
+  }
 
   // The twin's log must not depend on when it was made.
   const std::string name = description.host == "twin"

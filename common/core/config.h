@@ -67,6 +67,9 @@ class Config {
   /// An error that names this file, the line of the key and the key.
   InputError error(const std::string& key, const std::string& what) const;
 
+  /// The keys that readers asked for so far, whether there or not.
+  const std::set<std::string>& asked() const { return read_; }
+
   const std::string& file() const { return file_; }
   int line() const;
   /// The raw node, for readers with a grammar of their own; marks the key as read.

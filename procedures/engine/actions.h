@@ -3,6 +3,7 @@
 
 #include <berth/estimator_command_t.hpp>
 #include <berth/facility_command_t.hpp>
+#include <berth/injection_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <string>
 
@@ -17,6 +18,7 @@ class Actions {
   virtual void send(const testbed_command_t& command) = 0;
   virtual void send(const estimator_command_t& command) = 0;
   virtual void send(const facility_command_t& command) = 0;
+  virtual void send(const injection_t& injection) = 0;
   virtual void event(std::int8_t severity, const std::string& code, const std::string& text) = 0;
 };
 

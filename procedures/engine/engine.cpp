@@ -30,8 +30,8 @@ Engine::Engine(Procedure procedure, EngineOptions options, logs::NearestPoint ne
              TestbedLink(actions, options_.commander),
              EstimatorLink(actions, options_.commander),
              FacilityLink(actions, options_.commander),
-             std::nullopt,
-             std::nullopt} {
+             InjectionLink(actions, options_.commander),
+             Live(nearest_)} {
   for (const std::string& name : options_.required_nodes) nodes_[name] = {};
   state_.session = options_.commander.session;
   state_.procedure = procedure_.name;
@@ -81,6 +81,7 @@ void Engine::start(Utime now) {
 
 void Engine::on(const testbed_state_t& message, Utime now) {
   bench_.testbed.on(message);
+  bench_.live.on(message);
   if (message.state != testbed_state_t::NOT_READY) {
     not_ready_since_ = 0;
   } else if (not_ready_since_ == 0) {
@@ -96,17 +97,28 @@ void Engine::on(const estimator_state_t& message, Utime now) {
 
 void Engine::on(const facility_state_t& message, Utime now) {
   bench_.facility.on(message);
+  bench_.live.on(message);
   tick(now);
 }
 
 void Engine::on(const lidar_state_t& message, Utime now) {
-  bench_.lidar = message;
+  bench_.live.on(message);
+  tick(now);
+}
+
+void Engine::on(const ground_truth_t& message) {
+  record_.add(message);
+  bench_.live.on(message);
+}
+
+void Engine::on(const injection_state_t& message, Utime now) {
+  bench_.injections.on(message);
   tick(now);
 }
 
 void Engine::on(const pose_estimate_t& message, Utime now) {
   record_.add(message);
-  bench_.estimate = message;
+  bench_.live.on(message, now);
   if (message.status == pose_estimate_t::OK) last_good_estimate_ = now;
   if (runner_ != nullptr) runner_->on_estimate(bench_, message);
   tick(now);
@@ -151,9 +163,11 @@ void Engine::on(const procedure_command_t& message, Utime now) {
 }
 
 void Engine::tick(Utime now) {
+  bench_.live.set_time(now);
   bench_.testbed.tick(now);
   bench_.estimator.tick(now);
   bench_.facility.tick(now);
+  bench_.injections.tick(now);
   switch (stage_) {
     case Stage::nodes:
       return wait_for_nodes(now);
@@ -440,11 +454,11 @@ void Engine::watch(Utime now) {
   if (trouble.empty()) trouble = trouble_with_testbed(now);
   if (!trouble.empty()) return conclude(procedure_state_t::ERROR, trouble, now);
   if (tracking_expected_ && seconds(now - last_good_estimate_) > procedure_.lost_for) {
-    const bool reason = bench_.estimate && !bench_.estimate->reason.empty();
+    const auto& estimate = bench_.live.estimate();
+    const bool reason = estimate && !estimate->reason.empty();
     conclude(procedure_state_t::FAIL,
              "the estimator lost the target: no good estimate for " +
-                 in_seconds(now - last_good_estimate_) +
-                 (reason ? ": " + bench_.estimate->reason : ""),
+                 in_seconds(now - last_good_estimate_) + (reason ? ": " + estimate->reason : ""),
              now);
   }
 }

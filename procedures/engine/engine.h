@@ -40,7 +40,8 @@ class Engine {
   void on(const facility_state_t& message, Utime now);
   void on(const lidar_state_t& message, Utime now);
   void on(const pose_estimate_t& message, Utime now);
-  void on(const ground_truth_t& message) { record_.add(message); }
+  void on(const ground_truth_t& message);
+  void on(const injection_state_t& message, Utime now);
   void on(const run_info_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
   void on(const heartbeat_t& message, Utime now);

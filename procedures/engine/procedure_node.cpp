@@ -35,6 +35,7 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
   listen<facility_state_t>(channels::facility_state, 1000);
   listen<lidar_state_t>(channels::lidar_state, 1000);
   listen<pose_estimate_t>(channels::pose_estimate, 1000);
+  listen<injection_state_t>(channels::injection_state, 100);
   listen<procedure_command_t>(channels::procedure_command, 100);
   bus().subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(5000),
                                   [this](const ground_truth_t& message) {
@@ -110,6 +111,9 @@ void ProcedureNode::send(const estimator_command_t& command) {
 }
 void ProcedureNode::send(const facility_command_t& command) {
   bus().publish(channels::facility_command, command);
+}
+void ProcedureNode::send(const injection_t& injection) {
+  bus().publish(channels::injection, injection);
 }
 void ProcedureNode::event(std::int8_t severity, const std::string& code, const std::string& text) {
   Node::event(severity, code, text);

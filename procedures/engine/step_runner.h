@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/lidar_state_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "procedures/engine/estimator_link.h"
 #include "procedures/engine/facility_link.h"
+#include "procedures/engine/injection_link.h"
+#include "procedures/engine/live.h"
 #include "procedures/engine/testbed_link.h"
 #include "procedures/language/procedure.h"
 
@@ -20,8 +20,8 @@ struct Bench {
   TestbedLink testbed;
   EstimatorLink estimator;
   FacilityLink facility;
-  std::optional<pose_estimate_t> estimate;  ///< the latest
-  std::optional<lidar_state_t> lidar;       ///< the latest
+  InjectionLink injections;
+  Live live;
 };
 
 enum class StepResult { running, passed, failed, error };
@@ -36,6 +36,10 @@ class StepRunner {
   virtual StepResult poll(Bench& bench, Utime now, Utime active) = 0;
   /// The estimate that has just come.
   virtual void on_estimate(const Bench&, const pose_estimate_t&) {}
+
+  /// What the operator is asked now; nullptr when nothing.
+  virtual const Prompt* prompt() const { return nullptr; }
+  virtual void answer(const std::string&, const std::string& /*who*/) {}
 
   /// Progress, or why it failed.
   const std::string& detail() const { return detail_; }

@@ -2,14 +2,10 @@
 #include "procedures/language/parameters.h"
 
 #include <algorithm>
-#include <optional>
 #include <regex>
-#include <set>
 #include <sstream>
-#include <vector>
 
 #include "common/core/error.h"
-#include "common/core/quantity.h"
 
 namespace berth::procedures {
 namespace {
@@ -49,19 +45,6 @@ std::size_t comment_start(const std::string& line) {
   return line.size();
 }
 
-/// The quantity's dimension; nothing for text and lists.
-std::optional<Dimension> dimension_of(const std::string& value) {
-  for (int d = 0; d <= static_cast<int>(Dimension::mass); ++d) {
-    try {
-      parse_quantity(value, static_cast<Dimension>(d));
-      return static_cast<Dimension>(d);
-    } catch (const InputError&) {
-      continue;
-    }
-  }
-  return std::nullopt;
-}
-
 bool is_list(const std::string& value) {
   return value.size() >= 2 && value.front() == '[' && value.back() == ']';
 }
@@ -88,9 +71,9 @@ void check_override(const std::string& name, const std::string& value,
 }
 
 std::string names_of(const std::map<std::string, Parameter>& parameters) {
-  std::string names;
-  for (const auto& [name, parameter] : parameters) names += (names.empty() ? "" : ", ") + name;
-  return names.empty() ? "the procedure has none" : "there are: " + names;
+  std::vector<std::string> names;
+  for (const auto& [name, parameter] : parameters) names.push_back(name);
+  return known_names(names);
 }
 
 /// Reads the block `parameters` and writes the overrides into it.
@@ -137,35 +120,104 @@ std::map<std::string, Parameter> read_block(Lines& lines, const std::string& fil
   return parameters;
 }
 
+/// As run: the parameters are filled in, and cannot be chosen again.
+void refuse_other_values(const std::map<std::string, Parameter>& parameters,
+                         const std::string& file, const Overrides& overrides) {
+  for (const auto& [name, value] : overrides) {
+    const auto found = parameters.find(name);
+    if (found != parameters.end() && found->second.value == value) continue;
+    throw InputError(file + ": parameter '" + name +
+                     "': this is a procedure as it was run, with its parameters filled in");
+  }
+}
+
+bool starts_with(const std::string& line, const char* start) { return line.rfind(start, 0) == 0; }
+
+/// "${name}", ${name}, "$<name>" or $<name>
+const std::regex& reference() {
+  static const std::regex pattern(R"((["']?)\$(?:\{([^}]*)\}|<(\w+)>)\1)");
+  return pattern;
+}
+
+/// What stands for a reference: quotes around it are kept, unless the value is more than text.
+std::string put_in(const std::string& value, const std::string& quote) {
+  const bool quoted = !value.empty() && (value.front() == '"' || value.front() == '\'');
+  return quote.empty() || quoted || is_list(value) ? value : quote + value + quote;
+}
+
 }  // namespace
 
-std::string apply_parameters(const std::string& text, const std::string& file,
-                             const Overrides& overrides) {
-  Lines lines = lines_of(text);
-  auto parameters = read_block(lines, file, overrides);
-  static const std::regex reference(R"(\$\{([^}]*)\})");
-  std::string result;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const std::size_t comment_at = comment_start(lines[i]);
-    std::string content = lines[i].substr(0, comment_at);
-    std::smatch match;
-    while (std::regex_search(content, match, reference)) {
-      const auto found = parameters.find(match[1]);
-      if (found == parameters.end()) {
-        throw error_at(
-            file, i, "parameter '" + match[1].str() + "' is not defined; " + names_of(parameters));
-      }
-      found->second.used = true;
-      content = match.prefix().str() + found->second.value + match.suffix().str();
+std::optional<Dimension> dimension_of(const std::string& value) {
+  for (int d = 0; d <= static_cast<int>(Dimension::mass); ++d) {
+    try {
+      parse_quantity(value, static_cast<Dimension>(d));
+      return static_cast<Dimension>(d);
+    } catch (const InputError&) {
+      continue;
     }
-    result += content + lines[i].substr(comment_at) + "\n";
+  }
+  return std::nullopt;
+}
+
+std::string known_names(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "the procedure has none" : "there are: " + list;
+}
+
+std::string fill(const std::string& text, const std::string& name, const std::string& value) {
+  const std::string open = "$<" + name + ">";
+  std::string result;
+  std::size_t from = 0;
+  for (auto at = text.find(open); at != std::string::npos; at = text.find(open, from)) {
+    const std::size_t end = at + open.size();
+    const bool quoted = at > from && end < text.size() &&
+                        (text[at - 1] == '"' || text[at - 1] == '\'') && text[end] == text[at - 1];
+    const std::string quote = quoted ? text.substr(end, 1) : "";
+    result += text.substr(from, at - from - quote.size()) + put_in(value, quote);
+    from = end + quote.size();
+  }
+  return result + text.substr(from);
+}
+
+Filled apply_parameters(const std::string& text, const std::string& file,
+                        const Overrides& overrides) {
+  Lines lines = lines_of(text);
+  Filled filled;
+  const auto after = std::find_if(lines.begin(), lines.end(),
+                                  [](const auto& line) { return starts_with(line, "called:"); });
+  const auto count = static_cast<std::size_t>(after - lines.begin());
+  filled.as_run = std::any_of(lines.begin(), after,
+                              [](const auto& line) { return starts_with(line, "as_run: true"); });
+  auto parameters = read_block(lines, file, filled.as_run ? Overrides{} : overrides);
+  if (filled.as_run) refuse_other_values(parameters, file, overrides);
+  for (const auto& [name, parameter] : parameters) filled.names.push_back(name);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::size_t comment_at = i < count ? comment_start(lines[i]) : 0;
+    std::string rest = lines[i].substr(0, comment_at);
+    std::string content;
+    std::smatch match;
+    while (std::regex_search(rest, match, reference())) {
+      const std::string name = match[2].matched ? match[2] : match[3];
+      const std::string quote = match[1];
+      content += match.prefix();
+      if (const auto found = parameters.find(name); found != parameters.end()) {
+        found->second.used = true;
+        content += put_in(found->second.value, quote);
+      } else {
+        filled.references.push_back({name, i + 1});
+        content += quote + "$<" + name + ">" + quote;
+      }
+      rest = match.suffix();
+    }
+    filled.text += content + rest + lines[i].substr(comment_at) + "\n";
   }
   for (const auto& [name, parameter] : parameters) {
-    if (!parameter.used) {
+    if (!parameter.used && !filled.as_run) {
       throw error_at(file, parameter.line, "key 'parameters." + name + "': is never used");
     }
   }
-  return result;
+  return filled;
 }
 
 }  // namespace berth::procedures

@@ -2,245 +2,29 @@
 #include "procedures/language/procedure.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "procedures/language/blocks.h"
 
 namespace berth::procedures {
 namespace {
 
-/// What every verb's reader gives: the verb and how long it may take when the step does not say.
-struct Read {
-  Verb verb;
-  double timeout;
-};
-
-double positive(Config& config, const std::string& key, Dimension dimension) {
-  const double value = config.quantity(key, dimension);
-  if (value <= 0) throw config.error(key, "must be greater than zero");
-  return value;
-}
-
-void optional_count(Config& config, const std::string& key, int& value) {
-  config.optional(key, value);
-  if (value < 0) throw config.error(key, "must not be negative");
-}
-
-double lamp(Config& config, const std::string& key) {
-  double value = 0;
-  config.optional(key, Dimension::number, value);
-  if (value < 0 || value > 1) throw config.error(key, "expected 0 % to 100 %");
-  return value;
-}
-
-Read read_lights(Config& step) {
-  Config config = step.section("lights");
-  Lights lights;
-  lights.sun = lamp(config, "sun");
-  lights.albedo = lamp(config, "albedo");
-  config.optional("azimuth", Dimension::angle, lights.sun_azimuth);
-  config.optional("elevation", Dimension::angle, lights.sun_elevation);
-  config.finish();
-  return {lights, 20};
-}
-
-Read read_move(Config& step) {
-  Config config = step.section("move");
-  Move move;
-  move.to = config.pose("to");
-  move.speed = positive(config, "speed", Dimension::speed);
-  move.angular_speed = radians(10);
-  config.optional("turn", Dimension::angular_speed, move.angular_speed);
-  if (move.angular_speed <= 0) throw config.error("turn", "must be greater than zero");
-  config.finish();
-  return {move, 180};
-}
-
-Read read_trajectory(Config& step) {
-  Config config = step.section("trajectory");
-  Trajectory trajectory;
-  for (Config& section : config.sections("waypoints")) {
-    Trajectory::Waypoint waypoint;
-    waypoint.at = section.quantity("at", Dimension::time);
-    waypoint.pose = section.pose("pose");
-    section.finish();
-    if (!trajectory.waypoints.empty() && waypoint.at <= trajectory.waypoints.back().at) {
-      throw section.error("at", "must be later than the waypoint before");
-    }
-    trajectory.waypoints.push_back(waypoint);
-  }
-  if (trajectory.waypoints.empty()) throw config.error("waypoints", "expected at least one");
-  config.finish();
-  return {trajectory, trajectory.waypoints.back().at + 120};
-}
-
-void optional_gate(Config& config, double& near, double& far) {
-  if (!config.has("gate")) return;
-  const auto gate = config.quantities("gate", Dimension::length);
-  if (gate.size() != 2 || gate[0] < 0 || gate[1] <= gate[0]) {
-    throw config.error("gate", "expected [near, far], such as [3 m, 8 m]");
-  }
-  near = gate[0];
-  far = gate[1];
-}
-
-Read read_acquire(Config& step) {
-  Config config = step.section("acquire");
-  Acquire acquire;
-  optional_gate(config, acquire.gate_near, acquire.gate_far);
-  optional_count(config, "returns", acquire.returns);
-  config.finish();
-  return {acquire, 90};
-}
-
-Read read_track(Config& step) {
-  Config config = step.section("track");
-  Track track;
-  optional_gate(config, track.gate_near, track.gate_far);
-  config.optional("strategy", track.strategy);
-  optional_count(config, "returns", track.returns);
-  config.optional("settle", track.settle);
-  if (track.settle < 1) throw config.error("settle", "expected at least one good estimate");
-  config.finish();
-  return {track, 60};
-}
-
-Read read_approach(Config& step) {
-  Config config = step.section("approach");
-  Approach approach;
-  approach.standoff = positive(config, "standoff", Dimension::length);
-  approach.speed = positive(config, "speed", Dimension::speed);
-  config.optional("dock", approach.dock);
-  config.finish();
-  return {approach, 600};
-}
-
-double duration_of(Config& step, const std::string& verb) {
-  return positive(step, verb, Dimension::time);
-}
-
-Read read_hold(Config& step) {
-  const double duration = duration_of(step, "hold");
-  return {Hold{duration, false}, duration + 30};
-}
-
-Read read_station_keep(Config& step) {
-  const double duration = duration_of(step, "station_keep");
-  return {Hold{duration, true}, duration + 30};
-}
-
-Read read_wait(Config& step) {
-  const double duration = duration_of(step, "wait");
-  return {Wait{duration}, duration + 30};
-}
-
-Read read_scan(Config& step) {
-  Config config = step.section("scan");
-  Scan scan;
-  scan_window_t& window = scan.window;
-  window.name = "procedure";
-  config.optional("azimuth", Dimension::angle, window.azimuth_rad);
-  config.optional("elevation", Dimension::angle, window.elevation_rad);
-  window.width_rad = positive(config, "width", Dimension::angle);
-  window.height_rad = positive(config, "height", Dimension::angle);
-  window.count = static_cast<std::int32_t>(config.integer("count"));
-  if (window.count < 1) throw config.error("count", "expected at least one beam");
-  const std::vector<std::string> patterns = {"raster", "spiral", "rosette", "lissajous"};
-  if (config.has("pattern")) {
-    const auto found =
-        std::find(patterns.begin(), patterns.end(), config.choice("pattern", patterns));
-    window.pattern = static_cast<std::int8_t>(found - patterns.begin());
-  }
-  config.finish();
-  return {scan, 120};
-}
-
-struct Reader {
-  const char* verb;
-  Read (*read)(Config& step);
-};
-
-Read read_annotate(Config& step) { return {Annotate{step.text("annotate")}, 10}; }
-
-Read read_stop_tracking(Config& step) {
-  if (!step.raw("stop_tracking").IsNull()) {
-    throw step.error("stop_tracking", "expected nothing behind it");
-  }
-  return {StopTracking{}, 20};
-}
-
-constexpr Reader readers[] = {
-    {"lights", read_lights},
-    {"move", read_move},
-    {"trajectory", read_trajectory},
-    {"acquire", read_acquire},
-    {"track", read_track},
-    {"approach", read_approach},
-    {"hold", read_hold},
-    {"station_keep", read_station_keep},
-    {"wait", read_wait},
-    {"scan", read_scan},
-    {"annotate", read_annotate},
-    {"stop_tracking", read_stop_tracking},
-};
-
-const Reader* reader_of(const std::string& name) {
-  const auto found = std::find_if(std::begin(readers), std::end(readers),
-                                  [&name](const Reader& r) { return name == r.verb; });
-  return found == std::end(readers) ? nullptr : found;
-}
-
-Step read_step(Config& config) {
-  const Reader* reader = nullptr;
-  std::string known;
-  for (const Reader& r : readers) known += std::string(known.empty() ? "" : ", ") + r.verb;
-  for (const std::string& key : config.keys()) {
-    const Reader* found = reader_of(key);
-    if (found == nullptr) {
-      if (key == "name" || key == "phase" || key == "timeout") continue;
-      throw config.error(key, "is no step; steps are: " + known);
-    }
-    if (reader != nullptr) {
-      throw config.error(key, std::string("a step does one thing, and this one has '") +
-                                  reader->verb + "' already");
-    }
-    reader = found;
-  }
-  if (reader == nullptr) {
-    throw config.error(config.keys().front(), "this step does nothing; steps are: " + known);
-  }
-  Step step;
-  step.line = config.line();
-  step.name = reader->verb;
-  step.phase = reader->verb;
-  const Read read = reader->read(config);
-  step.verb = read.verb;
-  step.timeout = read.timeout;
-  config.optional("name", step.name);
-  config.optional("phase", step.phase);
-  config.optional("timeout", Dimension::time, step.timeout);
-  if (step.timeout <= 0) throw config.error("timeout", "must be greater than zero");
-  if (step.phase == logs::whole_run || step.phase == logs::teardown_phase) {
-    throw config.error("phase", "'" + step.phase + "' is a phase of every procedure's own");
-  }
-  config.finish();
-  return step;
-}
-
-std::vector<Step> read_steps(Config& config, const std::string& key) {
-  std::vector<Step> steps;
-  for (Config& section : config.sections(key)) steps.push_back(read_step(section));
-  return steps;
+InputError error_at(const std::string& file, int line, const std::string& what) {
+  return InputError(file + ":" + std::to_string(line) + ": " + what);
 }
 
 bool needs_tracking(const Step& step) {
   const auto* hold = std::get_if<Hold>(&step.verb);
   return std::holds_alternative<Approach>(step.verb) || std::holds_alternative<Track>(step.verb) ||
-         (hold != nullptr && hold->closed_loop);
+         std::holds_alternative<Dwell>(step.verb) || (hold != nullptr && hold->closed_loop);
 }
 
-InputError error_at(const Procedure& procedure, int line, const std::string& what) {
-  return InputError(procedure.file + ":" + std::to_string(line) + ": " + what);
+/// Steps that wait for somebody or something would keep the cell from coming to rest.
+bool may_never_end(const Step& step) {
+  return needs_tracking(step) || std::holds_alternative<Acquire>(step.verb) ||
+         std::holds_alternative<Prompt>(step.verb) || std::holds_alternative<Inject>(step.verb);
 }
 
 void check_order(const Procedure& procedure) {
@@ -249,12 +33,12 @@ void check_order(const Procedure& procedure) {
     if (std::holds_alternative<Acquire>(step.verb)) tracking = true;
     if (std::holds_alternative<StopTracking>(step.verb)) tracking = false;
     if (needs_tracking(step) && !tracking) {
-      throw error_at(procedure, step.line, "step '" + step.name + "' needs an 'acquire' before it");
+      throw error_at(step.file, step.line, "step '" + step.name + "' needs an 'acquire' before it");
     }
   }
   for (const Step& step : procedure.teardown) {
-    if (needs_tracking(step) || std::holds_alternative<Acquire>(step.verb)) {
-      throw error_at(procedure, step.line,
+    if (may_never_end(step)) {
+      throw error_at(step.file, step.line,
                      "step '" + step.name + "' cannot be in the teardown, which must always work");
     }
   }
@@ -262,52 +46,142 @@ void check_order(const Procedure& procedure) {
 
 void check_phases(const Procedure& procedure) {
   std::string known = logs::whole_run;
-  for (const Step& step : procedure.steps) known += ", " + step.phase;
+  std::vector<std::string> phases;
+  for (const Step& step : procedure.steps) {
+    if (std::find(phases.begin(), phases.end(), step.phase) != phases.end()) continue;
+    phases.push_back(step.phase);
+    known += ", " + step.phase;
+  }
+  const auto is_known = [&phases](const std::string& phase) {
+    return std::find(phases.begin(), phases.end(), phase) != phases.end();
+  };
   for (const logs::Criterion& criterion : procedure.criteria) {
-    const auto same = [&criterion](const Step& s) { return s.phase == criterion.phase; };
-    if (criterion.phase == logs::whole_run ||
-        std::any_of(procedure.steps.begin(), procedure.steps.end(), same)) {
-      continue;
-    }
-    throw error_at(procedure, criterion.line,
+    if (criterion.phase == logs::whole_run || is_known(criterion.phase)) continue;
+    throw error_at(procedure.file, criterion.line,
                    "key 'criteria': criterion '" + criterion.name + "': found phase '" +
                        criterion.phase + "', expected one of: " + known);
   }
+  for (const Limit& limit : procedure.limits) {
+    if (limit.phase.empty() || is_known(limit.phase)) continue;
+    throw error_at(limit.file, limit.line,
+                   "key 'limits': limit '" + limit.name + "': found phase '" + limit.phase +
+                       "', expected one of: " + known);
+  }
+}
+
+std::vector<Step> standard_teardown(const std::string& file) {
+  Step stop{StopTracking{}, "stop_tracking", "", 20};
+  Step dark{Lights{}, "lights off", "", 20};
+  stop.file = dark.file = file;
+  return {stop, dark};
+}
+
+bool injects(const Step& step) { return std::holds_alternative<Inject>(step.verb); }
+
+/// What was injected ends with the run, whatever the procedure says.
+void clear_injections_first(Procedure& procedure) {
+  if (std::none_of(procedure.steps.begin(), procedure.steps.end(), injects)) return;
+  const auto clears_all = [](const Step& step) {
+    const auto* clear = std::get_if<ClearInjections>(&step.verb);
+    return clear != nullptr && clear->device.empty();
+  };
+  auto& teardown = procedure.teardown;
+  if (std::any_of(teardown.begin(), teardown.end(), clears_all)) return;
+  Step clear{ClearInjections{}, "clear_injections", "", 15};
+  clear.file = procedure.file;
+  teardown.insert(teardown.begin(), clear);
+}
+
+void take_attached(Config& config, Library& library) {
+  if (!config.has("called")) return;
+  Config called = config.section("called");
+  for (const std::string& name : called.keys()) library.attach(name, called.text(name));
+}
+
+/// The text with what it needs to stand alone.
+std::string text_as_run(const Source& source, const Library& library) {
+  if (source.as_run) return source.text;
+  std::string text =
+      source.text + "\n# Added when it was run, so that this text stands alone.\nas_run: true\n";
+  if (library.texts().empty()) return text;
+  text += "called:\n";
+  for (const auto& [name, content] : library.texts()) {
+    text += "  \"" + name + "\": |2\n";
+    std::istringstream in(content);
+    for (std::string line; std::getline(in, line);) text += "    " + line + "\n";
+  }
+  return text;
 }
 
 }  // namespace
 
+const std::vector<KeyInfo>& procedure_keys() {
+  static const std::vector<KeyInfo> keys = {
+      {"name", Kind::text, true, "", "of the procedure"},
+      {"description", Kind::text, false, "", "for a person"},
+      {"layout", Kind::text, false, "the operator's choice", "of config/layouts"},
+      {"target", Kind::text, false, "the operator's choice", "radarsat2, or a mesh"},
+      {"target_length", Kind::length, false, "as it is", "longest side of the target"},
+      {"parameters", Kind::assignments, false, "none", "names and values, ${name} in the text"},
+      {"lost_for", Kind::time, false, "15 s",
+       "without a good estimate, while tracking, after which the run has failed"},
+      {"limits", Kind::limits, false, "none", "live quantities watched in the background"},
+      {"steps", Kind::steps, true, "", "what is done, in this order"},
+      {"teardown", Kind::steps, false, "stop_tracking, lights off", "always done"},
+      {"criteria", Kind::criteria, false, "none", "measurements that decide pass or fail"},
+      {"as_run", Kind::boolean, false, "false", "written when it is run"},
+      {"called", Kind::assignments, false, "none", "written when it is run: called procedures"},
+  };
+  return keys;
+}
+
+void check_top_level(Config& config) {
+  for (const KeyInfo& info : procedure_keys()) {
+    if (!info.required) {
+      config.raw(info.key);
+    } else if (!config.has(info.key)) {
+      throw config.error(info.key, "is missing");
+    }
+    config.raw(info.key);
+  }
+  config.finish();
+}
+
 Procedure parse_procedure(const std::string& text, const std::string& file,
                           const Overrides& overrides) {
+  const std::filesystem::path path = file;
+  const Source source = make_source(text, file, path.filename().string(), overrides);
+  Config config = Config::parse(source.text, file);
+  check_top_level(config);
+  Library library(path.parent_path());
+  take_attached(config, library);
   Procedure procedure;
   procedure.file = file;
-  procedure.text = apply_parameters(text, file, overrides);
-  Config config = Config::parse(procedure.text, file);
   procedure.name = config.text("name");
   config.optional("description", procedure.description);
   config.optional("layout", procedure.layout);
   config.optional("target", procedure.target);
   config.optional("target_length", Dimension::length, procedure.target_length);
-  if (config.has("parameters")) config.raw("parameters");  // read by apply_parameters
-  if (config.has("limits")) {
-    Config limits = config.section("limits");
-    limits.optional("lost_for", Dimension::time, procedure.lost_for);
-    if (procedure.lost_for <= 0) throw limits.error("lost_for", "must be greater than zero");
-    limits.finish();
+  config.optional("lost_for", Dimension::time, procedure.lost_for);
+  if (procedure.lost_for <= 0) throw config.error("lost_for", "must be greater than zero");
+  Unrolled steps = unroll(source, "steps", library);
+  procedure.steps = std::move(steps.steps);
+  procedure.limits = read_limits(config);
+  for (Limit& limit : procedure.limits) {
+    limit.last_step = static_cast<int>(procedure.steps.size()) - 1;
   }
-  procedure.steps = read_steps(config, "steps");
-  if (procedure.steps.empty()) throw config.error("steps", "expected at least one step");
-  if (config.has("teardown")) {
-    procedure.teardown = read_steps(config, "teardown");
-  } else {
-    procedure.teardown = {{StopTracking{}, "stop_tracking", "", 20, 0},
-                          {Lights{}, "lights off", "", 20, 0}};
-  }
+  for (Limit& limit : steps.limits) procedure.limits.push_back(std::move(limit));
+  procedure.teardown =
+      config.has("teardown") ? unroll(source, "teardown", library).steps : standard_teardown(file);
+  clear_injections_first(procedure);
   for (Step& step : procedure.teardown) step.phase = logs::teardown_phase;
+  if (static_cast<int>(procedure.steps.size() + procedure.teardown.size()) > most_steps) {
+    throw config.error("steps", "more than " + std::to_string(most_steps) + " steps in all");
+  }
   procedure.criteria = logs::read_criteria(config);
-  config.finish();
   check_order(procedure);
   check_phases(procedure);
+  procedure.text = text_as_run(source, library);
   return procedure;
 }
 

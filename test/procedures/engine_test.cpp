@@ -236,7 +236,7 @@ TEST_CASE("an estimator that loses the target fails the run") {
   fake::Script script;
   script.move_takes_s = 20;
   script.lost_from_s = 30;  // on approach
-  Bench bench(script, std::string(script_text) + "limits: {lost_for: 5 s}\n");
+  Bench bench(script, std::string(script_text) + "lost_for: 5 s\n");
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->state().reason.find(
             "the estimator lost the target: no good estimate for 5 s") == 0);

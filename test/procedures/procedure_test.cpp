@@ -86,12 +86,10 @@ TEST_CASE("parameters are overridden, and the text as run says so") {
   CHECK(p.text.find("speed: 3 cm/s  # of the approach") != std::string::npos);
   CHECK(p.text.find("${") == std::string::npos);
   // The text as run is a procedure of its own, and the same one.
-  const Procedure again = parse_procedure(
-      replaced(p.text,
-               "parameters:\n  speed: 3 cm/s  # of the approach\n  start: [1, 2, 4000, 0, 0, 0]\n",
-               ""),
-      "again.yaml");
+  const Procedure again = parse_procedure(p.text, "again.yaml", {{"speed", "3 cm/s"}});
   CHECK(std::get<Approach>(again.steps[2].verb).speed == Approx(0.03));
+  CHECK(again.text == p.text);
+  CHECK(complaint(p.text, {{"speed", "4 cm/s"}}).find("as it was run") != std::string::npos);
 }
 
 TEST_CASE("overrides that do not fit are refused") {

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/injection_state_t.hpp>
+#include <optional>
+#include <string>
+
+#include "procedures/engine/actions.h"
+
+namespace berth::procedures {
+
+/// Faults asked of the simulated cell. A real cell never answers.
+class InjectionLink {
+ public:
+  InjectionLink(Actions& actions, Commander commander);
+
+  /// Under a new seq; fills in all but what it asks for.
+  void command(injection_t injection, Utime now);
+  /// accepted, refused or still pending.
+  Answer answer() const { return answer_; }
+  const std::string& refusal() const { return refusal_; }
+  /// Whether anything was ever injected.
+  bool used() const { return used_; }
+  /// The simulated cell's own words; nothing where there is none.
+  const std::optional<injection_state_t>& state() const { return state_; }
+
+  void on(const injection_state_t& state);
+  void tick(Utime now);
+
+ private:
+  void send(Utime now);
+
+  Actions& actions_;
+  Commander commander_;
+  std::int64_t last_seq_;
+  injection_t injection_{};
+  Utime sent_ = 0;
+  Answer answer_ = Answer::none;
+  std::string refusal_;
+  bool used_ = false;
+  std::optional<injection_state_t> state_;
+};
+
+}  // namespace berth::procedures

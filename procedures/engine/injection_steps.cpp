@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/step_makers.h"
+
+namespace berth::procedures {
+namespace {
+
+class InjectionRunner final : public StepRunner {
+ public:
+  explicit InjectionRunner(injection_t injection) : injection_(std::move(injection)) {}
+
+  void begin(Bench& bench, Utime now) override {
+    // Nothing to clear, be it that there is no simulated cell.
+    idle_ = injection_.action != injection_t::INJECT && !bench.injections.used();
+    if (!idle_) bench.injections.command(injection_, now);
+  }
+
+  StepResult poll(Bench& bench, Utime, Utime active) override {
+    constexpr Utime patience = 5 * second;  // the simulated cell tells its state every second
+    if (idle_ || bench.injections.answer() == Answer::accepted) {
+      detail_.clear();
+      return StepResult::passed;
+    }
+    if (bench.injections.answer() == Answer::refused) {
+      detail_ = "the simulated cell refuses: " + bench.injections.refusal();
+      return StepResult::error;
+    }
+    if (!bench.injections.state() && active > patience) {
+      detail_ = "no simulated cell answers, and only a simulated cell can be injected";
+      return StepResult::error;
+    }
+    return StepResult::running;
+  }
+
+ private:
+  injection_t injection_;
+  bool idle_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<StepRunner> make(const Inject& inject) {
+  injection_t injection{};
+  injection.action = injection_t::INJECT;
+  injection.device = inject.device;
+  injection.fault = inject.fault;
+  injection.value = inject.value;
+  injection.duration_s = inject.duration;
+  return std::make_unique<InjectionRunner>(injection);
+}
+
+std::unique_ptr<StepRunner> make(const ClearInjections& clear) {
+  injection_t injection{};
+  injection.action = clear.device.empty() ? injection_t::CLEAR_ALL : injection_t::CLEAR;
+  injection.device = clear.device;
+  injection.fault = clear.fault;
+  return std::make_unique<InjectionRunner>(injection);
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/live.h"
+
+namespace berth::procedures {
+namespace {
+
+Pose pose_of(const pose_estimate_t& e) {
+  return {Vector3d::Map(e.position_m),
+          Quaterniond(e.q_wxyz[0], e.q_wxyz[1], e.q_wxyz[2], e.q_wxyz[3]).normalized()};
+}
+
+}  // namespace
+
+void Live::begin_phase(Utime now) {
+  phase_start_ = now;
+  good_estimates_ = 0;
+}
+
+void Live::on(const pose_estimate_t& message, Utime now) {
+  estimate_ = message;
+  if (message.status != pose_estimate_t::OK) return;
+  last_good_ = now;
+  ++good_estimates_;
+  constexpr std::size_t most_waiting = 100;
+  uncompared_.push_back(message);
+  if (uncompared_.size() > most_waiting) uncompared_.pop_front();
+}
+
+void Live::on(const ground_truth_t& message) {
+  truth_.add(logs::sample_of(message));
+  const auto& samples = truth_.samples();
+  const Utime newest = samples.back().utime;
+  // Seldom, because what stays is moved.
+  if (newest - samples.front().utime > 4 * lifetime) truth_.forget_before(newest - 2 * lifetime);
+  compare(newest);
+}
+
+void Live::compare(Utime until) {
+  while (!uncompared_.empty() && uncompared_.front().utime <= until) {
+    const pose_estimate_t& estimate = uncompared_.front();
+    if (const auto truth = truth_.at(estimate.utime)) {
+      error_ = difference(truth->pose, pose_of(estimate));
+      error_utime_ = estimate.utime;
+    }
+    uncompared_.pop_front();
+  }
+}
+
+std::optional<logs::TruthSample> Live::truth() const {
+  const auto& samples = truth_.samples();
+  if (samples.empty() || now_ - samples.back().utime > lifetime) return std::nullopt;
+  return samples.back();
+}
+
+std::optional<Vector6d> Live::error() const {
+  return now_ - error_utime_ > lifetime ? std::nullopt : error_;
+}
+
+std::optional<double> Live::surface_range() const {
+  const auto truth = this->truth();
+  if (!truth || !nearest_) return std::nullopt;
+  const Vector3d sensor = truth->pose.inverse().position;
+  return (nearest_(sensor) - sensor).norm();
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/text.h"
+#include "procedures/engine/motion_command.h"
+#include "procedures/engine/step_makers.h"
+
+namespace berth::procedures {
+namespace {
+
+class LightsRunner final : public StepRunner {
+ public:
+  explicit LightsRunner(const Lights& lights) : lights_(lights) {}
+
+  void begin(Bench& bench, Utime now) override {
+    facility_command_t command{};
+    command.sun_lamp = lights_.sun;
+    command.albedo_lamp = lights_.albedo;
+    command.sun_azimuth_rad = lights_.sun_azimuth;
+    command.sun_elevation_rad = lights_.sun_elevation;
+    bench.facility.command(command, now);
+  }
+
+  StepResult poll(Bench& bench, Utime, Utime) override {
+    if (!bench.facility.reached()) return StepResult::running;
+    detail_ = "sun " + fixed(100 * lights_.sun, 0) + " %, albedo " +
+              fixed(100 * lights_.albedo, 0) + " %";
+    return StepResult::passed;
+  }
+
+ private:
+  Lights lights_;
+};
+
+/// Everything the testbed carries out to an end: moves, trajectories, approaches.
+class MotionRunner final : public StepRunner {
+ public:
+  explicit MotionRunner(testbed_command_t command) : command_(std::move(command)) {}
+
+  void begin(Bench& bench, Utime now) override { bench.testbed.command(command_, now); }
+
+  StepResult poll(Bench& bench, Utime, Utime) override {
+    const auto& state = bench.testbed.state();
+    switch (bench.testbed.answer()) {
+      case Answer::refused:
+        detail_ = "the testbed refuses: " + bench.testbed.refusal();
+        return StepResult::error;
+      case Answer::finished:
+        detail_.clear();
+        return StepResult::passed;
+      case Answer::accepted:
+        detail_ = fixed(100 * state->progress, 0) + " %";
+        if (state->state == testbed_state_t::HOLDING && !state->reason.empty()) {
+          detail_ = "holding: " + state->reason;
+        }
+        return StepResult::running;
+      default:
+        return StepResult::running;
+    }
+  }
+
+ private:
+  testbed_command_t command_;
+};
+
+/// Steers to keep the relative pose for a time, then stops.
+class StationKeepRunner final : public StepRunner {
+ public:
+  explicit StationKeepRunner(const Hold& hold) : hold_(hold) {}
+
+  void begin(Bench& bench, Utime now) override {
+    Pose here;
+    if (const auto& state = bench.testbed.state()) {
+      const double* q = state->commanded_q_wxyz;
+      here = {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
+    }
+    bench.testbed.command(*motion_command(hold_, here), now);
+  }
+
+  StepResult poll(Bench& bench, Utime now, Utime active) override {
+    const Answer answer = bench.testbed.answer();
+    if (answer == Answer::refused) {
+      detail_ = "the testbed refuses: " + bench.testbed.refusal();
+      return StepResult::error;
+    }
+    if (!stopping_) {
+      detail_ = fixed(seconds(active), 0) + " of " + fixed(hold_.duration, 0) + " s";
+      if (seconds(active) < hold_.duration) return StepResult::running;
+      stopping_ = true;
+      testbed_command_t command{};
+      command.command = testbed_command_t::STOP;
+      command.q_wxyz[0] = 1;
+      bench.testbed.command(command, now);
+      return StepResult::running;
+    }
+    return answer == Answer::pending ? StepResult::running : StepResult::passed;
+  }
+
+ private:
+  Hold hold_;
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<StepRunner> make(const Lights& lights) {
+  return std::make_unique<LightsRunner>(lights);
+}
+std::unique_ptr<StepRunner> make(const Move& move) {
+  return std::make_unique<MotionRunner>(*motion_command(move, {}));
+}
+std::unique_ptr<StepRunner> make(const Trajectory& trajectory) {
+  return std::make_unique<MotionRunner>(*motion_command(trajectory, {}));
+}
+std::unique_ptr<StepRunner> make(const Approach& approach) {
+  return std::make_unique<MotionRunner>(*motion_command(approach, {}));
+}
+std::unique_ptr<StepRunner> make(const Hold& hold) {
+  if (hold.closed_loop) return std::make_unique<StationKeepRunner>(hold);
+  return make(Wait{hold.duration});
+}
+
+}  // namespace berth::procedures

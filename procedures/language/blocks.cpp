@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/language/blocks.h"
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "procedures/language/procedure.h"
+#include "procedures/language/sweep.h"
+
+namespace berth::procedures {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where a list of steps stands: steps[2].sweep.steps[0].repeat ...
+struct Place {
+  struct Block {
+    std::size_t index;
+    std::string verb;
+  };
+  std::string list;
+  std::vector<Block> blocks;
+};
+
+/// What surrounds a step.
+struct Surroundings {
+  int depth = 0;
+  std::string label;  // of the blocks: "yaw 10 deg, 2 of 3"
+  std::string phase;
+  OnFailure on_failure;
+};
+
+std::string joined(const std::string& a, const std::string& b) {
+  return a + (a.empty() || b.empty() ? "" : ", ") + b;
+}
+
+std::string list_of_verbs() {
+  std::string list;
+  for (const auto* table : {&verbs(), &blocks()}) {
+    for (const VerbInfo& verb : *table) list = joined(list, verb.name);
+  }
+  return list;
+}
+
+const VerbInfo* find_in(const std::vector<VerbInfo>& table, const std::string& name) {
+  const auto found = std::find_if(table.begin(), table.end(),
+                                  [&name](const VerbInfo& v) { return v.name == name; });
+  return found == table.end() ? nullptr : &*found;
+}
+
+bool is_step_key(const std::string& key) {
+  const auto same = [&key](const KeyInfo& info) { return info.key == key; };
+  return std::any_of(step_keys().begin(), step_keys().end(), same);
+}
+
+/// The one thing that a step does.
+const VerbInfo& verb_of(const Config& step) {
+  const VerbInfo* verb = nullptr;
+  for (const std::string& key : step.keys()) {
+    const VerbInfo* found = find_in(verbs(), key);
+    if (found == nullptr) found = find_in(blocks(), key);
+    if (found == nullptr) {
+      if (is_step_key(key)) continue;
+      throw step.error(key, "is no step; steps are: " + list_of_verbs());
+    }
+    if (verb != nullptr) {
+      throw step.error(key, "a step does one thing, and this one has '" + verb->name + "' already");
+    }
+    verb = found;
+  }
+  if (verb == nullptr) {
+    throw step.error(step.keys().empty() ? "steps" : step.keys().front(),
+                     "this step does nothing; steps are: " + list_of_verbs());
+  }
+  return *verb;
+}
+
+OnFailure read_on_failure(Config& step, OnFailure standard) {
+  if (!step.has("on_failure")) return standard;
+  const std::string text = step.text("on_failure");
+  static const std::regex grammar(
+      R"(^(?:retry (\d{1,2}) times?)?(?:(, then |^)(abort|continue|hold))?$)");
+  std::smatch match;
+  if (text.empty() || !std::regex_match(text, match, grammar)) {
+    throw step.error("on_failure", "found '" + text +
+                                       "', expected 'abort', 'continue', 'hold', 'retry 3 times' "
+                                       "or 'retry 3 times, then hold'");
+  }
+  OnFailure result;
+  if (match[1].matched) result.retries = std::stoi(match[1]);
+  if (match[3] == "continue") result.then = OnFailure::Then::go_on;
+  if (match[3] == "hold") result.then = OnFailure::Then::hold;
+  return result;
+}
+
+std::optional<Condition> read_if(Config& step) {
+  if (!step.has("if")) return std::nullopt;
+  try {
+    Condition condition = parse_condition(step.text("if"));
+    if (condition.duration > 0) {
+      throw InputError("found '" + condition.text + "', expected no 'for': it is looked at once");
+    }
+    return condition;
+  } catch (const InputError& e) {
+    throw step.error("if", e.what());
+  }
+}
+
+void refuse_open_references(const YAML::Node& node, const Source& source) {
+  if (node.IsScalar()) {
+    static const std::regex open(R"(\$<(\w+)>)");
+    std::smatch match;
+    const std::string& text = node.Scalar();
+    if (!std::regex_search(text, match, open)) return;
+    throw InputError(source.file + ":" + std::to_string(node.Mark().line + 1) + ": '" +
+                     match[1].str() + "' has no value here: it belongs to a sweep elsewhere");
+  }
+  if (node.IsSequence()) {
+    for (const auto& item : node) refuse_open_references(item, source);
+  }
+  if (node.IsMap()) {
+    for (const auto& item : node) refuse_open_references(item.second, source);
+  }
+}
+
+class Unroller {
+ public:
+  Unroller(const Source& source, Library& library, Unrolled& result)
+      : source_(source), library_(library), result_(result) {}
+
+  void list(const std::string& text, const Place& place, const Surroundings& around) {
+    Config container = Config::parse(text, source_.file);
+    std::string key = place.list;
+    for (const Place::Block& block : place.blocks) {
+      container = container.sections(key)[block.index].section(block.verb);
+      key = "steps";
+    }
+    const auto steps = container.sections(key);
+    if (steps.empty()) throw container.error(key, "expected at least one step");
+    for (std::size_t i = 0; i < steps.size(); ++i) step(text, place, i, steps[i], around);
+  }
+
+ private:
+  void step(const std::string& text, const Place& place, std::size_t index, Config config,
+            const Surroundings& around) {
+    const VerbInfo& verb = verb_of(config);
+    const std::size_t first = result_.steps.size();
+    const auto condition = read_if(config);
+    Surroundings inside = around;
+    inside.on_failure = read_on_failure(config, around.on_failure);
+    config.optional("phase", inside.phase);
+    if (inside.phase == logs::whole_run || inside.phase == logs::teardown_phase) {
+      throw config.error("phase", "'" + inside.phase + "' is a phase of every procedure's own");
+    }
+    if (find_in(blocks(), verb.name) == nullptr) {
+      simple(config, verb, inside);
+    } else {
+      ++inside.depth;
+      if (config.has("name")) inside.label = joined(around.label, config.text("name"));
+      Place below = place;
+      below.blocks.push_back({index, verb.name});
+      if (verb.name == "repeat") repeat(config, text, below, inside);
+      if (verb.name == "sweep") sweep(config, text, below, inside);
+      if (verb.name == "call") call(config, inside);
+      if (verb.name == "calibrate") calibrate(config, inside);
+      config.finish();
+    }
+    if (condition && first < result_.steps.size()) {
+      auto& gates = result_.steps[first].gates;
+      gates.insert(gates.begin(), {*condition, static_cast<int>(result_.steps.size() - first)});
+    }
+  }
+
+  void add(Step step, const Config& config) {
+    if (static_cast<int>(result_.steps.size()) >= most_steps) {
+      throw InputError(config.file() + ":" + std::to_string(config.line()) + ": more than " +
+                       std::to_string(most_steps) + " steps");
+    }
+    step.file = source_.file;
+    step.line = config.line();
+    result_.steps.push_back(std::move(step));
+  }
+
+  void simple(Config& config, const VerbInfo& verb, const Surroundings& around) {
+    refuse_open_references(config.node(), source_);
+    Read read = read_verb(verb, config);
+    Step step;
+    step.verb = std::move(read.verb);
+    step.timeout = read.timeout;
+    step.name = verb.name + (around.label.empty() ? "" : " (" + around.label + ")");
+    step.phase = around.phase.empty() ? verb.name : around.phase;
+    step.on_failure = around.on_failure;
+    step.depth = around.depth;
+    config.optional("name", step.name);
+    config.optional("timeout", Dimension::time, step.timeout);
+    if (step.timeout <= 0) throw config.error("timeout", "must be greater than zero");
+    config.finish();
+    add(std::move(step), config);
+  }
+
+  void repeat(Config& config, const std::string& text, const Place& place,
+              const Surroundings& around) {
+    Config block = config.section("repeat");
+    const std::int64_t times = block.integer("times");
+    if (times < 1 || times > most_steps) {
+      throw block.error("times", "expected 1 to " + std::to_string(most_steps));
+    }
+    block.raw("steps");
+    finish_keys(block, find_in(blocks(), "repeat")->keys, "repeat");
+    for (std::int64_t i = 1; i <= times; ++i) {
+      Surroundings inside = around;
+      inside.label = joined(around.label, std::to_string(i) + " of " + std::to_string(times));
+      list(text, place, inside);
+    }
+  }
+
+  void sweep(Config& config, const std::string& text, const Place& place,
+             const Surroundings& around) {
+    Config block = config.section("sweep");
+    block.raw("steps");
+    const auto axes = read_axes(block);
+    sweep_axis(axes, 0, text, place, around);
+  }
+
+  void sweep_axis(const std::vector<SweepAxis>& axes, std::size_t axis, const std::string& text,
+                  const Place& place, const Surroundings& around) {
+    if (axis == axes.size()) return list(text, place, around);
+    for (std::size_t i = 0; i < axes[axis].values.size(); ++i) {
+      const std::string& value = axes[axis].values[i];
+      Surroundings inside = around;
+      const bool is_list = value.front() == '[';
+      inside.label = joined(
+          around.label, axes[axis].name + " " + (is_list ? "#" + std::to_string(i + 1) : value));
+      sweep_axis(axes, axis + 1, fill(text, axes[axis].name, value), place, inside);
+    }
+  }
+
+  void call(Config& config, const Surroundings& around) {
+    refuse_open_references(config.node(), source_);
+    std::string written;
+    Overrides with;
+    if (config.raw("call").IsScalar()) {
+      written = config.text("call");
+    } else {
+      Config block = config.section("call");
+      written = block.text("procedure");
+      if (block.has("with")) {
+        Config values = block.section("with");
+        for (const std::string& name : values.keys()) with[name] = text_of(values.raw(name));
+      }
+      finish_keys(block, find_in(blocks(), "call")->keys, "call");
+    }
+    const fs::path folder = fs::path(source_.name).parent_path();
+    const std::string name = (folder / written).lexically_normal().generic_string();
+    auto callers = source_.callers;
+    callers.push_back(source_.name);
+    if (std::find(callers.begin(), callers.end(), name) != callers.end()) {
+      throw config.error("call", "found '" + written +
+                                     "', which is running already: it would "
+                                     "call itself without end");
+    }
+    const std::string file = library_.file(name);
+    try {
+      Source source = make_source(library_.text(name), file, name, with);
+      source.callers = callers;
+      const int first = static_cast<int>(result_.steps.size());
+      Config top = Config::parse(source.text, source.file);
+      check_top_level(top);
+      auto limits = read_limits(top);
+      Unroller(source, library_, result_).list(source.text, {"steps", {}}, around);
+      for (Limit& limit : limits) {
+        limit.first_step = first;
+        limit.last_step = static_cast<int>(result_.steps.size()) - 1;
+        result_.limits.push_back(limit);
+      }
+    } catch (const InputError& e) {
+      const std::string what = e.what();
+      const bool names_place = what.find(file + ":") == 0;
+      if (!names_place) throw config.error("call", what);
+      throw InputError(what + "\n  called from " + source_.file + ":" +
+                       std::to_string(config.line()));
+    }
+  }
+
+  void calibrate(Config& config, const Surroundings& around) {
+    refuse_open_references(config.node(), source_);
+    Config block = config.section("calibrate");
+    Move move;
+    Dwell dwell{20, 1};
+    move.speed = block.quantity("speed", Dimension::speed);
+    if (move.speed <= 0) throw block.error("speed", "must be greater than zero");
+    move.angular_speed = radians(10);
+    block.optional("turn", Dimension::angular_speed, move.angular_speed);
+    if (move.angular_speed <= 0) throw block.error("turn", "must be greater than zero");
+    block.optional("estimates", dwell.estimates);
+    if (dwell.estimates < 1) throw block.error("estimates", "expected at least one");
+    block.optional("settle", Dimension::time, dwell.settle);
+    if (dwell.settle < 0) throw block.error("settle", "must not be negative");
+    const auto poses = read_poses(block, "poses");
+    finish_keys(block, find_in(blocks(), "calibrate")->keys, "calibrate");
+    Step step;
+    step.on_failure = around.on_failure;
+    step.depth = around.depth;
+    const std::string phase = around.phase.empty() ? "calibrate" : around.phase;
+    double timeout = 180;
+    config.optional("timeout", Dimension::time, timeout);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const std::string which = joined(
+          around.label, "pose " + std::to_string(i + 1) + " of " + std::to_string(poses.size()));
+      move.to = poses[i];
+      step.verb = move;
+      step.name = "move (" + which + ")";
+      step.phase = phase + " motion";
+      step.timeout = timeout;
+      add(step, config);
+      step.verb = dwell;
+      step.name = "dwell (" + which + ")";
+      step.phase = phase;
+      add(step, config);
+    }
+  }
+
+  const Source& source_;
+  Library& library_;
+  Unrolled& result_;
+};
+
+}  // namespace
+
+const std::string& Library::text(const std::string& name) {
+  const auto known = texts_.find(name);
+  if (known != texts_.end()) return known->second;
+  return texts_[name] = read_file(folder_ / name);
+}
+
+Unrolled unroll(const Source& source, const std::string& list, Library& library) {
+  Unrolled result;
+  Unroller(source, library, result).list(source.text, {list, {}}, {});
+  return result;
+}
+
+Source make_source(const std::string& text, const std::string& file, const std::string& name,
+                   const Overrides& overrides) {
+  Filled filled = apply_parameters(text, file, overrides);
+  const auto swept = swept_names(Config::parse(filled.text, file).node());
+  for (const std::string& parameter : filled.names) {
+    if (swept.count(parameter) == 0) continue;
+    throw InputError(file + ":1: '" + parameter +
+                     "' is the name of a parameter and of a sweep, expected two names");
+  }
+  for (const Filled::Reference& reference : filled.references) {
+    if (swept.count(reference.name) != 0) continue;
+    throw InputError(file + ":" + std::to_string(reference.line) + ": parameter '" +
+                     reference.name + "' is not defined; " + known_names(filled.names));
+  }
+  return {std::move(filled.text), file, name, filled.as_run, {}};
+}
+
+const std::vector<VerbInfo>& blocks() {
+  static const std::vector<VerbInfo> all = {
+      {"repeat",
+       "the same steps again",
+       "",
+       {{"times", Kind::count, true, "", "how often"},
+        {"steps", Kind::steps, true, "", "what is repeated"}}},
+      {"sweep",
+       "the steps for each value of a name, which stands in them as ${name}; several names make "
+       "a grid, the last one changing fastest",
+       "",
+       {{"NAME", Kind::values, true, "", "a list of values, or {from, to, step}"},
+        {"steps", Kind::steps, true, "", "what is done for each value"}}},
+      {"call",
+       "the steps of another procedure, and its limits while they run",
+       "",
+       {{"procedure", Kind::text, true, "", "its file, seen from this one's folder"},
+        {"with", Kind::assignments, false, "as in its file", "its parameters"}},
+       nullptr,
+       Kind::text},
+      {"calibrate",
+       "goes to each pose, and waits at rest for good estimates; only the waiting is in its phase",
+       "3 min for each motion and each wait",
+       {{"poses", Kind::poses, true, "", "poses of the target in the sensor frame"},
+        {"estimates", Kind::count, false, "20", "good ones at each pose"},
+        {"settle", Kind::time, false, "1 s", "at rest before the first scan counts"},
+        {"speed", Kind::speed, true, "", "of the motions"},
+        {"turn", Kind::angular_speed, false, "10 deg/s", "of the motions"}}},
+  };
+  return all;
+}
+
+const std::vector<KeyInfo>& step_keys() {
+  static const std::vector<KeyInfo> keys = {
+      {"name", Kind::text, false, "the verb", "for a person"},
+      {"phase", Kind::text, false, "the verb", "label under which its stretch of time is judged"},
+      {"timeout", Kind::time, false, "the verb's", "after which it has run out of time"},
+      {"if", Kind::condition, false, "always", "skipped when it is not so as its turn comes"},
+      {"on_failure", Kind::text, false, "abort",
+       "abort, continue, hold, 'retry N times', or 'retry N times, then continue' (or hold)"},
+  };
+  return keys;
+}
+
+}  // namespace berth::procedures

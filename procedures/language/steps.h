@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/scan_window_t.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/core/pose.h"
+#include "procedures/language/condition.h"
+#include "procedures/language/trajectory.h"
+
+namespace berth::procedures {
+
+/// The verbs of the language. Lengths in m, angles in rad, times in s; poses are T_sensor_model.
+
+/// Sets the lamps; done when the facility reports them so.
+struct Lights {
+  double sun = 0;     ///< 0..1
+  double albedo = 0;  ///< 0..1
+  double sun_azimuth = 0;
+  double sun_elevation = 0;
+};
+
+/// Straight to a relative pose, open loop.
+struct Move {
+  Pose to;
+  double speed = 0;
+  double angular_speed = 0;
+};
+
+/// Looks for the target; done with the first good estimate.
+struct Acquire {
+  double gate_near = 0;  ///< 0, 0: the estimator's own
+  double gate_far = 0;
+  int returns = 0;  ///< 0: the estimator's own choice
+};
+
+/// Tracks on from the current pose; done after `settle` good estimates in a row.
+struct Track {
+  double gate_near = 0;  ///< m; 0, 0: the estimator's own
+  double gate_far = 0;
+  std::string strategy;  ///< empty: the estimator's own
+  int returns = 0;
+  int settle = 3;
+};
+
+/// Closed loop, by the estimate alone, until the nearest surface is this far from the sensor.
+struct Approach {
+  double standoff = 0;
+  double speed = 0;
+  bool dock = false;  ///< the docking interface on the boresight, at the standoff
+};
+
+/// Stays where it is while tracking goes on; closed loop: steers to keep the relative pose.
+struct Hold {
+  double duration = 0;
+  bool closed_loop = false;
+};
+
+struct Wait {
+  double duration = 0;
+};
+
+/// Until a condition is met.
+struct WaitUntil {
+  Condition condition;
+};
+
+/// Until so many good estimates of a target at rest have come; `calibrate` is made of these.
+struct Dwell {
+  int estimates = 0;
+  double settle = 0;  ///< s after the motion before the first scan counts
+};
+
+/// One scan of the procedure's own.
+struct Scan {
+  scan_window_t window{};
+};
+
+/// Asks the operator.
+struct Prompt {
+  std::string text;
+  std::vector<std::string> choices;  ///< none: any text
+  std::vector<std::string> go_on;    ///< answers with which the step has passed; none: all
+  std::string standard;              ///< the answer when nobody gives one in time; empty: none
+};
+
+/// Leaves a remark in the log.
+struct Annotate {
+  std::string text;
+};
+
+/// Leaves the present value of a live quantity in the log.
+struct Record {
+  std::string name;
+  const LiveQuantity* quantity = nullptr;
+};
+
+/// A fault asked of the simulated cell.
+struct Inject {
+  std::string device;
+  std::string fault;
+  double value = 0;     ///< SI; what it means depends on the fault
+  double duration = 0;  ///< s; 0: until cleared
+};
+
+/// Ends a fault; with neither device nor fault all of them.
+struct ClearInjections {
+  std::string device;
+  std::string fault;
+};
+
+/// The estimator asks for no more scans.
+struct StopTracking {};
+
+using Verb =
+    std::variant<Lights, Move, Trajectory, Acquire, Track, Approach, Hold, Wait, WaitUntil, Dwell,
+                 Scan, Prompt, Annotate, Record, Inject, ClearInjections, StopTracking>;
+
+/// What follows when a step fails, runs out of time or is at fault.
+struct OnFailure {
+  enum class Then { abort, go_on, hold };
+  int retries = 0;  ///< tried again so often first
+  Then then = Then::abort;
+};
+
+/// A condition on this step and those that follow it in the same block.
+struct Gate {
+  Condition condition;
+  int steps = 1;  ///< how many are skipped when it is not met
+};
+
+struct Step {
+  Verb verb;
+  std::string name;    ///< for a person; the verb's own unless given
+  std::string phase;   ///< label under which its stretch of time is judged; the verb unless given
+  double timeout = 0;  ///< s
+  OnFailure on_failure = {};
+  std::vector<Gate> gates = {};  ///< looked at in this order when its turn comes
+  int depth = 0;                 ///< in repeats, sweeps and called procedures
+  std::string file = {};         ///< of the procedure that it stands in
+  int line = 0;                  ///< in that file
+};
+
+}  // namespace berth::procedures
