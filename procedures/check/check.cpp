@@ -20,8 +20,7 @@ std::string listed(const std::vector<std::string>& names) {
 
 class StepCheck {
  public:
-  StepCheck(const Procedure& procedure, const Rig& rig, std::vector<Finding>& findings)
-      : procedure_(procedure), rig_(rig), findings_(findings) {}
+  StepCheck(const Rig& rig, std::vector<Finding>& findings) : rig_(rig), findings_(findings) {}
 
   void look_at(const Step& step, const StepForecast& forecast) {
     step_ = &step;
@@ -42,7 +41,7 @@ class StepCheck {
 
  private:
   void add(Severity severity, const std::string& found, const std::string& expected = "") {
-    findings_.push_back({severity, procedure_.file, step_->line, "step '" + step_->name + "'",
+    findings_.push_back({severity, step_->file, step_->line, "step '" + step_->name + "'",
                          found, expected, index_});
   }
 
@@ -67,7 +66,6 @@ class StepCheck {
       add(Severity::error, "the LIDAR " + rig_.lidar.model + " refuses: " + wrong);
   }
 
-  const Procedure& procedure_;
   const Rig& rig_;
   std::vector<Finding>& findings_;
   const Step* step_ = nullptr;
@@ -93,7 +91,7 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
 
   Rig rig(setup);
   Rehearsal rehearsal(rig, start.value_or(rig.home()));
-  StepCheck steps(procedure, rig, report.findings);
+  StepCheck steps(rig, report.findings);
   for (const Step& step : procedure.steps) steps.look_at(step, rehearsal.perform(step));
   append(report.findings, check_sight(procedure, rig, rehearsal));
   for (const Step& step : procedure.teardown) steps.look_at(step, rehearsal.perform(step));

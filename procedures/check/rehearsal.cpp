@@ -45,6 +45,15 @@ struct CourseOf {
   Course operator()(const Track& track) const {
     return {track.settle * rig.scan_period(track.returns), true, ""};
   }
+  Course operator()(const Dwell& dwell) const {
+    return {dwell.settle + dwell.estimates * rig.scan_period(0), true, ""};
+  }
+  Course operator()(const WaitUntil& wait) const {
+    return {wait.condition.duration, true, "so at once"};
+  }
+  Course operator()(const Prompt&) const { return {answer_time, true, "answered at once"}; }
+  Course operator()(const Inject&) const { return {answer_time, true, ""}; }
+  Course operator()(const ClearInjections&) const { return {answer_time, true, ""}; }
   Course operator()(const Scan& scan) const {
     return {scan.window.count / rig.lidar.rate_hz + answer_time, true, ""};
   }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/heartbeat_t.hpp>
-#include <berth/node_status_t.hpp>
 #include <berth/procedure_command_t.hpp>
 #include <berth/procedure_state_t.hpp>
-#include <map>
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
@@ -13,6 +11,9 @@
 #include <vector>
 
 #include "logs/run/run_record.h"
+#include "procedures/engine/limit_watch.h"
+#include "procedures/engine/node_watch.h"
+#include "procedures/engine/preconditions.h"
 #include "procedures/engine/step_runner.h"
 
 namespace berth::procedures {
@@ -23,13 +24,15 @@ struct EngineOptions {
   /// Of the required nodes, the one whose FAULT is final: it is not waited for. Empty: none.
   std::string supervisor;
   Utime ready_timeout = 120 * second;  ///< for all of them to be ready
-  Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and be idle
+  Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and all to be well
   Utime heartbeat_timeout = second;    ///< silence after which a node is lost
+  /// Further preconditions, such as room on the disk; empty: none.
+  std::function<std::vector<precondition_t>()> more_preconditions;
 };
 
 /// Runs a procedure: waits for the nodes, takes the lease, goes from step to step, watches the rig
-/// in the background, always tears down, judges. Driven by messages and ticks; commands leave
-/// through Actions.
+/// and the limits in the background, does what the operator asks, always tears down, judges. Driven
+/// by messages and ticks; commands leave through Actions.
 class Engine {
  public:
   Engine(Procedure procedure, EngineOptions options, logs::NearestPoint nearest, Actions& actions);
@@ -39,12 +42,12 @@ class Engine {
   void on(const estimator_state_t& message, Utime now);
   void on(const facility_state_t& message, Utime now);
   void on(const lidar_state_t& message, Utime now);
+  void on(const injection_state_t& message, Utime now);
   void on(const pose_estimate_t& message, Utime now);
   void on(const ground_truth_t& message);
-  void on(const injection_state_t& message, Utime now);
   void on(const run_info_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
-  void on(const heartbeat_t& message, Utime now);
+  void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }
   void on(const procedure_command_t& message, Utime now);
   /// At 20 Hz or more.
   void tick(Utime now);
@@ -52,7 +55,7 @@ class Engine {
   bool finished() const { return stage_ == Stage::finished; }
   /// Grows with every change that observers should see at once.
   int revision() const { return revision_; }
-  /// The state to publish now.
+  /// The state to publish now. Fits into one message.
   procedure_state_t snapshot(Utime now);
   std::int8_t outcome() const { return state_.outcome; }
   const Procedure& procedure() const { return procedure_; }
@@ -63,56 +66,76 @@ class Engine {
     lease,
     clear,
     running,
-    skipping,
+    stopping_step,
     stopping,
     teardown,
     settling,
     finished
   };
+  /// Why nothing goes on by itself: the operator asked, before the next step, or one has failed.
+  enum class Hold { none, in_step, between, failed };
 
-  struct NodeWatch {
-    std::int8_t state = node_status_t::STARTING;
-    std::string reason;
-    bool heard = false;
-    Utime heartbeat = 0;
-  };
-
-  bool in_preparation() const {
-    return stage_ == Stage::nodes || stage_ == Stage::lease || stage_ == Stage::clear;
-  }
-  bool in_steps() const { return stage_ == Stage::running || stage_ == Stage::skipping; }
+  // engine.cpp: messages, preparation, the watch in the background
   void enter(Stage stage, Utime now);
   void show(std::int8_t state);
-
   void wait_for_nodes(Utime now);
   void wait_for_lease(Utime now);
   void wait_until_clear(Utime now);
-  void begin_step(int index, Utime now);
-  void end_step(std::int8_t step_state, const std::string& detail, Utime now);
-  void poll_step(Utime now);
-  void next_step(Utime now);
+  void show_preconditions(std::vector<precondition_t> list);
+  void watch(Utime now);
+  std::string trouble_with_testbed(Utime now) const;
+  void watch_limits(Utime now);
+
+  // engine_end.cpp: teardown and verdict
   /// Ends the steps; a bad outcome stops the arms first. NONE: the criteria decide.
   void conclude(std::int8_t outcome, const std::string& reason, Utime now);
   void begin_teardown(Utime now);
+  void begin_teardown_step(int index, Utime now);
   void poll_teardown(Utime now);
   void settle(Utime now);
   void judge(Utime now);
 
-  /// What is wrong with the rig; empty when nothing is.
-  std::string trouble_with_nodes(Utime now) const;
-  std::string trouble_with_testbed(Utime now) const;
-  void watch(Utime now);
+  // engine_steps.cpp: from step to step
+  void begin_step(int index, Utime now);
+  /// Skips the steps whose conditions are not met, from this one on. @return the first that is
+  /// to run, or end
+  int pass_gates(int index, int end, Utime now);
+  void start_runner(Utime now);
+  void end_step(std::int8_t step_state, const std::string& detail, Utime now);
+  void poll_step(Utime now);
+  void step_passed(Utime now);
+  void step_failed(std::int8_t step_state, const std::string& reason, Utime now);
+  /// Brings the arms to rest, then begins the step given.
+  void stop_and_begin(int index, Utime now);
+  void poll_stopping_step(Utime now);
+  void next_step(Utime now);
+  void show_prompt(Utime now);
 
+  // engine_commands.cpp: what an operator asks
   void abort(const std::string& reason, Utime now);
-  void hold(Utime now);
-  void resume(Utime now);
-  void skip(const std::string& reason, Utime now);
+  void hold(Hold how, const std::string& reason, Utime now);
+  void ask_hold(const std::string& who, Utime now);
+  void ask_resume(const std::string& what, Utime now);
+  void ask_step(Utime now);
+  void ask_skip(const std::string& reason, Utime now);
+  void ask_retry(Utime now);
+  void ask_answer(const procedure_command_t& message, Utime now);
+  /// Looks at the preconditions again; says why not where they are not met.
+  bool may_go_on(const std::string& what, Utime now);
+  void end_hold(Utime now);
+  void refuse(const std::string& what, const std::string& why);
 
+  bool in_preparation() const {
+    return stage_ == Stage::nodes || stage_ == Stage::lease || stage_ == Stage::clear;
+  }
+  bool in_steps() const { return stage_ == Stage::running || stage_ == Stage::stopping_step; }
+  bool held() const { return hold_ != Hold::none; }
   int main_steps() const { return static_cast<int>(procedure_.steps.size()); }
   const Step& step(int index) const;
-  procedure_step_t& current() {
-    return state_.steps[static_cast<std::size_t>(state_.current_step)];
-  }
+  procedure_step_t& shown(int index) { return state_.steps[static_cast<std::size_t>(index)]; }
+  procedure_step_t& current() { return shown(state_.current_step); }
+  /// Time that the current step has had, without that on hold.
+  Utime active(Utime now) const;
 
   Procedure procedure_;
   EngineOptions options_;
@@ -120,7 +143,9 @@ class Engine {
   Actions& actions_;
   Bench bench_;
   logs::RunRecord record_;
-  std::map<std::string, NodeWatch> nodes_;
+  NodeWatch nodes_;
+  LimitWatch limits_;
+  RestWatch rest_;
 
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;
@@ -130,14 +155,16 @@ class Engine {
   int revision_ = 0;
 
   std::unique_ptr<StepRunner> runner_;
+  int next_ = 0;  // step to begin when the arms have come to rest
+  Hold hold_ = Hold::none;
+  Utime held_since_ = 0;
   Utime held_total_ = 0;  // of the current step
-  Utime held_since_ = 0;  // 0: not held
   Utime resumed_ = 0;
   bool hold_after_step_ = false;
-  bool between_steps_ = false;  // held after one step and before the next
   bool tracking_expected_ = false;
   Utime last_good_estimate_ = 0;
   Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
+  Utime limits_looked_at_ = 0;
   bool reset_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
   std::set<std::tuple<std::string, Utime, std::int64_t>> commands_seen_;

@@ -30,12 +30,22 @@ class LightsRunner final : public StepRunner {
   Lights lights_;
 };
 
+/// Where the replica is told to be (T_sensor_model).
+Pose commanded_pose(const Bench& bench) {
+  const auto& state = bench.testbed.state();
+  if (!state) return {};
+  const double* q = state->commanded_q_wxyz;
+  return {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
+}
+
 /// Everything the testbed carries out to an end: moves, trajectories, approaches.
 class MotionRunner final : public StepRunner {
  public:
-  explicit MotionRunner(testbed_command_t command) : command_(std::move(command)) {}
+  explicit MotionRunner(Verb verb) : verb_(std::move(verb)) {}
 
-  void begin(Bench& bench, Utime now) override { bench.testbed.command(command_, now); }
+  void begin(Bench& bench, Utime now) override {
+    bench.testbed.command(*motion_command(verb_, commanded_pose(bench)), now);
+  }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
     const auto& state = bench.testbed.state();
@@ -58,7 +68,7 @@ class MotionRunner final : public StepRunner {
   }
 
  private:
-  testbed_command_t command_;
+  Verb verb_;
 };
 
 /// Steers to keep the relative pose for a time, then stops.
@@ -67,12 +77,7 @@ class StationKeepRunner final : public StepRunner {
   explicit StationKeepRunner(const Hold& hold) : hold_(hold) {}
 
   void begin(Bench& bench, Utime now) override {
-    Pose here;
-    if (const auto& state = bench.testbed.state()) {
-      const double* q = state->commanded_q_wxyz;
-      here = {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
-    }
-    bench.testbed.command(*motion_command(hold_, here), now);
+    bench.testbed.command(*motion_command(hold_, commanded_pose(bench)), now);
   }
 
   StepResult poll(Bench& bench, Utime now, Utime active) override {
@@ -104,14 +109,12 @@ class StationKeepRunner final : public StepRunner {
 std::unique_ptr<StepRunner> make(const Lights& lights) {
   return std::make_unique<LightsRunner>(lights);
 }
-std::unique_ptr<StepRunner> make(const Move& move) {
-  return std::make_unique<MotionRunner>(*motion_command(move, {}));
-}
+std::unique_ptr<StepRunner> make(const Move& move) { return std::make_unique<MotionRunner>(move); }
 std::unique_ptr<StepRunner> make(const Trajectory& trajectory) {
-  return std::make_unique<MotionRunner>(*motion_command(trajectory, {}));
+  return std::make_unique<MotionRunner>(trajectory);
 }
 std::unique_ptr<StepRunner> make(const Approach& approach) {
-  return std::make_unique<MotionRunner>(*motion_command(approach, {}));
+  return std::make_unique<MotionRunner>(approach);
 }
 std::unique_ptr<StepRunner> make(const Hold& hold) {
   if (hold.closed_loop) return std::make_unique<StationKeepRunner>(hold);

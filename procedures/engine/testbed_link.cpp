@@ -79,6 +79,19 @@ void TestbedLink::on(const testbed_state_t& state) {
   look_for_answer(order_, state);
 }
 
+bool TestbedLink::at_rest() const {
+  if (!state_) return false;
+  switch (state_->state) {
+    case testbed_state_t::MOVING:
+    case testbed_state_t::CLOSED_LOOP:
+    case testbed_state_t::HOLDING:
+    case testbed_state_t::HELD:
+      return false;
+    default:
+      return true;
+  }
+}
+
 void TestbedLink::tick(Utime now) {
   if (wants_lease_ && now - lease_sent_ >= repeat_period) send_lease(now);
   for (Tracked* tracked : {&motion_, &order_}) {

@@ -31,6 +31,8 @@ class TestbedLink {
   bool lost_lease() const { return wants_lease_ && held_once_ && !holds_lease_; }
 
   void on(const testbed_state_t& state);
+  /// Neither moving nor held in a motion.
+  bool at_rest() const;
   /// Repeats what has not been acknowledged; keeps the lease.
   void tick(Utime now);
   const std::optional<testbed_state_t>& state() const { return state_; }

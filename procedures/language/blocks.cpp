@@ -263,8 +263,14 @@ class Unroller {
                                      "call itself without end");
     }
     const std::string file = library_.file(name);
+    const std::string* text = nullptr;
     try {
-      Source source = make_source(library_.text(name), file, name, with);
+      text = &library_.text(name);
+    } catch (const InputError& e) {
+      throw config.error("call", e.what());
+    }
+    try {
+      Source source = make_source(*text, file, name, with);
       source.callers = callers;
       const int first = static_cast<int>(result_.steps.size());
       Config top = Config::parse(source.text, source.file);
@@ -355,6 +361,11 @@ Source make_source(const std::string& text, const std::string& file, const std::
     if (swept.count(reference.name) != 0) continue;
     throw InputError(file + ":" + std::to_string(reference.line) + ": parameter '" +
                      reference.name + "' is not defined; " + known_names(filled.names));
+  }
+  if (!filled.unused.empty() && !filled.as_run) {
+    const Filled::Reference& first = filled.unused.front();
+    throw InputError(file + ":" + std::to_string(first.line) + ": key 'parameters." + first.name +
+                     "': is never used");
   }
   return {std::move(filled.text), file, name, filled.as_run, {}};
 }

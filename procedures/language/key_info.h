@@ -20,12 +20,13 @@ enum class Kind {
   count,     ///< whole number
   boolean,
   text,
-  texts,        ///< list of texts
-  words,        ///< one of the words given
-  pose,         ///< [x, y, z, w, p, r] in mm and degrees
-  poses,        ///< list of poses
-  gate,         ///< [near, far]
-  waypoints,    ///< list of {at, pose}
+  texts,      ///< list of texts
+  words,      ///< one of the words given
+  pose,       ///< [x, y, z, w, p, r] in mm and degrees
+  poses,      ///< list of poses
+  gate,       ///< [near, far]
+  waypoints,  ///< list of {at, pose}
+  map,
   condition,    ///< such as "estimated_range < 4 m for 1 s"
   live,         ///< name of a live quantity
   values,       ///< list of values, or {from, to, step}

@@ -213,9 +213,7 @@ Filled apply_parameters(const std::string& text, const std::string& file,
     filled.text += content + rest + lines[i].substr(comment_at) + "\n";
   }
   for (const auto& [name, parameter] : parameters) {
-    if (!parameter.used && !filled.as_run) {
-      throw error_at(file, parameter.line, "key 'parameters." + name + "': is never used");
-    }
+    if (!parameter.used) filled.unused.push_back({name, parameter.line + 1});
   }
   return filled;
 }

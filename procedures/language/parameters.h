@@ -22,6 +22,7 @@ struct Filled {
   std::string text;                   ///< lines keep their numbers
   std::vector<Reference> references;  ///< left open: $<name> stands in the text
   std::vector<std::string> names;     ///< of the parameters
+  std::vector<Reference> unused;      ///< parameters that nothing refers to
   bool as_run = false;                ///< it was filled in before, when it was run
 };
 
@@ -34,8 +35,8 @@ struct Filled {
 ///       speed: 20 mm/s              # one per line, on this line
 ///       start: [100, -100, 5500, 10, 8, -12]
 ///
-/// @throws InputError with file and line for an unused parameter, and for an override that names
-/// none or is of another kind than the value it replaces.
+/// @throws InputError with file and line for an override that names no parameter or is of another
+/// kind than the value it replaces.
 Filled apply_parameters(const std::string& text, const std::string& file,
                         const Overrides& overrides);
 

@@ -6,6 +6,10 @@
 #include <berth/facility_command_t.hpp>
 #include <berth/facility_state_t.hpp>
 #include <berth/heartbeat_t.hpp>
+#include <berth/injection_state_t.hpp>
+#include <berth/injection_t.hpp>
+#include <berth/lidar_state_t.hpp>
+#include <berth/procedure_state_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <set>
@@ -38,6 +42,10 @@ struct Script {
   bool truth = true;
   bool lamps_work = true;
   double move_takes_s = 2;
+  double moved_on_hold_m = 0;  ///< by hand, once it stands
+  bool estop_closed = true;
+  bool simulated_cell = false;  ///< there is one that takes injections
+  std::string refuse_injections;
 };
 
 class Clocked : public Node {
@@ -64,6 +72,9 @@ class Testbed final : public Clocked {
     state_.session = fake::session;
     state_.state = testbed_state_t::IDLE;
     state_.clearance_m = 1;
+    bus().subscribe<procedure_state_t>(
+        channels::procedure_state, Queue::fifo(),
+        [this](const procedure_state_t& s) { stand(s.state == procedure_state_t::HELD); });
     loop().every(100 * millisecond, [this] { publish(); });
     if (script.truth) loop().every(8 * millisecond, [this] { publish_truth(); });
   }
@@ -154,9 +165,21 @@ class Testbed final : public Clocked {
     bus().publish(channels::testbed_state, state_);
   }
 
+  /// On hold the flight stands still.
+  void stand(bool stands) {
+    if (stands && stands_since_ == 0) stands_since_ = now();
+    if (!stands && stands_since_ != 0) {
+      stood_ += now() - stands_since_;
+      stands_since_ = 0;
+    }
+  }
+
   void publish_truth() {
     const Utime then = now() - 20 * millisecond;
-    auto message = made::truth(then, made::flight(seconds(then - born_)));
+    const bool stands = stands_since_ != 0 && then > stands_since_;
+    Pose pose = made::flight(seconds((stands ? stands_since_ : then) - stood_ - born_));
+    if (stands && then - stands_since_ > second) pose.position.z() += script_.moved_on_hold_m;
+    auto message = made::truth(then, pose);
     message.seq = ++truth_seq_;
     bus().publish(channels::ground_truth, message);
   }
@@ -168,6 +191,8 @@ class Testbed final : public Clocked {
   Utime published_ = 0;
   Utime lease_kept_ = 0;
   std::int64_t truth_seq_ = 0;
+  Utime stands_since_ = 0;
+  Utime stood_ = 0;
   int lost_ = 0;
 };
 
@@ -260,6 +285,8 @@ class Facility final : public Clocked {
     loop().every(100 * millisecond, [this] {
       state_.utime = now();
       ++state_.seq;
+      state_.estop_chain_closed = script_.estop_closed;
+      state_.fence_closed = true;
       bus().publish(channels::facility_state, state_);
     });
   }
@@ -270,7 +297,7 @@ class Facility final : public Clocked {
   facility_state_t state_{};
 };
 
-/// Only beats, until it falls silent: what a killed process looks like.
+/// Only beats and says that it is idle, until it falls silent: what a killed process looks like.
 class LidarDriver {
  public:
   LidarDriver(const Script& script, Bus& bus, Loop& loop) : born_(loop.now()) {
@@ -288,11 +315,56 @@ class LidarDriver {
       status.node = "lidar-driver";
       status.state = age < script.ready_after_s ? node_status_t::STARTING : node_status_t::READY;
       bus.publish(channels::node_status, status);
+      lidar_state_t lidar{};
+      lidar.utime = loop.now();
+      lidar.session = session;
+      lidar.state = lidar_state_t::IDLE;
+      bus.publish(channels::lidar_state, lidar);
     });
   }
 
  private:
   Utime born_;
+};
+
+/// Takes injections, as the simulated cell does.
+class SimulatedCell final : public Clocked {
+ public:
+  SimulatedCell(const Script& script, Bus& the_bus, Loop& the_loop)
+      : Clocked("simulated-cell", script, the_bus, the_loop) {
+    bus().subscribe<injection_t>(channels::injection, Queue::fifo(),
+                                 [this](const injection_t& i) { take(i); });
+    state_.session = fake::session;
+    loop().every(second, [this] { publish(); });
+  }
+
+  std::vector<injection_t> obeyed;
+
+ private:
+  void take(const injection_t& i) {
+    if (++heard_ == 1) return;  // the first one is lost on the way
+    if (i.seq > last_seq_) {
+      last_seq_ = i.seq;
+      if (script_.refuse_injections.empty()) {
+        obeyed.push_back(i);
+        state_.accepted_seq = i.seq;
+      } else {
+        state_.refused_seq = i.seq;
+        state_.refusal = script_.refuse_injections;
+      }
+    }
+    publish();
+  }
+
+  void publish() {
+    state_.utime = now();
+    ++state_.seq;
+    bus().publish(channels::injection_state, state_);
+  }
+
+  injection_state_t state_{};
+  std::int64_t last_seq_ = 0;
+  int heard_ = 0;
 };
 
 }  // namespace berth::fake

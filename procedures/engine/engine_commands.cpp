@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <berth/event_t.hpp>
+
+#include "procedures/engine/engine.h"
+
+namespace berth::procedures {
+
+void Engine::on(const procedure_command_t& message, Utime now) {
+  // Several terminals may be attached, one after the other, each counting from 1.
+  const bool is_new = commands_seen_.insert({message.commander, message.utime, message.seq}).second;
+  if (message.utime_expires < now || !is_new || finished()) return;
+  constexpr const char* names[] = {"abort", "hold", "resume", "step", "skip", "retry", "answer"};
+  if (message.command < 0 || message.command > procedure_command_t::ANSWER) {
+    return refuse("command " + std::to_string(message.command), "it is not known");
+  }
+  bench_.live.set_time(now);
+  actions_.event(event_t::NOTICE, "operator-command",
+                 message.commander + ": " + names[message.command] +
+                     (message.text.empty() ? "" : ": " + message.text));
+  switch (message.command) {
+    case procedure_command_t::ABORT:
+      return abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);
+    case procedure_command_t::HOLD:
+      return ask_hold(message.commander, now);
+    case procedure_command_t::RESUME:
+      return ask_resume("resume", now);
+    case procedure_command_t::STEP:
+      return ask_step(now);
+    case procedure_command_t::SKIP:
+      return ask_skip(message.text, now);
+    case procedure_command_t::RETRY:
+      return ask_retry(now);
+    default:
+      return ask_answer(message, now);
+  }
+}
+
+void Engine::refuse(const std::string& what, const std::string& why) {
+  actions_.event(event_t::WARNING, "command-refused", "no " + what + ": " + why);
+}
+
+void Engine::abort(const std::string& reason, Utime now) {
+  if (in_preparation() || in_steps()) {
+    conclude(procedure_state_t::ABORTED, reason, now);
+  } else {
+    hurry_ = true;
+  }
+}
+
+void Engine::hold(Hold how, const std::string& reason, Utime now) {
+  hold_ = how;
+  held_since_ = now;
+  rest_.begin();
+  if (how == Hold::in_step) bench_.testbed.order(testbed_command_t::HOLD, now);
+  state_.reason = reason;
+  show(procedure_state_t::HELD);
+}
+
+void Engine::ask_hold(const std::string& who, Utime now) {
+  if (stage_ != Stage::running) return refuse("hold", "no step is running");
+  if (held()) return refuse("hold", "it is held already");
+  hold(Hold::in_step, "held by " + who, now);
+}
+
+bool Engine::may_go_on(const std::string& what, Utime now) {
+  bench_.live.set_time(now);
+  auto list = preconditions(nodes_, bench_, true);
+  list.push_back(rest_.precondition(bench_));
+  const std::string broken = limits_.broken_now();
+  if (!broken.empty()) {
+    precondition_t limits;
+    limits.name = "limits";
+    limits.met = false;
+    limits.reason = broken;
+    list.push_back(limits);
+  }
+  show_preconditions(std::move(list));
+  const std::string wrong = unmet(state_.preconditions);
+  if (!wrong.empty()) refuse(what, wrong);
+  return wrong.empty();
+}
+
+void Engine::end_hold(Utime now) {
+  if (hold_ == Hold::in_step) held_total_ += now - held_since_;
+  hold_ = Hold::none;
+  resumed_ = now;
+  state_.reason.clear();
+  show(procedure_state_t::RUNNING);
+}
+
+void Engine::ask_resume(const std::string& what, Utime now) {
+  if (stage_ != Stage::running || !held()) {
+    if (!hold_after_step_) refuse(what, "nothing is held");
+    hold_after_step_ = false;
+    return;
+  }
+  if (hold_ == Hold::failed) {
+    return refuse(what, "step '" + current().name + "' has failed: retry, skip or abort");
+  }
+  if (!may_go_on(what, now)) return;
+  hold_after_step_ = what == "step";
+  const bool between = hold_ == Hold::between;
+  end_hold(now);
+  if (between) return begin_step(state_.current_step + 1, now);
+  // Steps that move nothing were held by us alone.
+  if (bench_.testbed.state()->state != testbed_state_t::IDLE) {
+    bench_.testbed.order(testbed_command_t::RESUME, now);
+  }
+  show_prompt(now);
+}
+
+void Engine::ask_step(Utime now) {
+  if (stage_ == Stage::running && !held()) {
+    hold_after_step_ = true;
+    return;
+  }
+  ask_resume("step", now);
+}
+
+void Engine::ask_skip(const std::string& reason, Utime now) {
+  if (stage_ != Stage::running) return refuse("skip", "no step is running");
+  if (reason.empty()) return refuse("skip", "a reason is needed, for the record");
+  if (held() && !may_go_on("skip", now)) return;
+  const Hold was = hold_;
+  if (held()) end_hold(now);
+  if (was == Hold::between) ++state_.current_step;
+  actions_.event(event_t::NOTICE, "step-skipped",
+                 "step '" + current().name + "' skipped: " + reason);
+  if (was == Hold::between) {
+    // It never began; the operator goes on step by step.
+    current().state = procedure_step_t::SKIPPED;
+    current().detail = reason;
+    hold_after_step_ = true;
+  } else {
+    const std::string failure = was == Hold::failed ? " (" + current().detail + ")" : "";
+    end_step(procedure_step_t::SKIPPED, reason + failure, now);
+  }
+  show_prompt(now);
+  stop_and_begin(state_.current_step + 1, now);
+}
+
+void Engine::ask_retry(Utime now) {
+  if (stage_ != Stage::running) return refuse("retry", "no step is running");
+  if (held() && !may_go_on("retry", now)) return;
+  if (held()) end_hold(now);
+  if (current().state == procedure_step_t::RUNNING) {
+    end_step(procedure_step_t::ABORTED, "tried again", now);
+    show_prompt(now);
+  }
+  stop_and_begin(state_.current_step, now);
+}
+
+void Engine::ask_answer(const procedure_command_t& message, Utime now) {
+  if (state_.prompt_id.empty()) return refuse("answer", "nothing is asked");
+  if (message.prompt_id != state_.prompt_id) {
+    return refuse("answer",
+                  "prompt " + message.prompt_id + " is not asked, but prompt " + state_.prompt_id);
+  }
+  if (message.text.empty()) return refuse("answer", "it is empty");
+  const auto& choices = state_.choices;
+  if (!choices.empty() &&
+      std::find(choices.begin(), choices.end(), message.text) == choices.end()) {
+    std::string known;
+    for (const std::string& choice : choices) known += (known.empty() ? "" : ", ") + choice;
+    return refuse("answer", "found '" + message.text + "', expected one of: " + known);
+  }
+  runner_->answer(message.text, message.commander);
+  show_prompt(now);
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/node_watch.h"
+
+namespace berth::procedures {
+namespace {
+
+const char* text_of_state(std::int8_t state) {
+  constexpr const char* names[] = {"STARTING", "READY", "RUNNING", "DEGRADED", "FAULT", "STOPPED"};
+  return state >= 0 && state <= node_status_t::STOPPED ? names[state] : "?";
+}
+
+}  // namespace
+
+bool NodeWatch::Node::ready() const {
+  return state == node_status_t::READY || state == node_status_t::RUNNING;
+}
+
+std::string NodeWatch::Node::text() const {
+  return (heard ? text_of_state(state) : "not heard of") + (reason.empty() ? "" : ": " + reason);
+}
+
+NodeWatch::NodeWatch(const std::vector<std::string>& required, std::string supervisor)
+    : supervisor_(std::move(supervisor)) {
+  for (const std::string& name : required) nodes_[name] = {};
+}
+
+void NodeWatch::start(Utime now) {
+  for (auto& [name, node] : nodes_) node.heartbeat = now;
+}
+
+void NodeWatch::on(const node_status_t& message) {
+  const auto node = nodes_.find(message.node);
+  if (node == nodes_.end()) return;
+  node->second.heard = true;
+  node->second.state = message.state;
+  node->second.reason = message.reason;
+}
+
+void NodeWatch::on(const heartbeat_t& message, Utime now) {
+  const auto node = nodes_.find(message.node);
+  if (node != nodes_.end()) node->second.heartbeat = now;
+}
+
+std::string NodeWatch::missing() const {
+  std::string missing;
+  for (const auto& [name, node] : nodes_) {
+    if (node.ready()) continue;
+    missing += (missing.empty() ? "" : ", ") + name + " (" + node.text() + ")";
+  }
+  return missing;
+}
+
+std::string NodeWatch::final_fault() const {
+  const auto supervisor = nodes_.find(supervisor_);
+  const bool fault = supervisor != nodes_.end() && supervisor->second.state == node_status_t::FAULT;
+  return fault ? supervisor->second.reason : "";
+}
+
+std::string NodeWatch::trouble(Utime now, Utime heartbeat_timeout) const {
+  for (const auto& [name, node] : nodes_) {
+    if (node.state == node_status_t::FAULT || node.state == node_status_t::STOPPED) {
+      return "node " + name + ": " + node.text();
+    }
+    if (now - node.heartbeat > heartbeat_timeout) return "node " + name + " is silent";
+  }
+  return {};
+}
+
+std::vector<precondition_t> NodeWatch::preconditions() const {
+  std::vector<precondition_t> list;
+  for (const auto& [name, node] : nodes_) {
+    precondition_t item;
+    item.name = "node " + name;
+    item.met = node.heard && node.ready();
+    item.reason = node.text();
+    list.push_back(item);
+  }
+  return list;
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/heartbeat_t.hpp>
+#include <berth/node_status_t.hpp>
+#include <berth/precondition_t.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/bus/loop.h"
+
+namespace berth::procedures {
+
+/// The nodes without which nothing starts or goes on.
+class NodeWatch {
+ public:
+  /// supervisor: of the nodes, the one whose FAULT is final; empty: none.
+  NodeWatch(const std::vector<std::string>& required, std::string supervisor);
+
+  void start(Utime now);
+  void on(const node_status_t& message);
+  void on(const heartbeat_t& message, Utime now);
+
+  bool requires_node(const std::string& name) const { return nodes_.count(name) != 0; }
+  /// Nodes that are not ready, with their states: "testbed (STARTING), ..."; empty: all are.
+  std::string missing() const;
+  /// Why it is no use to wait for them; empty: it is.
+  std::string final_fault() const;
+  /// A node in fault or silent for longer than the timeout; empty: none.
+  std::string trouble(Utime now, Utime heartbeat_timeout) const;
+  /// One for each node.
+  std::vector<precondition_t> preconditions() const;
+
+ private:
+  struct Node {
+    std::int8_t state = node_status_t::STARTING;
+    std::string reason;
+    bool heard = false;
+    Utime heartbeat = 0;
+
+    bool ready() const;
+    std::string text() const;
+  };
+
+  std::map<std::string, Node> nodes_;
+  std::string supervisor_;
+};
+
+}  // namespace berth::procedures

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/language/schema.h"
+
+#include <nlohmann/json.hpp>
+
+#include "procedures/language/blocks.h"
+#include "procedures/language/procedure.h"
+#include "procedures/language/verbs.h"
+
+namespace berth::procedures {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+/// A parameter or swept name in place of any value.
+const char* const reference = R"(\$\{\w+\})";
+
+json ref(const std::string& name) { return {{"$ref", "#/definitions/" + name}}; }
+
+/// Text of a number and one of the units, such as "20 mm/s".
+json quantity(const std::string& units, bool bare_number) {
+  const std::string number = R"([-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)";
+  json text = {{"type", "string"},
+               {"pattern", "^\\s*" + number + "\\s*(" + units + ")\\s*$|" + reference}};
+  if (!bare_number) return text;
+  return {{"anyOf", json::array({{{"type", "number"}}, text})}};
+}
+
+json list_of(const json& items, int least = 1) {
+  return {{"anyOf", json::array({{{"type", "array"}, {"items", items}, {"minItems", least}},
+                                 ref("reference")})}};
+}
+
+json pose() {
+  return {
+      {"anyOf",
+       json::array({{{"type", "array"}, {"items", ref("number")}, {"minItems", 6}, {"maxItems", 6}},
+                    ref("reference")})}};
+}
+
+json object(const json& properties, const std::vector<std::string>& required) {
+  return {{"type", "object"},
+          {"properties", properties},
+          {"required", required},
+          {"additionalProperties", false}};
+}
+
+json definitions() {
+  json d;
+  d["reference"] = {{"type", "string"}, {"pattern", std::string("^") + reference + "$"}};
+  d["number"] = quantity("%?", true);
+  d["length"] = quantity("m|mm|cm|um|km", false);
+  d["angle"] = quantity("deg|rad|mrad|urad", false);
+  d["time"] = quantity("s|ms|us|min|h", false);
+  d["speed"] = quantity("m/s|mm/s|cm/s", false);
+  d["angular_speed"] = quantity("deg/s|rad/s", false);
+  d["quantity"] = quantity(".*", true);
+  d["count"] = {{"anyOf", json::array({{{"type", "integer"}, {"minimum", 0}}, ref("reference")})}};
+  d["boolean"] = {{"anyOf", json::array({{{"type", "boolean"}}, ref("reference")})}};
+  d["text"] = {{"type", json::array({"string", "number", "boolean"})}};
+  d["pose"] = pose();
+  d["live"] = {{"anyOf", json::array()}};
+  for (const LiveQuantity& live : live_quantities()) {
+    d["live"]["anyOf"].push_back({{"const", live.name}, {"description", live.description}});
+  }
+  d["live"]["anyOf"].push_back(ref("reference"));
+  d["condition"] = {{"type", "string"},
+                    {"examples", {"estimated_range < 4 m for 1 s", "estimate is ok"}}};
+  return d;
+}
+
+/// What may stand behind a key.
+json value_of(const KeyInfo& info) {
+  switch (info.kind) {
+    case Kind::number:
+      return ref("number");
+    case Kind::length:
+      return ref("length");
+    case Kind::angle:
+      return ref("angle");
+    case Kind::time:
+      return ref("time");
+    case Kind::speed:
+      return ref("speed");
+    case Kind::angular_speed:
+      return ref("angular_speed");
+    case Kind::quantity:
+      return ref("quantity");
+    case Kind::count:
+      return ref("count");
+    case Kind::boolean:
+      return ref("boolean");
+    case Kind::text:
+      return ref("text");
+    case Kind::texts:
+      return list_of(ref("text"));
+    case Kind::words:
+      return {{"anyOf", json::array({{{"enum", info.words}}, ref("reference")})}};
+    case Kind::pose:
+      return ref("pose");
+    case Kind::poses:
+      return list_of(ref("pose"));
+    case Kind::gate:
+      return list_of(ref("length"), 2);
+    case Kind::waypoints:
+      return list_of(object({{"at", ref("time")}, {"pose", ref("pose")}}, {"at", "pose"}));
+    case Kind::condition:
+      return ref("condition");
+    case Kind::live:
+      return ref("live");
+    case Kind::values:
+      return {{"anyOf", json::array({{{"type", "array"}, {"minItems", 1}},
+                                     object({{"from", ref("quantity")},
+                                             {"to", ref("quantity")},
+                                             {"step", ref("quantity")}},
+                                            {"from", "to", "step"})})}};
+    case Kind::map:
+    case Kind::assignments:
+      return {{"type", "object"}};
+    case Kind::steps:
+      return {{"type", "array"}, {"items", ref("step")}, {"minItems", 1}};
+    case Kind::limits:
+      return {{"type", "array"}, {"items", ref("limit")}};
+    case Kind::criteria:
+      return {{"type", "array"}, {"items", ref("criterion")}};
+  }
+  return {};
+}
+
+json described(const KeyInfo& info) {
+  json value = value_of(info);
+  // Beside a $ref other keywords would not be looked at.
+  if (value.contains("$ref")) value = {{"allOf", json::array({value})}};
+  value["description"] =
+      info.description + (info.standard.empty() ? "" : " (standard: " + info.standard + ")");
+  return value;
+}
+
+json object_of(const std::vector<KeyInfo>& keys) {
+  json properties;
+  std::vector<std::string> required;
+  json result;
+  for (const KeyInfo& key : keys) {
+    if (key.key == "NAME") {
+      result["additionalProperties"] = described(key);  // the user's own names
+      continue;
+    }
+    properties[key.key] = described(key);
+    if (key.required) required.push_back(key.key);
+  }
+  json rest = object(properties, required);
+  if (result.contains("additionalProperties")) {
+    rest["additionalProperties"] = result["additionalProperties"];
+  }
+  return rest;
+}
+
+json behind(const VerbInfo& verb) {
+  json forms = json::array();
+  if (!verb.keys.empty()) forms.push_back(object_of(verb.keys));
+  if (verb.value) forms.push_back(value_of({"", *verb.value, false, "", ""}));
+  if (!verb.value && (verb.keys.empty() || (verb.from_map && verb.from_value))) {
+    forms.push_back({{"type", "null"}});
+  }
+  json result = forms.size() == 1 ? forms[0] : json{{"anyOf", forms}};
+  if (result.contains("$ref")) result = {{"allOf", json::array({result})}};
+  result["description"] =
+      verb.description + (verb.timeout.empty() ? "" : "; runs out of time after " + verb.timeout);
+  return result;
+}
+
+/// What logs::read_criteria reads.
+json criterion() {
+  json properties;
+  for (const char* text : {"name", "measurement", "statistic", "phase"}) {
+    properties[text] = ref("text");
+  }
+  for (const char* value : {"min", "max", "nominal"}) properties[value] = ref("quantity");
+  properties["samples"] = ref("count");
+  json result = object(properties, {"name", "measurement"});
+  result.erase("additionalProperties");
+  return result;
+}
+
+json step() {
+  json properties;
+  json one_of = json::array();
+  for (const auto* table : {&verbs(), &blocks()}) {
+    for (const VerbInfo& verb : *table) {
+      properties[verb.name] = behind(verb);
+      one_of.push_back({{"required", {verb.name}}});
+    }
+  }
+  for (const KeyInfo& key : step_keys()) properties[key.key] = described(key);
+  json result = object(properties, {});
+  result["oneOf"] = one_of;
+  return result;
+}
+
+}  // namespace
+
+std::string json_schema() {
+  json schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
+                 {"title", "A test procedure of Berth"}};
+  schema.update(object_of(procedure_keys()));
+  schema["definitions"] = definitions();
+  schema["definitions"]["step"] = step();
+  schema["definitions"]["criterion"] = criterion();
+  schema["definitions"]["limit"] = object_of(limit_keys());
+  return schema.dump(2) + "\n";
+}
+
+}  // namespace berth::procedures
