@@ -65,10 +65,13 @@ void Progress::print_steps(const procedure_state_t& message) {
     const std::int8_t before = known ? state_->steps[i].state : procedure_step_t::PENDING;
     const std::string word = text_of_step(step.state);
     if (step.state == before || word.empty()) continue;
-    Line line = stamped(seconds(step.utime_end - message.utime_start));
+    const bool began = step.utime_start != 0;  // steps that are skipped may never have
+    Line line = stamped(seconds((began ? step.utime_end : message.utime) - message.utime_start));
     add_word(line, word, style_of_step(step.state)).add(step.name, Style::strong);
-    line.add("  (" + text_of_duration(seconds(step.utime_end - step.utime_start)) + ")",
-             Style::faint);
+    if (began) {
+      line.add("  (" + text_of_duration(seconds(step.utime_end - step.utime_start)) + ")",
+               Style::faint);
+    }
     if (!step.detail.empty()) line.add("  " + step.detail);
     print_(line);
   }

@@ -20,13 +20,15 @@ enum class Kind {
   count,     ///< whole number
   boolean,
   text,
-  texts,      ///< list of texts
-  words,      ///< one of the words given
-  pose,       ///< [x, y, z, w, p, r] in mm and degrees
-  poses,      ///< list of poses
-  gate,       ///< [near, far]
-  waypoints,  ///< list of {at, pose}
-  map,
+  texts,        ///< list of texts
+  words,        ///< one of the words given
+  pose,         ///< [x, y, z, w, p, r] in mm and degrees
+  poses,        ///< list of poses
+  gate,         ///< [near, far]
+  waypoints,    ///< list of {at, pose}
+  lengths,      ///< list of lengths
+  vector,       ///< [x, y, z]
+  map,          ///< keys of its own
   condition,    ///< such as "estimated_range < 4 m for 1 s"
   live,         ///< name of a live quantity
   values,       ///< list of values, or {from, to, step}
@@ -44,6 +46,7 @@ struct KeyInfo {
   std::string standard;  ///< the value when it is left out; empty: see description
   std::string description;
   std::vector<std::string> words = {};  ///< of Kind::words
+  std::vector<KeyInfo> keys = {};       ///< of Kind::map
 };
 
 }  // namespace berth::procedures

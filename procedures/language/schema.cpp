@@ -69,6 +69,8 @@ json definitions() {
   return d;
 }
 
+json object_of(const std::vector<KeyInfo>& keys);
+
 /// What may stand behind a key.
 json value_of(const KeyInfo& info) {
   switch (info.kind) {
@@ -108,13 +110,19 @@ json value_of(const KeyInfo& info) {
       return ref("condition");
     case Kind::live:
       return ref("live");
-    case Kind::values:
-      return {{"anyOf", json::array({{{"type", "array"}, {"minItems", 1}},
-                                     object({{"from", ref("quantity")},
-                                             {"to", ref("quantity")},
-                                             {"step", ref("quantity")}},
-                                            {"from", "to", "step"})})}};
+    case Kind::values: {
+      const json range =
+          object({{"from", ref("quantity")}, {"to", ref("quantity")}, {"step", ref("quantity")}},
+                 {"from", "to", "step"});
+      return {
+          {"anyOf", json::array({{{"type", "array"}, {"minItems", 1}}, range, ref("reference")})}};
+    }
+    case Kind::lengths:
+      return list_of(ref("length"));
+    case Kind::vector:
+      return list_of(ref("quantity"), 3);
     case Kind::map:
+      return object_of(info.keys);
     case Kind::assignments:
       return {{"type", "object"}};
     case Kind::steps:
