@@ -20,6 +20,7 @@ std::string placed(const Axis& axis, double from, double to) {
 
 /// Value, two sigma of truth about it, and what is allowed, on one scale.
 Html scale_of(const criterion_result_t& c) {
+  if (!std::isfinite(c.value)) return {};
   std::vector<double> shown_values = {c.lower_limit, c.upper_limit, c.value};
   const double band = std::isfinite(c.uncertainty) ? 2 * c.uncertainty : 0;
   shown_values.push_back(c.value - band);
@@ -39,14 +40,12 @@ Html scale_of(const criterion_result_t& c) {
       html += "<i class=\"limit\" style=\"" + placed(axis, limit, limit) + "\"></i>";
     }
   }
-  if (std::isfinite(c.value)) {
-    const std::string kind = class_of_result(c.result);
-    if (band > 0) {
-      html += "<i class=\"sigma " + kind + "\" style=\"" +
-              placed(axis, c.value - band, c.value + band) + "\"></i>";
-    }
-    html += "<i class=\"value " + kind + "\" style=\"" + placed(axis, c.value, c.value) + "\"></i>";
+  const std::string kind = class_of_result(c.result);
+  if (band > 0) {
+    html += "<i class=\"sigma " + kind + "\" style=\"" +
+            placed(axis, c.value - band, c.value + band) + "\"></i>";
   }
+  html += "<i class=\"value " + kind + "\" style=\"" + placed(axis, c.value, c.value) + "\"></i>";
   return markup(html + "</div>");
 }
 

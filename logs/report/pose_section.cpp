@@ -67,6 +67,7 @@ Html pose_section(const RunView& view) {
   // Two columns: translation to the left, rotation to the right, as the pendant reads.
   for (const std::size_t i : {0u, 3u, 1u, 4u, 2u, 5u}) {
     Chart chart = view.chart(names[i], i < 3 ? "mm" : "deg");
+    chart.least_span = i < 3 ? 1 : 0.1;
     for (Curve& curve : curves[i]) {
       if (!curve.x.empty()) chart.curves.push_back(std::move(curve));
     }

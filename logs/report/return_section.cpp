@@ -38,6 +38,7 @@ Html return_section(const RunView& view) {
   Chart returns = view.chart("beams of each scan", "");
   returns.clip_extremes = true;
   returns.curves = {received, misses, used};
+  if (residual.x.empty()) return grid_of({returns});
   return grid_of({residuals, returns});
 }
 

@@ -64,7 +64,7 @@ class Choice {
   std::map<std::int64_t, std::string> chosen_;
 };
 
-std::string caption_of(const RunView& view, const EstimateDetail& e,
+std::string caption_of(const EstimateDetail& e,
                        const std::optional<logs::TruthSample>& truth, const Pose& pose) {
   std::string words = std::string(text_of_status(e.status)) +
                       (e.reason.empty() ? "" : ": " + e.reason) + "; " +
@@ -77,7 +77,6 @@ std::string caption_of(const RunView& view, const EstimateDetail& e,
                brief(degrees(angle_between(truth->pose, pose)), 3) + " deg";
     }
   }
-  (void)view;
   return words + (truth ? "" : "; no truth: drawn where it was estimated");
 }
 
@@ -116,23 +115,25 @@ Html scan_section(const RunView& view) {
     ScanPicture picture;
     picture.title = brief(view.at(e.utime)) + " s, scan " + std::to_string(e.scan_id) + ": " +
                     chosen.at(e.scan_id);
-    picture.caption = caption_of(view, e, truth, sample->pose);
+    picture.caption = caption_of(e, truth, sample->pose);
     if (scan != view.details().scans.end()) picture.windows = scan->second.windows;
     picture.beams = returns->second;
+    const auto paint = [&](const Pose& pose, const Velocity& velocity) {
+      picture.target = pose;
+      picture.residuals = residuals_of(picture.beams, *caster, pose, velocity, e.utime, elsewhere);
+    };
     if (sample->ok()) {
+      paint(sample->pose, sample->velocity);
       picture.estimate = sample->pose;
-      picture.residuals =
-          residuals_of(picture.beams, *caster, sample->pose, sample->velocity, e.utime, elsewhere);
+    } else if (truth) {
+      paint(truth->pose, truth->velocity);
+      picture.caption += "; coloured by the distance from the true target";
     }
-    if (truth) {
-      picture.target = truth->pose;
-    } else if (sample->ok()) {
-      picture.target = sample->pose;
-    }
+    if (truth) picture.target = truth->pose;
     html += html_of(picture, *caster);
   }
   if (html.empty()) return {};
-  return element("div", "grid", html) +
+  return element("div", "grid fill", html) +
          element("p", "note-wide",
                  text("The target where it truly was, seen from the sensor; frames are the scan's "
                       "windows. Returns are coloured by their distance from the target where the "

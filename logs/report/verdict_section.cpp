@@ -100,8 +100,10 @@ double relative_margin(const criterion_result_t& c) {
 
 const char* class_of_outcome(std::int8_t outcome) {
   if (outcome == procedure_state_t::PASS) return "good";
-  if (outcome == procedure_state_t::FAIL || outcome == procedure_state_t::ERROR) return "bad";
-  return outcome == procedure_state_t::NONE ? "grey" : "unsure";
+  if (outcome == procedure_state_t::NONE) return "grey";
+  const bool unsure =
+      outcome == procedure_state_t::ABORTED || outcome == procedure_state_t::INCONCLUSIVE;
+  return unsure ? "unsure" : "bad";
 }
 
 const char* class_of_result(std::int8_t result) {
