@@ -65,7 +65,7 @@ Html legend_of(const Chart& chart) {
     if (curve.name.empty()) continue;
     const char* shape = curve.style == Curve::Style::dots ? "dots"
                         : curve.style == Curve::Style::band || curve.style == Curve::Style::bars
-                            ? "area"
+                            ? "filled"
                             : "line";
     keys += markup("<span class=\"key\" data-curve=\"" + std::to_string(i) + "\"><i class=\"" +
                    shape + " c" + std::to_string(curve.colour % 8) +
