@@ -64,7 +64,7 @@ void write_run(const fs::path& directory) {
   procedure.name = "procedure.yaml";
   procedure.content =
       "name: made\ncriteria:\n"
-      "  - {name: <i>z</i>, measurement: z_error, statistic: rms, phase: go, max: 4 mm}\n";
+      "  - {name: <i>z</i>, measurement: z_error, statistic: rms, phase: go, max: 2 mm}\n";
   info.attachments = {procedure};
   info.attachment_count = 1;
   write(log, channels::run_info, info);
