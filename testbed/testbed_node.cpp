@@ -416,7 +416,7 @@ void TestbedNode::order(std::int8_t action) {
 void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime) {
   arm_command_t command{};
   command.utime = now() + (action == arm_command_t::STREAM ? settings_.dead_time : 0);
-  command.seq = ++arm_command_seq_;
+  command.seq = ++arm_command_seq_[role == ArmRole::replica ? 0 : 1];
   command.session = session();
   command.utime_expires = now() + lifetime;
   command.action = action;

@@ -142,7 +142,7 @@ class TestbedNode final : public Node {
   double clearance_m_ = -1;
   int clearance_countdown_ = 0;
 
-  std::int64_t arm_command_seq_ = 0;
+  std::int64_t arm_command_seq_[2] = {0, 0};  ///< replica, sensor: each channel counts its own
   std::int64_t truth_seq_ = 0;
   std::int64_t state_seq_ = 0;
   testbed_state_t published_{};

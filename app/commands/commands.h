@@ -19,6 +19,7 @@ void add_report(CLI::App& app, int& exit_code);
 void add_estimate(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nightly(CLI::App& app, int& exit_code);
+void add_spy(CLI::App& app, int& exit_code);
 void add_picture(CLI::App& app, int& exit_code);
 void add_reestimate(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);

@@ -17,6 +17,7 @@ struct LogEvent {
   Utime utime = 0;          ///< at which the logger received it
   std::string_view channel;
   Bytes data;
+  std::size_t offset = 0;  ///< of its header in the file
 };
 
 /// The stock LCM log format: per event a header of 28 bytes, big-endian: sync word u32, event
@@ -28,6 +29,12 @@ inline constexpr std::size_t header_bytes = 28;
 inline constexpr std::size_t longest_channel = 63;
 inline constexpr std::size_t largest_message = std::size_t{1} << 28;
 }  // namespace format
+
+/// The event as it stands in the reader's file: header, channel and data.
+inline Bytes record_of(const LogEvent& event) {
+  return {event.data.data() - event.channel.size() - format::header_bytes,
+          format::header_bytes + event.channel.size() + event.data.size()};
+}
 
 /// The message in these bytes; nothing when they are not one of this type. Damaged length fields
 /// make generated code throw: that stays here.

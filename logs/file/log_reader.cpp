@@ -54,8 +54,9 @@ LogReader::~LogReader() {
 void LogReader::rewind() {
   at_ = 0;
   events_ = 0;
-  missing_ = 0;
-  last_number_ = -1;
+  numbers_ = {};
+  step_ = SequenceCounter::Step::next;
+  last_utime_ = 0;
   damage_.clear();
 }
 
@@ -110,7 +111,8 @@ void LogReader::skip_to(std::size_t at) {
   if (!damage_.empty() && damage_.back().offset + damage_.back().bytes == at_) {
     damage_.back().bytes += at - at_;
   } else {
-    damage_.push_back({at_, at - at_});
+    const std::int64_t last = events_ > 0 ? numbers_.last() : -1;
+    damage_.push_back({at_, at - at_, last, last_utime_});
   }
   at_ = at;
 }
@@ -131,11 +133,11 @@ bool LogReader::next(LogEvent& event) {
         continue;
       }
     }
+    event.offset = at_;
     at_ = end;
     ++events_;
-    if (last_number_ >= 0 && event.number > last_number_ + 1)
-      missing_ += event.number - last_number_ - 1;
-    last_number_ = event.number;
+    step_ = numbers_.take(event.number);
+    last_utime_ = event.utime;
     return true;
   }
   return false;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "logs/file/log_event.h"
+#include "logs/file/sequence_counter.h"
 
 namespace berth::logs {
 
@@ -12,6 +13,8 @@ namespace berth::logs {
 struct Damage {
   std::size_t offset = 0;
   std::size_t bytes = 0;
+  std::int64_t after_event = -1;  ///< number of the last good event before it; -1: there was none
+  Utime after_utime = 0;          ///< at which that was received
 };
 
 /// Reads a log from end to end, past any damage: after a broken header or length it goes on at the
@@ -31,10 +34,16 @@ class LogReader {
 
   /// Of what was read so far.
   std::int64_t events() const { return events_; }
-  std::int64_t missing_events() const { return missing_; }  ///< jumps in the event numbers
+  /// Jumps in the event numbers.
+  std::int64_t missing_events() const { return numbers_.missing(); }
+  /// How the last event's number follows the one before.
+  SequenceCounter::Step step() const { return step_; }
+  std::int64_t missing_before() const { return numbers_.missing_before(); }
   std::size_t damaged_bytes() const;
   const std::vector<Damage>& damage() const { return damage_; }
   std::size_t size() const { return size_; }
+  /// Bytes read so far.
+  std::size_t position() const { return at_; }
 
  private:
   bool header_at(std::size_t at, LogEvent& event, std::size_t& end) const;
@@ -46,8 +55,9 @@ class LogReader {
   std::size_t size_ = 0;
   std::size_t at_ = 0;
   std::int64_t events_ = 0;
-  std::int64_t missing_ = 0;
-  std::int64_t last_number_ = -1;
+  SequenceCounter numbers_;
+  SequenceCounter::Step step_ = SequenceCounter::Step::next;
+  Utime last_utime_ = 0;
   std::vector<Damage> damage_;
 };
 

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "common/core/error.h"
-#include "logs/file/log_event.h"
 
 namespace berth::logs {
 namespace {
@@ -22,8 +21,9 @@ std::uint8_t* big_endian(std::uint8_t* at, Integer value, int bytes) {
 
 }  // namespace
 
-LogWriter::LogWriter(const std::filesystem::path& path)
-    : name_(path.string()), file_(std::fopen(path.c_str(), "wb")) {
+LogWriter::LogWriter(const std::filesystem::path& path, Existing existing)
+    : name_(path.string()),
+      file_(std::fopen(path.c_str(), existing == Existing::refuse ? "wbx" : "wb")) {
   if (file_ == nullptr) {
     throw InputError(name_ + ": cannot be written: " + std::strerror(errno));
   }
@@ -49,6 +49,12 @@ void LogWriter::write(Utime utime, const std::string& channel, Bytes data) {
   put(header.data(), header.size());
   put(channel.data(), channel.size());
   put(data.data(), data.size());
+}
+
+void LogWriter::copy(const LogEvent& event) {
+  const Bytes record = record_of(event);
+  put(record.data(), record.size());
+  ++number_;
 }
 
 void LogWriter::flush() {

@@ -7,20 +7,25 @@
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
+#include "logs/file/log_event.h"
 
 namespace berth::logs {
 
-/// Writes the stock LCM log format, as lcm-logger does: the twin's recorder.
+/// Writes the stock LCM log format, as lcm-logger does: the twin's recorder, and logs made of logs.
 class LogWriter {
  public:
-  /// @throws InputError when the file cannot be made.
-  explicit LogWriter(const std::filesystem::path& path);
+  enum class Existing { replace, refuse };
+
+  /// @throws InputError when the file cannot be made, or is there and must not be replaced.
+  explicit LogWriter(const std::filesystem::path& path, Existing existing = Existing::replace);
   ~LogWriter();
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
   /// Appends one event; numbers count from 0. @throws std::runtime_error when the disk is full.
   void write(Utime utime, const std::string& channel, Bytes data);
+  /// Appends an event of another log as it stands there, with its own number.
+  void copy(const LogEvent& event);
   /// Brings everything written to the file. @throws std::runtime_error when the disk is full.
   void flush();
 

@@ -20,6 +20,7 @@ struct Value {
   std::variant<std::int64_t, double, float, bool, std::string_view, List> content;
 
   const List& list() const { return std::get<List>(content); }
+  bool operator==(const Value& other) const = default;
 };
 
 /// Whether these bytes are one message of the type: fingerprint, all lengths, texts that end as

@@ -9,6 +9,7 @@
 #include "logs/file/log_reader.h"
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
+#include "test/logs/made_log.h"
 
 using namespace berth;
 using namespace berth::logs;
@@ -20,14 +21,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t payload = 40;
 constexpr std::size_t event_bytes = format::header_bytes + 7 + payload;
 
-/// A file of its own that goes with the test.
-struct TemporaryFile {
-  fs::path path = fs::temp_directory_path() /
-                  ("berth-log-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-  ~TemporaryFile() { fs::remove(path); }
-  static inline int count = 0;
-};
-
 /// Events of equal size on CHANNEL; the first bytes of each payload are its number.
 void write_log(const fs::path& path, int events) {
   LogWriter writer(path);
@@ -36,17 +29,6 @@ void write_log(const fs::path& path, int events) {
     data[0] = static_cast<std::uint8_t>(i);
     writer.write(1000 + i, "CHANNEL", data);
   }
-}
-
-std::vector<std::uint8_t> bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void overwrite(const fs::path& path, const std::vector<std::uint8_t>& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out.write(reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
 }
 
 std::vector<int> numbers_in(LogReader& reader) {

@@ -16,18 +16,12 @@
 #include "logs/types/value.h"
 #include "test/catch.h"
 #include "test/logs/generated_types.h"
+#include "test/logs/made_log.h"
 
 using namespace berth;
 using namespace berth::logs;
 
 namespace {
-
-template <class Message>
-std::vector<std::uint8_t> bytes_of(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 TypeCatalogue all_types() {
   TypeCatalogue types;
@@ -94,7 +88,7 @@ TEST_CASE("fingerprints are those of lcm-gen, for every type of ours and a forei
 
 TEST_CASE("a message of a foreign type is read as its own class would") {
   const TypeCatalogue types = all_types();
-  const auto bytes = bytes_of(survey());
+  const auto bytes = encoded(survey());
   const StructType* type = types.type_of(bytes);
   REQUIRE(type != nullptr);
   CHECK(type->name == "other.lab.survey_t");
@@ -118,7 +112,7 @@ TEST_CASE("a message of a foreign type is read as its own class would") {
 TEST_CASE("no damage makes the decoder throw, and what it takes is a message of its class") {
   const TypeCatalogue types = all_types();
   std::mt19937 random(11);
-  const auto good = bytes_of(survey());
+  const auto good = encoded(survey());
   const StructType& type = *types.type_of(good);
   for (std::size_t length = 0; length < good.size(); ++length) {
     CHECK_FALSE(is_message(type, Bytes(good).first(length)));

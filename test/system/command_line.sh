@@ -5,7 +5,7 @@
 
 expect 0 "$bin/berth" --help
 says "run"
-for command in run up attach stop check compare estimate log doctor; do expect 0 "$bin/berth" $command --help; done
+for command in run up attach stop check compare estimate log spy doctor; do expect 0 "$bin/berth" $command --help; done
 for program in arm-driver lidar-driver facility-driver estimator testbed simulated-cell procedure; do
   expect 0 "$bin/berth-$program" --help
   expect 2 "$bin/berth-$program" --run /nonexistent

@@ -1,52 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
 #include <berth/pose_estimate_t.hpp>
-#include <cinttypes>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/commands/commands.h"
+#include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
-#include "common/core/pose.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 
-namespace berth::commands {
+namespace berth::commands::log {
 namespace {
-
-struct ChannelFigures {
-  std::int64_t messages = 0;
-  std::size_t bytes = 0;
-};
-
-int info(const std::filesystem::path& log) {
-  logs::LogReader reader(log);
-  std::map<std::string, ChannelFigures> channels;
-  logs::LogEvent event;
-  Utime first = 0;
-  Utime last = 0;
-  while (reader.next(event)) {
-    if (first == 0) first = event.utime;
-    last = event.utime;
-    ChannelFigures& figures = channels[std::string(event.channel)];
-    ++figures.messages;
-    figures.bytes += event.data.size();
-  }
-  const double duration = seconds(last - first);
-  std::printf("%" PRId64 " messages in %.1f s, %.1f MB; %zu damaged bytes, %" PRId64
-              " missing event numbers\n",
-              reader.events(), duration, static_cast<double>(reader.size()) * 1e-6,
-              reader.damaged_bytes(), reader.missing_events());
-  std::printf("%-24s %10s %9s %12s\n", "channel", "messages", "Hz", "bytes each");
-  for (const auto& [name, figures] : channels) {
-    std::printf("%-24s %10" PRId64 " %9.2f %12.0f\n", name.c_str(), figures.messages,
-                duration > 0 ? static_cast<double>(figures.messages) / duration : 0,
-                static_cast<double>(figures.bytes) / static_cast<double>(figures.messages));
-  }
-  return reader.damaged_bytes() > 0 ? exit_code::failed : exit_code::passed;
-}
 
 /// Every field with all its digits: two estimates print the same only if they are the same.
 nlohmann::ordered_json json_of(const pose_estimate_t& m) {
@@ -102,18 +67,11 @@ int estimates(const std::filesystem::path& log) {
 
 }  // namespace
 
-void add_log(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("log", "Look into a log");
-  command->require_subcommand(1);
-  auto file = std::make_shared<std::filesystem::path>();
-  auto* info_command = command->add_subcommand(
-      "info", "Channels, rates, sizes, gaps and damage; exit code 1 if damaged");
-  info_command->add_option("log", *file, "Log file")->required();
-  info_command->callback([file, &exit_code] { exit_code = info(*file); });
-  auto* estimates_command =
-      command->add_subcommand("estimates", "Every estimate as a line of JSON, with all its digits");
-  estimates_command->add_option("log", *file, "Log file")->required();
-  estimates_command->callback([file, &exit_code] { exit_code = estimates(*file); });
+void add_estimates(CLI::App& log, int& exit_code) {
+  auto* command =
+      log.add_subcommand("estimates", "Every estimate as a line of JSON, with all its digits");
+  auto file = add_log_argument(*command);
+  command->callback([file, &exit_code] { exit_code = estimates(log_of(*file)); });
 }
 
-}  // namespace berth::commands
+}  // namespace berth::commands::log

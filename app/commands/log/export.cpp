@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+
+#include "app/commands/log/verbs.h"
+#include "app/exit_code.h"
+#include "common/core/error.h"
+#include "logs/export/cloud_files.h"
+#include "logs/export/csv.h"
+#include "logs/export/mcap.h"
+#include "logs/inspect/channel_pattern.h"
+
+namespace berth::commands::log {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path csv;
+  fs::path clouds;
+  fs::path mcap;
+  std::string format = "pcd";
+  std::string channels;
+};
+
+void export_csv(const fs::path& log, const Options& options, const logs::TypeCatalogue& types) {
+  const logs::ChannelPattern channels(options.channels);
+  std::vector<std::string> left_out;
+  const auto files = logs::export_csv(
+      log, options.csv, types, [&](std::string_view c) { return channels.matches(c); }, left_out);
+  for (const logs::CsvFile& file : files) {
+    std::printf("%s: %" PRId64 " rows\n", file.path.c_str(), file.rows);
+    if (file.undecodable > 0) {
+      std::fprintf(stderr, "berth: %s: %" PRId64 " undecodable messages have no row\n",
+                   file.channel.c_str(), file.undecodable);
+    }
+  }
+  for (const std::string& channel : left_out) {
+    std::fprintf(stderr, "berth: %s: of unknown type, left out; give its .lcm file with --types\n",
+                 channel.c_str());
+  }
+}
+
+void export_clouds(const fs::path& log, const Options& options) {
+  const auto format = options.format == "ply" ? logs::CloudFormat::ply : logs::CloudFormat::pcd;
+  const auto result = logs::export_clouds(log, options.clouds, format);
+  std::printf("%s: %" PRId64 " scans, %" PRId64 " points; %" PRId64
+              " scans without a return have no file\n",
+              options.clouds.c_str(), result.scans, result.points, result.without_return);
+  if (result.packets_missing + result.undecodable > 0) {
+    std::fprintf(stderr,
+                 "berth: %" PRId64 " packets of scans are missing, %" PRId64 " do not decode\n",
+                 result.packets_missing, result.undecodable);
+  }
+}
+
+void export_mcap(const fs::path& log, const Options& options, const logs::TypeCatalogue& types) {
+  const logs::ChannelPattern channels(options.channels);
+  const auto result = logs::export_mcap(log, options.mcap, types,
+                                        [&](std::string_view c) { return channels.matches(c); });
+  std::printf("%s: %" PRIu64 " messages of %" PRId64 " topics\n", options.mcap.c_str(),
+              result.messages, result.channels);
+  if (result.undecodable + result.unknown > 0) {
+    std::fprintf(stderr,
+                 "berth: left out: %" PRId64 " undecodable messages, %" PRId64
+                 " of unknown type (give the .lcm files with --types)\n",
+                 result.undecodable, result.unknown);
+  }
+}
+
+int run(const fs::path& log, const Options& options, const Paths& given) {
+  if (options.csv.empty() && options.clouds.empty() && options.mcap.empty()) {
+    throw InputError("export: expected --csv, --clouds or --mcap");
+  }
+  const logs::TypeCatalogue types = types_of(log, given);
+  if (!options.csv.empty()) export_csv(log, options, types);
+  if (!options.clouds.empty()) export_clouds(log, options);
+  if (!options.mcap.empty()) export_mcap(log, options, types);
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_export(CLI::App& log, int& exit_code) {
+  auto* command = log.add_subcommand(
+      "export", "Write a log for other programs: tables, point clouds, MCAP. Never overwrites");
+  auto file = add_log_argument(*command);
+  auto options = std::make_shared<Options>();
+  command->add_option("--csv", options->csv,
+                      "Directory: a CSV file for each channel, units in the header");
+  command->add_option("--clouds", options->clouds,
+                      "Directory: a file for each scan, sensor frame, with intensity and time");
+  command->add_option("--format", options->format, "Of the clouds: pcd or ply")
+      ->check(CLI::IsMember({"pcd", "ply"}))
+      ->capture_default_str();
+  command->add_option("--mcap", options->mcap,
+                      "File for Foxglove-compatible viewers and PlotJuggler");
+  command->add_option("--channels", options->channels,
+                      "Only these channels (regular expression) into CSV and MCAP");
+  auto types = add_types_option(*command);
+  command->callback([=, &exit_code] { exit_code = run(log_of(*file), *options, *types); });
+}
+
+}  // namespace berth::commands::log

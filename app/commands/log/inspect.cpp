@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <map>
+
+#include "app/commands/log/verbs.h"
+#include "app/exit_code.h"
+#include "logs/inspect/inspection.h"
+#include "logs/inspect/repair.h"
+
+namespace berth::commands::log {
+namespace {
+
+/// types must outlive what comes back.
+logs::Inspection read(const std::filesystem::path& log, const logs::TypeCatalogue& types) {
+  ReadingProgress progress(log.string());
+  return logs::inspect(log, types, [&](double part) { progress(part); });
+}
+
+void print(const nlohmann::ordered_json& json) {
+  std::printf("%s\n",
+              json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+}
+
+/// Of each kind and channel the first ten; --json has up to a hundred.
+void print(const std::vector<logs::Finding>& findings) {
+  std::map<std::pair<logs::Finding::Kind, std::string>, int> shown;
+  for (const logs::Finding& finding : findings) {
+    const int count = ++shown[{finding.kind, finding.channel}];
+    if (count <= 10) std::printf("%s\n", finding.text().c_str());
+    if (count == 11)
+      std::printf("... and more of this kind%s%s\n", finding.channel.empty() ? "" : " on ",
+                  finding.channel.c_str());
+  }
+}
+
+int info(const std::filesystem::path& log, const Paths& types, bool json) {
+  const logs::TypeCatalogue catalogue = types_of(log, types);
+  const logs::Inspection inspection = read(log, catalogue);
+  if (json) {
+    print(json_of(inspection));
+  } else {
+    std::printf("%s", text_of(inspection).c_str());
+  }
+  return inspection.damaged_bytes > 0 ? exit_code::failed : exit_code::passed;
+}
+
+int check(const std::filesystem::path& log, const Paths& types, bool gaps_count, bool json) {
+  const logs::TypeCatalogue catalogue = types_of(log, types);
+  const logs::Inspection i = read(log, catalogue);
+  const bool sound = i.sound(gaps_count);
+  if (json) {
+    print(json_of(i));
+  } else {
+    print(i.findings);
+    std::printf("%s %s: %" PRId64 " messages, %s\n", sound ? "ok  " : "BAD ", i.file.c_str(),
+                i.events, summary_of(i).c_str());
+  }
+  return sound ? exit_code::passed : exit_code::failed;
+}
+
+int repair(const std::filesystem::path& in, const std::filesystem::path& out, const Paths& types) {
+  const logs::Repair repair = logs::repair(in, out, types_of(in, types));
+  for (const logs::Finding& finding : repair.findings) {
+    std::printf("left out: %s\n", finding.text().c_str());
+  }
+  std::printf("%s: %" PRId64 " events written; left out: %zu damaged bytes, %" PRId64
+              " undecodable messages\n",
+              out.c_str(), repair.written, repair.damaged_bytes, repair.dropped);
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_info(CLI::App& log, int& exit_code) {
+  auto* command = log.add_subcommand(
+      "info", "Channels, types, rates, sizes, pauses, gaps, sessions; exit code 1 if damaged");
+  auto file = add_log_argument(*command);
+  auto types = add_types_option(*command);
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "JSON instead of a table");
+  command->callback([=, &exit_code] { exit_code = info(log_of(*file), *types, *json); });
+}
+
+void add_check(CLI::App& log, int& exit_code) {
+  auto* command = log.add_subcommand(
+      "check",
+      "Is the log whole? Says where it is damaged, where messages are missing and which "
+      "do not decode; exit code 1 if any");
+  auto file = add_log_argument(*command);
+  auto types = add_types_option(*command);
+  auto ignore_gaps = std::make_shared<bool>(false);
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--ignore-gaps", *ignore_gaps,
+                    "Missing messages are told, but no fault: of a repaired log");
+  command->add_flag("--json", *json, "JSON instead of lines");
+  command->callback(
+      [=, &exit_code] { exit_code = check(log_of(*file), *types, !*ignore_gaps, *json); });
+}
+
+void add_repair(CLI::App& log, int& exit_code) {
+  auto* command = log.add_subcommand(
+      "repair", "Write what is good of a damaged log into a new one, and say what was left out");
+  auto in = add_log_argument(*command, "in");
+  auto out = std::make_shared<std::filesystem::path>();
+  command->add_option("out", *out, "New log; must not be there yet")->required();
+  auto types = add_types_option(*command);
+  command->callback([=, &exit_code] { exit_code = repair(log_of(*in), *out, *types); });
+}
+
+}  // namespace berth::commands::log

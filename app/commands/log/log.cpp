@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+
+#include "app/commands/commands.h"
+#include "app/commands/log/verbs.h"
+#include "app/runs/run_files.h"
+
+namespace berth::commands {
+namespace log {
+
+namespace fs = std::filesystem;
+
+fs::path log_of(const fs::path& run) { return fs::is_directory(run) ? run / "run.lcm" : run; }
+
+std::shared_ptr<fs::path> add_log_argument(CLI::App& command, const std::string& name) {
+  auto path = std::make_shared<fs::path>();
+  command.add_option(name, *path, "Log, or run directory")->required();
+  return path;
+}
+
+std::shared_ptr<Paths> add_types_option(CLI::App& command) {
+  auto types = std::make_shared<Paths>();
+  command
+      .add_option("--types", *types,
+                  "More message types: a .lcm file or a directory of them; once for each")
+      ->allow_extra_args(false);
+  return types;
+}
+
+logs::TypeCatalogue types_of(const fs::path& log, const Paths& given) {
+  logs::TypeCatalogue types;
+  const fs::path beside = log.parent_path() / "lcmtypes";
+  if (!log.empty() && fs::is_directory(beside)) types.add(beside);
+  for (const fs::path& path : given) types.add(path);
+  types.add(shared_files() / "lcmtypes");
+  return types;
+}
+
+void ReadingProgress::operator()(double part) {
+  const double now =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  if (begun_s_ < 0) begun_s_ = now;
+  if (isatty(STDERR_FILENO) != 1 || now - begun_s_ < 1) return;
+  std::fprintf(stderr, "\r%s: %.0f %%\x1b[K", what_.c_str(), 100 * part);
+  shown_ = true;
+}
+
+ReadingProgress::~ReadingProgress() {
+  if (shown_) std::fprintf(stderr, "\r\x1b[K");
+}
+
+}  // namespace log
+
+void add_log(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "log", "Look into logs, check and mend them, cut, export and compare them");
+  command->require_subcommand(1);
+  log::add_info(*command, exit_code);
+  log::add_check(*command, exit_code);
+  log::add_repair(*command, exit_code);
+  log::add_cut(*command, exit_code);
+  log::add_filter(*command, exit_code);
+  log::add_export(*command, exit_code);
+  log::add_diff(*command, exit_code);
+  log::add_estimates(*command, exit_code);
+}
+
+}  // namespace berth::commands

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "logs/types/type_catalogue.h"
+
+namespace CLI {
+class App;
+}
+
+/// One function per verb of `berth log`, and what they share.
+namespace berth::commands::log {
+
+void add_info(CLI::App& log, int& exit_code);
+void add_check(CLI::App& log, int& exit_code);
+void add_repair(CLI::App& log, int& exit_code);
+void add_cut(CLI::App& log, int& exit_code);
+void add_filter(CLI::App& log, int& exit_code);
+void add_export(CLI::App& log, int& exit_code);
+void add_diff(CLI::App& log, int& exit_code);
+void add_estimates(CLI::App& log, int& exit_code);
+
+using Paths = std::vector<std::filesystem::path>;
+
+/// The log of a run directory, or the file itself.
+std::filesystem::path log_of(const std::filesystem::path& run);
+
+/// The argument "log": a file or a run directory.
+std::shared_ptr<std::filesystem::path> add_log_argument(CLI::App& command,
+                                                        const std::string& name = "log");
+/// The option --types.
+std::shared_ptr<Paths> add_types_option(CLI::App& command);
+
+/// The types of a log: those beside it in its run directory, those given, and Berth's own.
+/// @throws InputError as TypeCatalogue::add().
+logs::TypeCatalogue types_of(const std::filesystem::path& log, const Paths& given);
+
+/// Shows in the terminal how far a long reading is; nothing when it is no terminal or soon over.
+class ReadingProgress {
+ public:
+  explicit ReadingProgress(std::string what) : what_(std::move(what)) {}
+  ~ReadingProgress();
+  void operator()(double part);
+
+ private:
+  std::string what_;
+  double begun_s_ = -1;
+  bool shown_ = false;
+};
+
+}  // namespace berth::commands::log

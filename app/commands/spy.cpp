@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <lcm/lcm-cpp.hpp>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/commands/log/verbs.h"
+#include "app/exit_code.h"
+#include "app/spy/spy_model.h"
+#include "app/spy/spy_screen.h"
+#include "app/spy/spy_terminal.h"
+#include "common/bus/lcm_bus.h"
+#include "common/core/error.h"
+#include "logs/file/log_reader.h"
+#include "logs/inspect/channel_pattern.h"
+
+namespace berth::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string url;
+  log::Paths types;
+  std::vector<std::string> what;  ///< channels, or one log
+  double once_s = 0;
+  bool values = false;
+};
+
+volatile sig_atomic_t interrupted = 0;
+
+/// Ages and rates of what is received: a steady clock.
+Utime now() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+std::string expression_of(const std::vector<std::string>& channels) {
+  std::string all;
+  for (const std::string& channel : channels) all += (all.empty() ? "(" : "|(") + channel + ")";
+  return all;
+}
+
+/// Hears everything on the bus and says nothing: no Bus, which could.
+class Listener {
+ public:
+  Listener(const std::string& url, const logs::ChannelPattern& wanted, SpyModel& model)
+      : url_(bus_url(url)), lcm_(url_), wanted_(wanted), model_(model) {
+    if (!lcm_.good()) {
+      throw InputError("LCM cannot use " + url_ +
+                       ": is there a multicast route? 'berth doctor' tells how to mend it");
+    }
+    // LCM drops the newest when its own queue is full.
+    lcm_.subscribe(".*", &Listener::on_message, this)->setQueueCapacity(100000);
+  }
+
+  int descriptor() { return lcm_.getFileno(); }
+  const std::string& url() const { return url_; }
+  void read() {
+    while (lcm_.handleTimeout(0) > 0) {
+    }
+  }
+
+ private:
+  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    if (channel == "LCM_SELF_TEST" || !wanted_.matches(channel)) return;
+    model_.take(now(), channel,
+                {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+  }
+
+  std::string url_;
+  lcm::LCM lcm_;
+  const logs::ChannelPattern& wanted_;
+  SpyModel& model_;
+};
+
+void print(const SpyModel& model, Utime at, bool live, bool values) {
+  for (const std::string& line : channel_table(model, at, live)) std::printf("%s\n", line.c_str());
+  if (!values) return;
+  for (const auto& [name, channel] : model.channels()) {
+    std::printf("\n%s\n", name.c_str());
+    for (const std::string& line : field_lines(channel)) std::printf("  %s\n", line.c_str());
+  }
+}
+
+int spy_log(const fs::path& path, const Options& options) {
+  const auto types = log::types_of(path, options.types);
+  SpyModel model(types);
+  const logs::ChannelPattern wanted(expression_of({options.what.begin() + 1, options.what.end()}));
+  logs::LogReader reader(path);
+  logs::LogEvent event;
+  Utime last = 0;
+  while (reader.next(event)) {
+    last = event.utime;
+    const std::string channel(event.channel);
+    if (wanted.matches(channel)) model.take(event.utime, channel, event.data);
+  }
+  print(model, last, false, options.values || options.what.size() > 1);
+  return exit_code::passed;
+}
+
+void watch(Listener& listener, const SpyModel& model) {
+  SpyTerminal terminal;
+  SpyScreen screen;
+  Utime next_draw = 0;
+  while (interrupted == 0) {
+    pollfd ready[] = {{STDIN_FILENO, POLLIN, 0}, {listener.descriptor(), POLLIN, 0}};
+    poll(ready, 2, 50);
+    listener.read();
+    bool pressed = false;
+    for (std::string key = terminal.next_key(); !key.empty(); key = terminal.next_key()) {
+      pressed = true;
+      if (!screen.key(key, model)) return;
+    }
+    if (!pressed && now() < next_draw) continue;
+    next_draw = now() + 200 * millisecond;
+    terminal.show(screen.draw(model, now(), terminal.rows(), terminal.columns()));
+  }
+}
+
+int spy(const Options& options) {
+  if (!options.what.empty() && fs::exists(options.what[0])) {
+    return spy_log(log::log_of(options.what[0]), options);
+  }
+  const auto types = log::types_of({}, options.types);
+  SpyModel model(types);
+  const logs::ChannelPattern wanted(expression_of(options.what));
+  Listener listener(options.url, wanted, model);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, [](int) { interrupted = 1; });
+  const bool terminal = isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1;
+  if (terminal && options.once_s <= 0) {
+    watch(listener, model);
+    return exit_code::passed;
+  }
+  const Utime end = now() + utime_from_seconds(options.once_s > 0 ? options.once_s : 2);
+  while (interrupted == 0 && now() < end) {
+    pollfd ready = {listener.descriptor(), POLLIN, 0};
+    poll(&ready, 1, 50);
+    listener.read();
+  }
+  print(model, now(), true, options.values || !options.what.empty());
+  if (model.channels().empty()) {
+    std::fprintf(stderr, "berth: nothing was heard on %s\n", listener.url().c_str());
+    return exit_code::failed;
+  }
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_spy(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "spy",
+      "Show what is on the bus: channels, types, rates, sizes, gaps, ages, values. Only listens.\n"
+      "In a terminal: arrows or a number and Enter open a channel, q leaves. Elsewhere, or with\n"
+      "--once: a table, then the end. With a log or run directory: its last messages");
+  auto options = std::make_shared<Options>();
+  command->add_option("what", options->what,
+                      "Channels (regular expressions), all when left out; or a log, then channels");
+  command->add_option("--lcm-url", options->url, "Bus; LCM_DEFAULT_URL when left out");
+  command
+      ->add_option("--types", options->types,
+                   "More message types: a .lcm file or a directory of them; once for each")
+      ->allow_extra_args(false);
+  command->add_option("--once", options->once_s, "Listen so many seconds, print, and end")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--values", options->values, "Print the newest message of every channel too");
+  command->callback([options, &exit_code] { exit_code = spy(*options); });
+}
+
+}  // namespace berth::commands

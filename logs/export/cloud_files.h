@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "logs/export/scans.h"
+
+namespace berth::logs {
+
+enum class CloudFormat { pcd, ply };
+
+struct CloudExport {
+  std::int64_t scans = 0;
+  std::int64_t points = 0;
+  std::int64_t without_return = 0;  ///< scans that made no file
+  std::int64_t packets_missing = 0;
+  std::int64_t undecodable = 0;
+};
+
+/// Writes one scan: binary, fields x y z (m, float, sensor frame), intensity (float, 0..4095),
+/// utime (us since the epoch, double: whole). Read back by berth estimate and by PCL.
+/// @throws InputError when the file is there; std::runtime_error when the disk is full.
+void write_cloud(const ScanCloud& scan, const std::filesystem::path& path, CloudFormat format);
+
+/// Writes every scan of a log's SCAN_DATA that has a return: SESSION_SCAN.pcd or .ply.
+CloudExport export_clouds(const std::filesystem::path& log, const std::filesystem::path& directory,
+                          CloudFormat format);
+
+}  // namespace berth::logs

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/export/foxglove.h"
+
+#include <berth/event_t.hpp>
+#include <berth/ground_truth_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "lcmtypes/channels.h"
+#include "logs/export/foxglove_schemas.h"
+
+namespace berth::logs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json time_of(Utime utime) { return {{"sec", utime / second}, {"nsec", (utime % second) * 1000}}; }
+
+Json vector_of(double x, double y, double z) { return {{"x", x}, {"y", y}, {"z", z}}; }
+
+Json quaternion_of(double w, double x, double y, double z) {
+  return {{"x", x}, {"y", y}, {"z", z}, {"w", w}};
+}
+
+template <class Message>
+Json position_of(const Message& m) {
+  return vector_of(m.position_m[0], m.position_m[1], m.position_m[2]);
+}
+
+template <class Message>
+Json rotation_of(const Message& m) {
+  return quaternion_of(m.q_wxyz[0], m.q_wxyz[1], m.q_wxyz[2], m.q_wxyz[3]);
+}
+
+template <class Message>
+Json pose_in_sensor(const Message& m) {
+  return {{"timestamp", time_of(m.utime)},
+          {"frame_id", "sensor"},
+          {"pose", {{"position", position_of(m)}, {"orientation", rotation_of(m)}}}};
+}
+
+Json frame(Utime utime, const char* parent, const char* child, Json translation, Json rotation) {
+  return {{"timestamp", time_of(utime)},
+          {"parent_frame_id", parent},
+          {"child_frame_id", child},
+          {"translation", std::move(translation)},
+          {"rotation", std::move(rotation)}};
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      three = three << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += i + k <= bytes.size() ? digits[three >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
+
+/// Levels of foxglove.Log: INFO 2, WARNING 3, ERROR 4, FATAL 5.
+int level_of(std::int8_t severity) {
+  constexpr int levels[] = {2, 2, 3, 4, 5};
+  return severity >= 0 && severity <= event_t::FATAL ? levels[severity] : 0;
+}
+
+}  // namespace
+
+const Foxglove::Description& Foxglove::description(Topic topic) {
+  static const Description descriptions[] = {
+      {"/berth/truth", "foxglove.PoseInFrame", pose_in_frame_schema},
+      {"/berth/estimate", "foxglove.PoseInFrame", pose_in_frame_schema},
+      {"/tf", "foxglove.FrameTransform", frame_transform_schema},
+      {"/berth/scan", "foxglove.PointCloud", point_cloud_schema},
+      {"/berth/log", "foxglove.Log", log_schema},
+  };
+  return descriptions[static_cast<int>(topic)];
+}
+
+Foxglove::Foxglove(Out out)
+    : out_(std::move(out)), scans_([this](const ScanCloud& scan) { put_cloud(scan); }) {}
+
+void Foxglove::take(const LogEvent& event) {
+  if (!view_is_told_) {
+    view_is_told_ = true;
+    out_(Topic::frames, frame(event.utime, "view", "sensor", vector_of(0, 0, 0),
+                              quaternion_of(0.5, -0.5, 0.5, -0.5))
+                            .dump());
+  }
+  if (event.channel == channels::ground_truth) {
+    if (const auto m = decode<ground_truth_t>(event.data)) {
+      out_(Topic::truth, pose_in_sensor(*m).dump());
+      out_(Topic::frames,
+           frame(m->utime, "sensor", "target truth", position_of(*m), rotation_of(*m)).dump());
+    }
+  } else if (event.channel == channels::pose_estimate) {
+    const auto m = decode<pose_estimate_t>(event.data);
+    if (m && m->status == pose_estimate_t::OK) {
+      out_(Topic::estimate, pose_in_sensor(*m).dump());
+      out_(Topic::frames,
+           frame(m->utime, "sensor", "target estimate", position_of(*m), rotation_of(*m)).dump());
+    }
+  } else if (event.channel == channels::scan_data) {
+    if (const auto m = decode<scan_packet_t>(event.data)) scans_.take(*m);
+  } else if (event.channel == channels::event) {
+    if (const auto m = decode<event_t>(event.data)) {
+      const Json json = {{"timestamp", time_of(m->utime)},
+                         {"level", level_of(m->severity)},
+                         {"message", m->code + ": " + m->text},
+                         {"name", m->node},
+                         {"file", ""},
+                         {"line", 0}};
+      out_(Topic::log, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+    }
+  }
+}
+
+void Foxglove::put_cloud(const ScanCloud& scan) {
+  constexpr std::size_t stride = 4 * sizeof(float);
+  std::string data(scan.points.size() * stride, '\0');
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const ScanPoint& p = scan.points[i];
+    const float floats[] = {p.x, p.y, p.z, p.intensity};
+    std::memcpy(data.data() + i * stride, floats, stride);
+  }
+  Json fields = Json::array();
+  int offset = 0;
+  for (const char* name : {"x", "y", "z", "intensity"}) {
+    fields.push_back({{"name", name}, {"offset", offset}, {"type", 7}});  // FLOAT32
+    offset += 4;
+  }
+  const Json json = {
+      {"timestamp", time_of(scan.utime)},
+      {"frame_id", "sensor"},
+      {"pose", {{"position", vector_of(0, 0, 0)}, {"orientation", quaternion_of(1, 0, 0, 0)}}},
+      {"point_stride", stride},
+      {"fields", fields},
+      {"data", base64(data)}};
+  out_(Topic::scan, json.dump());
+}
+
+}  // namespace berth::logs

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/scan_packet_t.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "common/bus/loop.h"
+
+namespace berth::logs {
+
+/// One return: sensor frame, m.
+struct ScanPoint {
+  float x = 0;
+  float y = 0;
+  float z = 0;
+  float intensity = 0;  ///< 0..4095
+  double utime = 0;     ///< us since the epoch, whole
+};
+
+/// All returns of one scan.
+struct ScanCloud {
+  std::int64_t session = 0;
+  std::int64_t scan_id = 0;
+  Utime utime = 0;      ///< of the first beam
+  Utime utime_end = 0;  ///< of the last one
+  std::vector<ScanPoint> points;
+  std::int64_t beams = 0;  ///< those without a return too
+  std::int64_t packets_missing = 0;
+};
+
+/// Puts the packets of SCAN_DATA together again. A scan ends with its last packet, or when one of a
+/// later scan comes.
+class ScanAssembler {
+ public:
+  using Ready = std::function<void(const ScanCloud&)>;
+  explicit ScanAssembler(Ready ready) : ready_(std::move(ready)) {}
+
+  void take(const scan_packet_t& packet);
+  /// Hands out what is left.
+  void finish();
+
+ private:
+  Ready ready_;
+  ScanCloud scan_;
+  bool open_ = false;
+  std::int32_t next_packet_ = 0;
+};
+
+}  // namespace berth::logs

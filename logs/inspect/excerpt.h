@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "common/bus/loop.h"
+
+namespace berth::logs {
+
+/// Which events of a log go into another. Channels by regular expressions (ECMAScript) that match
+/// the whole name, as LCM's subscriptions do.
+struct Excerpt {
+  std::optional<Utime> from = {};  ///< received at or after
+  std::optional<Utime> to = {};    ///< received at or before
+  std::string include = {};        ///< empty: all channels
+  std::string exclude = {};        ///< empty: none
+  std::string keep = {};           ///< channels that from and to do not touch; empty: none
+};
+
+struct ExcerptResult {
+  std::int64_t written = 0;
+  std::int64_t left_out = 0;
+  std::size_t damaged_bytes = 0;
+};
+
+/// Writes the excerpt into a new log; its events are numbered anew. Never overwrites.
+/// @throws InputError for a regular expression that is none, or files as repair().
+ExcerptResult write_excerpt(const std::filesystem::path& in, const std::filesystem::path& out,
+                            const Excerpt& excerpt);
+
+/// The time that a text means: seconds after the log's first event ("12.5", "12.5 s"), a utime (a
+/// number of more than 12 digits), or a phase of the procedure, its end when end is true.
+/// @throws InputError naming the phases there are.
+Utime time_in_log(const std::filesystem::path& log, const std::string& text, bool end);
+
+}  // namespace berth::logs

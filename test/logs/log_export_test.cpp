@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <berth/event_t.hpp>
+#include <berth/node_status_t.hpp>
+#include <berth/scan_packet_t.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "estimator/clouds/cloud.h"
+#include "logs/export/cloud_files.h"
+#include "logs/export/csv.h"
+#include "logs/export/json_text.h"
+#include "logs/export/mcap.h"
+#include "test/catch.h"
+#include "test/core/temporary_directory.h"
+#include "test/logs/made_log.h"
+#include "test/logs/made_run.h"
+#include "test/logs/mcap_check.h"
+
+using namespace berth;
+using namespace berth::logs;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const TypeCatalogue& our_types() {
+  static const TypeCatalogue types = [] {
+    TypeCatalogue t;
+    t.add("lcmtypes");
+    return t;
+  }();
+  return types;
+}
+
+bool all(std::string_view) { return true; }
+
+scan_packet_t packet(std::int64_t scan_id, int number, int count, bool last) {
+  scan_packet_t m{};
+  m.utime = made::start + scan_id * second + number * 1000;
+  m.session = made::session;
+  m.scan_id = scan_id;
+  m.packet = number;
+  m.scan_status = last ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
+  m.count = count;
+  for (int i = 0; i < count; ++i) {
+    m.time_us.push_back(10 * i);
+    m.range_m.push_back(5 + 0.01F * static_cast<float>(i));
+    m.azimuth_rad.push_back(0.1F + 0.001F * static_cast<float>(i));
+    m.elevation_rad.push_back(-0.2F);
+    m.intensity.push_back(static_cast<std::int16_t>(100 + i));
+    m.status.push_back(i % 10 == 9 ? scan_packet_t::MISS : scan_packet_t::HIT);
+  }
+  return m;
+}
+
+void write_made(const fs::path& path) {
+  LogWriter writer(path);
+  for (int k = 0; k < 20; ++k) {
+    const Utime utime = made::start + k * second;
+    write_message(writer, utime, "GROUND_TRUTH", made::truth(utime, made::flight(k)));
+    node_status_t status{};
+    status.utime = utime;
+    status.node = "a, \"b\"";
+    status.counter_count = k % 3;
+    for (int c = 0; c < k % 3; ++c) status.counters.push_back({"n" + std::to_string(c), c + 0.5});
+    write_message(writer, utime + 1, "NODE_STATUS", status);
+    write_message(writer, utime + 2, "SCAN_DATA", packet(k, 0, 100, false));
+    write_message(writer, utime + 3, "SCAN_DATA", packet(k, 1, k == 19 ? 5 : 50, true));
+  }
+  event_t event{};
+  event.utime = made::start;
+  event.severity = event_t::WARNING;
+  event.node = "arm";
+  event.code = "late";
+  event.text = "\xff odd bytes";
+  write_message(writer, made::start, "EVENT", event);
+  writer.write(made::start, "FOREIGN", std::vector<std::uint8_t>(20, 7));
+}
+
+std::vector<std::string> lines_of(const fs::path& path) {
+  std::istringstream in(read_file(path));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+}  // namespace
+
+TEST_CASE("tables have a file for each channel, units in the header, arrays in columns") {
+  TemporaryFile log;
+  TemporaryDirectory out;
+  write_made(log.path);
+  std::vector<std::string> left_out;
+  const auto files = export_csv(log.path, out.path() / "csv", our_types(), all, left_out);
+  CHECK(files.size() == 4);
+  CHECK(left_out == std::vector<std::string>{"FOREIGN (1 messages)"});
+  const auto truth = lines_of(out.path() / "csv/GROUND_TRUTH.csv");
+  REQUIRE(truth.size() == 21);
+  CHECK(truth[0].rfind("log_utime [us],utime [us],seq,session,position_m[0] [m],", 0) == 0);
+  CHECK(truth[0].find(",linear_velocity_m_s[2] [m/s],") != std::string::npos);
+  CHECK(truth[3].find(",4.96,") != std::string::npos);  // 5 - 0.02 * 2
+  const auto status = lines_of(out.path() / "csv/NODE_STATUS.csv");
+  CHECK(status[0].find("counters[0].name,counters[0].value,counters[1].name,counters[1].value") !=
+        std::string::npos);
+  CHECK(status[1].find("\"a, \"\"b\"\"\"") != std::string::npos);
+  CHECK(status[1].substr(status[1].size() - 5) == "0,,,,");
+  CHECK(status[3].substr(status[3].size() - 14) == ",n0,0.5,n1,1.5");
+  // Long arrays of one size make rows.
+  const auto scan = lines_of(out.path() / "csv/SCAN_DATA.csv");
+  CHECK(scan.size() == 1 + 20 * 150 - 45);
+  CHECK(scan[0].rfind("log_utime [us],index,utime [us],", 0) == 0);
+  CHECK(scan[0].find(",time_us [us],range_m [m],azimuth_rad [rad],") != std::string::npos);
+  CHECK(scan[100].find(",99,") != std::string::npos);
+  CHECK_THROWS_AS(export_csv(log.path, out.path() / "csv", our_types(), all, left_out), InputError);
+}
+
+TEST_CASE("scans as clouds come back with their points, times and all") {
+  const auto format = GENERATE(CloudFormat::pcd, CloudFormat::ply);
+  const std::string extension = format == CloudFormat::pcd ? ".pcd" : ".ply";
+  TemporaryFile log;
+  TemporaryDirectory out;
+  write_made(log.path);
+  const CloudExport result = export_clouds(log.path, out.path() / "clouds", format);
+  CHECK(result.scans == 20);
+  CHECK(result.points == 19 * 135 + 95);
+  const auto cloud =
+      estimator::read_cloud(out.path() / ("clouds/session_7_scan_000003" + extension));
+  REQUIRE(cloud.beams.size() == 135);
+  CHECK(cloud.has_times);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const estimator::RawBeam& beam = cloud.beams[i];
+    CHECK(beam.range == Approx(5 + 0.01 * static_cast<double>(i)).epsilon(1e-6));
+    CHECK(beam.azimuth == Approx(0.1 + 0.001 * static_cast<double>(i)).epsilon(1e-6));
+    CHECK(beam.elevation == Approx(-0.2).epsilon(1e-6));
+  }
+  CHECK(cloud.beams[1].utime - cloud.beams[0].utime == 10);
+  CHECK(cloud.beams[90].utime - cloud.beams[0].utime == 1000);
+  const std::string text = read_file(out.path() / ("clouds/session_7_scan_000003" + extension));
+  CHECK(text.find("intensity") != std::string::npos);
+}
+
+TEST_CASE("MCAP: every checksum, offset and count is right, and every message is there") {
+  TemporaryFile log;
+  TemporaryDirectory out;
+  write_made(log.path);
+  const fs::path file = out.path() / "run.mcap";
+  const McapExport result = export_mcap(log.path, file, our_types(), all);
+  CHECK(result.unknown == 1);
+  const std::string bytes = read_file(file);
+  const auto contents = mcap_check::Reader(bytes).read();
+  CHECK(contents.messages.size() == result.messages);
+  CHECK(contents.chunks >= 1);
+  CHECK(contents.schema_of_topic.at("GROUND_TRUTH") == "berth.ground_truth_t");
+  CHECK(contents.schema_of_topic.at("/berth/truth") == "foxglove.PoseInFrame");
+  CHECK(contents.schema_of_topic.at("/berth/scan") == "foxglove.PointCloud");
+  std::map<std::string, int> counts;
+  for (const auto& message : contents.messages) {
+    ++counts[message.topic];
+    const auto json = nlohmann::json::parse(message.data);  // throws unless it is JSON
+    // Each property is in the schema.
+    const auto schema =
+        nlohmann::json::parse(contents.schemas.at(contents.schema_of_topic.at(message.topic)));
+    for (const auto& [key, value] : json.items()) CHECK(schema["properties"].contains(key));
+  }
+  CHECK(counts["GROUND_TRUTH"] == 20);
+  CHECK(counts["/berth/truth"] == 20);
+  CHECK(counts["/berth/scan"] == 20);
+  CHECK(counts["SCAN_DATA"] == 40);
+  CHECK(counts["/tf"] == 21);
+  CHECK(counts["/berth/log"] == 1);
+  // The checker does find faults.
+  for (const std::size_t at : {bytes.size() / 2, bytes.size() - 20, std::size_t{30}}) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    CHECK_THROWS(mcap_check::Reader(damaged).read());
+  }
+}
+
+TEST_CASE("JSON written directly is the JSON of the tree") {
+  node_status_t status{};
+  status.utime = 1763730000123456;
+  status.reason = "caf\xc3\xa9 \"x\"\n\xff";
+  status.counter_count = 2;
+  status.counters = {{"nan", std::nan("")}, {"third", 1.0 / 3}};
+  const auto bytes = encoded(status);
+  const StructType& type = *our_types().type_of(bytes);
+  const auto value = decode_value(type, bytes);
+  REQUIRE(value);
+  std::string text;
+  append_json(type, *value, text);
+  CHECK(nlohmann::json::parse(text) == nlohmann::json::parse(json_text(json_of(type, *value))));
+}

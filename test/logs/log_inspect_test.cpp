@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <berth/ground_truth_t.hpp>
+#include <berth/heartbeat_t.hpp>
+
+#include "common/core/error.h"
+#include "logs/file/log_reader.h"
+#include "logs/inspect/excerpt.h"
+#include "logs/inspect/inspection.h"
+#include "logs/inspect/log_diff.h"
+#include "logs/inspect/repair.h"
+#include "test/catch.h"
+#include "test/logs/made_log.h"
+#include "test/logs/made_run.h"
+
+using namespace berth;
+using namespace berth::logs;
+
+namespace {
+
+const TypeCatalogue& our_types() {
+  static const TypeCatalogue types = [] {
+    TypeCatalogue t;
+    t.add("lcmtypes");
+    return t;
+  }();
+  return types;
+}
+
+heartbeat_t heartbeat(const char* node, std::int64_t seq) {
+  heartbeat_t m{};
+  m.utime = made::start + seq * second / 20;
+  m.seq = seq;
+  m.session = made::session;
+  m.node = node;
+  return m;
+}
+
+/// Two nodes' heartbeats and truth, but for those whose seq is left out.
+void write_made(const std::filesystem::path& path, std::set<std::int64_t> left_out = {}) {
+  LogWriter writer(path);
+  for (std::int64_t seq = 1; seq <= 100; ++seq) {
+    const Utime utime = made::start + seq * second / 20;
+    if (left_out.contains(seq)) continue;
+    write_message(writer, utime, "HEARTBEAT", heartbeat("a", seq));
+    write_message(writer, utime + 1, "HEARTBEAT", heartbeat("b", 1000 + seq));
+    auto truth = made::truth(utime, made::flight(static_cast<double>(seq) / 20));
+    truth.seq = seq;
+    write_message(writer, utime + 2, "GROUND_TRUTH", truth);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a whole log is sound, with its channels, types, rates and sessions") {
+  TemporaryFile file;
+  write_made(file.path);
+  const Inspection i = inspect(file.path, our_types());
+  CHECK(i.sound());
+  CHECK(i.findings.empty());
+  CHECK(i.events == 300);
+  REQUIRE(i.channels.size() == 2);
+  const ChannelTally& beats = i.channels.at("HEARTBEAT");
+  CHECK(beats.messages() == 200);
+  CHECK(beats.type()->name == "berth.heartbeat_t");
+  CHECK(i.channels.at("GROUND_TRUTH").rate_hz() == Approx(20));
+  CHECK(i.channels.at("GROUND_TRUTH").longest_pause() == second / 20);
+  CHECK(i.sessions == std::map<std::int64_t, std::int64_t>{{made::session, 300}});
+  CHECK(json_of(i)["channels"][1]["types"][0]["type"] == "berth.heartbeat_t");
+  CHECK(text_of(i).find("heartbeat_t") != std::string::npos);
+}
+
+TEST_CASE("messages that never came are told per channel and sender, and where") {
+  TemporaryFile file;
+  write_made(file.path, {50, 51});
+  const Inspection i = inspect(file.path, our_types());
+  CHECK_FALSE(i.sound());
+  CHECK(i.sound(false));
+  CHECK(i.missing_events == 0);  // the logger never had them
+  CHECK(i.missing_messages() == 6);
+  CHECK(i.channels.at("HEARTBEAT").missing() == 4);
+  REQUIRE(i.findings.size() == 3);
+  CHECK(i.findings[0].kind == Finding::Kind::gap);
+  CHECK(i.findings[0].count == 2);
+  CHECK(i.findings[0].event == 147);
+  CHECK(i.findings[2].channel == "GROUND_TRUTH");
+}
+
+TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is mended by repair") {
+  TemporaryFile file;
+  write_made(file.path);
+  const auto good = bytes_of(file.path);
+  LogReader reader(file.path);
+  std::vector<std::size_t> begins;
+  std::vector<std::size_t> data_begins;
+  LogEvent event;
+  while (reader.next(event)) {
+    begins.push_back(event.offset);
+    data_begins.push_back(event.offset + format::header_bytes + event.channel.size());
+  }
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 60; ++trial) {
+    auto bytes = good;
+    const std::size_t hit = 1 + random() % (begins.size() - 2);
+    const int what = trial % 4;
+    if (what == 0) bytes[begins[hit]] ^= 0x10;             // sync word
+    if (what == 1) bytes[begins[hit] + 22] ^= 0x40;        // length of the channel
+    if (what == 2) bytes[data_begins[hit] + 3] ^= 0x01;    // fingerprint
+    if (what == 3) bytes[data_begins[hit] + 15 + 8] ^= 2;  // seq
+    overwrite(file.path, bytes);
+    const Inspection i = inspect(file.path, our_types());
+    INFO("trial " << trial << ", event " << hit);
+    CHECK_FALSE(i.sound());
+    REQUIRE_FALSE(i.findings.empty());
+    CHECK(i.findings[0].offset == begins[hit]);
+    TemporaryFile mended;
+    const Repair r = repair(file.path, mended.path, our_types());
+    const Inspection after = inspect(mended.path, our_types());
+    CHECK(after.damaged_bytes == 0);
+    if (what < 2) {
+      CHECK(i.findings[0].kind == Finding::Kind::damage);
+      CHECK(i.missing_events == 1);
+      CHECK(r.written == 299);
+      CHECK(r.damaged_bytes == begins[hit + 1] - begins[hit]);
+      CHECK(after.sound(false));
+      CHECK(after.missing_events == 1);  // the numbers still tell
+    } else if (what == 2) {
+      CHECK(i.undecodable() == 1);
+      CHECK(r.written == 300);  // nobody can say that an unknown type is not good
+    } else {
+      CHECK(r.written == 300);
+    }
+  }
+}
+
+TEST_CASE("a damaged length within a message drops that message alone") {
+  TemporaryFile file;
+  write_made(file.path);
+  auto bytes = bytes_of(file.path);
+  LogReader reader(file.path);
+  LogEvent event;
+  for (int n = 0; n < 31; ++n) REQUIRE(reader.next(event));
+  REQUIRE(event.channel == "HEARTBEAT");
+  bytes[event.offset + format::header_bytes + 9 + 32 + 3] = 77;  // length of the node's name
+  overwrite(file.path, bytes);
+  TemporaryFile out;
+  const Repair r = repair(file.path, out.path, our_types());
+  CHECK(r.written == 299);
+  CHECK(r.dropped == 1);
+  REQUIRE(r.findings.size() == 1);
+  CHECK(r.findings[0].offset == event.offset);
+  CHECK(inspect(out.path, our_types()).undecodable() == 0);
+  CHECK_THROWS_AS(repair(file.path, out.path, our_types()), InputError);  // never overwrites
+}
+
+TEST_CASE("a damaged event number, a late one and a restart are no gaps") {
+  SequenceCounter counter;
+  using Step = SequenceCounter::Step;
+  for (const std::int64_t n : {1, 2, 3}) CHECK(counter.take(n) == Step::next);
+  CHECK(counter.take(1 << 20) == Step::gap);
+  CHECK(counter.take(5) == Step::corrected);
+  CHECK(counter.missing() == 0);
+  CHECK(counter.take(5) == Step::repeat);
+  CHECK(counter.take(9) == Step::gap);
+  CHECK(counter.missing_before() == 3);
+  CHECK(counter.take(8) == Step::late);
+  CHECK(counter.missing() == 2);
+  CHECK(counter.take(10) == Step::next);
+  CHECK(counter.take(INT64_MAX) == Step::gap);
+  CHECK(counter.take(12) == Step::corrected);
+  CHECK(counter.missing() == 2);
+  SequenceCounter restarted;
+  for (const std::int64_t n : {7, 8, 1, 2, 3}) restarted.take(n);
+  CHECK(restarted.missing() == 0);
+}
+
+TEST_CASE("an excerpt has the channels and the time asked for") {
+  TemporaryFile file;
+  write_made(file.path);
+  const auto written = [&](const Excerpt& excerpt) {
+    TemporaryFile out;
+    write_excerpt(file.path, out.path, excerpt);
+    const Inspection i = inspect(out.path, our_types());
+    CHECK(i.sound());
+    std::map<std::string, std::int64_t> counts;
+    for (const auto& [name, channel] : i.channels) counts[name] = channel.messages();
+    return counts;
+  };
+  using Counts = std::map<std::string, std::int64_t>;
+  CHECK(written({.include = "GROUND.*"}) == Counts{{"GROUND_TRUTH", 100}});
+  CHECK(written({.exclude = "GROUND"}).size() == 2);  // the whole name must match
+  CHECK(written({.exclude = "GROUND_TRUTH"}) == Counts{{"HEARTBEAT", 200}});
+  const Utime from = time_in_log(file.path, "1.0", false);
+  CHECK(from == made::start + second / 20 + second);
+  CHECK(time_in_log(file.path, "1500 ms", true) == from + second / 2);
+  CHECK(time_in_log(file.path, "1763730000000000", true) == 1763730000000000);
+  CHECK(written({.from = from, .to = from + second}) ==
+        Counts{{"HEARTBEAT", 41}, {"GROUND_TRUTH", 20}});
+  CHECK(written({.from = from, .to = from + second, .keep = "HEARTBEAT"}) ==
+        Counts{{"HEARTBEAT", 200}, {"GROUND_TRUTH", 20}});
+  CHECK_THROWS_AS(time_in_log(file.path, "approach", false), InputError);
+  CHECK_THROWS_AS(written({.include = "("}), InputError);
+}
+
+TEST_CASE("two logs are compared by seq and sender; times, fields and a tolerance may not count") {
+  TemporaryFile a;
+  TemporaryFile b;
+  const auto write = [](const std::filesystem::path& path, Utime shift, double error, int lost) {
+    LogWriter writer(path);
+    for (int seq = 1; seq <= 50; ++seq) {
+      if (seq == lost) continue;
+      auto truth = made::truth(made::start + seq + shift, made::flight(seq));
+      truth.seq = seq;
+      if (seq == 40) truth.position_m[1] += error;
+      write_message(writer, made::start + seq + shift, "GROUND_TRUTH", truth);
+      write_message(writer, made::start + seq + shift, "HEARTBEAT", heartbeat("a", seq));
+    }
+  };
+  write(a.path, 0, 0, 0);
+  write(b.path, 1000, 1e-6, 7);
+  const auto diff = [&](const DiffOptions& options) {
+    return diff_logs(a.path, b.path, our_types(), options);
+  };
+  CHECK(equal(diff_logs(a.path, a.path, our_types(), {})));
+  const LogDiff strict = diff({});
+  CHECK(strict.at("GROUND_TRUTH").different == 49);
+  CHECK(strict.at("GROUND_TRUTH").only_a == 1);
+  CHECK(strict.at("GROUND_TRUTH").field == "utime");
+  CHECK(strict.at("HEARTBEAT").same == 49);
+  DiffOptions options;
+  options.ignore_times = true;
+  const ChannelDiff one = diff(options).at("GROUND_TRUTH");
+  CHECK(one.different == 1);
+  CHECK(one.field == "position_m[1]");
+  CHECK(one.utime_a == made::start + 40);
+  CHECK(one.largest == Approx(1e-6));
+  options.tolerance = 2e-6;
+  CHECK(diff(options).at("GROUND_TRUTH").different == 0);
+  CHECK_FALSE(equal(diff(options)));  // one is missing
+  options.tolerance = 0;
+  options.ignore_fields = "position_m.*";
+  CHECK(diff(options).at("GROUND_TRUTH").different == 0);
+  options.channels = "EVENT";
+  CHECK(equal(diff(options)));
+}
