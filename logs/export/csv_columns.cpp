@@ -2,11 +2,12 @@
 #include "logs/export/csv_columns.h"
 
 #include <charconv>
+#include <map>
 
 namespace berth::logs {
 namespace {
 
-/// An array longer than this, of basic values, makes rows instead of columns.
+/// An array of basic values that is longer makes rows instead of columns.
 constexpr std::size_t widest = 64;
 
 template <class Number>
@@ -79,12 +80,16 @@ void CsvColumns::learn_array(const Field& field, const Value& value, std::size_t
   for (const Value& v : list) learn_array(field, v, dimension + 1, lengths, within);
 }
 
+/// Three arrays or more of one size are a table of their own; so is an array that is too wide.
 void CsvColumns::settle() {
+  std::map<int, int> arrays_of;
   for (std::size_t i = 0; i < type_.fields.size(); ++i) {
     const Field& field = type_.fields[i];
-    if (field.dimensions.size() == 1 && field.dimensions[0].count_field >= 0 &&
-        field.kind != Kind::structure && shape_.lengths[i][0] > widest) {
-      long_count_ = field.dimensions[0].count_field;
+    if (field.dimensions.size() != 1 || field.kind == Kind::structure) continue;
+    const int count_field = field.dimensions[0].count_field;
+    if (count_field < 0) continue;
+    if (++arrays_of[count_field] == 3 || shape_.lengths[i][0] > widest) {
+      long_count_ = count_field;
       return;
     }
   }

@@ -96,7 +96,8 @@ void Engine::settle(Utime now) {
 }
 
 void Engine::judge(Utime now) {
-  record_.add(snapshot(now));
+  state_.utime = now;
+  record_.add(state_);
   const logs::Measurer measurer(record_, nearest_);
   state_.criteria = logs::judge(procedure_.criteria, measurer);
   state_.criterion_count = static_cast<std::int32_t>(state_.criteria.size());
