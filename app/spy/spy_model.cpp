@@ -71,7 +71,7 @@ void add_field(const logs::Field& field, std::size_t dimensions, const logs::Val
       if (list.size() > most_elements) text += " ... (" + std::to_string(list.size()) + ")";
       if (list.empty()) text = "(none)";
     }
-    const bool unit = !field.unit.empty() && dimensions < 2;
+    const bool unit = !field.unit.empty() && text != "(none)";
     lines.push_back(name + " = " + text + (unit ? " " + field.unit : ""));
   }
 }
