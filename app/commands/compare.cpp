@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   std::vector<fs::path> runs;
+  bool list = false;
   bool json = false;
   fs::path html;
 };
@@ -47,6 +48,10 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
 }
 
 int compare(const Options& options) {
+  if (options.list) std::printf("%s", logs::describe_measurements().c_str());
+  if (options.runs.empty() && !options.list) {
+    throw InputError("berth compare: expected run directories or logs, or --list");
+  }
   int worst = exit_code::passed;
   std::vector<report::ReportedRun> runs;
   for (const auto& run : options.runs) {
@@ -66,7 +71,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "compare", "Compare estimates with ground truth and recompute the verdict, from a log alone");
   auto options = std::make_shared<Options>();
-  command->add_option("run", options->runs, "Run directories or logs")->required();
+  command->add_option("run", options->runs, "Run directories or logs");
+  command->add_flag("--list", options->list, "List what can be measured, with units");
   command->add_flag("--json", options->json, "JSON instead of tables");
   command->add_option("--html", options->html,
                       "Write a report into this file: one run, or several beside each other");

@@ -87,12 +87,15 @@ TwinResult run_twin(const RunFiles& files,
   const double begin = wall_clock();
   const auto delays = compute_delays(files.setup.config);
   Simulation simulation;
+  const auto delay_of = [&](const std::string& name) -> Utime {
+    const auto delay = delays.find(name);
+    return delay == delays.end() ? 0 : delay->second;
+  };
   const auto setup = [&](const std::string& name) {
-    return NodeSetup{name, files.setup.session, files.configuration_hash};
+    return NodeSetup{name, files.setup.session, files.configuration_hash, delay_of(name)};
   };
   const auto bus = [&](const std::string& name) -> Bus& {
-    const auto delay = delays.find(name);
-    return simulation.make_bus(delay == delays.end() ? 0 : delay->second);
+    return simulation.make_bus(delay_of(name));
   };
   const auto loop = [&]() -> Loop& { return simulation.make_loop(); };
   Wires& wires = simulation.wires();
@@ -116,8 +119,14 @@ TwinResult run_twin(const RunFiles& files,
   procedure->when_finished([&] { finished = true; });
 
   logs::LogWriter log(files.log());
+  Utime flushed = simulation.now();
   simulation.record([&](Utime utime, const std::string& channel, Bytes bytes) {
     log.write(utime, channel, bytes);
+    // What was recorded outlives this process.
+    if (utime - flushed >= second) {
+      log.flush();
+      flushed = utime;
+    }
     watch(channel, bytes);
   });
 

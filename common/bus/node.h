@@ -16,6 +16,7 @@ struct NodeSetup {
   std::string name;                ///< "arm-driver-replica"
   std::int64_t session = 0;        ///< of the run: messages of another session move nothing
   std::string configuration_hash;  ///< SHA-256 over all files that configured it
+  std::int64_t compute_delay = 0;  ///< in the twin: what it publishes leaves so much later
 };
 
 /// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20

@@ -29,6 +29,10 @@ void EstimatorNode::estimate(const pose_estimate_t& message) {
   count("estimates_ok", static_cast<double>(estimates_ok_));
   count("estimates_not_ok", static_cast<double>(estimates_not_ok_));
   bus().publish(channels::pose_estimate, message);
+  latency_.reset();
+  if (message.utime_last_return != 0) {
+    latency_ = now() + setup().compute_delay - message.utime_last_return;
+  }
 }
 
 void EstimatorNode::state(const estimator_state_t& message) {
@@ -46,7 +50,13 @@ void EstimatorNode::state(const estimator_state_t& message) {
 }
 
 void EstimatorNode::diagnostics(const estimator_diagnostics_t& message) {
-  bus().publish(channels::estimator_diagnostics, message);
+  estimator_diagnostics_t told = message;
+  if (latency_) {
+    told.names.emplace_back("latency_us");
+    told.values.push_back(static_cast<double>(*latency_));
+  }
+  told.value_count = static_cast<std::int32_t>(told.names.size());
+  bus().publish(channels::estimator_diagnostics, told);
 }
 
 void EstimatorNode::note(std::int8_t severity, const std::string& code, const std::string& text) {

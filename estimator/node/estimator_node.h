@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
@@ -10,8 +11,8 @@
 namespace berth {
 
 /// Joins the estimator to the bus: SCAN_DATA and ESTIMATOR_COMMAND in; SCAN_REQUEST, POSE_ESTIMATE,
-/// ESTIMATOR_STATE and ESTIMATOR_DIAGNOSTICS out. ESTIMATOR_STATE is also repeated at 1 Hz, for
-/// those that join late.
+/// ESTIMATOR_STATE and ESTIMATOR_DIAGNOSTICS (with latency_us) out. ESTIMATOR_STATE is also
+/// repeated at 1 Hz, for those that join late.
 class EstimatorNode final : public Node, private estimator::EstimatorOutput {
  public:
   EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimator, Bus& bus, Loop& loop);
@@ -25,6 +26,7 @@ class EstimatorNode final : public Node, private estimator::EstimatorOutput {
   void note(std::int8_t severity, const std::string& code, const std::string& text) override;
 
   estimator::Estimator estimator_;
+  std::optional<Utime> latency_;  // of the last estimate, from its last return to its publication
   std::int64_t estimates_ok_ = 0;
   std::int64_t estimates_not_ok_ = 0;
   Loop::TimerId repeat_timer_ = 0;

@@ -10,15 +10,19 @@ namespace berth::logs {
 namespace {
 
 SeriesRow row_of(const Measurement& measurement, const Series& series) {
-  SeriesRow row;
-  row.measurement = measurement.name;
-  row.unit = measurement.unit;
-  row.samples = series.value.size();
   const auto shown = [&](Statistic s) { return measurement.shown(compute(s, series.value)); };
+  SeriesRow row;
+  row.measurement = &measurement;
+  row.samples = series.value.size();
   row.mean = shown(Statistic::mean);
   row.rms = shown(Statistic::rms);
+  row.p50 = shown(Statistic::p50);
+  row.p90 = shown(Statistic::p90);
   row.p95 = shown(Statistic::p95);
+  row.p99 = shown(Statistic::p99);
   row.peak = shown(Statistic::peak);
+  row.uncertainty =
+      measurement.shown(uncertainty(Statistic::rms, series.value, series.truth_sigma));
   return row;
 }
 
@@ -39,6 +43,9 @@ PhaseTable table_of(const Phase& phase, const Measurer& measurer) {
     } else if (measurement.name == "tracking_share") {
       table.tracking_share = measured.value;
     }
+    if (std::isnan(measured.value)) continue;
+    table.numbers.push_back({&measurement, measured.samples, measurement.shown(measured.value),
+                             measurement.shown(measured.uncertainty), measured.reason});
   }
   return table;
 }

@@ -10,15 +10,28 @@
 
 namespace berth::logs {
 
-/// Statistics of one measurement over a phase, in the measurement's shown unit.
+/// Statistics of one measurement over a phase, in the measurement's shown unit; p50 to peak of the
+/// magnitude.
 struct SeriesRow {
-  std::string measurement;
-  std::string unit;
+  const Measurement* measurement = nullptr;
   std::size_t samples = 0;
   double mean = 0;
   double rms = 0;
-  double p95 = 0;   ///< of the magnitude
-  double peak = 0;  ///< of the magnitude
+  double p50 = 0;
+  double p90 = 0;
+  double p95 = 0;
+  double p99 = 0;
+  double peak = 0;
+  double uncertainty = 0;  ///< truth's own, of the rms
+};
+
+/// A measurement that is one number over a phase, in its shown unit.
+struct NumberRow {
+  const Measurement* measurement = nullptr;
+  std::int64_t samples = 0;
+  double value = 0;
+  double uncertainty = 0;
+  std::string reason;  ///< what else is to be known about it
 };
 
 struct PhaseTable {
@@ -27,7 +40,8 @@ struct PhaseTable {
   std::int64_t estimates = 0;  ///< with status OK
   double update_rate_hz = 0;
   double tracking_share = 0;
-  std::vector<SeriesRow> rows;  ///< only where there were samples
+  std::vector<SeriesRow> rows;     ///< only where there were samples
+  std::vector<NumberRow> numbers;  ///< only those that could be measured
 };
 
 /// What a log says about its run, recomputed from its messages alone.

@@ -38,16 +38,28 @@ ordered_json json_of_phases(const std::vector<PhaseTable>& phases) {
   for (const PhaseTable& phase : phases) {
     ordered_json rows = ordered_json::object();
     for (const SeriesRow& row : phase.rows) {
-      rows[row.measurement] = {{"unit", row.unit},         {"samples", row.samples},
-                               {"mean", number(row.mean)}, {"rms", number(row.rms)},
-                               {"p95", number(row.p95)},   {"peak", number(row.peak)}};
+      rows[row.measurement->name] = {
+          {"unit", row.measurement->unit}, {"samples", row.samples},
+          {"mean", number(row.mean)},      {"rms", number(row.rms)},
+          {"p50", number(row.p50)},        {"p90", number(row.p90)},
+          {"p95", number(row.p95)},        {"p99", number(row.p99)},
+          {"peak", number(row.peak)},      {"uncertainty", number(row.uncertainty)}};
+    }
+    ordered_json numbers = ordered_json::object();
+    for (const NumberRow& row : phase.numbers) {
+      numbers[row.measurement->name] = {{"unit", row.measurement->unit},
+                                        {"samples", row.samples},
+                                        {"value", number(row.value)},
+                                        {"uncertainty", number(row.uncertainty)},
+                                        {"reason", row.reason}};
     }
     list.push_back({{"phase", phase.phase},
                     {"duration_s", phase.duration_s},
                     {"estimates", phase.estimates},
                     {"update_rate_hz", number(phase.update_rate_hz)},
                     {"tracking_share", number(phase.tracking_share)},
-                    {"measurements", rows}});
+                    {"measurements", rows},
+                    {"numbers", numbers}});
   }
   return list;
 }

@@ -19,13 +19,22 @@ std::string phase_text(const PhaseTable& phase) {
   std::snprintf(head, sizeof head, "%s: %.1f s, %lld good estimates, %.2f Hz, tracking %.1f %%\n",
                 phase.phase.c_str(), phase.duration_s, static_cast<long long>(phase.estimates),
                 phase.update_rate_hz, 100 * phase.tracking_share);
-  std::vector<Cells> lines = {{"", "unit", "samples", "mean", "rms", "p95", "peak"}};
-  for (const SeriesRow& row : phase.rows) {
-    lines.push_back({row.measurement, row.unit, std::to_string(row.samples), shown(row.mean),
-                     shown(row.rms), shown(row.p95), shown(row.peak)});
-  }
   // Without an estimate there is nothing to compare; the JSON has the rest.
-  return head + (phase.estimates == 0 ? std::string() : text_table(lines, 2));
+  if (phase.estimates == 0) return head;
+  std::vector<Cells> lines = {{"", "unit", "samples", "mean", "rms", "p95", "peak", "+-"}};
+  for (const SeriesRow& row : phase.rows) {
+    const Measurement& m = *row.measurement;
+    if (m.detail) continue;
+    lines.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.mean), shown(row.rms),
+                     shown(row.p95), shown(row.peak), shown(row.uncertainty)});
+  }
+  for (const NumberRow& row : phase.numbers) {
+    const Measurement& m = *row.measurement;
+    if (m.detail || m.name == "duration" || m.name == "estimates") continue;
+    lines.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.value), "", "", "",
+                     shown(row.uncertainty)});
+  }
+  return head + text_table(lines, 2);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/run/outcome.h"
 
 namespace berth::logs {

@@ -9,12 +9,20 @@ Html measurement_section(const RunView& view) {
   for (const logs::PhaseTable& phase : view.comparison().phases) {
     if (phase.phase == logs::teardown_phase || phase.rows.empty()) continue;
     Table table;
-    table.head = {"measurement", "unit", "samples", "mean", "rms", "p95", "peak"};
+    table.head = {"measurement", "unit", "samples", "mean", "rms", "p95", "peak", "\u00b1 truth"};
     table.left_columns = 2;
     for (const logs::SeriesRow& row : phase.rows) {
-      table.rows.push_back({text(row.measurement), text(row.unit),
+      if (row.measurement->detail) continue;
+      table.rows.push_back({text(row.measurement->name), text(row.measurement->unit),
                             text(std::to_string(row.samples)), text(brief(row.mean)),
-                            text(brief(row.rms)), text(brief(row.p95)), text(brief(row.peak))});
+                            text(brief(row.rms)), text(brief(row.p95)), text(brief(row.peak)),
+                            text(brief(row.uncertainty))});
+    }
+    for (const logs::NumberRow& row : phase.numbers) {
+      if (row.measurement->detail) continue;
+      table.rows.push_back({text(row.measurement->name), text(row.measurement->unit),
+                            text(std::to_string(row.samples)), text(brief(row.value)), text(""),
+                            text(""), text(""), text(brief(row.uncertainty))});
     }
     const std::string head = phase.phase + ": " + brief(phase.duration_s) + " s, " +
                              std::to_string(phase.estimates) + " good estimates, " +

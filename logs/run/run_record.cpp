@@ -63,6 +63,14 @@ void RunRecord::add(const pose_estimate_t& message) {
   insert(estimates_, sample);
 }
 
+void RunRecord::add(const estimator_diagnostics_t& message) {
+  for (std::size_t i = 0; i < message.names.size(); ++i) {
+    if (message.names[i] != "latency_us") continue;
+    const auto latency = static_cast<Utime>(message.values[i]);
+    insert(latencies_, LatencySample{message.utime, message.seq, latency});
+  }
+}
+
 void RunRecord::add(const procedure_state_t& message) {
   if (!state_ || order(*state_) < order(message)) state_ = message;
 }
@@ -118,6 +126,8 @@ class Filler {
       add<ground_truth_t>(event);
     } else if (event.channel == channels::pose_estimate) {
       add<pose_estimate_t>(event);
+    } else if (event.channel == channels::estimator_diagnostics) {
+      add<estimator_diagnostics_t>(event);
     } else if (event.channel == channels::procedure_state) {
       add<procedure_state_t>(event);
     } else if (event.channel == channels::run_info) {

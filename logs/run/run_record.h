@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/estimator_diagnostics_t.hpp>
 #include <berth/event_t.hpp>
 #include <berth/ground_truth_t.hpp>
 #include <berth/pose_estimate_t.hpp>
@@ -32,6 +33,13 @@ struct EstimateSample {
   bool ok() const { return status == pose_estimate_t::OK; }
 };
 
+/// How long one estimate took, as the estimator's node tells it.
+struct LatencySample {
+  Utime utime = 0;  ///< of the estimate
+  std::int64_t seq = 0;
+  Utime latency = 0;  ///< from the last return of its scan to when it was published
+};
+
 /// A stretch of time under one label: all steps of the procedure that carry it.
 struct Phase {
   struct Stretch {
@@ -54,11 +62,14 @@ class RunRecord {
  public:
   void add(const pose_estimate_t& message);
   void add(const ground_truth_t& message) { truth_.add(sample_of(message)); }
+  /// Keeps nothing of one without latency_us.
+  void add(const estimator_diagnostics_t& message);
   void add(const procedure_state_t& message);
   void add(const run_info_t& message);
   void add(const event_t& message);
 
   const std::vector<EstimateSample>& estimates() const { return estimates_; }
+  const std::vector<LatencySample>& latencies() const { return latencies_; }
   const TruthTrack& truth() const { return truth_; }
   const std::vector<event_t>& events() const { return events_; }
   /// The newest; nothing when there was none.
@@ -72,6 +83,7 @@ class RunRecord {
 
  private:
   std::vector<EstimateSample> estimates_;
+  std::vector<LatencySample> latencies_;
   TruthTrack truth_;
   std::vector<event_t> events_;
   std::optional<procedure_state_t> state_;

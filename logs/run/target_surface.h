@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/core/target.h"
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 
 namespace berth::logs {
 

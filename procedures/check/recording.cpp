@@ -98,6 +98,13 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
     pose_estimate_t estimate = right_estimate(moment, velocity, covariance);
     estimate.seq = ++seq;
     record.add(estimate);
+    estimator_diagnostics_t told{};
+    told.utime = estimate.utime;
+    told.seq = estimate.seq;
+    told.names = {"latency_us"};
+    told.values = {0};
+    told.value_count = 1;
+    record.add(told);
   }
   return record;
 }

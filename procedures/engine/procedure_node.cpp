@@ -41,6 +41,10 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                   [this](const ground_truth_t& message) {
                                     if (message.session == session()) engine_.on(message);
                                   });
+  bus().subscribe<estimator_diagnostics_t>(channels::estimator_diagnostics, Queue::fifo(5000),
+                                           [this](const estimator_diagnostics_t& message) {
+                                             if (message.session == session()) engine_.on(message);
+                                           });
   bus().subscribe<node_status_t>(channels::node_status, Queue::fifo(1000),
                                  [this](const node_status_t& message) {
                                    if (message.session != session()) return;

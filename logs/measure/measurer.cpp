@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/measure/measurer.h"
+
+#include <limits>
+
+#include "common/core/target.h"
+#include "logs/measure/truth_velocity.h"
+
+namespace berth::logs {
+namespace {
+
+/// The docking interface of a run's target. Only the replica has one: a mesh by itself names none.
+std::optional<Pose> docking_of(const RunRecord& record) {
+  if (!record.info() || record.info()->target != "radarsat2") return std::nullopt;
+  const Target target = load_target("radarsat2", record.info()->target_length_m);
+  return target.has_docking_interface ? std::optional(target.docking) : std::nullopt;
+}
+
+}  // namespace
+
+Measurer::Measurer(const RunRecord& record, NearestPoint nearest)
+    : record_(record), nearest_(std::move(nearest)), docking_(docking_of(record)) {
+  for (const EstimateSample& estimate : record.estimates()) {
+    if (!estimate.ok()) continue;
+    if (const auto truth = record.truth().at(estimate.utime)) {
+      ComparedEstimate c{estimate, *truth, difference(truth->pose, estimate.pose)};
+      const TruthVelocity velocity = truth_velocity(record.truth(), *truth);
+      c.truth.velocity = velocity.velocity;
+      c.truth_velocity_covariance = velocity.covariance;
+      compared_.push_back(c);
+    } else {
+      without_truth_.push_back(estimate.utime);
+    }
+  }
+}
+
+Vector3d Measurer::surface_lever(const TruthSample& truth) const {
+  const auto [place, is_new] = levers_.try_emplace(truth.utime);
+  if (is_new) place->second = truth.pose.rotation * nearest_(truth.pose.inverse().position);
+  return place->second;
+}
+
+Measured Measurer::measure(const Measurement& what, Statistic statistic, const Phase& phase) const {
+  if (what.number) return what.number(*this, phase);
+  const Series series = what.series(*this, phase);
+  const auto samples = static_cast<std::int64_t>(series.value.size());
+  if (samples == 0) {
+    std::string reason = series.reason;
+    if (reason.empty() && series.without_truth != 0) {
+      reason = "no truth for any of " + std::to_string(series.without_truth) + " estimates";
+    }
+    return {std::numeric_limits<double>::quiet_NaN(), 0, 0, reason.empty() ? "no samples" : reason};
+  }
+  return {compute(statistic, series.value),
+          uncertainty(statistic, series.value, series.truth_sigma), samples, ""};
+}
+
+}  // namespace berth::logs

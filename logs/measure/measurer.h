@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "logs/measure/measurement.h"
+
+namespace berth::logs {
+
+/// Point of the target's surface (model frame, m) nearest to a point of the model frame. Empty
+/// where the target's mesh is not at hand.
+using NearestPoint = std::function<Vector3d(const Vector3d&)>;
+
+/// An estimate (status OK) beside the truth at its own time.
+struct ComparedEstimate {
+  EstimateSample estimate;
+  TruthSample truth;  ///< its velocity is that about the time of the estimate, not before it
+  Vector6d error;     ///< perturbed(truth, error) = estimate: [m; rad], sensor frame
+  /// Of truth's velocity, [m/s; rad/s], sensor frame.
+  Matrix6d truth_velocity_covariance = Matrix6d::Zero();
+};
+
+/// Measures a run. The same numbers in the engine at a run's end and from its log later.
+class Measurer {
+ public:
+  /// The record must outlive it.
+  Measurer(const RunRecord& record, NearestPoint nearest);
+
+  /// @param statistic not looked at for measurements that are one number
+  Measured measure(const Measurement& what, Statistic statistic, const Phase& phase) const;
+
+  const RunRecord& record() const { return record_; }
+  const std::vector<ComparedEstimate>& compared() const { return compared_; }
+  /// Estimates with status OK for which there is no truth.
+  const std::vector<Utime>& without_truth() const { return without_truth_; }
+  const NearestPoint& nearest() const { return nearest_; }
+  /// T_model_docking of the run's target; nothing when it has no docking interface.
+  const std::optional<Pose>& docking() const { return docking_; }
+
+  /// From the model's origin to the target's point that is nearest to the sensor, where it truly
+  /// was, sensor frame; only with nearest(). Each is looked up once.
+  Vector3d surface_lever(const TruthSample& truth) const;
+
+  /// An estimate counts as current for this long.
+  static constexpr Utime estimate_lifetime = 2 * second;
+
+ private:
+  const RunRecord& record_;
+  NearestPoint nearest_;
+  std::optional<Pose> docking_;
+  std::vector<ComparedEstimate> compared_;
+  std::vector<Utime> without_truth_;
+  mutable std::map<Utime, Vector3d> levers_;
+};
+
+}  // namespace berth::logs

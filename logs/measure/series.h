@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+
+#include "logs/measure/measurer.h"
+#include "logs/measure/uncertainty.h"
+
+namespace berth::logs {
+
+using OfEstimate = Value (*)(const ComparedEstimate&);
+
+/// Of every good estimate in the phase that truth brackets; values that are not finite are left
+/// out.
+Series estimate_series(OfEstimate value, const Measurer& measurer, const Phase& phase);
+
+/// Of truth itself: the first sample in each tenth of a second, and the last of each stretch.
+Series truth_series(const std::function<Value(const TruthSample&)>& value, const Measurer& measurer,
+                    const Phase& phase);
+
+/// A family of measurements in the making.
+class Family {
+ public:
+  Family(const char* name, std::vector<Measurement>& table) : name_(name), table_(table) {}
+
+  void estimates(const char* name, berth::Dimension dimension, OfEstimate value,
+                 const char* description);
+  void series(const char* name, berth::Dimension dimension,
+              std::function<Series(const Measurer&, const Phase&)> series, const char* description);
+  void number(const char* name, berth::Dimension dimension,
+              std::function<Measured(const Measurer&, const Phase&)> number,
+              const char* description);
+  /// What is added next is left out of tables for people.
+  Family& detail();
+  /// What is added last is a share, shown in per cent.
+  void in_percent();
+  void in_milliseconds();
+
+ private:
+  void add(Measurement measurement);
+
+  const char* name_;
+  std::vector<Measurement>& table_;
+  bool detail_ = false;
+};
+
+// One function per family, each in the file of its name.
+void add_errors(std::vector<Measurement>& table);
+void add_velocities(std::vector<Measurement>& table);
+void add_consistency(std::vector<Measurement>& table);
+void add_availability(std::vector<Measurement>& table);
+void add_timing(std::vector<Measurement>& table);
+void add_mount(std::vector<Measurement>& table);
+void add_approach(std::vector<Measurement>& table);
+
+}  // namespace berth::logs
