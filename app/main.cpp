@@ -19,6 +19,7 @@ int main(int argc, char* argv[]) {
   int code = exit_code::passed;
   commands::add_run(app, code);
   commands::add_up(app, code);
+  commands::add_runs(app, code);
   commands::add_attach(app, code);
   commands::add_stop(app, code);
   commands::add_check(app, code);

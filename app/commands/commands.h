@@ -9,6 +9,7 @@ class App;
 namespace berth::commands {
 
 void add_run(CLI::App& app, int& exit_code);
+void add_runs(CLI::App& app, int& exit_code);
 void add_up(CLI::App& app, int& exit_code);
 void add_attach(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);

@@ -6,6 +6,8 @@
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
+#include "app/runs/run_list.h"
+#include "common/core/error.h"
 #include "logs/compare/beside.h"
 #include "logs/compare/comparison.h"
 #include "logs/report/report.h"
@@ -16,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::vector<fs::path> runs;
+  std::vector<std::string> runs;
   bool list = false;
   bool json = false;
   fs::path html;
@@ -55,7 +57,7 @@ int compare(const Options& options) {
   int worst = exit_code::passed;
   std::vector<report::ReportedRun> runs;
   for (const auto& run : options.runs) {
-    runs.push_back(report::read_reported_run(run));
+    runs.push_back(report::read_reported_run(find_run(run)));
     const logs::Comparison& comparison = runs.back().run.comparison;
     if (!options.json) std::printf("%s\n", logs::text_of(comparison).c_str());
     worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
@@ -71,7 +73,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "compare", "Compare estimates with ground truth and recompute the verdict, from a log alone");
   auto options = std::make_shared<Options>();
-  command->add_option("run", options->runs, "Run directories or logs");
+  command->add_option("run", options->runs,
+                      "Run directories, logs, names of runs in runs/, or 'last'");
   command->add_flag("--list", options->list, "List what can be measured, with units");
   command->add_flag("--json", options->json, "JSON instead of tables");
   command->add_option("--html", options->html,

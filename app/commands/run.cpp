@@ -49,6 +49,8 @@ void add_cell_options(CLI::App& command, Options& options) {
       ->capture_default_str();
   command.add_option("--config", options.request.config,
                      "Configuration directory instead of the one shipped");
+  command.add_option("--operator", options.request.operator_name,
+                     "Who runs it, for the record; default: BERTH_OPERATOR, or the user's name");
   command.add_option("--lcm-url", options.request.url,
                      "LCM URL, e.g. udpm://239.255.76.67:7667?ttl=0; testbeds side by side need "
                      "ports of their own");

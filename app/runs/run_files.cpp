@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/runs/choose_setup.h"
+#include "app/runs/manifest.h"
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -23,12 +24,6 @@
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
-
-void write_file(const fs::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-}
 
 std::string utc_stamp() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
@@ -118,6 +113,16 @@ struct Description {
   double target_length = 0;
 };
 
+/// A mesh of the user's own goes with the run and is named from there: it can then be judged
+/// anywhere, and the twin's log does not tell where it was made.
+std::string keep_target(const fs::path& directory, const std::string& target) {
+  if (!fs::path(target).has_extension()) return target;
+  const fs::path kept = fs::path("target") / fs::path(target).filename();
+  fs::create_directory(directory / "target");
+  fs::copy_file(target, directory / kept);
+  return kept.generic_string();
+}
+
 RunFiles write(const RunRequest& request, const std::string& stem, const fs::path& config,
                const Description& description) {
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
@@ -145,7 +150,7 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   out << YAML::Key << "session" << YAML::Value << description.session;
   out << YAML::Key << "seed" << YAML::Value << description.seed;
   out << YAML::Key << "layout" << YAML::Value << description.layout;
-  out << YAML::Key << "target" << YAML::Value << description.target;
+  out << YAML::Key << "target" << YAML::Value << keep_target(directory, description.target);
   out << YAML::Key << "target_length" << YAML::Value
       << std::to_string(description.target_length) + " m";
   out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
@@ -154,7 +159,9 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   }
   out << YAML::EndMap << YAML::EndMap;
   write_file(directory / "run.yaml", std::string(out.c_str()) + "\n");
-  return RunFiles::open(directory);
+  RunFiles files = RunFiles::open(directory);
+  write_manifest(files, request);
+  return files;
 }
 
 /// A procedure in a cell that is up: what the cell is cannot be chosen any more.
@@ -162,7 +169,8 @@ RunFiles join(const RunRequest& request) {
   const RunFiles cell = RunFiles::open(request.joins);
   procedures::load_procedure(request.procedure, request.parameters);
   if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
-      (!request.target.empty() && request.target != cell.setup.target) ||
+      (!request.target.empty() &&
+       fs::path(request.target).filename() != fs::path(cell.setup.target).filename()) ||
       request.target_length > 0) {
     throw InputError("a cell is up with layout '" + cell.setup.layout + "' and target '" +
                      cell.setup.target + "': bring it down first (berth stop) to have another");
@@ -234,6 +242,9 @@ RunFiles RunFiles::open(const fs::path& directory) {
   files.setup.seed = static_cast<std::uint64_t>(run.integer("seed"));
   files.setup.layout = run.text("layout");
   files.setup.target = run.text("target");
+  if (fs::path(files.setup.target).has_extension()) {
+    files.setup.target = (files.directory / files.setup.target).string();
+  }
   files.setup.target_length = run.quantity("target_length", Dimension::length);
   Config parameters = run.section("parameters");
   for (const auto& key : parameters.keys()) files.parameters[key] = parameters.text(key);

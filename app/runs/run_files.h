@@ -22,6 +22,7 @@ struct RunRequest {
   std::filesystem::path joins;          ///< run directory of a cell that is up already
   std::filesystem::path config;         ///< configuration to copy; empty: the one shipped
   std::filesystem::path out = "runs";   ///< the run directory is made under it
+  std::string operator_name;            ///< empty: default_operator()
 };
 
 /// A run directory: everything that makes and records one run.
@@ -29,11 +30,15 @@ struct RunRequest {
 ///     run.yaml            what the run is (read by every node program)
 ///     procedure.yaml      the procedure as run
 ///     config/             the configuration as used
+///     target/             the mesh, where the target is the user's own
+///     types/              the message definitions
+///     manifest.json       who, where, when, with what; hashes of all of the above
 ///     run.lcm             the log
-///     world_truth.lcm     of a simulated cell: where everything really was; only tests and reports
-///     open it
-///     results.json, verdict.txt, report.html
+///     world_truth.lcm     of a simulated cell: where everything really was, for tests and reports
 ///     output/             what the processes printed
+/// and after the end:
+///     verdict.txt, results.json, results.xml (JUnit), events.jsonl, report.html
+///     SHA256SUMS          of everything, last
 struct RunFiles {
   std::filesystem::path directory;
   std::string name;  ///< of the run; in the twin it holds no wall time

@@ -11,6 +11,7 @@
 #include "app/exit_code.h"
 #include "app/hosts/child_process.h"
 #include "app/runs/run_files.h"
+#include "app/runs/run_list.h"
 #include "app/terminal/operator_keys.h"
 #include "app/terminal/operator_link.h"
 #include "app/terminal/raw_terminal.h"
@@ -38,13 +39,8 @@ void wait_for(pid_t pid) { waitpid(pid, nullptr, WNOHANG); }
 
 int exit_code_of(const RunFiles& files, bool interrupted) {
   if (!files.has_procedure) return exit_code::passed;
-  if (!std::filesystem::exists(files.log())) return exit_code::error;
-  try {
-    const auto outcome = logs::compare_log(files.log()).outcome;
-    if (outcome != procedure_state_t::NONE) return logs::exit_code_of_outcome(outcome);
-  } catch (const InputError&) {
-    // died before its procedure spoke: verdict.txt says why
-  }
+  const auto outcome = recorded_outcome(files.directory);
+  if (outcome && *outcome != procedure_state_t::NONE) return logs::exit_code_of_outcome(*outcome);
   return interrupted ? exit_code::aborted : exit_code::error;
 }
 

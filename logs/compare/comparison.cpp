@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/sha256.h"
 #include "logs/run/target_surface.h"
 
 namespace berth::logs {
@@ -52,14 +54,18 @@ PhaseTable table_of(const Phase& phase, const Measurer& measurer) {
 
 bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-/// The text of the procedure as it was run, from the run's own messages.
-const std::string* procedure_text(const run_info_t& info) {
+/// The text of the procedure as it was run: from the run's own messages, or, where it was too long
+/// for one, from the file beside the log, if that is the same. Empty: neither.
+std::string procedure_text(const run_info_t& info, const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory / "procedure.yaml";
   for (const attachment_t& attachment : info.attachments) {
-    if (attachment.name == "procedure.yaml" && !attachment.content.empty()) {
-      return &attachment.content;
+    if (attachment.name != "procedure.yaml") continue;
+    if (!attachment.content.empty()) return attachment.content;
+    if (std::filesystem::exists(file) && sha256_of_file(file) == attachment.sha256) {
+      return read_file(file);
     }
   }
-  return nullptr;
+  return {};
 }
 
 void take_recorded_verdict(const RunRecord& record, Comparison& comparison) {
@@ -121,7 +127,8 @@ bool same_results(const std::vector<criterion_result_t>& a,
   return true;
 }
 
-Comparison compare_record(const RunRecord& record, const NearestPoint& nearest) {
+Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
+                          const std::filesystem::path& directory) {
   Comparison comparison;
   comparison.info = record.info();
   take_recorded_verdict(record, comparison);
@@ -129,12 +136,12 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest) 
   for (const Phase& phase : record.phases()) {
     comparison.phases.push_back(table_of(phase, measurer));
   }
-  const std::string* text = record.info() ? procedure_text(*record.info()) : nullptr;
-  if (text == nullptr) {
+  const std::string text = record.info() ? procedure_text(*record.info(), directory) : "";
+  if (text.empty()) {
     comparison.remarks.push_back("the log does not hold the procedure: nothing can be judged");
     return comparison;
   }
-  Config procedure = Config::parse(*text, "procedure.yaml in the log");
+  Config procedure = Config::parse(text, "procedure.yaml in the log");
   comparison.criteria = judge(read_criteria(procedure), measurer);
   decide(record, comparison);
   return comparison;
@@ -150,9 +157,9 @@ ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visi
                      std::to_string(summary.events) + " events");
   }
   std::string why;
-  if (record.info()) run.nearest = nearest_point_of_run(*record.info(), why);
+  if (record.info()) run.nearest = nearest_point_of_run(*record.info(), log.parent_path(), why);
   Comparison& comparison = run.comparison;
-  comparison = compare_record(record, run.nearest);
+  comparison = compare_record(record, run.nearest, log.parent_path());
   comparison.log = log.string();
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);

@@ -76,7 +76,9 @@ struct ComparedRun {
 /// @throws InputError when the file cannot be read or holds no run.
 ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor = {});
 Comparison compare_log(const std::filesystem::path& log);
-Comparison compare_record(const RunRecord& record, const NearestPoint& nearest);
+/// @param directory of the log: there a procedure is found that was too long for a message
+Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
+                          const std::filesystem::path& directory = {});
 
 /// Whether two lists of results say the same, NaN equal to NaN.
 bool same_results(const std::vector<criterion_result_t>& a,

@@ -101,6 +101,7 @@ ordered_json json_of_steps(const std::vector<procedure_step_t>& steps) {
 std::string json_of(const Comparison& comparison) {
   const LogSummary& log = comparison.summary;
   ordered_json json = {
+      {"schema", "berth-results-1"},
       {"log",
        {{"file", comparison.log},
         {"events", log.events},
@@ -108,6 +109,7 @@ std::string json_of(const Comparison& comparison) {
         {"damaged_bytes", log.damaged_bytes},
         {"undecodable", log.undecodable}}},
       {"outcome", text_of_outcome(comparison.outcome)},
+      {"exit_code", exit_code_of_outcome(comparison.outcome)},
       {"reason", comparison.reason},
       {"recorded_outcome", text_of_outcome(comparison.recorded_outcome)},
       {"agrees_with_recorded", comparison.agrees},

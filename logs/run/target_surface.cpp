@@ -13,9 +13,12 @@ NearestPoint nearest_point_on(const Target& target) {
   return [caster](const Vector3d& point) { return caster->nearest(point); };
 }
 
-NearestPoint nearest_point_of_run(const run_info_t& info, std::string& why) {
+NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem::path& directory,
+                                  std::string& why) {
   try {
-    const Target target = load_target(info.target, info.target_length_m);
+    const bool kept = std::filesystem::exists(directory / info.target);
+    const Target target =
+        load_target(kept ? (directory / info.target).string() : info.target, info.target_length_m);
     if (target.hash == info.target_hash) return nearest_point_on(target);
     why = "target '" + info.target + "' is not the one of the run: its hash differs";
   } catch (const InputError& e) {

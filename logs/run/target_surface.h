@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 #include "common/core/target.h"
 #include "logs/measure/measurer.h"
 
@@ -10,7 +13,9 @@ namespace berth::logs {
 NearestPoint nearest_point_on(const Target& target);
 
 /// Nearest point on the target of a recorded run; empty, with the reason in `why`, when the mesh
-/// that RUN_INFO names cannot be loaded any more or is not the same one.
-NearestPoint nearest_point_of_run(const run_info_t& info, std::string& why);
+/// that RUN_INFO names cannot be loaded any more or is not the same one. A relative name counts
+/// from the directory of the run's log.
+NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem::path& directory,
+                                  std::string& why);
 
 }  // namespace berth::logs

@@ -29,6 +29,13 @@ std::vector<fs::path> configuration_files(const RunSetup& setup) {
   return files;
 }
 
+/// A mesh that the run keeps is named from its directory, wherever that is.
+std::string name_from_run(const RunSetup& setup) {
+  const fs::path name = fs::path(setup.target).lexically_relative(setup.out);
+  const bool inside = !setup.out.empty() && !name.empty() && *name.begin() != "..";
+  return inside ? name.generic_string() : setup.target;
+}
+
 }  // namespace
 
 run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, const Target& target,
@@ -41,7 +48,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   info.version = version();
   info.seed = static_cast<std::int64_t>(setup.seed);
   info.procedure = procedure.name;
-  info.target = setup.target;
+  info.target = name_from_run(setup);
   // As asked for, so that loading it again gives the same bits.
   info.target_length_m = setup.target_length > 0 ? setup.target_length : target.length;
   info.target_hash = target.hash;

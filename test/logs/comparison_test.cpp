@@ -6,7 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
+#include "common/core/random.h"
+#include "common/core/sha256.h"
 #include "lcmtypes/channels.h"
+#include "logs/compare/junit.h"
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
 #include "test/logs/made_run.h"
@@ -31,8 +34,13 @@ void write(LogWriter& log, const char* channel, const Message& message) {
   log.write(message.utime, channel, bytes);
 }
 
+const std::string made_procedure =
+    "name: made\ncriteria:\n"
+    "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
+    "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
+
 /// A run wrong by 5 mm along z for 10 s, and what its engine would have said.
-void write_run(const fs::path& path, std::int64_t other_session = 0) {
+void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true) {
   RunRecord record;
   LogWriter log(path);
   run_info_t info{};
@@ -45,10 +53,8 @@ void write_run(const fs::path& path, std::int64_t other_session = 0) {
   info.target = "no-such-target.ply";
   attachment_t procedure{};
   procedure.name = "procedure.yaml";
-  procedure.content =
-      "name: made\ncriteria:\n"
-      "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
-      "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
+  procedure.sha256 = sha256(made_procedure);
+  if (with_text) procedure.content = made_procedure;
   info.attachments = {procedure};
   info.attachment_count = 1;
   write(log, channels::run_info, info);
@@ -72,7 +78,7 @@ void write_run(const fs::path& path, std::int64_t other_session = 0) {
   }
   auto state = made::state({{"go", 0, 10}});
   record.add(state);
-  Config config = Config::parse(procedure.content, "p");
+  Config config = Config::parse(made_procedure, "p");
   state.criteria = judge(read_criteria(config), Measurer(record, {}));
   state.criterion_count = static_cast<std::int32_t>(state.criteria.size());
   state.outcome = outcome_of(state.criteria);
@@ -132,4 +138,44 @@ TEST_CASE("a log without a run is an error of the input") {
   { LogWriter log(folder.path / "empty.lcm"); }
   CHECK_THROWS_AS(compare_log(folder.path / "empty.lcm"), InputError);
   CHECK_THROWS_AS(compare_log(folder.path / "none.lcm"), InputError);
+}
+
+TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is missing") {
+  TemporaryFolder folder;
+  const fs::path whole = folder.path / "whole.lcm";
+  const fs::path cut = folder.path / "cut.lcm";
+  write_run(whole);
+  Random random(11, "cut");
+  const auto size = static_cast<double>(fs::file_size(whole));
+  int judged = 0;
+  for (int i = 0; i < 60; ++i) {
+    // A third of them near the end, where a run that died is cut.
+    const double place = i % 3 == 0 ? 1 - 1e-3 * random.uniform() : random.uniform();
+    fs::copy_file(whole, cut, fs::copy_options::overwrite_existing);
+    fs::resize_file(cut, static_cast<std::uintmax_t>(size * place));
+    try {
+      const Comparison c = compare_log(cut);
+      ++judged;
+      CHECK_FALSE(c.remarks.empty());
+      CHECK(c.recorded_outcome == procedure_state_t::NONE);
+      CHECK_FALSE(text_of(c).empty());
+      CHECK_FALSE(junit_xml({junit_suite_of(c)}).empty());
+      CHECK_NOTHROW(nlohmann::json::parse(json_of(c)));
+    } catch (const InputError& e) {
+      CHECK(std::string(e.what()).find("holds no run") != std::string::npos);
+    }
+  }
+  CHECK(judged > 40);
+}
+
+TEST_CASE("a procedure that its message could not hold is read from beside the log") {
+  TemporaryFolder folder;
+  write_run(folder.path / "run.lcm", 0, false);
+  CHECK(compare_log(folder.path / "run.lcm").criteria.empty());
+  std::ofstream(folder.path / "procedure.yaml") << made_procedure;
+  const Comparison c = compare_log(folder.path / "run.lcm");
+  CHECK(c.criteria.size() == 2);
+  CHECK(c.agrees);
+  std::ofstream(folder.path / "procedure.yaml") << made_procedure << "# changed\n";
+  CHECK(compare_log(folder.path / "run.lcm").criteria.empty());
 }

@@ -8,9 +8,12 @@ code=0
 "$bin/berth" run --out "$work/runs" --lcm-url "$url" procedures/track_static.yaml || code=$?
 [ $code = 0 ] || fail "exit code $code"
 run=$(only_run "$work/runs")
-for file in run.yaml procedure.yaml run.lcm world_truth.lcm results.json verdict.txt; do
+for file in run.yaml procedure.yaml manifest.json types/pose_estimate_t.lcm run.lcm world_truth.lcm \
+            verdict.txt results.json results.xml events.jsonl report.html; do
   [ -s "$run/$file" ] || fail "$file is missing"
 done
+(cd "$run" && sha256sum --quiet -c SHA256SUMS) || fail "SHA256SUMS is wrong"
+expect 0 "$bin/berth" runs --verify "$work/runs"
 ! pgrep -f "$work" || fail "processes are left behind"
 expect 0 "$bin/berth" compare "$run"
 

@@ -12,6 +12,7 @@ expect $code "$bin/berth" run --twin --seed 3 --out "$work/b" $procedure
 "$bin/berth" run --twin --seed 4 --out "$work/c" $procedure >/dev/null || true
 a=$(only_run "$work/a")
 cmp "$a/run.lcm" "$(only_run "$work/b")/run.lcm" || fail "one seed, two logs"
+cmp "$a/results.json" "$(only_run "$work/b")/results.json" || fail "one seed, two results"
 ! cmp -s "$a/run.lcm" "$(only_run "$work/c")/run.lcm" || fail "two seeds, one log"
 expect $code "$bin/berth" compare "$a"
 expect $code "$bin/berth" compare "$a/run.lcm"

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/runs/checksums.h"
+#include "app/runs/run_list.h"
+#include "common/core/error.h"
+#include "common/core/text.h"
+
+namespace berth::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+struct Options {
+  fs::path directory = "runs";
+  RunFilter filter;
+  std::size_t limit = 0;
+  bool json = false;
+  bool verify = false;
+};
+
+std::string text_of_size(std::uintmax_t bytes) {
+  constexpr double kilo = 1000;
+  const auto size = static_cast<double>(bytes);
+  if (size >= kilo * kilo * kilo) return fixed(size / kilo / kilo / kilo, 1) + " GB";
+  return fixed(size / kilo / kilo, 1) + " MB";
+}
+
+std::string text_of_margin(const RunEntry& run) {
+  if (run.worst_criterion.empty()) return "";
+  return shown(run.worst_margin) + " " + run.worst_unit + " (" + run.worst_criterion + ")";
+}
+
+void print_table(const std::vector<RunEntry>& runs) {
+  std::vector<std::vector<std::string>> lines = {
+      {"run", "host", "target", "outcome", "worst margin", "duration", "size"}};
+  for (const RunEntry& run : runs) {
+    lines.push_back({run.name(), run.host, run.target, state_text(run), text_of_margin(run),
+                     std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s",
+                     text_of_size(run.bytes)});
+  }
+  std::printf("%s", text_table(lines, 5).c_str());
+  for (const RunEntry& run : runs) {
+    if (!run.reason.empty()) std::printf("  %s: %s\n", run.name().c_str(), run.reason.c_str());
+  }
+}
+
+void print_json(const std::vector<RunEntry>& runs) {
+  ordered_json list = ordered_json::array();
+  const auto number = [](double v) {
+    return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr);
+  };
+  for (const RunEntry& run : runs) {
+    const bool has_margin = !run.worst_criterion.empty();
+    list.push_back({{"run", run.name()},
+                    {"directory", run.directory.string()},
+                    {"created", run.created},
+                    {"host", run.host},
+                    {"operator", run.operator_name},
+                    {"procedure", run.procedure},
+                    {"layout", run.layout},
+                    {"target", run.target},
+                    {"seed", run.seed},
+                    {"version", run.version},
+                    {"outcome", state_text(run)},
+                    {"reason", run.reason},
+                    {"duration_s", number(run.duration_s)},
+                    {"worst_criterion", run.worst_criterion},
+                    {"worst_margin", has_margin ? number(run.worst_margin) : nullptr},
+                    {"worst_margin_unit", run.worst_unit},
+                    {"bytes", run.bytes}});
+  }
+  std::printf("%s\n", list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
+int verify(const std::vector<RunEntry>& runs) {
+  int code = exit_code::passed;
+  for (const RunEntry& run : runs) {
+    if (run.state == RunEntry::State::running) continue;
+    std::vector<std::string> problems;
+    try {
+      problems = verify_checksums(run.directory);
+    } catch (const InputError& e) {
+      problems.emplace_back(e.what());
+    }
+    std::printf("%s: %s\n", run.name().c_str(), problems.empty() ? "as it was written" : "CHANGED");
+    for (const std::string& problem : problems) std::printf("  %s\n", problem.c_str());
+    if (!problems.empty()) code = exit_code::error;
+  }
+  return code;
+}
+
+int runs(const Options& options) {
+  // A run directory, or one that holds some.
+  const bool one = fs::exists(options.directory / "run.yaml");
+  const std::vector<RunEntry> all =
+      one ? std::vector<RunEntry>{read_run_entry(options.directory)} : list_runs(options.directory);
+  const std::vector<RunEntry> found = matching(all, options.filter, options.limit);
+  if (options.verify) return verify(found);
+  if (options.json) {
+    print_json(found);
+  } else if (found.empty()) {
+    std::printf("no runs in %s%s\n", options.directory.c_str(), all.empty() ? "" : " that match");
+  } else {
+    print_table(found);
+  }
+  return exit_code::passed;
+}
+
+}  // namespace
+
+void add_runs(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("runs", "List and find runs; check that they are unchanged");
+  auto options = std::make_shared<Options>();
+  command->add_option("directory", options->directory, "Where the runs are, or one run")
+      ->capture_default_str();
+  command->add_option("--procedure", options->filter.procedure, "Only those of this procedure");
+  command->add_option("--outcome", options->filter.outcome,
+                      "Only PASS, FAIL, ERROR, TIMEOUT, ABORTED, INCONCLUSIVE, RUNNING or "
+                      "UNFINISHED");
+  command->add_option("--since", options->filter.since,
+                      "Only those made since a date (UTC) such as 2026-11-20, or within '12 h' or "
+                      "'3 days'");
+  command->add_option("--host", options->filter.host, "Only twin, simulated-cell or cell");
+  command->add_option("--limit", options->limit, "Only the newest N");
+  command->add_flag("--json", options->json, "JSON instead of a table");
+  command->add_flag("--verify", options->verify, "Check the files against SHA256SUMS");
+  command->callback([options, &exit_code] { exit_code = runs(*options); });
+}
+
+}  // namespace berth::commands

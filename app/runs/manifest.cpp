@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/runs/manifest.h"
+
+#include <dlfcn.h>
+#include <lcm/lcm.h>
+#include <pwd.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "common/core/file.h"
+#include "common/core/sha256.h"
+#include "common/core/version.h"
+#include "logs/types/type_catalogue.h"
+
+namespace berth {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+/// "liblcm.so.1.3.1": the library has no function that tells.
+std::string lcm_library() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&lcm_create), &info) == 0) return "";
+  std::error_code error;
+  const fs::path file = fs::canonical(info.dli_fname, error);
+  return error ? info.dli_fname : file.filename().string();
+}
+
+ordered_json machine() {
+  utsname system{};
+  uname(&system);
+  return {{"name", system.nodename},
+          {"system", std::string(system.sysname) + " " + system.release},
+          {"architecture", system.machine},
+          {"processors", std::thread::hardware_concurrency()}};
+}
+
+ordered_json hashes_of(const fs::path& run) {
+  ordered_json hashes = ordered_json::object();
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(run)) {
+    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), run));
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) hashes[file.generic_string()] = sha256_of_file(run / file);
+  return hashes;
+}
+
+/// Copies the .lcm files beside the log; their fingerprints by name.
+ordered_json keep_message_types(const fs::path& run) {
+  ordered_json fingerprints = ordered_json::object();
+  const fs::path definitions = shared_files() / "lcmtypes";
+  if (!fs::is_directory(definitions)) return fingerprints;
+  fs::create_directory(run / "types");
+  for (const auto& entry : fs::directory_iterator(definitions)) {
+    if (entry.path().extension() != ".lcm") continue;
+    fs::copy_file(entry.path(), run / "types" / entry.path().filename());
+  }
+  logs::TypeCatalogue catalogue;
+  catalogue.add(run / "types");
+  for (const auto& type : catalogue.types()) {
+    char text[20];
+    std::snprintf(text, sizeof text, "0x%016llx",
+                  static_cast<unsigned long long>(type->fingerprint));
+    fingerprints[type->name] = text;
+  }
+  return fingerprints;
+}
+
+}  // namespace
+
+std::string default_operator() {
+  if (const char* name = std::getenv("BERTH_OPERATOR")) return name;
+  const passwd* user = getpwuid(getuid());
+  return user != nullptr ? user->pw_name : std::to_string(getuid());
+}
+
+void write_manifest(const RunFiles& files, const RunRequest& request) {
+  const ordered_json types = keep_message_types(files.directory);
+  const std::string who =
+      request.operator_name.empty() ? default_operator() : request.operator_name;
+  const std::string target = files.setup.target;
+  const ordered_json manifest = {
+      {"schema", "berth-run-1"},
+      {"name", files.name},
+      {"created", utc_now()},
+      {"operator", who},
+      {"host", files.host},
+      {"machine", machine()},
+      {"versions", {{"berth", version()}, {"lcm", lcm_library()}, {"compiler", __VERSION__}}},
+      {"seed", files.setup.seed},
+      {"session", files.setup.session},
+      {"procedure", request.procedure.string()},
+      {"parameters", files.parameters},
+      {"layout", files.setup.layout},
+      {"target", fs::path(target).filename().string()},
+      {"configuration_hash", files.configuration_hash},
+      {"message_types", types},
+      {"files", hashes_of(files.directory)},
+  };
+  write_file(files.directory / manifest_file,
+             manifest.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace berth

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/runs/run_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "app/runs/active_runs.h"
+#include "app/runs/manifest.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "logs/run/outcome.h"
+
+namespace berth {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Null where there is no such file, or it is no JSON.
+json read_json(const fs::path& file) {
+  if (!fs::exists(file)) return nullptr;
+  return json::parse(read_file(file), nullptr, false);
+}
+
+std::string text_in(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+double number_in(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : nan;
+}
+
+std::uintmax_t size_of(const fs::path& directory) {
+  std::uintmax_t sum = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(directory, error), end; at != end; at.increment(error)) {
+    if (error) break;
+    const std::uintmax_t size = at->is_regular_file(error) ? at->file_size(error) : 0;
+    if (!error) sum += size;
+  }
+  return sum;
+}
+
+void take_manifest(const json& manifest, RunEntry& run) {
+  run.created = text_in(manifest, "created");
+  run.host = text_in(manifest, "host");
+  run.procedure = fs::path(text_in(manifest, "procedure")).stem().string();
+  run.layout = text_in(manifest, "layout");
+  run.target = text_in(manifest, "target");
+  run.operator_name = text_in(manifest, "operator");
+  run.seed = manifest.value("seed", std::int64_t{0});
+  if (manifest.contains("versions")) run.version = text_in(manifest["versions"], "berth");
+}
+
+void take_results(const json& results, RunEntry& run) {
+  run.outcome = text_in(results, "outcome");
+  run.reason = text_in(results, "reason");
+  run.duration_s = number_in(results, "duration_s");
+  double worst = std::numeric_limits<double>::infinity();
+  for (const json& criterion : results.value("criteria", json::array())) {
+    const double margin = number_in(criterion, "margin");
+    const double lower = std::abs(number_in(criterion, "min"));
+    const double upper = std::abs(number_in(criterion, "max"));
+    const double limit = std::isnan(lower)   ? upper
+                         : std::isnan(upper) ? lower
+                                             : std::max(lower, upper);
+    const double share = limit > 0 ? margin / limit : margin;
+    if (std::isnan(share) || share >= worst) continue;
+    worst = share;
+    run.worst_criterion = text_in(criterion, "name");
+    run.worst_margin = margin;
+    run.worst_unit = text_in(criterion, "unit");
+  }
+}
+
+bool is_active(const fs::path& directory) {
+  const auto active = active_runs();
+  return std::any_of(active.begin(), active.end(), [&](const ActiveRun& run) {
+    return run.directory == fs::absolute(directory).lexically_normal();
+  });
+}
+
+void read_entry(RunEntry& run) {
+  const json manifest = read_json(run.directory / manifest_file);
+  if (manifest.is_object()) take_manifest(manifest, run);
+  const json results = read_json(run.directory / "results.json");
+  if (is_active(run.directory)) {
+    run.state = RunEntry::State::running;
+  } else if (results.is_object() && !text_in(results, "outcome").empty()) {
+    run.state = RunEntry::State::finished;
+    take_results(results, run);
+  } else if (run.procedure.empty()) {
+    run.reason = "a cell without a procedure";
+  } else if (!fs::exists(run.directory / "run.lcm")) {
+    run.reason = "nothing was recorded";
+  } else {
+    run.reason = "ended without a verdict; berth compare judges what was recorded";
+  }
+  if (manifest.is_discarded()) run.reason = "manifest.json is damaged";
+  if (results.is_discarded()) run.reason = "results.json is damaged";
+}
+
+}  // namespace
+
+RunEntry read_run_entry(const fs::path& directory) {
+  RunEntry run;
+  run.directory = directory;
+  run.duration_s = nan;
+  run.bytes = size_of(directory);
+  try {
+    read_entry(run);
+  } catch (const std::exception& e) {
+    run.reason = e.what();
+  }
+  return run;
+}
+
+std::vector<RunEntry> list_runs(const fs::path& parent) {
+  if (!fs::is_directory(parent)) throw InputError(parent.string() + ": no such directory of runs");
+  std::vector<RunEntry> runs;
+  for (const auto& entry : fs::directory_iterator(parent)) {
+    if (fs::exists(entry.path() / "run.yaml")) runs.push_back(read_run_entry(entry.path()));
+  }
+  // Directories are named by their time; those of one second by their number.
+  std::sort(runs.begin(), runs.end(),
+            [](const RunEntry& a, const RunEntry& b) { return a.name() < b.name(); });
+  return runs;
+}
+
+std::string state_text(const RunEntry& run) {
+  if (run.state == RunEntry::State::running) return "RUNNING";
+  return run.state == RunEntry::State::finished ? run.outcome : "UNFINISHED";
+}
+
+fs::path find_run(const std::string& text, const fs::path& parent) {
+  if (fs::exists(text)) return text;
+  std::vector<fs::path> found;
+  if (fs::is_directory(parent)) {
+    for (const auto& entry : fs::directory_iterator(parent)) {
+      const std::string name = entry.path().filename().string();
+      if (!fs::exists(entry.path() / "run.yaml")) continue;
+      if (name == text) return entry.path();
+      if (text == "last" || name.find(text) != std::string::npos) found.push_back(entry.path());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  if (found.empty()) {
+    throw InputError("run '" + text + "': no such directory or log, and no run of that name in " +
+                     parent.string() + " (berth runs lists them)");
+  }
+  if (text != "last" && found.size() > 1) {
+    throw InputError("run '" + text + "': " + std::to_string(found.size()) + " runs have that in " +
+                     "their names, the newest is " + found.back().filename().string());
+  }
+  return found.back();
+}
+
+std::optional<std::int8_t> recorded_outcome(const fs::path& directory) {
+  const json results = read_json(directory / "results.json");
+  if (!results.is_object()) return std::nullopt;
+  return logs::outcome_named(text_in(results, "outcome"));
+}
+
+}  // namespace berth

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdlib.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/runs/checksums.h"
+#include "app/runs/manifest.h"
+#include "app/runs/run_files.h"
+#include "app/runs/run_list.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/mesh.h"
+#include "common/core/target.h"
+#include "test/catch.h"
+#include "test/core/temporary_directory.h"
+
+using namespace berth;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A run directory with what a list looks at.
+fs::path make_run(const fs::path& parent, const std::string& name, const std::string& outcome,
+                  double margin = 5) {
+  const fs::path run = parent / name;
+  fs::create_directories(run);
+  write_file(run / "run.yaml", "name: x\n");
+  write_file(run / "run.lcm", "log");
+  write_file(run / manifest_file,
+             R"({"created": "2026-11-2)" + name.substr(0, 1) +
+                 R"(T10:00:00Z", "host": "twin", "procedure": "procedures/approach.yaml",
+                   "target": "radarsat2", "seed": 7, "versions": {"berth": "1"}})");
+  if (outcome.empty()) return run;
+  write_file(run / "results.json",
+             R"({"outcome": ")" + outcome + R"(", "duration_s": 12.5, "criteria": [
+               {"name": "wide", "margin": 40, "min": null, "max": 50, "unit": "mm"},
+               {"name": "close", "margin": )" +
+                 std::to_string(margin) + R"(, "min": -10, "max": 100, "unit": "mm"}]})");
+  return run;
+}
+
+RunRequest twin_of(const fs::path& out) {
+  RunRequest request;
+  request.procedure = "procedures/track_static.yaml";
+  request.host = "twin";
+  request.out = out;
+  request.operator_name = "Ada";
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("a file is put in its place whole") {
+  const TemporaryDirectory folder;
+  write_file(folder / "a", "first");
+  write_file(folder / "a", "second, longer");
+  CHECK(read_file(folder / "a") == "second, longer");
+  CHECK_FALSE(fs::exists(folder / "a.part"));
+  CHECK_THROWS_AS(write_file(folder / "none" / "a", "x"), InputError);
+  fs::create_directory(folder / "d");
+  write_file(folder / "d" / "inside", "x");
+  CHECK_THROWS_AS(write_file(folder / "d", "a directory stands there"), InputError);
+  CHECK_FALSE(fs::exists(folder / "d.part"));
+}
+
+TEST_CASE("checksums tell what was changed, is missing, or came after") {
+  const TemporaryDirectory folder;
+  fs::create_directory(folder / "config");
+  write_file(folder / "run.lcm", "log");
+  write_file(folder / "config" / "a.yaml", "a: 1");
+  CHECK_THROWS_AS(verify_checksums(folder.path()), InputError);
+  write_checksums(folder.path());
+  CHECK(verify_checksums(folder.path()).empty());
+  // As sha256sum has it: SHA-256 of "log".
+  CHECK(read_file(folder / checksums_file).find("  config/a.yaml\n") == 64);
+  write_file(folder / "config" / "a.yaml", "a: 2");
+  fs::remove(folder / "run.lcm");
+  write_file(folder / "late", "");
+  CHECK(verify_checksums(folder.path()) ==
+        std::vector<std::string>{"config/a.yaml was changed", "run.lcm is missing",
+                                 "late is not listed"});
+}
+
+TEST_CASE("everything known before the start is in the run's directory, and a mesh goes with it") {
+  const TemporaryDirectory folder;
+  const std::string mesh = (folder / "my target.ply").string();
+  save_ply(load_target("radarsat2", 0).mesh, mesh);
+  RunRequest request = twin_of(folder / "runs");
+  request.target = mesh;
+  request.target_length = 2;
+  const RunFiles made = RunFiles::create(request);
+  for (const char* file : {"run.yaml", "procedure.yaml", "config/testbed.yaml",
+                           "target/my target.ply", "types/pose_estimate_t.lcm"}) {
+    CHECK(fs::exists(made.directory / file));
+  }
+  const auto manifest = nlohmann::json::parse(read_file(made.directory / manifest_file));
+  CHECK(manifest["operator"] == "Ada");
+  CHECK(manifest["files"].contains("target/my target.ply"));
+  CHECK(manifest["files"].contains("types/pose_estimate_t.lcm"));
+  CHECK(manifest["message_types"].contains("berth.pose_estimate_t"));
+  CHECK(manifest["versions"]["lcm"].get<std::string>().find("liblcm") == 0);
+
+  // Elsewhere, and without the mesh that it came from, it is the same run.
+  fs::remove(mesh);
+  const fs::path moved = folder / "moved";
+  fs::rename(made.directory, moved);
+  const RunFiles opened = RunFiles::open(moved);
+  CHECK(opened.setup.target == (moved / "target" / "my target.ply").string());
+  CHECK(opened.configuration_hash == made.configuration_hash);
+  CHECK(load_target(opened.setup.target, opened.setup.target_length).length == Approx(2));
+}
+
+TEST_CASE("runs are listed with outcome and worst margin, broken ones with the reason") {
+  const TemporaryDirectory folder;
+  setenv("XDG_RUNTIME_DIR", (folder / "runtime").c_str(), 1);
+  make_run(folder.path(), "1_approach", "PASS");
+  make_run(folder.path(), "2_approach", "FAIL", -3);
+  make_run(folder.path(), "3_approach", "");
+  write_file(make_run(folder.path(), "4_approach", "PASS") / "results.json", "{cut of");
+  fs::create_directory(folder / "5_no_run");
+  const auto runs = list_runs(folder.path());
+  REQUIRE(runs.size() == 4);
+  CHECK(runs[0].name() == "1_approach");
+  CHECK(state_text(runs[0]) == "PASS");
+  CHECK(runs[0].worst_criterion == "close");
+  CHECK(runs[0].worst_margin == 5);
+  CHECK(runs[0].duration_s == 12.5);
+  CHECK(runs[0].procedure == "approach");
+  CHECK(runs[1].worst_margin == -3);
+  CHECK(state_text(runs[2]) == "UNFINISHED");
+  CHECK(runs[2].reason.find("ended without a verdict") == 0);
+  CHECK(state_text(runs[3]) == "UNFINISHED");
+  CHECK(runs[3].reason == "results.json is damaged");
+  CHECK(recorded_outcome(folder / "2_approach") == procedure_state_t::FAIL);
+  CHECK_FALSE(recorded_outcome(folder / "3_approach"));
+  CHECK_THROWS_AS(list_runs(folder / "nowhere"), InputError);
+
+  const auto names = [](const std::vector<RunEntry>& found) {
+    std::string text;
+    for (const RunEntry& run : found) text += run.name().substr(0, 1);
+    return text;
+  };
+  CHECK(names(matching(runs, {"", "fail", "", ""}, 0)) == "2");
+  CHECK(names(matching(runs, {"", "unfinished", "", ""}, 0)) == "34");
+  CHECK(names(matching(runs, {"appr", "", "twin", ""}, 2)) == "34");
+  CHECK(names(matching(runs, {"hold", "", "", ""}, 0)).empty());
+  CHECK(names(matching(runs, {"", "", "", "2026-11-23"}, 0)) == "34");
+  CHECK_THROWS_AS(matching(runs, {"", "", "", "yesterday"}, 0), InputError);
+
+  CHECK(find_run("last", folder.path()).filename() == "4_approach");
+  CHECK(find_run("2_a", folder.path()).filename() == "2_approach");
+  CHECK(find_run((folder / "1_approach").string(), folder.path()) == folder / "1_approach");
+  CHECK_THROWS_AS(find_run("approach", folder.path()), InputError);
+  CHECK_THROWS_AS(find_run("nothing", folder.path()), InputError);
+}
