@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "app/nights/run_values.h"
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/measure/paired.h"
 
 namespace berth::nights {

@@ -8,7 +8,7 @@
 #include "app/nights/run_values.h"
 #include "app/nights/trend.h"
 #include "common/core/text.h"
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/measure/statistics.h"
 #include "logs/report/page.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/core/error.h"
 #include "common/core/text.h"
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/run/outcome.h"
 
 namespace berth::nights {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/measure/paired.h"
 
 namespace berth::logs {

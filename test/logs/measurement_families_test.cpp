@@ -3,6 +3,7 @@
 #include <functional>
 #include <set>
 
+#include "common/core/file.h"
 #include "common/core/random.h"
 #include "common/core/target.h"
 #include "logs/measure/measurer.h"
@@ -293,4 +294,8 @@ TEST_CASE("every measurement has a name of its own, a family and a description")
     CHECK((m.series == nullptr) != (m.number == nullptr));
     CHECK(measurement_named(m.name) == &m);
   }
+}
+
+TEST_CASE("the documentation has the table of measurements as it is") {
+  CHECK(read_file("docs/measurements.md").find(describe_measurements(true)) != std::string::npos);
 }
