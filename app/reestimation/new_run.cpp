@@ -69,7 +69,7 @@ void restore_from_log(const fs::path& log, const fs::path& directory) {
 }
 
 void copy_run(const fs::path& from, const fs::path& directory) {
-  for (const char* part : {"run.yaml", "procedure.yaml", "config"}) {
+  for (const char* part : {"run.yaml", "procedure.yaml", "config", "target"}) {
     if (fs::exists(from / part)) {
       fs::copy(from / part, directory / part, fs::copy_options::recursive);
     }

@@ -8,6 +8,7 @@
 #include "logs/report/axis.h"
 #include "logs/report/scan_picture.h"
 #include "logs/report/sections.h"
+#include "logs/run/target_surface.h"
 
 namespace berth::report {
 namespace {
@@ -94,7 +95,7 @@ Html scan_section(const RunView& view) {
   if (!info) return {};
   std::optional<RayCaster> caster;
   try {
-    const Target target = load_target(info->target, info->target_length_m);
+    const Target target = logs::target_of_run(*info, view.source().log.parent_path());
     if (target.hash == info->target_hash) caster.emplace(target.mesh);
   } catch (const InputError&) {
   }

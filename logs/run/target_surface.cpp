@@ -8,6 +8,12 @@
 
 namespace berth::logs {
 
+Target target_of_run(const run_info_t& info, const std::filesystem::path& directory) {
+  const std::filesystem::path kept = directory / info.target;
+  return load_target(std::filesystem::exists(kept) ? kept.string() : info.target,
+                     info.target_length_m);
+}
+
 NearestPoint nearest_point_on(const Target& target) {
   auto caster = std::make_shared<const RayCaster>(target.mesh);
   return [caster](const Vector3d& point) { return caster->nearest(point); };
@@ -16,9 +22,7 @@ NearestPoint nearest_point_on(const Target& target) {
 NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem::path& directory,
                                   std::string& why) {
   try {
-    const bool kept = std::filesystem::exists(directory / info.target);
-    const Target target =
-        load_target(kept ? (directory / info.target).string() : info.target, info.target_length_m);
+    const Target target = target_of_run(info, directory);
     if (target.hash == info.target_hash) return nearest_point_on(target);
     why = "target '" + info.target + "' is not the one of the run: its hash differs";
   } catch (const InputError& e) {

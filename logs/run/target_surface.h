@@ -9,12 +9,15 @@
 
 namespace berth::logs {
 
+/// The target that RUN_INFO names; a relative name counts from the directory of the run's log.
+/// @throws InputError when it cannot be loaded.
+Target target_of_run(const run_info_t& info, const std::filesystem::path& directory);
+
 /// Nearest point on a target.
 NearestPoint nearest_point_on(const Target& target);
 
 /// Nearest point on the target of a recorded run; empty, with the reason in `why`, when the mesh
-/// that RUN_INFO names cannot be loaded any more or is not the same one. A relative name counts
-/// from the directory of the run's log.
+/// that RUN_INFO names cannot be loaded any more or is not the same one.
 NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem::path& directory,
                                   std::string& why);
 

@@ -9,7 +9,7 @@
 #include <deque>
 #include <optional>
 
-#include "logs/measure/measurement.h"
+#include "logs/measure/measurer.h"
 #include "logs/run/truth_track.h"
 
 namespace berth::procedures {
