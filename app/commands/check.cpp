@@ -23,6 +23,7 @@ struct Options {
   std::string target_length;
   std::vector<std::string> set;
   bool json = false;
+  bool schema = false;
 };
 
 /// The files named, and every procedure of the directories named, in order of their names.
@@ -63,6 +64,11 @@ void print(const procedures::CheckReport& report) {
 }
 
 int check(Options& options) {
+  if (options.schema) {
+    std::fputs(procedures::json_schema().c_str(), stdout);
+    return exit_code::passed;
+  }
+  if (options.paths.empty()) throw InputError("which procedures? Give files, or directories");
   if (!options.target_length.empty()) {
     options.choice.target_length = target_length_of(options.target_length);
   }
@@ -98,8 +104,7 @@ void add_check(CLI::App& app, int& exit_code) {
       "clearance,\n"
       "what the LIDAR sees and the criteria measure. Exit code 2 where there is an error.");
   auto options = std::make_shared<Options>();
-  command->add_option("procedure", options->paths, "Procedures, or directories of them")
-      ->required();
+  command->add_option("procedure", options->paths, "Procedures, or directories of them");
   command->add_option("--layout", options->choice.layout,
                       "Layout of config/layouts instead of the procedure's own");
   command->add_option("--target", options->choice.target,
@@ -111,6 +116,8 @@ void add_check(CLI::App& app, int& exit_code) {
   command->add_option("--config", options->choice.config,
                       "Configuration directory instead of the one shipped");
   command->add_flag("--json", options->json, "Findings and steps as JSON");
+  command->add_flag("--schema", options->schema,
+                    "Print the JSON Schema of procedures, for editors, and check nothing");
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -13,6 +13,7 @@ ProcedureRun procedure_run(const RunFiles& files) {
                                     : run_info_t::SIMULATED_CELL;
   // It knows at once when a process ends that should not.
   if (files.host != "twin") {
+    run.disk = files.directory;
     run.supervisor = "supervisor";
     run.required_nodes.push_back(run.supervisor);
   }

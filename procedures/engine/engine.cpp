@@ -15,6 +15,21 @@ bool same(const precondition_t& a, const precondition_t& b) {
   return a.name == b.name && a.met == b.met && a.reason == b.reason;
 }
 
+/// Many steps: their names and states matter more than what they said.
+procedure_state_t shortened(procedure_state_t state) {
+  for (procedure_step_t& step : state.steps) {
+    if (step.state == procedure_step_t::PASSED) step.detail.clear();
+  }
+  constexpr std::size_t enough = 40;
+  if (state.getEncodedSize() <= Bus::max_message_bytes) return state;
+  for (procedure_step_t& step : state.steps) {
+    std::size_t end = std::min(enough, step.detail.size());
+    while (end < step.detail.size() && (step.detail[end] & 0xc0) == 0x80) --end;  // within UTF-8
+    step.detail.resize(end);
+  }
+  return state;
+}
+
 }  // namespace
 
 Engine::Engine(Procedure procedure, EngineOptions options, logs::NearestPoint nearest,
@@ -59,12 +74,7 @@ procedure_state_t Engine::snapshot(Utime now) {
   state_.limits = limits_.results();
   state_.limit_count = static_cast<std::int32_t>(state_.limits.size());
   if (state_.getEncodedSize() <= Bus::max_message_bytes) return state_;
-  // Many steps: their names and states matter more than what the good ones said.
-  procedure_state_t shorter = state_;
-  for (procedure_step_t& step : shorter.steps) {
-    if (step.state == procedure_step_t::PASSED) step.detail.clear();
-  }
-  return shorter;
+  return shortened(state_);
 }
 
 void Engine::enter(Stage stage, Utime now) {
@@ -142,13 +152,7 @@ void Engine::tick(Utime now) {
   bench_.estimator.tick(now);
   bench_.facility.tick(now);
   bench_.injections.tick(now);
-  if (in_preparation()) {
-    auto list = preconditions(nodes_, bench_, false);
-    if (options_.more_preconditions) {
-      for (precondition_t& more : options_.more_preconditions()) list.push_back(std::move(more));
-    }
-    show_preconditions(std::move(list));
-  }
+  if (in_preparation()) look_at_preconditions(false);
   switch (stage_) {
     case Stage::nodes:
       return wait_for_nodes(now);
@@ -180,14 +184,24 @@ void Engine::tick(Utime now) {
 
 // Preparation -------------------------------------------------------------------------------------
 
-void Engine::show_preconditions(std::vector<precondition_t> list) {
-  if (std::equal(list.begin(), list.end(), state_.preconditions.begin(), state_.preconditions.end(),
-                 same)) {
-    return;
+std::string Engine::look_at_preconditions(bool going_on) {
+  auto list = preconditions(nodes_, bench_, going_on);
+  if (options_.more_preconditions) {
+    for (precondition_t& more : options_.more_preconditions()) list.push_back(std::move(more));
   }
-  state_.preconditions = std::move(list);
-  state_.precondition_count = static_cast<std::int32_t>(state_.preconditions.size());
-  ++revision_;
+  if (going_on) {
+    list.push_back(rest_.precondition(bench_));
+    if (const std::string broken = limits_.broken_now(); !broken.empty()) {
+      list.push_back(make_precondition("limits", false, broken));
+    }
+  }
+  if (!std::equal(list.begin(), list.end(), state_.preconditions.begin(),
+                  state_.preconditions.end(), same)) {
+    state_.preconditions = std::move(list);
+    state_.precondition_count = static_cast<std::int32_t>(state_.preconditions.size());
+    ++revision_;
+  }
+  return unmet(state_.preconditions);
 }
 
 void Engine::wait_for_nodes(Utime now) {

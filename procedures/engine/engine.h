@@ -82,7 +82,8 @@ class Engine {
   void wait_for_nodes(Utime now);
   void wait_for_lease(Utime now);
   void wait_until_clear(Utime now);
-  void show_preconditions(std::vector<precondition_t> list);
+  /// Shows how they are now; the unmet ones in words.
+  std::string look_at_preconditions(bool going_on);
   void watch(Utime now);
   std::string trouble_with_testbed(Utime now) const;
   void watch_limits(Utime now);

@@ -65,18 +65,7 @@ void Engine::ask_hold(const std::string& who, Utime now) {
 
 bool Engine::may_go_on(const std::string& what, Utime now) {
   bench_.live.set_time(now);
-  auto list = preconditions(nodes_, bench_, true);
-  list.push_back(rest_.precondition(bench_));
-  const std::string broken = limits_.broken_now();
-  if (!broken.empty()) {
-    precondition_t limits;
-    limits.name = "limits";
-    limits.met = false;
-    limits.reason = broken;
-    list.push_back(limits);
-  }
-  show_preconditions(std::move(list));
-  const std::string wrong = unmet(state_.preconditions);
+  const std::string wrong = look_at_preconditions(true);
   if (!wrong.empty()) refuse(what, wrong);
   return wrong.empty();
 }

@@ -62,8 +62,7 @@ void Engine::begin_step(int index, Utime now) {
     index = pass_gates(index, main_steps(), now);
     if (index == main_steps()) return conclude(procedure_state_t::NONE, "", now);
   }
-  const bool same_phase =
-      state_.current_step >= 0 && current().phase == shown(index).phase;
+  const bool same_phase = state_.current_step >= 0 && current().phase == shown(index).phase;
   state_.current_step = index;
   if (!same_phase) bench_.live.begin_phase(now);
   current().state = procedure_step_t::RUNNING;

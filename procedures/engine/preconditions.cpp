@@ -6,29 +6,23 @@
 namespace berth::procedures {
 namespace {
 
-precondition_t item(const std::string& name, bool met, const std::string& reason) {
-  precondition_t result;
-  result.name = name;
-  result.met = met;
-  result.reason = reason;
-  return result;
-}
-
 precondition_t lease(const TestbedLink& testbed) {
   const auto& state = testbed.state();
   const std::string holder = state ? state->lease_holder : "";
   const std::string by = holder.empty() ? "nobody has it" : holder + " has it";
-  return item("lease", testbed.has_lease(), state ? by : "the testbed is not heard of");
+  return make_precondition("lease", testbed.has_lease(),
+                           state ? by : "the testbed is not heard of");
 }
 
 precondition_t testbed_ready(const TestbedLink& testbed, bool going_on) {
   const auto& state = testbed.state();
-  if (!state) return item("testbed", false, "not heard of");
+  if (!state) return make_precondition("testbed", false, "not heard of");
   const bool ready =
       state->state == testbed_state_t::IDLE || (going_on && state->state == testbed_state_t::HELD);
   const LiveQuantity* words = live_quantity_named("testbed");
-  return item("testbed", ready,
-              words->text(state->state) + (state->reason.empty() ? "" : ": " + state->reason));
+  return make_precondition(
+      "testbed", ready,
+      words->text(state->state) + (state->reason.empty() ? "" : ": " + state->reason));
 }
 
 void add_facility(std::vector<precondition_t>& list, const Live& live) {
@@ -37,7 +31,10 @@ void add_facility(std::vector<precondition_t>& list, const Live& live) {
   const std::string silent = facility ? "the PLC does not answer: " + facility->reason
                                       : std::string("the facility is not heard of");
   const auto circuit = [&](const char* name, bool closed) {
-    list.push_back(item(name, known && closed, !known ? silent : closed ? "closed" : "open"));
+    list.push_back(make_precondition(name, known && closed,
+                                     !known   ? silent
+                                     : closed ? "closed"
+                                              : "open"));
   };
   circuit("E-stop chain", known && facility->estop_chain_closed);
   circuit("fence", known && facility->fence_closed);
@@ -45,14 +42,31 @@ void add_facility(std::vector<precondition_t>& list, const Live& live) {
 
 precondition_t lidar_ready(const Live& live) {
   const auto& lidar = live.lidar();
-  if (!lidar) return item("LIDAR", false, "not heard of");
+  if (!lidar) return make_precondition("LIDAR", false, "not heard of");
   const bool ready = lidar->state == lidar_state_t::IDLE || lidar->state == lidar_state_t::SCANNING;
-  return item("LIDAR", ready,
-              live_quantity_named("lidar")->text(lidar->state) +
-                  (lidar->reason.empty() ? "" : ": " + lidar->reason));
+  return make_precondition("LIDAR", ready,
+                           live_quantity_named("lidar")->text(lidar->state) +
+                               (lidar->reason.empty() ? "" : ": " + lidar->reason));
 }
 
 }  // namespace
+
+precondition_t make_precondition(const std::string& name, bool met, const std::string& reason) {
+  precondition_t result;
+  result.name = name;
+  result.met = met;
+  result.reason = reason;
+  return result;
+}
+
+precondition_t room_on_disk(const std::filesystem::path& folder) {
+  constexpr double gigabyte = 1e9;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error) return make_precondition("disk", false, folder.string() + ": " + error.message());
+  const double free = static_cast<double>(space.available) / gigabyte;
+  return make_precondition("disk", free > 2, fixed(free, 1) + " GB free");
+}
 
 std::vector<precondition_t> preconditions(const NodeWatch& nodes, const Bench& bench,
                                           bool going_on) {
@@ -73,24 +87,29 @@ std::string unmet(const std::vector<precondition_t>& preconditions) {
 }
 
 void RestWatch::look(const Bench& bench) {
-  constexpr double slow = 2e-3;           // m/s
-  constexpr double slow_turn = 1.745e-3;  // rad/s: a tenth of a degree
+  // Truth's noise alone looks like some mm/s: stillness is to stay in one place for a while.
+  constexpr Utime stillness = 500 * millisecond;
+  constexpr double still_distance = 2e-3;    // m
+  constexpr double still_angle = 1.7453e-3;  // rad: a tenth of a degree
   const auto truth = bench.live.truth();
   if (rest_ || !truth) return;
-  if (truth->velocity.linear.norm() < slow && truth->velocity.angular.norm() < slow_turn) {
-    rest_ = truth->pose;
+  if (!place_ || distance(place_->pose, truth->pose) > still_distance ||
+      angle_between(place_->pose, truth->pose) > still_angle) {
+    place_ = *truth;
   }
+  if (truth->utime - place_->utime >= stillness) rest_ = place_->pose;
 }
 
 precondition_t RestWatch::precondition(const Bench& bench) const {
   const auto truth = bench.live.truth();
-  if (!truth) return item("relative pose", false, "there is no ground truth to check it by");
-  if (!rest_) return item("relative pose", false, "has not come to rest yet");
+  if (!truth)
+    return make_precondition("relative pose", false, "there is no ground truth to check it by");
+  if (!rest_) return make_precondition("relative pose", false, "has not come to rest yet");
   const double moved = distance(*rest_, truth->pose);
   const double turned = angle_between(*rest_, truth->pose);
   const std::string by =
       fixed(1e3 * moved, 1) + " mm and " + fixed(degrees(turned), 2) + " deg from where it stood";
-  return item("relative pose", moved <= most_distance && turned <= most_angle, by);
+  return make_precondition("relative pose", moved <= most_distance && turned <= most_angle, by);
 }
 
 }  // namespace berth::procedures

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <berth/precondition_t.hpp>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,11 @@ namespace berth::procedures {
 std::vector<precondition_t> preconditions(const NodeWatch& nodes, const Bench& bench,
                                           bool going_on);
 
+precondition_t make_precondition(const std::string& name, bool met, const std::string& reason);
+
+/// Room for the run's log where it is written: 2 GB, an hour of scans and more.
+precondition_t room_on_disk(const std::filesystem::path& folder);
+
 /// The unmet ones: "E-stop chain: open; fence: open"; empty: all are met.
 std::string unmet(const std::vector<precondition_t>& preconditions);
 
@@ -25,7 +31,10 @@ std::string unmet(const std::vector<precondition_t>& preconditions);
 class RestWatch {
  public:
   /// On hold from now on.
-  void begin() { rest_.reset(); }
+  void begin() {
+    place_.reset();
+    rest_.reset();
+  }
   /// At every tick while on hold.
   void look(const Bench& bench);
   precondition_t precondition(const Bench& bench) const;
@@ -35,6 +44,7 @@ class RestWatch {
   static constexpr double most_angle = 0.0087266;  ///< rad: half a degree
 
  private:
+  std::optional<logs::TruthSample> place_;  // since when it has been there
   std::optional<Pose> rest_;
 };
 

@@ -16,6 +16,11 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
   options.commander = {setup.name, setup.session, now};
   options.required_nodes = run.required_nodes;
   options.supervisor = run.supervisor;
+  if (!run.disk.empty()) {
+    options.more_preconditions = [disk = run.disk] {
+      return std::vector{procedures::room_on_disk(disk)};
+    };
+  }
   options.ready_timeout = run.ready_timeout;
   options.heartbeat_timeout = run.heartbeat_timeout;
   return options;

@@ -22,6 +22,8 @@ struct ProcedureRun {
                                              "lidar-driver",       "facility-driver",
                                              "estimator",          "testbed"};
   std::string supervisor;  ///< as EngineOptions::supervisor
+  /// Where the log is written and must have room; empty: not looked at.
+  std::filesystem::path disk;
   Utime ready_timeout = 120 * second;
   Utime heartbeat_timeout = second;
 };

@@ -69,6 +69,24 @@ void check_phases(const Procedure& procedure) {
   }
 }
 
+/// All steps are told of in one message, with some words on each.
+void check_size(const Procedure& procedure, const Config& config) {
+  constexpr std::size_t most_bytes = 52000;
+  constexpr std::size_t beside_names = 77;
+  std::size_t bytes = 0;
+  std::size_t count = 0;
+  for (const auto* list : {&procedure.steps, &procedure.teardown}) {
+    for (const Step& step : *list) {
+      bytes += beside_names + step.name.size() + step.phase.size();
+      ++count;
+    }
+  }
+  if (count <= most_steps && bytes <= most_bytes) return;
+  throw config.error("steps", "found " + std::to_string(count) +
+                                  " steps in all, expected at most " + std::to_string(most_steps) +
+                                  ", with short names");
+}
+
 std::vector<Step> standard_teardown(const std::string& file) {
   Step stop{StopTracking{}, "stop_tracking", "", 20};
   Step dark{Lights{}, "lights off", "", 20};
@@ -175,9 +193,7 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
       config.has("teardown") ? unroll(source, "teardown", library).steps : standard_teardown(file);
   clear_injections_first(procedure);
   for (Step& step : procedure.teardown) step.phase = logs::teardown_phase;
-  if (static_cast<int>(procedure.steps.size() + procedure.teardown.size()) > most_steps) {
-    throw config.error("steps", "more than " + std::to_string(most_steps) + " steps in all");
-  }
+  check_size(procedure, config);
   procedure.criteria = logs::read_criteria(config);
   check_order(procedure);
   check_phases(procedure);

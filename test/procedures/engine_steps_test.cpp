@@ -184,3 +184,17 @@ TEST_CASE("nothing begins while the E-stop chain is open, and the list says so")
     CHECK(bench.node->state().reason == "not ready to move: E-stop chain: open");
   }
 }
+
+TEST_CASE("many steps and all that is said of them fit into one message") {
+  // 380 steps that fail, each with a long reason.
+  Bench bench({}, script("  - repeat:\n"
+                         "      times: 380\n"
+                         "      steps:\n"
+                         "        - record: {value: estimated_range, name: " +
+                         std::string(120, 'n') +
+                         "}\n"
+                         "          on_failure: continue\n"));
+  CHECK(bench.run(600) == procedure_state_t::PASS);
+  CHECK(bench.step("record (380 of 380)").state == procedure_step_t::FAILED);
+  CHECK(bench.node->state().getEncodedSize() < Bus::max_message_bytes);
+}

@@ -158,6 +158,11 @@ TEST_CASE("names of sweeps are checked") {
 TEST_CASE("there is a limit to what one message can tell of") {
   CHECK(complaint("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
                   "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
+  const std::string name(100, 'n');
+  CHECK(complaint("  - repeat:\n      times: 390\n      steps:\n        - wait: 1 s\n"
+                  "          name: " +
+                  name + "\n")
+            .find("with short names") != std::string::npos);
 }
 
 TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") {
