@@ -241,7 +241,7 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   message.utime_expires = message.utime + 10 * second;
   message.command = procedure_command_t::HOLD;
   bench.operator_bus->publish(channels::procedure_command, message);
-  bench.run_for(0.5);
+  bench.run_for(1.5);  // until it has come to rest
   procedure_command_t other = message;
   other.commander = "second terminal";
   other.command = procedure_command_t::RESUME;
