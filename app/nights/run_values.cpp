@@ -75,7 +75,9 @@ std::vector<RunValue> values_of(const logs::ComparedRun& run) {
   for (const logs::Phase& phase : run.record.phases()) add_phase(measurer, phase, values);
   for (const criterion_result_t& c : comparison.criteria) {
     if (!std::isfinite(c.value)) continue;
-    values.push_back({c.phase, c.measurement, c.name, c.unit, c.value, c.samples});
+    // "rms position_error": the statistic goes without saying, the criterion's name tells it apart.
+    const std::string measurement = c.measurement.substr(c.measurement.rfind(' ') + 1);
+    values.push_back({c.phase, measurement, c.name, c.unit, c.value, c.samples});
   }
   return values;
 }

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <map>
 
+#include "app/nights/run_values.h"
+#include "logs/measure/statistics.h"
+
 namespace berth::nights {
 namespace {
 
@@ -30,6 +33,20 @@ std::vector<std::pair<double, std::string>> labels(const std::vector<Night>& nig
   return ticks;
 }
 
+std::string title_of(const TrendSubject& subject) {
+  if (subject.statistic == "value") return subject.phase + ": " + subject.measurement;
+  if (logs::statistic_named(subject.statistic)) {
+    return subject.phase + ": " + subject.statistic + " " + subject.measurement;
+  }
+  return "criterion: " + subject.statistic;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
 }  // namespace
 
 report::Chart trend_chart(History& history, const std::vector<Night>& nights,
@@ -41,14 +58,16 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
                                            subject.measurement, subject.statistic)) {
     (v.build == Build::tonight ? tonight : baseline)[v.night].push_back(v.value);
   }
+  // Of ones and zeros the mean says more than the middle one.
+  const bool is_share = subject.measurement == passed_measurement;
   report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
-  report::Curve median{"median", Style::line, 1, {}, {}, {}, false};
+  report::Curve median{is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
   report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
   report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
   report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};
   for (const auto& [night, values] : tonight) {
     const auto x = static_cast<double>(night);
-    const double middle = quantile(values, 0.5);
+    const double middle = is_share ? mean_of(values) : quantile(values, 0.5);
     band.x.push_back(x);
     band.y.push_back(quantile(values, 0.9));
     band.low.push_back(quantile(values, 0.1));
@@ -61,15 +80,19 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   }
   for (const auto& [night, values] : baseline) {
     old.x.push_back(static_cast<double>(night));
-    old.y.push_back(quantile(values, 0.5));
+    old.y.push_back(is_share ? mean_of(values) : quantile(values, 0.5));
   }
   report::Chart chart;
-  chart.title = subject.phase + ": " + subject.statistic + " " + subject.measurement;
+  chart.title = title_of(subject);
   chart.unit = subject.unit;
   chart.x_unit = "";
   chart.group = "nights";
   chart.curves = {band, old, median, dots};
   if (old.x.empty()) chart.curves.erase(chart.curves.begin() + 1);
+  if (is_share) {
+    chart.curves.erase(chart.curves.begin());
+    chart.y_range = {-0.05, 1.05};
+  }
   if (!alarms.x.empty()) chart.curves.push_back(alarms);
   chart.x_range = {static_cast<double>(nights.front().number) - 0.5,
                    static_cast<double>(nights.back().number) + 0.5};
