@@ -18,6 +18,8 @@ night() {
   shift 3
   "${program:-$berth}" nightly "nights/regressions/$plan.yaml" --out "$out" --night "$name" "$@" >"$work/said" 2>&1 || code=$?
   printf '%-24s exit %s (%s wanted)  %s\n' "$name" $code "$wanted" "$(grep -E '^[0-9]+ comparisons' "$work/said")"
+  # Exit code 1 for any other reason is no proof.
+  [ "$wanted" = 0 ] || grep -q ': REGRESSION$' "$work/said" || code=none
   if [ "$wanted" = 1 ]; then grep -E '^  (worse|changed) ' "$work/said" | head -4 || true; fi
   [ $code = "$wanted" ] || { cat "$work/said"; failed=1; }
 }
