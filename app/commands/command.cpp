@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <berth/event_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <cstdio>
@@ -62,7 +61,10 @@ const std::map<std::string, Verb>& verbs() {
           return now.state == State::HELD;
         }}},
       {"resume", {procedure_command_t::RESUME, 0, went_on}},
-      {"step", {procedure_command_t::STEP, 0, went_on}},
+      // of a step under way nothing is seen but that it was heard
+      {"step",
+       {procedure_command_t::STEP, 0,
+        [](const State&, const State&, const procedure_command_t&) { return true; }}},
       {"skip", {procedure_command_t::SKIP, 0, skipped}},
       {"retry", {procedure_command_t::RETRY, 0, tried_again}},
       {"abort",
@@ -81,24 +83,6 @@ struct Options {
   double timeout = 10;
 };
 
-/// Why the command cannot be meant, by the state the run is in; empty when it can.
-std::string senseless(const procedure_command_t& command, const State& state) {
-  if (state.state == State::FINISHED) return "the procedure has finished";
-  if (command.command == procedure_command_t::RESUME && state.state != State::HELD) {
-    return "nothing is held";
-  }
-  if (command.command != procedure_command_t::ANSWER) return "";
-  if (state.state != State::PROMPTING) return "nothing is asked";
-  if (state.prompt_id != command.prompt_id) return "the prompt is '" + state.prompt_id + "'";
-  const bool understood =
-      state.choices.empty() ||
-      std::find(state.choices.begin(), state.choices.end(), command.text) != state.choices.end();
-  if (understood) return "";
-  std::string choices;
-  for (const std::string& choice : state.choices) choices += (choices.empty() ? "" : ", ") + choice;
-  return "found answer '" + command.text + "', expected one of: " + choices;
-}
-
 /// Sends the command once the run's state is known, and watches whether it is obeyed.
 class Errand {
  public:
@@ -114,7 +98,9 @@ class Errand {
     bus_.subscribe<event_t>(channels::event, Queue::fifo(),
                             [this](const event_t& event) { take(event); });
     loop_.after(utime_from_seconds(timeout), [this] {
-      end(before_ ? "it was not obeyed in time" : "the procedure is not heard");
+      end(!now_    ? "the procedure is not heard"
+          : heard_ ? "it was not obeyed in time"
+                   : "no answer");
     });
   }
 
@@ -128,28 +114,39 @@ class Errand {
  private:
   void take(const State& state) {
     if (state.session != files_.setup.session) return;
-    if (!before_) {
-      before_ = state;
-      const std::string why = senseless(command_, state);
-      if (!why.empty()) return end(why);
-      // held already, or in teardown: asked for again, as it may mean more
-      link_.send(command_);
-    }
-    if (verb_.obeyed(*before_, state, command_)) {
-      // the repeats of a command that is obeyed at once still go out
-      loop_.after(300 * millisecond, [this] { loop_.stop(); });
+    if (state.state == State::FINISHED && !now_) return end("the procedure has finished");
+    now_ = state;
+    if (before_) return look();
+    before_ = state;
+    link_.send(command_);
+  }
+
+  /// The engine says what it was asked for, and then what it has against it.
+  void take(const event_t& event) {
+    if (event.session != files_.setup.session || event.node != "procedure") return;
+    if (event.code == "operator-command") {
+      last_is_ours_ = event.text.rfind(link_.name(), 0) == 0;
+      if (!last_is_ours_ || heard_) return;
+      heard_ = true;
+      loop_.after(time_to_refuse, [this] {
+        may_be_obeyed_ = true;
+        look();
+      });
+    } else if (event.code == "command-refused" && last_is_ours_) {
+      end(event.text);
     }
   }
 
-  void take(const event_t& event) {
-    if (event.session != files_.setup.session || event.node != "procedure" || !before_) return;
-    if (event.code == "procedure-command") end(event.text);
+  void look() {
+    if (may_be_obeyed_ && verb_.obeyed(*before_, *now_, command_)) loop_.stop();
   }
 
   void end(const std::string& failure) {
     failure_ = failure;
     loop_.stop();
   }
+
+  static constexpr Utime time_to_refuse = 300 * millisecond;
 
   RunFiles files_;
   ProcessLoop loop_;
@@ -158,6 +155,10 @@ class Errand {
   const Verb& verb_;
   procedure_command_t command_;
   std::optional<State> before_;
+  std::optional<State> now_;
+  bool heard_ = false;          // by the engine
+  bool last_is_ours_ = false;   // of the commands that it heard
+  bool may_be_obeyed_ = false;  // no refusal came at once
   std::string failure_;
 };
 

@@ -214,10 +214,21 @@ int supervise(const RunFiles& files) {
 }
 
 int supervise_in_background(const RunFiles& files) {
+  // The terminal may go away at any moment: between fork and setsid, too.
+  sigset_t hangup;
+  sigset_t before;
+  sigemptyset(&hangup);
+  sigaddset(&hangup, SIGHUP);
+  sigprocmask(SIG_BLOCK, &hangup, &before);
   const pid_t child = fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (child > 0) return child;
+  if (child != 0) {
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+    return child;
+  }
   setsid();
+  signal(SIGHUP, SIG_IGN);  // of the nodes as well: they inherit it
+  sigprocmask(SIG_SETMASK, &before, nullptr);
   const int out = open((files.directory / "output" / "supervisor.txt").c_str(),
                        O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);

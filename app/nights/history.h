@@ -51,8 +51,8 @@ struct Night {
   std::string begun;        ///< UTC
   std::string ended;        ///< UTC; empty while it is open
   std::string plan_hash;
-  std::string build;        ///< version and the program's hash
-  std::string baseline;     ///< the same of the baseline; empty without one
+  std::string build;     ///< version and the program's hash
+  std::string baseline;  ///< the same of the baseline; empty without one
   std::string version;
   std::string configuration_hash;
   std::string verdict;    ///< "clean", "regression", "failed", "error", "interrupted"; or empty

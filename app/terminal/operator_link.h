@@ -2,6 +2,7 @@
 #pragma once
 
 #include <berth/procedure_command_t.hpp>
+#include <string>
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
@@ -16,6 +17,8 @@ class OperatorLink {
 
   /// Command, prompt id and text are the caller's; the rest is filled in.
   void send(procedure_command_t command);
+  /// Who asks, as the engine says it.
+  const std::string& name() const { return name_; }
 
  private:
   Bus& bus_;

@@ -121,7 +121,9 @@ void Progress::compare(Utime until) {
 }
 
 void Progress::on(const event_t& message) {
-  const bool answer = message.node == "procedure" && message.severity == event_t::NOTICE;
+  // what is asked of the operator is shown with the state
+  const bool answer = message.node == "procedure" && message.severity == event_t::NOTICE &&
+                      message.code != "prompt";
   if (message.severity < event_t::WARNING && !answer) return;
   Line line = stamped(state_ ? seconds(message.utime - state_->utime_start) : 0);
   const bool serious = message.severity > event_t::WARNING;

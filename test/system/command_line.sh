@@ -5,7 +5,7 @@
 
 expect 0 "$bin/berth" --help
 says "run"
-for command in run up attach stop check compare estimate log spy doctor; do expect 0 "$bin/berth" $command --help; done
+for command in run up attach command stop check compare estimate log spy doctor; do expect 0 "$bin/berth" $command --help; done
 for program in arm-driver lidar-driver facility-driver estimator testbed simulated-cell procedure; do
   expect 0 "$bin/berth-$program" --help
   expect 2 "$bin/berth-$program" --run /nonexistent
@@ -20,10 +20,32 @@ expect 2 "$bin/berth" run procedures/approach.yaml --twin --out "$work" --set no
 says "nonsense"
 expect 2 "$bin/berth" run procedures/approach.yaml --out "$work" --lcm-url tcpq://localhost:7700
 says "tcpq"
-expect 0 "$bin/berth" check procedures/*.yaml
+expect 0 "$bin/berth" check procedures
+says "0 with errors"
 printf 'name: x\nsteps:\n  - moove: {to: [0, 0, 1, 0, 0, 0]}\n' >"$work/bad.yaml"
 expect 2 "$bin/berth" check "$work/bad.yaml"
 says "bad.yaml:3"
+
+# All files are checked, the others too when one is bad; a run is refused before anything starts.
+cat >"$work/far.yaml" <<'END'
+name: far
+layout: range
+steps:
+  - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
+END
+expect 2 "$bin/berth" check "$work/bad.yaml" "$work/far.yaml" procedures/approach.yaml
+says "3 procedures, 1 ready, 2 with errors"
+expect 2 "$bin/berth" check --json "$work/far.yaml"
+refusal=$(sed -n 's/^ *"found": "\(the testbed refuses: .*\)",$/\1/p' "$work/out.txt")
+[ -n "$refusal" ] || fail "check does not refuse the move"
+expect 2 "$bin/berth" run --twin --out "$work/far" "$work/far.yaml"
+says "far.yaml:4: error: step 'move': $refusal"
+[ ! -e "$work/far" ] || fail "something was started"
+# The testbed of the twin says the same, word for word.
+expect 2 "$bin/berth" run --twin --no-check --out "$work/far" "$work/far.yaml"
+says "step 'move': $refusal"
+expect 2 "$bin/berth" run --out "$work" procedures/approach.yaml --answer a=b
+says "--answer is for --twin"
 expect 2 "$bin/berth" attach
 says "nothing is running"
 expect 2 "$bin/berth" compare "$work"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# A lost terminal only detaches; Ctrl-C aborts (exit code 3) and leaves no process; berth stop likewise.
+# A run outlives the terminal that started it; any other terminal or script commands it; keys work,
+# and the terminal is left as it was found; Ctrl-C aborts (exit code 3) and leaves no process.
 . "$(dirname "$0")/common.sh"
 
 wait_until() {  # SECONDS COMMAND...
@@ -9,30 +10,74 @@ wait_until() {  # SECONDS COMMAND...
   for _ in $(seq $tries); do "$@" && return 0; sleep 0.2; done
   return 1
 }
-running() { pgrep -f "berth-procedure.*$work" >/dev/null; }
-nothing_left() { ! pgrep -f "$work/runs" >/dev/null; }
+procedure_of() { pgrep -f "berth-procedure.*$1" >/dev/null; }
+nothing_left_of() { ! pgrep -f "berth-.*$1" >/dev/null; }
+shows() { grep -qaF -- "$1" "$2"; }
 
-# The terminal goes away: the run goes on, and stop aborts it.
-"$bin/berth" run --out "$work/runs" --lcm-url "$url" procedures/approach.yaml >"$work/run.txt" 2>&1 &
-terminal=$!
-wait_until 30 running || fail "the procedure does not start"
-kill -HUP $terminal
+# in_terminal TYPESCRIPT COMMAND: on a terminal of its own, keys from the pipe $work/keys.
+rm -f "$work/keys"; mkfifo "$work/keys"
+in_terminal() {
+  script -qefc "stty cols 100 rows 30; stty -g >$work/before; $2; code=\$?; stty -g >$work/after; exit \$code" \
+    "$1" <"$work/keys" >/dev/null 2>&1 &
+  terminal=$!
+  exec 7>"$work/keys"
+}
+
+# The terminal goes away, as when a connection breaks.
+in_terminal "$work/one.txt" "$bin/berth run --out $work/runs --lcm-url '$url' procedures/approach.yaml"
+wait_until 30 shows RUNNING "$work/one.txt" || { cat "$work/one.txt"; fail "the procedure does not start"; }
+kill -KILL $terminal
+exec 7>&-
 wait $terminal || true
 sleep 1
-running || fail "the run died with its terminal"
+procedure_of "$work/runs" || fail "the run died with its terminal"
 run=$(only_run "$work/runs")
-expect 0 "$bin/berth" stop
-wait_until 20 nothing_left || fail "processes are left behind"
-grep -q ABORTED "$run/verdict.txt" || fail "the verdict is not ABORTED"
 
-# Ctrl-C.
-setsid "$bin/berth" run --out "$work/runs2" --lcm-url "$url" procedures/approach.yaml >"$work/run.txt" 2>&1 &
-terminal=$!
-running2() { pgrep -f "berth-procedure.*$work/runs2" >/dev/null; }
-wait_until 30 running2 || fail "the procedure does not start"
-sleep 2
-kill -INT $terminal
+# A script commands it; what cannot be is refused with the reason.
+expect 2 "$bin/berth" command hodl
+says "expected one of: abort, answer, hold"
+expect 2 "$bin/berth" command skip
+expect 2 "$bin/berth" command answer clear yes
+says "nothing is asked"
+expect 0 "$bin/berth" command "$run" hold
+expect 0 "$bin/berth" command "$run" resume
+expect 2 "$bin/berth" command resume
+says "nothing is held"
+
+# Another terminal: an observer sends nothing, an operator holds, leaves, comes back and aborts.
+in_terminal "$work/two.txt" "$bin/berth attach --observe"
+wait_until 10 shows "q leave" "$work/two.txt" || fail "the observer sees nothing"
+printf 'haq' >&7
+wait $terminal || fail "leaving gave exit code $?"
+shows "only observing" "$work/two.txt" || fail "the observer's keys are not refused"
+exec 7>&-
+in_terminal "$work/three.txt" "$bin/berth attach"
+wait_until 10 shows "h hold" "$work/three.txt" || fail "no keys are shown"
+printf 'h' >&7
+wait_until 10 shows "HELD" "$work/three.txt" || { cat "$work/three.txt"; fail "the key h does not hold"; }
+printf 'q' >&7
+wait $terminal || fail "leaving gave exit code $?"
+cmp "$work/before" "$work/after" || fail "the terminal is not left as it was found"
+procedure_of "$work/runs" || fail "the run died when its operator left"
+exec 7>&-
+in_terminal "$work/four.txt" "$bin/berth attach"
+wait_until 10 shows "h hold" "$work/four.txt" || fail "no keys are shown"
+printf '\003' >&7
 code=0
 wait $terminal || code=$?
-[ $code = 3 ] || { cat "$work/run.txt"; fail "Ctrl-C gave exit code $code"; }
-! pgrep -f "$work/runs2" >/dev/null || fail "processes are left behind"
+[ $code = 3 ] || { cat "$work/four.txt"; fail "Ctrl-C gave exit code $code"; }
+cmp "$work/before" "$work/after" || fail "the terminal is not left as it was found"
+exec 7>&-
+grep -q ABORTED "$run/verdict.txt" || fail "the verdict is not ABORTED"
+wait_until 20 nothing_left_of "$work/runs" || fail "processes are left behind"
+
+# Without a terminal: no keys, no colours, and SIGINT aborts.
+setsid "$bin/berth" run --out "$work/runs2" --lcm-url "$url" procedures/approach.yaml >"$work/run.txt" 2>&1 &
+terminal=$!
+wait_until 30 procedure_of "$work/runs2" || fail "the procedure does not start"
+expect 0 "$bin/berth" command abort
+code=0
+wait $terminal || code=$?
+[ $code = 3 ] || { cat "$work/run.txt"; fail "abort gave exit code $code"; }
+! grep -q $'\033' "$work/run.txt" || fail "escape sequences where there is no terminal"
+wait_until 20 nothing_left_of "$work/runs2" || fail "processes are left behind"

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <limits>
+
+#include "app/terminal/check_list.h"
+#include "app/terminal/operator_keys.h"
+#include "app/terminal/panel.h"
+#include "app/terminal/progress.h"
+#include "common/bus/loop.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::terminal;
+using Catch::Matchers::Contains;
+
+namespace {
+
+procedure_state_t state_with(std::int8_t what) {
+  procedure_state_t state{};
+  state.procedure = "drill";
+  state.state = what;
+  state.outcome = procedure_state_t::NONE;
+  state.utime_start = 100 * second;
+  state.utime = 130 * second;
+  state.current_step = 0;
+  for (const char* name : {"first", "second", "third", "fourth"}) {
+    procedure_step_t step{};
+    step.name = name;
+    step.attempts = 1;
+    state.steps.push_back(step);
+  }
+  state.step_count = 4;
+  state.steps[0].state = procedure_step_t::RUNNING;
+  state.steps[0].utime_start = 118 * second;
+  state.steps[0].detail = "62 %";
+  return state;
+}
+
+procedure_state_t asking(const std::string& id, const std::vector<std::string>& choices) {
+  procedure_state_t state = state_with(procedure_state_t::PROMPTING);
+  state.prompt_id = id;
+  state.prompt = "Is the way clear?";
+  state.utime_prompt_expires = 145 * second;
+  state.choices = choices;
+  state.choice_count = static_cast<std::int32_t>(choices.size());
+  return state;
+}
+
+std::string text_of(const std::vector<Line>& lines) {
+  std::string text;
+  for (const Line& line : lines) text += line.rendered(false) + "\n";
+  return text;
+}
+
+struct Keyboard {
+  std::vector<procedure_command_t> sent;
+  OperatorKeys keys;
+  explicit Keyboard(bool observing = false)
+      : keys([this](const procedure_command_t& c) { sent.push_back(c); }, observing) {}
+  void type(const std::string& text) {
+    for (const char c : text) keys.type(c);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("each key asks for its command, abort at once and as often as it is struck") {
+  Keyboard keyboard;
+  keyboard.keys.on(state_with(procedure_state_t::RUNNING));
+  keyboard.type("hrntaa");
+  REQUIRE(keyboard.sent.size() == 6);
+  CHECK(keyboard.sent[0].command == procedure_command_t::HOLD);
+  CHECK(keyboard.sent[1].command == procedure_command_t::RESUME);
+  CHECK(keyboard.sent[2].command == procedure_command_t::STEP);
+  CHECK(keyboard.sent[3].command == procedure_command_t::RETRY);
+  CHECK(keyboard.sent[4].command == procedure_command_t::ABORT);
+  CHECK(keyboard.sent[5].command == procedure_command_t::ABORT);
+  keyboard.type("xyz \n");
+  CHECK(keyboard.sent.size() == 6);
+  CHECK_FALSE(keyboard.keys.leaves());
+  keyboard.type("q");
+  CHECK(keyboard.keys.leaves());
+}
+
+TEST_CASE("a skip asks for its reason and is not sent without one") {
+  Keyboard keyboard;
+  keyboard.keys.on(state_with(procedure_state_t::RUNNING));
+  keyboard.type("s\n");
+  CHECK(keyboard.sent.empty());
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("needs a reason"));
+  keyboard.type(
+      "lamp bright\x7f\x7f\x7f\x7f\x7f\x7f"
+      "broken\n");
+  REQUIRE(keyboard.sent.size() == 1);
+  CHECK(keyboard.sent[0].command == procedure_command_t::SKIP);
+  CHECK(keyboard.sent[0].text == "lamp broken");
+  keyboard.type("swhy\x1b");
+  keyboard.type("h");
+  REQUIRE(keyboard.sent.size() == 2);
+  CHECK(keyboard.sent[1].command == procedure_command_t::HOLD);
+}
+
+TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
+  Keyboard keyboard;
+  keyboard.keys.on(asking("clear", {"yes", "no", "not yet"}));
+  keyboard.type("n\n");  // two choices begin so
+  CHECK(keyboard.sent.empty());
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("[yes / no / not yet]"));
+  keyboard.type("\x15Y\n");
+  REQUIRE(keyboard.sent.size() == 1);
+  CHECK(keyboard.sent[0].command == procedure_command_t::ANSWER);
+  CHECK(keyboard.sent[0].prompt_id == "clear");
+  CHECK(keyboard.sent[0].text == "yes");
+
+  keyboard.keys.on(state_with(procedure_state_t::RUNNING));
+  keyboard.keys.on(asking("serial", {}));
+  keyboard.type(
+      "\x1b"
+      "a");
+  REQUIRE(keyboard.sent.size() == 2);
+  CHECK(keyboard.sent[1].command == procedure_command_t::ABORT);
+  keyboard.type("\nha 7\n");
+  REQUIRE(keyboard.sent.size() == 3);
+  CHECK(keyboard.sent[2].text == "ha 7");
+  // a prompt whose time is up gives the keys back
+  keyboard.keys.on(asking("again", {}));
+  keyboard.keys.on(state_with(procedure_state_t::RUNNING));
+  keyboard.type("h");
+  CHECK(keyboard.sent.back().command == procedure_command_t::HOLD);
+}
+
+TEST_CASE("who only observes sends nothing") {
+  Keyboard keyboard(true);
+  keyboard.keys.on(asking("clear", {"yes"}));
+  keyboard.type("y\nhrnsta\n");
+  CHECK(keyboard.sent.empty());
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("only observing"));
+  keyboard.type("\x04");
+  CHECK(keyboard.keys.leaves());
+}
+
+TEST_CASE("the panel shows step, time, what comes next, limits with margins, and the question") {
+  procedure_state_t state = asking("clear", {"yes", "no"});
+  criterion_result_t limit{};
+  limit.name = "never too near";
+  limit.unit = "m";
+  limit.value = 3.71;
+  limit.lower_limit = 3;
+  limit.upper_limit = std::numeric_limits<double>::infinity();
+  state.limits = {limit};
+  state.limit_count = 1;
+  const std::string text = text_of(panel(state));
+  INFO(text);
+  CHECK_THAT(text, Contains("drill  WAITS FOR AN ANSWER  30.0 s  step 1 of 4"));
+  CHECK_THAT(text, Contains("> first") && Contains("12.0 s") && Contains("62 %"));
+  CHECK_THAT(text, Contains("third") && !Contains("fourth"));
+  CHECK_THAT(text, Contains("limit never too near") && Contains("margin 0.710"));
+  CHECK_THAT(text, Contains("? Is the way clear? [yes / no]") && Contains("15.0 s left"));
+  for (const Line& line : panel(state)) CHECK(line.width() <= 100);
+}
+
+TEST_CASE("preconditions are shown met or not, with the reason") {
+  procedure_state_t state = state_with(procedure_state_t::PREPARING);
+  state.current_step = -1;
+  const auto add = [&state](const char* name, bool met, const char* reason) {
+    precondition_t precondition{};
+    precondition.name = name;
+    precondition.met = met;
+    precondition.reason = reason;
+    state.preconditions.push_back(precondition);
+    state.precondition_count = static_cast<std::int32_t>(state.preconditions.size());
+  };
+  add("testbed", true, "READY");
+  add("fence", false, "it is open");
+  CHECK_THAT(text_of(panel(state)),
+             Contains("ok   testbed") && Contains("BAD  fence") && Contains("it is open"));
+  // while held only what stands in the way
+  state.state = procedure_state_t::HELD;
+  CHECK_THAT(text_of(panel(state)), Contains("BAD  fence") && !Contains("ok   testbed"));
+}
+
+TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
+  std::vector<std::string> lines;
+  Progress progress([&lines](const Line& line) { lines.push_back(line.rendered(false)); });
+  procedure_state_t state = state_with(procedure_state_t::RUNNING);
+  progress.on(state);
+  state.steps[0].state = procedure_step_t::PASSED;
+  state.steps[0].utime_end = 130 * second;
+  progress.on(state);
+  progress.on(state);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0] == "   30.0 s  done     first  (12.0 s)  62 %");
+  procedure_state_t question = asking("clear", {"yes", "no"});
+  question.steps = state.steps;
+  progress.on(question);
+  question.utime += second;
+  progress.on(question);
+  REQUIRE(lines.size() == 2);
+  CHECK_THAT(lines[1], Contains("asks") && Contains("[yes / no]") && Contains("prompt clear"));
+  state.state = procedure_state_t::HELD;
+  progress.on(state);
+  REQUIRE(lines.size() == 3);
+  CHECK_THAT(lines[2], Contains("HELD"));
+}
+
+TEST_CASE("lines are cut by characters, and coloured only where it is wanted") {
+  Line line("rote ", Style::bad);
+  line.add("Größe").tab(14).add("x");
+  CHECK(line.width() == 15);
+  CHECK(line.rendered(false) == "rote Größe    x");
+  CHECK(line.rendered(false, 8) == "rote Grö");
+  CHECK(line.rendered(true, 4) == "\x1b[1;31mrote\x1b[0m");
+  for (const std::string& part : wrapped("one two three four", 9)) CHECK(part.size() <= 9);
+  CHECK(text_of_duration(99.94) == "99.9 s");
+  CHECK(text_of_duration(125) == "2 min 05 s");
+  CHECK(text_of_duration(2 * 3600 + 180) == "2 h 03 min");
+}
+
+TEST_CASE("the list of a check fits 100 columns and says what is wrong below its step") {
+  procedures::CheckReport report;
+  report.file = "p.yaml";
+  report.name = "p";
+  report.layout = "range";
+  report.target = "radarsat2";
+  procedures::StepForecast step;
+  step.name = "a step of a name that is far too long for one column";
+  step.line = 7;
+  step.moves = true;
+  step.duration = 7200;
+  step.clearance = 0.43;
+  step.near_a = "replica arm's pedestal";
+  step.near_b = "sensor arm's upper arm";
+  step.joint = "replica J5";
+  step.joint_margin = 0.5;
+  report.steps = {step};
+  report.main_steps = 1;
+  report.findings = {{procedures::Severity::error, "p.yaml", 7, "step 'a'",
+                      "the testbed refuses: " + std::string(20, 'x') + " " + std::string(70, 'y'),
+                      "something else", 0}};
+  const auto lines = check_list(report, 100);
+  for (const Line& line : lines) CHECK(line.width() <= 100);
+  const std::string text = text_of(lines);
+  INFO(text);
+  CHECK_THAT(text,
+             Contains("BAD    7") && Contains("error: the testbed refuses") && Contains("1 error"));
+}
