@@ -12,6 +12,8 @@
 #include "app/exit_code.h"
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
+#include "procedures/language/schema.h"
 
 namespace berth::commands {
 namespace fs = std::filesystem;
@@ -26,6 +28,11 @@ struct Options {
   bool schema = false;
 };
 
+/// Other YAML files may lie beside procedures.
+bool is_procedure(const fs::path& file) {
+  return ("\n" + read_file(file)).find("\nsteps:") != std::string::npos;
+}
+
 /// The files named, and every procedure of the directories named, in order of their names.
 std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
   std::vector<fs::path> files;
@@ -36,7 +43,8 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
     }
     const std::size_t before = files.size();
     for (const auto& entry : fs::recursive_directory_iterator(path)) {
-      if (entry.is_regular_file() && entry.path().extension() == ".yaml") {
+      if (entry.is_regular_file() && entry.path().extension() == ".yaml" &&
+          is_procedure(entry.path())) {
         files.push_back(entry.path());
       }
     }
@@ -72,7 +80,12 @@ int check(Options& options) {
   if (!options.target_length.empty()) {
     options.choice.target_length = target_length_of(options.target_length);
   }
+  if (options.schema) {
+    std::fputs(procedures::json_schema().c_str(), stdout);
+    return exit_code::passed;
+  }
   const auto files = procedures_in(options.paths);
+  if (files.empty()) throw InputError("check: expected a procedure, or a directory of them");
   nlohmann::json reports = nlohmann::json::array();
   std::size_t bad = 0;
   for (const fs::path& file : files) {
@@ -115,6 +128,8 @@ void add_check(CLI::App& app, int& exit_code) {
       ->type_name("NAME=VALUE");
   command->add_option("--config", options->choice.config,
                       "Configuration directory instead of the one shipped");
+  command->add_flag("--schema", options->schema,
+                    "Print the JSON Schema of procedures, for editors, and do nothing else");
   command->add_flag("--json", options->json, "Findings and steps as JSON");
   command->add_flag("--schema", options->schema,
                     "Print the JSON Schema of procedures, for editors, and check nothing");

@@ -20,7 +20,7 @@ constexpr std::size_t at_line = 6;
 constexpr std::size_t at_step = 12;
 constexpr std::size_t at_time = 36;
 constexpr std::size_t at_clearance = 48;
-constexpr std::size_t at_margin = 84;
+constexpr std::size_t at_margin = 82;
 
 Style style_of(Severity severity) {
   return severity == Severity::error     ? Style::bad

@@ -41,8 +41,8 @@ class StepCheck {
 
  private:
   void add(Severity severity, const std::string& found, const std::string& expected = "") {
-    findings_.push_back({severity, step_->file, step_->line, "step '" + step_->name + "'",
-                         found, expected, index_});
+    findings_.push_back({severity, step_->file, step_->line, "step '" + step_->name + "'", found,
+                         expected, index_});
   }
 
   void look_at(const Track& track) {

@@ -87,6 +87,7 @@ const StepForecast& Rehearsal::perform(const Step& step) {
   stay(course.duration);
   forecast.guessed = forecast.guessed || course.guessed;
   if (!course.remark.empty()) forecast.remark = course.remark;
+  if (!step.gates.empty()) forecast.remark = "if " + step.gates.back().condition.text;
   if (std::holds_alternative<Acquire>(step.verb)) now_.tracked = true;
   if (const auto* track = std::get_if<Track>(&step.verb)) {
     now_.tracked = true;

@@ -141,7 +141,7 @@ std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
     finding.severity = worst.share <= 0     ? Severity::error
                        : acquire != nullptr ? Severity::warning
                                             : Severity::note;
-    finding.file = procedure.file;
+    finding.file = procedure.steps[i].file;
     finding.line = forecast.line;
     finding.key = "step '" + forecast.name + "'";
     finding.found = "the LIDAR " + rig.lidar.model + " sees " +

@@ -22,6 +22,8 @@ expect 2 "$bin/berth" run procedures/approach.yaml --out "$work" --lcm-url tcpq:
 says "tcpq"
 expect 0 "$bin/berth" check procedures
 says "0 with errors"
+expect 0 "$bin/berth" check --schema
+cmp "$work/out.txt" procedures/schema.json || fail "the schema shipped is another one"
 printf 'name: x\nsteps:\n  - moove: {to: [0, 0, 1, 0, 0, 0]}\n' >"$work/bad.yaml"
 expect 2 "$bin/berth" check "$work/bad.yaml"
 says "bad.yaml:3"
