@@ -80,10 +80,6 @@ int check(Options& options) {
   if (!options.target_length.empty()) {
     options.choice.target_length = target_length_of(options.target_length);
   }
-  if (options.schema) {
-    std::fputs(procedures::json_schema().c_str(), stdout);
-    return exit_code::passed;
-  }
   const auto files = procedures_in(options.paths);
   if (files.empty()) throw InputError("check: expected a procedure, or a directory of them");
   nlohmann::json reports = nlohmann::json::array();
@@ -128,8 +124,6 @@ void add_check(CLI::App& app, int& exit_code) {
       ->type_name("NAME=VALUE");
   command->add_option("--config", options->choice.config,
                       "Configuration directory instead of the one shipped");
-  command->add_flag("--schema", options->schema,
-                    "Print the JSON Schema of procedures, for editors, and do nothing else");
   command->add_flag("--json", options->json, "Findings and steps as JSON");
   command->add_flag("--schema", options->schema,
                     "Print the JSON Schema of procedures, for editors, and check nothing");
