@@ -97,8 +97,9 @@
   const show = (chart, view) => {
     chart.view = view;
     const [top, bottom] = scale(chart, view);
-    const unit = canvas / (chart.x[1] - chart.x[0]);
-    chart.svg.setAttribute('viewBox', `${(view[0] - chart.x[0]) * unit} ${top} ${(view[1] - view[0]) * unit} ${bottom - top}`);
+    const across = (x) => canvas * (x - chart.x[0]) / (chart.x[1] - chart.x[0]);
+    const left = across(view[0]);
+    chart.svg.setAttribute('viewBox', `${left} ${top} ${across(view[1]) - left} ${bottom - top}`);
     for (const element of chart.area.querySelectorAll('[data-x]')) {
       const [from, to] = element.dataset.x.split(' ').map(Number);
       place(element, from, to ?? from, view);
