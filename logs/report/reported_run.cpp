@@ -14,10 +14,13 @@ bool is_shown_phase(const logs::Phase& phase) {
 /// not OK to the next one.
 std::vector<Span> losses(const RunView& view, const std::vector<EstimateDetail>& estimates) {
   std::vector<Span> spans;
+  bool tracked = false;
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const EstimateDetail& e = estimates[i];
     const bool lost = e.status == pose_estimate_t::LOST;
-    if (!lost && e.status != pose_estimate_t::AMBIGUOUS) continue;
+    const bool again = tracked && e.status == pose_estimate_t::ACQUIRING;
+    tracked |= e.status == pose_estimate_t::OK;
+    if (!lost && !again && e.status != pose_estimate_t::AMBIGUOUS) continue;
     const double from = view.at(e.utime);
     const double to = i + 1 < estimates.size() ? view.at(estimates[i + 1].utime) : view.end_s();
     const Span::Kind kind = lost ? Span::Kind::trouble : Span::Kind::doubt;
@@ -25,10 +28,12 @@ std::vector<Span> losses(const RunView& view, const std::vector<EstimateDetail>&
       spans.back().to = std::max(spans.back().to, to);
       continue;
     }
-    spans.push_back(
-        {from, to,
-         std::string(lost ? "lost" : "ambiguous") + (e.reason.empty() ? "" : ": " + e.reason),
-         kind});
+    spans.push_back({from, to,
+                     std::string(lost    ? "lost"
+                                 : again ? "acquiring again"
+                                         : "ambiguous") +
+                         (e.reason.empty() ? "" : ": " + e.reason),
+                     kind});
   }
   return spans;
 }
