@@ -37,9 +37,9 @@ struct Maker {
 
   std::optional<testbed_command_t> operator()(const Trajectory& trajectory) const {
     testbed_command_t command = command_of(testbed_command_t::TRAJECTORY);
-    for (const Trajectory::Waypoint& w : trajectory.waypoints) {
+    for (const auto& w : trajectory.waypoints(here)) {
       waypoint_t waypoint{};
-      waypoint.time_s = w.at;
+      waypoint.time_s = w.time;
       set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
       command.waypoints.push_back(waypoint);
     }

@@ -1,29 +1,280 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/language/trajectory.h"
 
+#include <algorithm>
+#include <filesystem>
+
+#include "testbed/trajectories/lines.h"
+#include "testbed/trajectories/trajectory_file.h"
+#include "testbed/trajectories/turns.h"
+
 namespace berth::procedures {
+namespace {
+
+using testbed::Waypoints;
+
+/// A trajectory that a function of testbed makes from its options, wherever it begins.
+template <class Options>
+Trajectory made_by(Waypoints (*make)(const Pose&, const Options&), const Options& options) {
+  return {[=](const Pose& here) { return make(here, options); }, make(Pose{}, options).back().time};
+}
+
+void positive(Config& config, const std::string& key, Dimension dimension, double& value) {
+  config.optional(key, dimension, value);
+  if (!(value > 0)) throw config.error(key, "must be greater than zero");
+}
+
+double required(Config& config, const std::string& key, Dimension dimension) {
+  double value = config.quantity(key, dimension);
+  if (!(value > 0)) throw config.error(key, "must be greater than zero");
+  return value;
+}
+
+void read_ramp(Config& config, double& ramp) { positive(config, "ramp", Dimension::time, ramp); }
+
+void read_axis(Config& config, Vector3d& axis) {
+  if (config.has("axis")) axis = config.vector("axis", Dimension::number);
+  if (!(axis.norm() > 1e-6)) throw config.error("axis", "expected a direction, found no length");
+}
+
+Trajectory read_waypoints(Config& trajectory) {
+  Waypoints waypoints;
+  for (Config& section : trajectory.sections("waypoints")) {
+    const double at = section.quantity("at", Dimension::time);
+    const Pose pose = section.pose("pose");
+    section.finish();
+    if (!waypoints.empty() && at <= waypoints.back().time) {
+      throw section.error("at", "must be later than the waypoint before");
+    }
+    waypoints.push_back({at, pose});
+  }
+  if (waypoints.empty()) throw trajectory.error("waypoints", "expected at least one");
+  if (waypoints.size() > testbed::most_waypoints) {
+    throw trajectory.error("waypoints",
+                           "expected at most " + std::to_string(testbed::most_waypoints));
+  }
+  const double end = waypoints.back().time;
+  return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};
+}
+
+Trajectory read_file_rule(Config& config) {
+  testbed::TrajectoryFile options;
+  const std::filesystem::path name = config.text("name");
+  config.optional("ramp", Dimension::time, options.ramp);
+  if (options.ramp < 0) throw config.error("ramp", "must not be negative");
+  const auto folder = std::filesystem::path(config.file()).parent_path();
+  try {
+    Waypoints waypoints = testbed::read_trajectory_file(folder / name, options);
+    const double end = waypoints.back().time;
+    return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};
+  } catch (const InputError& e) {
+    throw config.error("name", e.what());
+  }
+}
+
+Trajectory read_straight(Config& config) {
+  testbed::Straight options;
+  options.by = config.pose("by");
+  positive(config, "speed", Dimension::speed, options.speed);
+  positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  read_ramp(config, options.ramp);
+  if (distance(Pose{}, options.by) < 1e-6 && angle_between(Pose{}, options.by) < 1e-6) {
+    throw config.error("by", "goes nowhere");
+  }
+  return made_by(testbed::straight, options);
+}
+
+Trajectory read_bar(Config& config, const Vector3d& bulge_along) {
+  testbed::BarApproach options;
+  options.to = required(config, "to", Dimension::length);
+  if (config.has("holds")) options.holds = config.quantities("holds", Dimension::length);
+  positive(config, "hold_for", Dimension::time, options.hold_for);
+  positive(config, "speed", Dimension::speed, options.speed);
+  config.optional("bulge", Dimension::length, options.bulge);
+  read_ramp(config, options.ramp);
+  options.bulge_along = bulge_along;
+  return {[=](const Pose& here) { return testbed::bar_approach(here, options); }, 0};
+}
+
+Trajectory read_v_bar(Config& config) { return read_bar(config, Vector3d::UnitY()); }
+Trajectory read_r_bar(Config& config) { return read_bar(config, Vector3d::UnitX()); }
+
+Trajectory read_oscillation(Config& config) {
+  testbed::Oscillation options;
+  read_axis(config, options.axis);
+  options.amplitude = required(config, "amplitude", Dimension::length);
+  options.speed = required(config, "speed", Dimension::speed);
+  config.optional("cycles", options.cycles);
+  if (options.cycles < 1) throw config.error("cycles", "expected at least one");
+  read_ramp(config, options.ramp);
+  return made_by(testbed::oscillation, options);
+}
+
+Trajectory read_spiral(Config& config) {
+  testbed::Spiral options;
+  options.radius = required(config, "radius", Dimension::length);
+  positive(config, "turns", Dimension::number, options.turns);
+  positive(config, "speed", Dimension::speed, options.speed);
+  read_ramp(config, options.ramp);
+  return made_by(testbed::spiral, options);
+}
+
+Trajectory read_drift(Config& config) {
+  testbed::Drift options;
+  positive(config, "amplitude", Dimension::length, options.amplitude);
+  config.optional("turn", Dimension::angle, options.turn);
+  if (options.turn < 0) throw config.error("turn", "must not be negative");
+  positive(config, "period", Dimension::time, options.period);
+  options.duration = required(config, "duration", Dimension::time);
+  read_ramp(config, options.ramp);
+  return made_by(testbed::drift, options);
+}
+
+Trajectory read_fly_around(Config& config) {
+  testbed::FlyAround options;
+  options.angle = config.quantity("angle", Dimension::angle);
+  if (options.angle == 0) throw config.error("angle", "goes nowhere");
+  read_axis(config, options.axis);
+  positive(config, "speed", Dimension::angular_speed, options.speed);
+  read_ramp(config, options.ramp);
+  return made_by(testbed::fly_around, options);
+}
+
+Trajectory read_tumble(Config& config) {
+  testbed::Tumble options;
+  options.inertia = config.vector("inertia", Dimension::number);
+  const Vector3d& i = options.inertia;
+  if (!(i.minCoeff() > 0) || 2 * i.maxCoeff() > i.sum() * (1 + 1e-9)) {
+    throw config.error("inertia",
+                       "no body has such moments: all must be positive, and none greater than the "
+                       "other two together");
+  }
+  options.rate = config.vector("rate", Dimension::angular_speed);
+  if (options.rate.norm() == 0) throw config.error("rate", "a body that does not turn");
+  options.duration = required(config, "duration", Dimension::time);
+  read_ramp(config, options.ramp);
+  return made_by(testbed::tumble, options);
+}
+
+struct Rule {
+  KeyInfo key;
+  Trajectory (*read)(Config& config);
+};
+
+const KeyInfo ramp_key = {"ramp", Kind::time, false, "2 s", "from rest to full speed, and back"};
+
+KeyInfo speed_key(const char* standard) {
+  return {"speed", Kind::speed, false, standard, "the greatest"};
+}
+
+KeyInfo axis_key(const char* standard) {
+  return {"axis", Kind::vector, false, standard, "sensor frame"};
+}
+
+std::vector<KeyInfo> bar_keys(const char* bulges) {
+  return {{"to", Kind::length, true, "", "z of the replica's origin at the end"},
+          {"holds", Kind::lengths, false, "none", "z of the hold points, in order"},
+          {"hold_for", Kind::time, false, "10 s", "at each of them"},
+          speed_key("30 mm/s"),
+          {"bulge", Kind::length, false, "0 mm",
+           std::string("out of the line, half way between two hold points, along ") + bulges},
+          ramp_key};
+}
+
+KeyInfo rule_key(const char* name, const char* description, std::vector<KeyInfo> keys) {
+  KeyInfo key{name, Kind::map, false, "", description};
+  key.keys = std::move(keys);
+  return key;
+}
+
+const std::vector<Rule>& rules() {
+  static const std::vector<Rule> all = {
+      {{"waypoints", Kind::waypoints, false, "", "a list of {at: TIME, pose: [x, y, z, w, p, r]}"},
+       read_waypoints},
+      {rule_key("file", "a CSV file with the columns t,x,y,z,w,p,r",
+                {{"name", Kind::text, true, "", "seen from the procedure's folder"},
+                 {"ramp", Kind::time, false, "2 s", "0 s: it begins and ends at rest by itself"}}),
+       read_file_rule},
+      {rule_key("straight", "on by a displacement",
+                {{"by", Kind::pose, true, "", "along and about the sensor's axes"},
+                 speed_key("50 mm/s"),
+                 {"turn", Kind::angular_speed, false, "5 deg/s", "the greatest"},
+                 ramp_key}),
+       read_straight},
+      {rule_key("v_bar", "along the line of sight, with hold points", bar_keys("R-bar (y, down)")),
+       read_v_bar},
+      {rule_key("r_bar", "along the line of sight, with hold points", bar_keys("V-bar (x)")),
+       read_r_bar},
+      {rule_key("oscillation", "to and fro along an axis, as a sine",
+                {axis_key("[1, 0, 0]"),
+                 {"amplitude", Kind::length, true, "", "to either side"},
+                 {"speed", Kind::speed, true, "", "at the middle, the greatest"},
+                 {"cycles", Kind::count, false, "4", "there and back, on both sides"},
+                 ramp_key}),
+       read_oscillation},
+      {rule_key("spiral", "outwards across the boresight, at constant speed",
+                {{"radius", Kind::length, true, "", "at the end"},
+                 {"turns", Kind::number, false, "2", "about the boresight"},
+                 speed_key("50 mm/s"),
+                 ramp_key}),
+       read_spiral},
+      {rule_key("drift", "slow wandering, as of a vehicle in its dead band",
+                {{"amplitude", Kind::length, false, "20 mm", "of each axis"},
+                 {"turn", Kind::angle, false, "1 deg", "about each axis"},
+                 {"period", Kind::time, false, "20 s", "of the fastest axis"},
+                 {"duration", Kind::time, true, "", "without the ramps"},
+                 {"ramp", Kind::time, false, "4 s", "from rest to full rate, and back"}}),
+       read_drift},
+      {rule_key("fly_around", "the replica turns as a chaser sees it that flies around it",
+                {{"angle", Kind::angle, true, "", "right-handed about the axis"},
+                 axis_key("[0, 1, 0]"),
+                 {"speed", Kind::angular_speed, false, "2 deg/s", "the greatest"},
+                 ramp_key}),
+       read_fly_around},
+      {rule_key("tumble", "a rigid body that nothing acts upon",
+                {{"inertia", Kind::vector, true, "", "about the model's axes; ratios matter"},
+                 {"rate", Kind::vector, true, "", "[x, y, z] at the start, about the model's axes"},
+                 {"duration", Kind::time, true, "", "without the ramps"},
+                 ramp_key}),
+       read_tumble},
+  };
+  return all;
+}
+
+}  // namespace
 
 const std::vector<KeyInfo>& trajectory_keys() {
-  static const std::vector<KeyInfo> keys = {
-      {"waypoints", Kind::waypoints, true, "", "a list of {at: TIME, pose: [x, y, z, w, p, r]}"},
-  };
+  static const std::vector<KeyInfo> keys = [] {
+    std::vector<KeyInfo> list;
+    for (const Rule& rule : rules()) list.push_back(rule.key);
+    return list;
+  }();
   return keys;
 }
 
 Trajectory read_trajectory(Config& step) {
   Config config = step.section("trajectory");
-  Trajectory trajectory;
-  for (Config& section : config.sections("waypoints")) {
-    Trajectory::Waypoint waypoint;
-    waypoint.at = section.quantity("at", Dimension::time);
-    waypoint.pose = section.pose("pose");
-    section.finish();
-    if (!trajectory.waypoints.empty() && waypoint.at <= trajectory.waypoints.back().at) {
-      throw section.error("at", "must be later than the waypoint before");
+  std::string known;
+  const Rule* found = nullptr;
+  for (const Rule& rule : rules()) {
+    known += (known.empty() ? "" : ", ") + rule.key.key;
+    if (!config.has(rule.key.key)) continue;
+    if (found != nullptr) {
+      throw config.error(rule.key.key, "a trajectory has one rule, and this one has '" +
+                                           found->key.key + "' already");
     }
-    trajectory.waypoints.push_back(waypoint);
+    found = &rule;
   }
-  if (trajectory.waypoints.empty()) throw config.error("waypoints", "expected at least one");
+  for (const std::string& key : config.keys()) {
+    const bool is_rule = std::any_of(rules().begin(), rules().end(),
+                                     [&](const Rule& rule) { return rule.key.key == key; });
+    if (!is_rule) throw config.error(key, "is no rule of a trajectory; rules are: " + known);
+  }
+  if (found == nullptr) throw step.error("trajectory", "expected one of: " + known);
+  if (found->key.kind != Kind::map) return found->read(config);
+  Config rule = config.section(found->key.key);
+  Trajectory trajectory = found->read(rule);
+  rule.finish();
   config.finish();
   return trajectory;
 }

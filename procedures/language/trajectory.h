@@ -1,28 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "common/core/config.h"
-#include "common/core/pose.h"
 #include "procedures/language/key_info.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::procedures {
 
-/// Through waypoints at their times, open loop.
+/// Through waypoints at their times, open loop: written out, from a file, or made by a rule.
 struct Trajectory {
-  struct Waypoint {
-    double at = 0;  ///< s after the start
-    Pose pose;      ///< T_sensor_model
-  };
-  std::vector<Waypoint> waypoints;
+  /// From where the replica is told to be as the step begins, T_sensor_model.
+  std::function<testbed::Waypoints(const Pose& here)> waypoints;
+  double duration = 0;  ///< s; 0: it depends on where it begins
 };
 
-/// Reads the map `trajectory` of a step.
+/// Reads the map `trajectory` of a step: one rule with its keys.
 /// @throws InputError "file:line: key ...: found ..., expected ..."
 Trajectory read_trajectory(Config& step);
 
-/// The keys that read_trajectory knows, for the schema and the documentation.
+/// The rules that read_trajectory knows, for the schema and the documentation.
 const std::vector<KeyInfo>& trajectory_keys();
 
 }  // namespace berth::procedures

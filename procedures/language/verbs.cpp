@@ -60,8 +60,8 @@ Read read_move(Config& config) {
 
 Read read_trajectory_step(Config& step) {
   Trajectory trajectory = read_trajectory(step);
-  const double end = trajectory.waypoints.back().at;
-  return {std::move(trajectory), end + 120};
+  const double timeout = trajectory.duration > 0 ? trajectory.duration + 120 : 600;
+  return {std::move(trajectory), timeout};
 }
 
 Read read_acquire(Config& config) {
@@ -227,7 +227,7 @@ std::vector<VerbInfo> make_verbs() {
         {"speed", Kind::speed, true, "", "greatest relative speed"},
         {"turn", Kind::angular_speed, false, "10 deg/s", "greatest relative turn rate"}},
        read_move},
-      {"trajectory", "through waypoints at their times, open loop", "its end and 2 min",
+      {"trajectory", "along a path made by one of these rules, open loop", "its end and 2 min",
        trajectory_keys(), nullptr, std::nullopt, read_trajectory_step},
       {"scan",
        "one scan of the procedure's own; wants no tracking at the time",
