@@ -32,6 +32,7 @@ int main(int argc, char* argv[]) {
   commands::add_spy(app, code);
   commands::add_picture(app, code);
   commands::add_reestimate(app, code);
+  commands::add_replay(app, code);
   commands::add_doctor(app, code);
   try {
     app.parse(argc, argv);

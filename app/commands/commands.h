@@ -23,6 +23,7 @@ void add_nightly(CLI::App& app, int& exit_code);
 void add_spy(CLI::App& app, int& exit_code);
 void add_picture(CLI::App& app, int& exit_code);
 void add_reestimate(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 
 }  // namespace berth::commands

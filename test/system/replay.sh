@@ -13,6 +13,9 @@ replay() {
     sleep 0.2
     "$bin/berth" log info "$work/replayed.lcm" 2>/dev/null | grep -q NODE_STATUS && break
   done
+  # A node is alive here: berth replay must not play onto this bus.
+  expect 2 "$bin/berth" replay "$run" --lcm-url "$replay_url"
+  says "is alive"
   lcm-logplayer --lcm-url="$replay_url" --speed=4 \
     --regexp='^(?!POSE_ESTIMATE$|SCAN_REQUEST$|ESTIMATOR_STATE$|ESTIMATOR_DIAGNOSTICS$|NODE_STATUS$|HEARTBEAT$|ARM_).*' \
     "$run/run.lcm" >/dev/null
@@ -27,4 +30,15 @@ replay() {
     fail "the replay gives other estimates"
   }
   echo "$(wc -l <"$work/recorded.jsonl") estimates the same, number for number"
+}
+
+# beside RUN: berth replay with an estimator beside it, and berth reestimate, give the recorded
+# estimates again.
+beside() {
+  local run=$1 count beside_url="udpm://239.255.76.67:$((port + 2))?ttl=0"
+  count=$("$bin/berth" log estimates "$run/run.lcm" | wc -l)
+  expect 0 "$bin/berth" replay "$run" --estimate --rate 32 --lcm-url "$beside_url"
+  says "$count estimates beside recorded ones, $count the same number for number"
+  expect 0 "$bin/berth" reestimate "$run" --out "$work/again"
+  says "all estimates are the recorded ones, number for number"
 }

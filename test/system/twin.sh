@@ -19,3 +19,4 @@ expect $code "$bin/berth" compare "$a/run.lcm"
 
 . "$home/test/system/replay.sh"
 replay "$a"
+beside "$a"

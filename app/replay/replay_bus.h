@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/heartbeat_t.hpp>
+#include <lcm/lcm-cpp.hpp>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "common/bus/bus.h"
+
+namespace berth {
+
+/// The bus that a log is played onto: sends messages as they are, decodable or not, and hears
+/// whether a cell is alive there, for a replayed command must never reach one.
+class ReplayBus {
+ public:
+  /// @throws InputError for a URL that LCM cannot use
+  explicit ReplayBus(const std::string& url);
+  ReplayBus(const ReplayBus&) = delete;
+  ReplayBus& operator=(const ReplayBus&) = delete;
+
+  const std::string& url() const { return url_; }
+  /// From any thread. @return whether the network took it
+  bool publish(const std::string& channel, Bytes bytes);
+
+  /// Listens for some beats' time. @return a heartbeat of whoever is there
+  std::optional<heartbeat_t> anybody_alive();
+  /// Readable when something was heard: call hear().
+  int descriptor() { return lcm_.getFileno(); }
+  /// @return a heartbeat of a session that is none of these, if one came
+  std::optional<heartbeat_t> hear_stranger(const std::set<std::int64_t>& known_sessions);
+
+ private:
+  void on_heartbeat(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+
+  std::string url_;
+  lcm::LCM lcm_;
+  std::optional<heartbeat_t> heard_;
+};
+
+}  // namespace berth
