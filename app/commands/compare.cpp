@@ -51,7 +51,8 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
 
 int compare(const Options& options) {
   if (options.list) std::printf("%s", logs::describe_measurements().c_str());
-  if (options.runs.empty() && !options.list) {
+  if (options.list && options.runs.empty()) return exit_code::passed;
+  if (options.runs.empty()) {
     throw InputError("berth compare: expected run directories or logs, or --list");
   }
   int worst = exit_code::passed;
