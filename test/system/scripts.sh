@@ -21,10 +21,8 @@ try() {
 # options NAME: what makes it short.
 options() {
   case $1 in
-    5_2_acquisition) echo "--set about_x=[-20,20] --set about_y=[0,15] --set about_z=[-20,20] --set enough=8" ;;
     5_3_1_*) echo "--set survey=25s" ;;
     5_3_2_static) echo "--set steps=8 --set enough=15" ;;
-    acquisition_survey) echo "--set about_y=[-20,15] --set about_z=[0,50] --set enough=4" ;;
     fast_trajectory) echo "--set passes=1 --set enough=20" ;;
     tracking_survey) echo "--set survey=6s --set enough=50" ;;
   esac
