@@ -2,12 +2,12 @@
 #include "procedures/language/blocks.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <regex>
-#include <set>
 
 #include "common/core/error.h"
-#include "common/core/file.h"
 #include "procedures/language/procedure.h"
+#include "procedures/language/step_options.h"
 #include "procedures/language/sweep.h"
 
 namespace berth::procedures {
@@ -76,37 +76,6 @@ const VerbInfo& verb_of(const Config& step) {
                      "this step does nothing; steps are: " + list_of_verbs());
   }
   return *verb;
-}
-
-OnFailure read_on_failure(Config& step, OnFailure standard) {
-  if (!step.has("on_failure")) return standard;
-  const std::string text = step.text("on_failure");
-  static const std::regex grammar(
-      R"(^(?:retry (\d{1,2}) times?)?(?:(, then |^)(abort|continue|hold))?$)");
-  std::smatch match;
-  if (text.empty() || !std::regex_match(text, match, grammar)) {
-    throw step.error("on_failure", "found '" + text +
-                                       "', expected 'abort', 'continue', 'hold', 'retry 3 times' "
-                                       "or 'retry 3 times, then hold'");
-  }
-  OnFailure result;
-  if (match[1].matched) result.retries = std::stoi(match[1]);
-  if (match[3] == "continue") result.then = OnFailure::Then::go_on;
-  if (match[3] == "hold") result.then = OnFailure::Then::hold;
-  return result;
-}
-
-std::optional<Condition> read_if(Config& step) {
-  if (!step.has("if")) return std::nullopt;
-  try {
-    Condition condition = parse_condition(step.text("if"));
-    if (condition.duration > 0) {
-      throw InputError("found '" + condition.text + "', expected no 'for': it is looked at once");
-    }
-    return condition;
-  } catch (const InputError& e) {
-    throw step.error("if", e.what());
-  }
 }
 
 void refuse_open_references(const YAML::Node& node, const Source& source) {
@@ -336,38 +305,10 @@ class Unroller {
 
 }  // namespace
 
-const std::string& Library::text(const std::string& name) {
-  const auto known = texts_.find(name);
-  if (known != texts_.end()) return known->second;
-  return texts_[name] = read_file(folder_ / name);
-}
-
 Unrolled unroll(const Source& source, const std::string& list, Library& library) {
   Unrolled result;
   Unroller(source, library, result).list(source.text, {list, {}}, {});
   return result;
-}
-
-Source make_source(const std::string& text, const std::string& file, const std::string& name,
-                   const Overrides& overrides) {
-  Filled filled = apply_parameters(text, file, overrides);
-  const auto swept = swept_names(Config::parse(filled.text, file).node());
-  for (const std::string& parameter : filled.names) {
-    if (swept.count(parameter) == 0) continue;
-    throw InputError(file + ":1: '" + parameter +
-                     "' is the name of a parameter and of a sweep, expected two names");
-  }
-  for (const Filled::Reference& reference : filled.references) {
-    if (swept.count(reference.name) != 0) continue;
-    throw InputError(file + ":" + std::to_string(reference.line) + ": parameter '" +
-                     reference.name + "' is not defined; " + known_names(filled.names));
-  }
-  if (!filled.unused.empty() && !filled.as_run) {
-    const Filled::Reference& first = filled.unused.front();
-    throw InputError(file + ":" + std::to_string(first.line) + ": key 'parameters." + first.name +
-                     "': is never used");
-  }
-  return {std::move(filled.text), file, name, filled.as_run, {}};
 }
 
 const std::vector<VerbInfo>& blocks() {
@@ -400,18 +341,6 @@ const std::vector<VerbInfo>& blocks() {
         {"turn", Kind::angular_speed, false, "10 deg/s", "of the motions"}}},
   };
   return all;
-}
-
-const std::vector<KeyInfo>& step_keys() {
-  static const std::vector<KeyInfo> keys = {
-      {"name", Kind::text, false, "the verb", "for a person"},
-      {"phase", Kind::text, false, "the verb", "label under which its stretch of time is judged"},
-      {"timeout", Kind::time, false, "the verb's", "after which it has run out of time"},
-      {"if", Kind::condition, false, "always", "skipped when it is not so as its turn comes"},
-      {"on_failure", Kind::text, false, "abort",
-       "abort, continue, hold, 'retry N times', or 'retry N times, then continue' (or hold)"},
-  };
-  return keys;
 }
 
 }  // namespace berth::procedures

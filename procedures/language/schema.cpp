@@ -5,6 +5,7 @@
 
 #include "procedures/language/blocks.h"
 #include "procedures/language/procedure.h"
+#include "procedures/language/step_options.h"
 #include "procedures/language/verbs.h"
 
 namespace berth::procedures {

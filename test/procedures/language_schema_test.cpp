@@ -6,6 +6,7 @@
 #include "procedures/language/blocks.h"
 #include "procedures/language/procedure.h"
 #include "procedures/language/schema.h"
+#include "procedures/language/step_options.h"
 #include "test/catch.h"
 
 using namespace berth;

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/core/config.h"
+#include "procedures/language/key_info.h"
+#include "procedures/language/steps.h"
+
+namespace berth::procedures {
+
+/// The keys that every step may have beside its verb.
+const std::vector<KeyInfo>& step_keys();
+
+/// The key `on_failure` of a step or block. @param standard where it has none
+OnFailure read_on_failure(Config& step, OnFailure standard);
+/// The key `if`; nothing where there is none.
+std::optional<Condition> read_if(Config& step);
+
+}  // namespace berth::procedures
