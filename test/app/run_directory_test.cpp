@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <stdlib.h>
 
+#include <berth/procedure_state_t.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -78,9 +79,9 @@ TEST_CASE("checksums tell what was changed, is missing, or came after") {
   write_file(folder / "config" / "a.yaml", "a: 2");
   fs::remove(folder / "run.lcm");
   write_file(folder / "late", "");
-  CHECK(verify_checksums(folder.path()) ==
-        std::vector<std::string>{"config/a.yaml was changed", "run.lcm is missing",
-                                 "late is not listed"});
+  CHECK(verify_checksums(folder.path()) == std::vector<std::string>{"config/a.yaml was changed",
+                                                                    "run.lcm is missing",
+                                                                    "late is not listed"});
 }
 
 TEST_CASE("everything known before the start is in the run's directory, and a mesh goes with it") {

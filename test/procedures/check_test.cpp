@@ -161,7 +161,10 @@ TEST_CASE("a step that cannot end in its time is an error when its time is known
 }
 
 TEST_CASE("each measurement that there is can be forecast") {
-  const Procedure procedure = parse_procedure(tracked, "p.yaml");
+  // Velocities are measured where something moves.
+  const Procedure procedure = parse_procedure(
+      tracked + "  - move: {to: [200, -150, 4300, 10, 12, -15], speed: 100 mm/s, turn: 5 deg/s}\n",
+      "p.yaml");
   Rig rig(setup_for(procedure));
   Rehearsal rehearsal(rig, rig.home());
   for (const Step& step : procedure.steps) rehearsal.perform(step);
