@@ -61,9 +61,8 @@ std::vector<ActiveRun> active_runs() {
 std::optional<ActiveRun> find_active_run(const fs::path& directory) {
   std::optional<ActiveRun> newest;
   for (const auto& run : active_runs()) {
-    if (directory.empty() || fs::absolute(directory).lexically_normal() == run.directory) {
-      newest = run;
-    }
+    std::error_code none;  // a directory that is not there is nobody's
+    if (directory.empty() || fs::equivalent(directory, run.directory, none)) newest = run;
   }
   return newest;
 }

@@ -66,12 +66,14 @@ std::string NodeWatch::trouble(Utime now, Utime heartbeat_timeout) const {
   return {};
 }
 
-std::vector<precondition_t> NodeWatch::preconditions() const {
+std::vector<precondition_t> NodeWatch::preconditions(bool going_on) const {
   std::vector<precondition_t> list;
   for (const auto& [name, node] : nodes_) {
     precondition_t item;
     item.name = "node " + name;
-    item.met = node.heard && node.ready();
+    // What holds calls itself degraded.
+    const bool held = going_on && node.state == node_status_t::DEGRADED;
+    item.met = node.heard && (node.ready() || held);
     item.reason = node.text();
     list.push_back(item);
   }

@@ -30,7 +30,7 @@ class NodeWatch {
   /// A node in fault or silent for longer than the timeout; empty: none.
   std::string trouble(Utime now, Utime heartbeat_timeout) const;
   /// One for each node.
-  std::vector<precondition_t> preconditions() const;
+  std::vector<precondition_t> preconditions(bool going_on) const;
 
  private:
   struct Node {

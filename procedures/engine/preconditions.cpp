@@ -70,7 +70,7 @@ precondition_t room_on_disk(const std::filesystem::path& folder) {
 
 std::vector<precondition_t> preconditions(const NodeWatch& nodes, const Bench& bench,
                                           bool going_on) {
-  std::vector<precondition_t> list = nodes.preconditions();
+  std::vector<precondition_t> list = nodes.preconditions(going_on);
   list.push_back(lease(bench.testbed));
   list.push_back(testbed_ready(bench.testbed, going_on));
   if (nodes.requires_node("facility-driver")) add_facility(list, bench.live);
