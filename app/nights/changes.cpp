@@ -28,8 +28,11 @@ bool completed(const FinishedRun& run) {
   return false;
 }
 
-/// Extremes say more of luck than of change; they are recorded, not asked about.
-bool is_asked(const RunValue& v) { return v.statistic != "peak"; }
+/// Extremes, and what goes on while a run is being put away, say more of luck than of change; they
+/// are recorded, not asked about.
+bool is_asked(const RunValue& v) {
+  return v.statistic != "peak" && v.phase != logs::teardown_phase;
+}
 
 Columns columns_of(const std::vector<const FinishedRun*>& runs) {
   Columns columns;

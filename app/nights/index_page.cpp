@@ -123,7 +123,7 @@ Html changes_table(const NightReport& report) {
                           text(c.statistic + " " + c.measurement),
                           text(c.against + ", " + std::to_string(c.runs) + " runs"),
                           text(shown(c.before)), text(shown(c.after)), text(c.unit),
-                          text(changed_by(c)), text(shown(c.p))});
+                          text(changed_by(c)), text(chance_text(c.p))});
   }
   return html_of(table);
 }

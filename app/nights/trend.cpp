@@ -61,7 +61,8 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   // Of ones and zeros the mean says more than the middle one.
   const bool is_share = subject.measurement == passed_measurement;
   report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
-  report::Curve median{is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
+  report::Curve median{
+      is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
   report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
   report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
   report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};

@@ -41,6 +41,9 @@ void judge(const Plan& plan, NightReport& report);
 /// P(at least `failed` of `runs` | each fails with this chance).
 double binomial_tail(std::size_t failed, std::size_t runs, double chance);
 
+/// "0.00125", "0.00005".
+std::string chance_text(double p);
+
 /// As the terminal and the notified see it.
 std::string text_of(const NightReport& report);
 std::string json_of(const NightReport& report);

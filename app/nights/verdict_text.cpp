@@ -28,7 +28,7 @@ std::string name_of(const FlaggedChange& c) {
 
 std::string sentence_of(const FlaggedChange& c) {
   return c.kind + " than the " + c.against + ": " + shown(c.before) + " -> " + shown(c.after) +
-         " " + c.unit + ", " + change_of(c) + ", chance " + shown(c.p);
+         " " + c.unit + ", " + change_of(c) + ", chance " + chance_text(c.p);
 }
 
 std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t most) {
@@ -38,7 +38,7 @@ std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t
   for (const FlaggedChange& c : changes) {
     if (lines.size() > most) break;
     lines.push_back({c.kind, c.against, c.case_name, c.phase, c.measurement + " " + c.statistic,
-                     shown(c.before), shown(c.after), c.unit, change_of(c), shown(c.p)});
+                     shown(c.before), shown(c.after), c.unit, change_of(c), chance_text(c.p)});
   }
   std::string text = text_table(lines, 5);
   if (changes.size() > most) {
@@ -64,6 +64,8 @@ ordered_json number(double value) {
 }
 
 }  // namespace
+
+std::string chance_text(double p) { return fixed(p, 5); }
 
 std::string text_of(const NightReport& report) {
   const Night& night = report.night;
