@@ -60,9 +60,10 @@ std::vector<ActiveRun> active_runs() {
 
 std::optional<ActiveRun> find_active_run(const fs::path& directory) {
   std::optional<ActiveRun> newest;
+  fs::path wanted = directory.empty() ? directory : fs::absolute(directory).lexically_normal();
+  if (!wanted.has_filename()) wanted = wanted.parent_path();  // "runs/x/", as shells complete it
   for (const auto& run : active_runs()) {
-    std::error_code none;  // a directory that is not there is nobody's
-    if (directory.empty() || fs::equivalent(directory, run.directory, none)) newest = run;
+    if (wanted.empty() || wanted == run.directory) newest = run;
   }
   return newest;
 }

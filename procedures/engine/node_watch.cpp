@@ -71,7 +71,7 @@ std::vector<precondition_t> NodeWatch::preconditions(bool going_on) const {
   for (const auto& [name, node] : nodes_) {
     precondition_t item;
     item.name = "node " + name;
-    // What holds calls itself degraded.
+    // what is held says so: the testbed's own state is looked at besides
     const bool held = going_on && node.state == node_status_t::DEGRADED;
     item.met = node.heard && (node.ready() || held);
     item.reason = node.text();

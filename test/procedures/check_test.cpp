@@ -161,9 +161,9 @@ TEST_CASE("a step that cannot end in its time is an error when its time is known
 }
 
 TEST_CASE("each measurement that there is can be forecast") {
-  // Velocities are measured where something moves.
+  // Gains and the time offset want a target that moves along and about every axis while tracked.
   const Procedure procedure = parse_procedure(
-      tracked + "  - move: {to: [200, -150, 4300, 10, 12, -15], speed: 100 mm/s, turn: 5 deg/s}\n",
+      tracked + "  - move: {to: [150, -150, 4700, 12, -12, 15], speed: 50 mm/s, turn: 4 deg/s}\n",
       "p.yaml");
   Rig rig(setup_for(procedure));
   Rehearsal rehearsal(rig, rig.home());

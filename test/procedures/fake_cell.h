@@ -117,11 +117,14 @@ class Testbed final : public Clocked {
   void begin(const testbed_command_t& c) {
     switch (c.command) {
       case testbed_command_t::HOLD:
-        if (state_.state != testbed_state_t::IDLE) state_.state = testbed_state_t::HELD;
+        if (state_.state == testbed_state_t::IDLE) break;
+        state_.state = testbed_state_t::HELD;
+        report(node_status_t::DEGRADED, "held");
         break;
       case testbed_command_t::RESUME:
         if (state_.state != testbed_state_t::HELD) return refuse(c, "nothing is held");
         state_.state = testbed_state_t::MOVING;
+        report(node_status_t::RUNNING);
         break;
       case testbed_command_t::STOP:
       case testbed_command_t::RESET:
