@@ -118,6 +118,11 @@ class Errand {
     now_ = state;
     if (before_) return look();
     before_ = state;
+    const procedure_step_t* step = step_of(state, state.current_step);
+    if (command_.command == procedure_command_t::ANSWER && step != nullptr &&
+        command_.prompt_id == step->name) {
+      command_.prompt_id = state.prompt_id;  // named by its step
+    }
     link_.send(command_);
   }
 

@@ -156,7 +156,8 @@ void add_run(CLI::App& app, int& exit_code) {
                     "Start although berth check may have something against it");
   command
       ->add_option("--answer", options->answers,
-                   "In the twin: the answer to a prompt, ID=TEXT; without one the prompt's own "
+                   "In the twin: the answer to a prompt, by its id or its step's name; without one "
+                   "the prompt's own "
                    "standard answer is taken when its time is up")
       ->type_name("ID=TEXT");
   add_cell_options(*command, *options);

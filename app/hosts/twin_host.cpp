@@ -47,7 +47,10 @@ class TwinOperator {
     bus.subscribe<procedure_state_t>(
         channels::procedure_state, Queue::fifo(), [this, answers](const procedure_state_t& state) {
           if (state.state != procedure_state_t::PROMPTING) return;
-          const auto answer = answers.find(state.prompt_id);
+          auto answer = answers.find(state.prompt_id);
+          if (answer == answers.end() && state.current_step >= 0) {
+            answer = answers.find(state.steps[static_cast<std::size_t>(state.current_step)].name);
+          }
           if (answer != answers.end()) {
             send(procedure_command_t::ANSWER, state.prompt_id, answer->second);
           }

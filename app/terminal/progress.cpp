@@ -44,7 +44,8 @@ void Progress::on(const procedure_state_t& message) {
 void Progress::print_changes(const procedure_state_t& message) {
   const double time = seconds(message.utime - message.utime_start);
   const std::int8_t before = state_ ? state_->state : procedure_state_t::PREPARING;
-  if (message.state == procedure_state_t::PREPARING && message.reason != waiting_for_) {
+  if (!with_panel_ && message.state == procedure_state_t::PREPARING &&
+      message.reason != waiting_for_) {
     waiting_for_ = message.reason;
     if (!waiting_for_.empty()) print_(stamped(time).add(waiting_for_));
   }

@@ -24,7 +24,9 @@ class Progress {
   using Print = std::function<void(const Line& line)>;
 
   /// print gets the lasting lines.
-  explicit Progress(Print print) : print_(std::move(print)) {}
+  /// @param with_panel what is waited for stands in the panel, and needs no lasting line
+  explicit Progress(Print print, bool with_panel = false)
+      : print_(std::move(print)), with_panel_(with_panel) {}
 
   void on(const procedure_state_t& message);
   void on(const pose_estimate_t& message);
@@ -49,6 +51,7 @@ class Progress {
   void compare(Utime until);
 
   Print print_;
+  bool with_panel_;
   std::optional<procedure_state_t> state_;
   std::string waiting_for_;
   std::optional<testbed_state_t> testbed_;

@@ -32,8 +32,8 @@ winsize window() {
 }  // namespace
 
 TerminalView::TerminalView()
-    : progress_([this](const Line& line) { print(line); }),
-      is_terminal_(isatty(STDOUT_FILENO) == 1),
+    : is_terminal_(isatty(STDOUT_FILENO) == 1),
+      progress_([this](const Line& line) { print(line); }, is_terminal_),
       colours_(colours_wanted(STDOUT_FILENO)) {}
 
 void TerminalView::take(const std::string& channel, Bytes bytes) {

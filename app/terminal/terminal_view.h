@@ -33,8 +33,8 @@ class TerminalView {
   void clear_panel();
 
  private:
-  Progress progress_;
   bool is_terminal_;
+  Progress progress_;
   bool colours_;
   std::size_t panel_lines_ = 0;  // on the screen now
   double last_refresh_s_ = 0;

@@ -53,3 +53,17 @@ says "nothing is running"
 expect 2 "$bin/berth" compare "$work"
 echo "not a log" >"$work/bad.lcm"
 expect 2 "$bin/berth" compare "$work/bad.lcm"
+
+# Prompts in the twin: answered beforehand by the step's name, else out of time.
+cat >"$work/ask.yaml" <<'END'
+name: ask
+layout: free
+steps:
+  - prompt: {text: "Is the way clear?", choices: ["yes", "no"], go_on: ["yes"]}
+    name: clear
+    timeout: 20 s
+END
+expect 0 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer clear=yes
+expect 1 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer clear=no
+expect 2 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml"
+says "TIMEOUT"
