@@ -39,8 +39,8 @@ struct EstimatorOptions {
   bool reacquire = true;           ///< when lost, acquire again unasked
   double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next
 
-  bool streaming = false;          ///< estimates while a tracking scan runs
-  int estimate_every = 50;         ///< returns, when streaming
+  bool streaming = false;   ///< estimates while a tracking scan runs
+  int estimate_every = 50;  ///< returns, when streaming
 
   std::string tracker_method = "alpha_beta";
   AlphaBetaOptions alpha_beta;

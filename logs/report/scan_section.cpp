@@ -65,8 +65,8 @@ class Choice {
   std::map<std::int64_t, std::string> chosen_;
 };
 
-std::string caption_of(const EstimateDetail& e,
-                       const std::optional<logs::TruthSample>& truth, const Pose& pose) {
+std::string caption_of(const EstimateDetail& e, const std::optional<logs::TruthSample>& truth,
+                       const Pose& pose) {
   std::string words = std::string(text_of_status(e.status)) +
                       (e.reason.empty() ? "" : ": " + e.reason) + "; " +
                       std::to_string(e.returns_used) + " of " + std::to_string(e.returns_received) +
