@@ -156,6 +156,7 @@ std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
     for (const FinishedRun& before : way.before) {
       if (before.case_name != after.case_name || before.seed != after.seed || before.fresh)
         continue;
+      if (before.outcome == "ERROR") continue;  // says nothing of what it would have measured
       if (before.procedure_hash != after.procedure_hash) {
         runs.edited = true;
         continue;

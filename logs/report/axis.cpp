@@ -31,7 +31,9 @@ Axis around(double low, double high, bool logarithmic) {
     return {std::pow(10, low_power), std::pow(10, high_power), true};
   }
   double air = 0.06 * (high - low);
-  if (air <= 0) air = high == 0 ? 1 : 0.1 * std::abs(high);
+  const double size = std::max(std::abs(low), std::abs(high));
+  // What differs by rounding alone is one value: no axis is that fine.
+  if (air <= 1e-9 * size) air = size == 0 ? 1 : 0.1 * size;
   // Much of an axis that begins just above zero is better begun at zero.
   const double start = low >= 0 && low < 0.3 * high ? 0 : low - air;
   return {start, high + air, false};

@@ -152,6 +152,13 @@ TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") 
     CHECK(none.questions == 0);
     REQUIRE(none.remarks.size() == 1);
   }
+  SECTION("a baseline that crashed says nothing") {
+    for (FinishedRun& run : evidence.baseline) {
+      run.outcome = "ERROR";
+      run.values.clear();
+    }
+    CHECK(find_changes(evidence, 0.002, {}).questions == 0);
+  }
   SECTION("runs that broke off are counted, not measured") {
     for (FinishedRun& run : evidence.tonight) {
       run.outcome = "FAIL";

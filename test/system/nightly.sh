@@ -65,14 +65,14 @@ expect 0 nightly --night third --baseline "$work/broken"
 says "ERROR look seed 1 (baseline)"
 says ", 0 changes"
 
-# A third more noise is a regression, and is until it is accepted.
-cp -r config "$work/noisy"
-sed -i 's/^noise_scale: 1 /noise_scale: 1.3 /' "$work/noisy/simulation_lidar.yaml"
-expect 1 nightly --night fourth --config "$work/noisy"
+# A slower estimator is a regression, and is until it is accepted.
+cp -r config "$work/slow"
+sed -i 's/estimator: 30 ms/estimator: 60 ms/' "$work/slow/twin.yaml"
+expect 1 nightly --night fourth --config "$work/slow"
 says "REGRESSION"
 grep -q '<failure' "$out/fourth/results.xml" || fail "no failure in the JUnit report"
 expect 0 "$bin/berth" nightly --out "$out" --accept fourth
-expect 0 nightly --night fifth --config "$work/noisy"
+expect 0 nightly --night fifth --config "$work/slow"
 
 expect 2 "$bin/berth" nightly "$work/none.yaml" --out "$out"
 expect 2 nightly --night fifth
