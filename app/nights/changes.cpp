@@ -188,6 +188,7 @@ std::string kind_of_change(const std::string& measurement, const std::string& st
       has("miss") || has("residual")) {
     return nearer(0);
   }
+  if (has("gain")) return nearer(1);
   if (has("share") || has("rate") || measurement == passed_measurement ||
       measurement == completed_measurement) {
     return after > before ? "better" : "worse";

@@ -198,6 +198,7 @@ TEST_CASE("what is better depends on what is measured") {
   CHECK(kind_of_change("update_rate", "value", 2, 3) == "better");
   CHECK(kind_of_change("tracking_share", "value", 99, 90) == "worse");
   CHECK(kind_of_change("nees", "mean", 6, 3) == "worse");
+  CHECK(kind_of_change("angular_velocity_z_gain", "value", 1, -1) == "worse");
   CHECK(kind_of_change("relative_speed", "rms", 20, 30) == "changed");
 }
 
