@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <set>
 #include <thread>
 
@@ -17,6 +16,7 @@
 #include "app/nights/notify.h"
 #include "app/nights/progress.h"
 #include "app/nights/runner.h"
+#include "app/utc.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -25,22 +25,6 @@
 namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
-
-/// "2026-11-21T22:30:00Z"
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-void write_file(const fs::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-}
 
 /// One night at a time in one directory.
 class DirectoryLock {
@@ -113,7 +97,7 @@ Plan plan_of(const NightRequest& request) {
 }
 
 std::string free_name(History& history, const std::string& wanted) {
-  std::string name = wanted.empty() ? utc_now().substr(0, 10) : wanted;
+  std::string name = wanted.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : wanted;
   if (!history.night_named(name)) return name;
   if (!wanted.empty()) throw InputError("--night " + wanted + ": there is one of that name");
   for (int i = 2;; ++i) {
@@ -141,12 +125,12 @@ Night open_night(History& history, const NightRequest& request, const Plan& plan
     }
     std::printf("night %s was interrupted%s: left as it is\n", last.name.c_str(),
                 same ? "" : ", with another plan or build");
-    last.ended = utc_now();
+    last.ended = utc_text(std::time(nullptr));
     last.verdict = "interrupted";
     history.finish(last, {});
   }
   night.name = free_name(history, request.name);
-  night.begun = utc_now();
+  night.begun = utc_text(std::time(nullptr));
   history.begin(night);
   return night;
 }
@@ -297,7 +281,7 @@ int run_night(const NightRequest& request) {
   night.wall_s += wall_s;
   night.configuration_hash = configuration_of(report.runs);
   judge(plan, report);
-  night.ended = utc_now();
+  night.ended = utc_text(std::time(nullptr));
   history.finish(night, report.changes.changes);
   keeper.judge_earlier_nights(history, night);
 

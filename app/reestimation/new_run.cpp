@@ -5,7 +5,6 @@
 
 #include <berth/run_info_t.hpp>
 #include <cstdio>
-#include <fstream>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -17,11 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_file(const fs::path& path, const std::string& text) {
+void write_with_directory(const fs::path& path, const std::string& text) {
   fs::create_directories(path.parent_path());
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+  write_file(path, text);
 }
 
 run_info_t run_info_of(const fs::path& log) {
@@ -59,12 +56,13 @@ std::string run_yaml(const run_info_t& info) {
 
 void restore_from_log(const fs::path& log, const fs::path& directory) {
   const run_info_t info = run_info_of(log);
-  write_file(directory / "run.yaml", run_yaml(info));
+  write_with_directory(directory / "run.yaml", run_yaml(info));
   for (const attachment_t& attachment : info.attachments) {
     const fs::path name = fs::path(attachment.name).lexically_normal();
     if (attachment.content.empty() || name.is_absolute() || *name.begin() == "..") continue;
     const bool procedure = name == "procedure.yaml";
-    write_file(procedure ? directory / name : directory / "config" / name, attachment.content);
+    write_with_directory(procedure ? directory / name : directory / "config" / name,
+                         attachment.content);
   }
 }
 
@@ -121,7 +119,7 @@ void set_values(const std::vector<std::string>& assignments, const fs::path& fil
   for (const std::string& assignment : assignments) set_value(root, assignment);
   YAML::Emitter out;
   out << root;
-  write_file(file, std::string(out.c_str()) + "\n");
+  write_with_directory(file, std::string(out.c_str()) + "\n");
 }
 
 }  // namespace

@@ -8,12 +8,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/utc.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/version.h"
@@ -24,15 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 /// "liblcm.so.1.3.1": the library has no function that tells.
 std::string lcm_library() {
@@ -100,7 +91,7 @@ void write_manifest(const RunFiles& files, const RunRequest& request) {
   const ordered_json manifest = {
       {"schema", "berth-run-1"},
       {"name", files.name},
-      {"created", utc_now()},
+      {"created", utc_text(std::time(nullptr))},
       {"operator", who},
       {"host", files.host},
       {"machine", machine()},

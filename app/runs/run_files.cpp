@@ -6,14 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 #include <vector>
 
 #include "app/runs/choose_setup.h"
 #include "app/runs/manifest.h"
+#include "app/utc.h"
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -25,12 +24,10 @@ namespace berth {
 namespace fs = std::filesystem;
 namespace {
 
+/// "20261121T223000Z"
 std::string utc_stamp() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc);
+  std::string text = utc_text(std::time(nullptr));
+  std::erase_if(text, [](char c) { return c == '-' || c == ':'; });
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "app/runs/run_list.h"
+#include "app/utc.h"
 #include "common/core/error.h"
 #include "common/core/quantity.h"
 
@@ -12,14 +13,6 @@ namespace {
 
 std::string upper(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return text;
-}
-
-std::string iso(std::time_t time) {
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
 }
 
@@ -41,7 +34,7 @@ std::string earliest(const std::string& since) {
                      "', expected a date such as 2026-11-20, or a time such as '12 h' or '3 days'");
   }
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return iso(now - static_cast<std::time_t>(ago));
+  return utc_text(now - static_cast<std::time_t>(ago));
 }
 
 }  // namespace
