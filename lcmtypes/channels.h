@@ -24,6 +24,7 @@ inline constexpr char testbed_state[]           = "TESTBED_STATE";           // 
 inline constexpr char ground_truth[]            = "GROUND_TRUTH";            // ground_truth_t, testbed
 inline constexpr char procedure_command[]       = "PROCEDURE_COMMAND";       // procedure_command_t, operator's terminal
 inline constexpr char procedure_state[]         = "PROCEDURE_STATE";         // procedure_state_t, engine
+inline constexpr char operator_control[]        = "OPERATOR_CONTROL";        // operator_control_t, engine
 inline constexpr char run_info[]                = "RUN_INFO";                // run_info_t, engine
 inline constexpr char injection[]               = "INJECTION";               // injection_t, engine
 inline constexpr char injection_state[]         = "INJECTION_STATE";         // injection_state_t, simulated cell
