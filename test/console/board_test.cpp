@@ -42,9 +42,14 @@ struct Page {
 TEST_CASE("a viewer is told what is newer than what it has, and nothing else") {
   Board board;
   CHECK(board.message_since(0).text == nullptr);
+  board.at(1234567);
+  CHECK(board.message_since(0).text == nullptr);
   board.set("arms", R"({"replica":1})");
   board.set("safe", R"("held")");
   const BoardMessage all = board.message_since(0);
+  CHECK(parsed(all)["utime"] == 1234567);
+  CHECK(json::parse(board.time_alone()) ==
+        json({{"type", "board"}, {"revision", all.revision}, {"utime", 1234567}}));
   CHECK(parsed(all)["set"] == json({{"arms", {{"replica", 1}}}, {"safe", "held"}}));
 
   CHECK(board.message_since(all.revision).text == nullptr);

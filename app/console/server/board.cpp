@@ -56,6 +56,11 @@ void Board::keep(const std::string& list, std::size_t entries) {
   lists_[list].kept = entries;
 }
 
+void Board::at(std::int64_t utime) {
+  const std::lock_guard lock(mutex_);
+  utime_ = utime;
+}
+
 std::uint64_t Board::revision() const {
   const std::lock_guard lock(mutex_);
   return revision_;
@@ -72,6 +77,16 @@ std::vector<BoardMessage> Board::messages_since(const std::vector<std::uint64_t>
   messages.reserve(revisions.size());
   for (const std::uint64_t revision : revisions) messages.push_back(newest(revision));
   return messages;
+}
+
+std::string Board::time_alone() const {
+  const std::lock_guard lock(mutex_);
+  return head() + '}';
+}
+
+std::string Board::head() const {
+  return R"({"type":"board","revision":)" + std::to_string(revision_) +
+         ",\"utime\":" + std::to_string(utime_);
 }
 
 BoardMessage Board::newest(std::uint64_t since) const {
@@ -98,7 +113,7 @@ std::string Board::text_since(std::uint64_t since) const {
                   [&](const Section& entry) { entries.add(entry.json); });
     if (!entries.empty()) added.add(name, '[' + entries.text() + ']');
   }
-  std::string text = R"({"type":"board","revision":)" + std::to_string(revision_);
+  std::string text = head();
   if (!set.empty()) text += ",\"set\":{" + set.text() + '}';
   if (!added.empty()) text += ",\"add\":{" + added.text() + '}';
   if (!emptied.empty()) text += ",\"reset\":[" + emptied.text() + ']';

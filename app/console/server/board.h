@@ -37,6 +37,9 @@ class Board {
   /// How many entries a list keeps. Call before the first add().
   void keep(const std::string& list, std::size_t entries);
 
+  /// The time that messages carry: in the cell, or of a replay in its log, us. No change by itself.
+  void at(std::int64_t utime);
+
   std::uint64_t revision() const;
   /// Everything newer than the revision; of 0, all there is, and lists are then reset first, since
   /// a page that joins again may hold old entries.
@@ -44,6 +47,8 @@ class Board {
   /// The same for several viewers at one moment: all come to the same revision, and those that
   /// start from the same one share a text.
   std::vector<BoardMessage> messages_since(const std::vector<std::uint64_t>& revisions) const;
+  /// A message that brings nothing but the time: a sign of life where nothing changes.
+  std::string time_alone() const;
 
  private:
   struct Section {
@@ -58,9 +63,11 @@ class Board {
 
   BoardMessage newest(std::uint64_t since) const;
   std::string text_since(std::uint64_t since) const;
+  std::string head() const;
 
   mutable std::mutex mutex_;
   std::uint64_t revision_ = 0;
+  std::int64_t utime_ = 0;
   std::map<std::string, Section> sections_;
   std::map<std::string, List> lists_;
   /// Texts that lead to revision_, by where they start.
