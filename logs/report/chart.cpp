@@ -112,7 +112,10 @@ Html ticks_of(const Chart& chart, const Axis& x, const Axis& y) {
     for (const auto& [value, label] : chart.x_ticks) along.push_back({value, label});
   }
   for (const Tick& tick : along) {
-    html += markup("<i class=\"xt\" style=\"left:" + percent(x.fraction(tick.value)) + "\"><b>") +
+    // Labels of its own are placed again when zoomed; numbers are made anew.
+    html += markup("<i class=\"xt\"" +
+                   (chart.x_ticks.empty() ? "" : " data-x=\"" + exact(tick.value) + "\"") +
+                   " style=\"left:" + percent(x.fraction(tick.value)) + "\"><b>") +
             text(tick.label) + markup("</b></i>");
   }
   return html;
