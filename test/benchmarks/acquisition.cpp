@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/trials/acquisition_trial.h"
 #include "test/benchmarks/cpu_time.h"
 #include "test/benchmarks/judge_likelihood.h"
 #include "test/benchmarks/settings.h"
@@ -54,8 +55,6 @@ std::vector<Cell> cells_of(const Settings& settings, const std::string& target) 
   return all;
 }
 
-enum class Verdict { right, ambiguous_with_truth, ambiguous_without, silently_wrong, lost };
-
 struct Outcome {
   Verdict verdict = Verdict::lost;
   double cpu_ms = 0;
@@ -63,66 +62,34 @@ struct Outcome {
   std::string reason;
 };
 
-Verdict verdict_on(const AcquisitionResult& result, const PoseJudge& judge, const Pose& truth) {
-  const auto& found = result.hypotheses;
-  if (result.status == AcquisitionResult::Status::found) {
-    return judge.right(truth, found.front().pose) ? Verdict::right : Verdict::silently_wrong;
-  }
-  if (result.status != AcquisitionResult::Status::ambiguous) return Verdict::lost;
-  const auto end = found.begin() + std::min<std::ptrdiff_t>(4, std::ssize(found));
-  return std::any_of(found.begin(), end, [&](const auto& h) { return judge.right(truth, h.pose); })
-             ? Verdict::ambiguous_with_truth
-             : Verdict::ambiguous_without;
-}
-
-/// A plate somewhere in the window, sensor frame, on which about a fifth of the returns fall.
-Mesh plate_in(const Window& window, double fill, Random& random) {
-  const double share = std::sqrt(0.25 * fill);
-  const double range = random.uniform(3.8, 6.5);
-  const double azimuth = window.azimuth + random.uniform(-0.5, 0.5) * window.width * (1 - share);
-  const double elevation =
-      window.elevation + random.uniform(-0.5, 0.5) * window.height * (1 - share);
-  Mesh plate;
-  plate.append(make_box({share * window.width * range, share * window.height * range, 0.05}),
-               {range * beam_direction(azimuth, elevation), Quaterniond::Identity()});
-  return plate;
-}
-
 Outcome run_trial(const Settings& settings, const Cell& cell, const estimator::Acquisition& method,
-                  const estimator::TargetModel& model, const PoseJudge& judge, int index) {
+                  const std::shared_ptr<const estimator::TargetModel>& model,
+                  const PoseJudge& judge, int index) {
   Random random(settings.seed, "acquisition " + cell.name() + " " + std::to_string(index));
-  Physics physics;
+  SceneWishes wishes;
+  Physics& physics = wishes.physics;
   physics.noise.range_min_m = 1;  // a cube of 3 m comes near
   if (cell.clutter == Clutter::scattered) physics.clutter = 0.2;
-  Pose truth{{0, 0, 5}, random.rotation()};
-  for (int i = 0; i < 2; ++i) truth.position[i] = random.uniform(-0.1, 0.1);
-  truth.position += truth.position - truth * model.centre;  // its middle, wherever its origin is
-  truth.position.z() += 5 - (truth * model.centre).z();
-  const World empty(model.target.mesh, physics, random);
-  std::vector<Window> windows = {window_around(model.target.mesh, truth, 0.05)};
-  windows.front().count = 2000;
-  const double fill = empty.expected_returns(windows, truth) / 2000;
-  windows = scaled_to_returns(empty, windows, truth, cell.returns);
-  const World world =
-      cell.clutter == Clutter::solid
-          ? World(model.target.mesh, physics, random, plate_in(windows.front(), fill, random))
-          : World(model.target.mesh, physics, random);
-  const Scan scan = world.sweep(windows, truth, random);
+  wishes.returns = cell.returns;
+  wishes.attitude = random.rotation();
+  for (int i = 0; i < 2; ++i) wishes.middle[i] = random.uniform(-0.1, 0.1);
+  wishes.plate = cell.clutter == Clutter::solid;
+  const AcquisitionScene scene = make_scene(model, wishes, random);
+  const Scan& scan = scene.scan;
 
   Outcome outcome;
   const double start = cpu_ms();
   const AcquisitionResult result =
       method.acquire(estimator::preprocess(scan.beams, {1, 15}, physics.noise));
   outcome.cpu_ms = cpu_ms() - start;
-  outcome.verdict = verdict_on(result, judge, truth);
+  outcome.verdict = verdict_on(result, judge, scene.truth);
   outcome.reason = result.reason;
-  const bool failed =
-      outcome.verdict != Verdict::right && outcome.verdict != Verdict::ambiguous_with_truth;
+  const bool failed = !has_truth(outcome.verdict);
   if (cell.clutter == Clutter::none && (cell.judge_evidence || failed)) {
     std::vector<Pose> hypotheses;
     for (const auto& h : result.hypotheses) hypotheses.push_back(h.pose);
-    outcome.lead = JudgeLikelihood(world.caster(), physics.noise)
-                       .lead(scan.beams, truth, judge, hypotheses, random);
+    outcome.lead = JudgeLikelihood(scene.world.caster(), physics.noise)
+                       .lead(scan.beams, scene.truth, judge, hypotheses, random);
   }
   return outcome;
 }
@@ -136,18 +103,12 @@ void report(const std::string& method, const Cell& cell, const std::vector<Outco
   const auto with = [&](Verdict v) {
     return count([v](const Outcome& o) { return o.verdict == v; });
   };
-  constexpr const char* names[] = {"right", "ambiguous with truth", "ambiguous without truth",
-                                   "silently wrong", "lost"};
   std::vector<double> times;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     times.push_back(outcomes[i].cpu_ms);
-    if (outcomes[i].verdict == Verdict::right ||
-        outcomes[i].verdict == Verdict::ambiguous_with_truth) {
-      continue;
-    }
-    failures.push_back({method, cell.name(), std::to_string(i),
-                        names[static_cast<int>(outcomes[i].verdict)], number(outcomes[i].lead, 1),
-                        outcomes[i].reason});
+    if (has_truth(outcomes[i].verdict)) continue;
+    failures.push_back({method, cell.name(), std::to_string(i), name_of(outcomes[i].verdict),
+                        number(outcomes[i].lead, 1), outcomes[i].reason});
   }
   const int right = with(Verdict::right) + with(Verdict::ambiguous_with_truth);
   const int wrong = with(Verdict::silently_wrong);
@@ -207,7 +168,7 @@ int run_acquisition(const Settings& settings) {
       for (const Cell& cell : cells) {
         const auto outcomes = results_of(
             "acquisition " + name + " " + cell.name(), settings.trials, settings.jobs,
-            [&](int i) { return run_trial(settings, cell, **subject, *model, judge, i); });
+            [&](int i) { return run_trial(settings, cell, **subject, model, judge, i); });
         report(name, cell, outcomes, table, failures);
       }
     }

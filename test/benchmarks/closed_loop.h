@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "estimator/node/estimator.h"
+#include "estimator/trials/world.h"
 #include "test/benchmarks/settings.h"
-#include "test/benchmarks/world.h"
 
 namespace berth::benchmark {
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "test/benchmarks/world.h"
+#include "estimator/trials/world.h"
 
 namespace berth::benchmark {
+
+using namespace trials;
 
 /// Fisher information about the pose (perturbation as berth::perturbed) of a scan's returns, each
 /// seen on the plane of the face that it truly hit. Hits and misses at edges would add a little.

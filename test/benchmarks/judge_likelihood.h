@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "test/benchmarks/self_match.h"
-#include "test/benchmarks/world.h"
+#include "estimator/trials/self_match.h"
+#include "estimator/trials/world.h"
 
 namespace berth::benchmark {
+
+using namespace trials;
 
 /// The log-likelihood of a scan for one who knows the world exactly: every beam goes where it was
 /// sent but for the angle noise, nothing else is there, nothing drops out. Written apart from the

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "test/benchmarks/world.h"
+#include "estimator/trials/world.h"
 
 namespace berth::benchmark {
+
+using namespace trials;
 
 /// Root of the trace of the pose's covariance, rotations times a lever, m.
 double rms_bound(const Matrix6d& information, double lever);

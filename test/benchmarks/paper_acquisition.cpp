@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/trials/self_match.h"
+#include "estimator/trials/world.h"
 #include "test/benchmarks/figure.h"
-#include "test/benchmarks/self_match.h"
 #include "test/benchmarks/settings.h"
 #include "test/benchmarks/table.h"
 #include "test/benchmarks/trials.h"
-#include "test/benchmarks/world.h"
 
 namespace berth::benchmark {
 namespace {

@@ -9,7 +9,11 @@
 
 #include "estimator/methods.h"
 
+namespace berth::trials {}  // namespace berth::trials
+
 namespace berth::benchmark {
+
+using namespace trials;
 
 /// What the command line says.
 struct Settings {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "test/benchmarks/world.h"
+#include "estimator/trials/world.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
-namespace berth::benchmark {
+namespace berth::trials {
 namespace {
 
 /// Two surfaces in one footprint make two echoes when they are farther apart than this.
@@ -44,17 +44,24 @@ Physics full_physics(const BeamModel& noise) {
 }
 
 World::World(const Mesh& mesh, const Physics& physics, Random random, const Mesh& clutter)
-    : physics_(physics), caster_(departed(mesh, physics.mesh_sigma_m, random)), clutter_(clutter) {}
+    : World(std::make_shared<RayCaster>(departed(mesh, physics.mesh_sigma_m, random)), physics,
+            clutter) {}
+
+World::World(std::shared_ptr<const RayCaster> surface, const Physics& physics, const Mesh& clutter)
+    : physics_(physics), caster_(std::move(surface)) {
+  if (!clutter.triangles.empty()) clutter_.emplace(clutter);
+}
 
 bool World::echo(const Pose& to_model, const Vector3d& direction, Echo& out) const {
   RayHit hit;
   out = {};
   double nearest = physics_.noise.range_max_m;
-  if (caster_.cast({to_model.position, to_model.rotation * direction}, nearest, hit)) {
+  if (caster_->cast({to_model.position, to_model.rotation * direction}, nearest, hit)) {
     nearest = hit.range;
     out = {hit.range, {to_model.rotation.conjugate() * hit.normal, hit.range}};
   }
-  if (clutter_.cast({Vector3d::Zero(), direction}, nearest, hit)) out = {hit.range, {}};
+  if (clutter_ && clutter_->cast({Vector3d::Zero(), direction}, nearest, hit))
+    out = {hit.range, {}};
   return out.range > 0;
 }
 
@@ -208,4 +215,4 @@ std::vector<Window> scaled_to_returns(const World& world, std::vector<Window> wi
   return windows;
 }
 
-}  // namespace berth::benchmark
+}  // namespace berth::trials

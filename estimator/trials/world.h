@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/core/beam_model.h"
@@ -9,7 +11,7 @@
 #include "common/core/ray_caster.h"
 #include "estimator/scan/scan.h"
 
-namespace berth::benchmark {
+namespace berth::trials {
 
 using estimator::BeamStatus;
 using estimator::RawBeam;
@@ -49,6 +51,8 @@ class World {
  public:
   /// random: of the mesh's departures from the model. clutter: what else is there, sensor frame.
   World(const Mesh& mesh, const Physics& physics, Random random, const Mesh& clutter = {});
+  /// Of a surface that is at hand and departs from nothing: costs nothing.
+  World(std::shared_ptr<const RayCaster> surface, const Physics& physics, const Mesh& clutter = {});
 
   /// Sweeps the windows as rasters, row by row. start: T_sensor_model at the first beam.
   Scan sweep(const std::vector<Window>& windows, const Pose& start, const Velocity& velocity,
@@ -62,7 +66,7 @@ class World {
                           int most_beams = 4000) const;
 
   const Physics& physics() const { return physics_; }
-  const RayCaster& caster() const { return caster_; }
+  const RayCaster& caster() const { return *caster_; }
   static constexpr std::int64_t first_utime = 1735689600000000;
 
  private:
@@ -74,8 +78,8 @@ class World {
   bool mixed_echo(const Pose& to_model, const Vector3d& direction, Echo& out) const;
 
   Physics physics_;
-  RayCaster caster_;
-  RayCaster clutter_;
+  std::shared_ptr<const RayCaster> caster_;
+  std::optional<RayCaster> clutter_;
 };
 
 /// Directions of a window's beams, row by row.
@@ -86,4 +90,4 @@ Window window_around(const Mesh& mesh, const Pose& pose, double margin);
 std::vector<Window> scaled_to_returns(const World& world, std::vector<Window> windows,
                                       const Pose& pose, int returns);
 
-}  // namespace berth::benchmark
+}  // namespace berth::trials

@@ -5,7 +5,7 @@
 
 #include "estimator/model/target_model.h"
 
-namespace berth::benchmark {
+namespace berth::trials {
 
 /// A rigid motion of the model, in its own frame, that lays it on itself more or less.
 struct SelfMatch {
@@ -37,4 +37,4 @@ class PoseJudge {
   std::vector<Pose> near_;
 };
 
-}  // namespace berth::benchmark
+}  // namespace berth::trials

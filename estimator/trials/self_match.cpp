@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "test/benchmarks/self_match.h"
+#include "estimator/trials/self_match.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "common/core/random.h"
-namespace berth::benchmark {
+namespace berth::trials {
 namespace {
 
 using Points = std::vector<Vector3d>;
@@ -166,4 +166,4 @@ Pose PoseJudge::nearest_equal(const Pose& truth, const Pose& pose) const {
   return nearest;
 }
 
-}  // namespace berth::benchmark
+}  // namespace berth::trials

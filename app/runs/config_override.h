@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace berth {
+
+/// Whether a parameter is a key of a configuration file and not one of the procedure:
+/// "simulation_lidar.yaml:noise_scale", "lidars/ilris_3d.yaml:beam.range_sigma".
+bool names_configuration(const std::string& parameter);
+
+/// The parameters that are the procedure's own.
+std::map<std::string, std::string> of_procedure(
+    const std::map<std::string, std::string>& parameters);
+
+/// Writes those that name a key into the files of a configuration directory; comments stay.
+/// @throws InputError when there is no such file or key, or the value is of another kind than the
+/// one it replaces.
+void override_configuration(const std::filesystem::path& config,
+                            const std::map<std::string, std::string>& parameters);
+
+/// The same without writing anything.
+void check_override(const std::filesystem::path& config, const std::string& parameter,
+                    const std::string& value);
+
+}  // namespace berth
