@@ -22,7 +22,7 @@ struct Block {
 ///     campaign.yaml     the manifest as given
 ///     campaign.json     trials asked for, versions, hashes, seed, units, machine
 ///     procedure/, config/, target/    what the trials use
-///     blocks/           results of finished blocks, and of those under way (.part)
+///     blocks/           results of finished blocks, and of those under way (.started)
 /// and after the merge:
 ///     trials.jsonl      all results, in order, one line each
 ///     summary.json      counts, failures, what is missing
@@ -49,7 +49,7 @@ class Campaign {
   std::vector<Block> missing_blocks() const;
 
   std::filesystem::path block_file(const Block& block) const;
-  std::filesystem::path part_file(const Block& block) const;
+  std::filesystem::path started_file(const Block& block) const;
   std::filesystem::path trials_file() const { return directory_ / "trials.jsonl"; }
   std::filesystem::path report_file() const { return directory_ / "report.html"; }
 

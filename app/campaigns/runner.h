@@ -48,8 +48,8 @@ struct RunnerCost {
 /// Runs those of the blocks that have no result, each in a worker process, and writes their files
 /// whole or not at all. A trial of which a worker dies (SIGSEGV, SIGABRT, ... or too much processor
 /// time) is CRASHED, and the block goes on behind it; one that is killed from outside (SIGKILL,
-/// SIGTERM) is tried once more. Results in a .part of an earlier, interrupted time are taken over.
-/// The caller's process must have a single thread: workers are forked from it.
+/// SIGTERM) is tried once more. Results in a .started file of an earlier, interrupted time are
+/// taken over. The caller's process must have a single thread: workers are forked from it.
 /// @throws InputError when a worker cannot be started, or files cannot be written.
 RunnerCost run_blocks(const Campaign& campaign, const std::vector<Block>& blocks,
                       const RunnerOptions& options);

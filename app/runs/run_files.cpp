@@ -44,20 +44,6 @@ fs::path make_new_directory(const fs::path& parent, const std::string& name) {
   throw InputError("run directory " + (parent / name).string() + ": too many of that name");
 }
 
-/// Over names and contents of all files, in the order of their names.
-std::string hash_of_tree(const fs::path& root, const std::string& extra) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(root)) {
-    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), root));
-  }
-  std::sort(files.begin(), files.end());
-  std::string list = extra;
-  for (const auto& file : files) {
-    list += "\n" + file.generic_string() + " " + sha256_of_file(root / file);
-  }
-  return sha256(list);
-}
-
 bool port_is_free(int port) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -250,9 +236,9 @@ RunFiles RunFiles::open(const fs::path& directory) {
   files.setup.out = files.directory;
   files.has_procedure = fs::exists(files.procedure());
   files.configuration_hash =
-      hash_of_tree(files.setup.config, files.setup.layout + " " +
-                                           fs::path(files.setup.target).filename().string() + " " +
-                                           std::to_string(files.setup.target_length));
+      sha256_of_tree(files.setup.config, files.setup.layout + " " +
+                                             fs::path(files.setup.target).filename().string() +
+                                             " " + std::to_string(files.setup.target_length));
   return files;
 }
 

@@ -3,6 +3,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <memory>
@@ -49,6 +50,19 @@ std::string sha256_of_file(const std::filesystem::path& path) {
   unsigned int size = 0;
   EVP_DigestFinal_ex(context.get(), digest.data(), &size);
   return hexadecimal(digest.data(), size);
+}
+
+std::string sha256_of_tree(const std::filesystem::path& root, const std::string& first) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    if (entry.is_regular_file()) files.push_back(std::filesystem::relative(entry.path(), root));
+  }
+  std::sort(files.begin(), files.end());
+  std::string list = first;
+  for (const auto& file : files) {
+    list += "\n" + file.generic_string() + " " + sha256_of_file(root / file);
+  }
+  return sha256(list);
 }
 
 }  // namespace berth

@@ -11,5 +11,7 @@ namespace berth {
 std::string sha256(std::string_view bytes);
 /// Of a file's content. @throws InputError when it cannot be read.
 std::string sha256_of_file(const std::filesystem::path& path);
+/// Over what is given first, and names and contents of all files below a directory.
+std::string sha256_of_tree(const std::filesystem::path& root, const std::string& first);
 
 }  // namespace berth

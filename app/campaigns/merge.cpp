@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/campaigns/campaign.h"
+#include "app/campaigns/results.h"
+#include "app/runs/checksums.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+
+namespace berth::campaigns {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::ordered_json;
+
+bool is_broken(Outcome outcome) {
+  return outcome == Outcome::error || outcome == Outcome::timeout || outcome == Outcome::aborted ||
+         outcome == Outcome::crashed;
+}
+
+void count(const std::vector<TrialResult>& results, const Block& block, Summary& summary) {
+  std::int64_t expected = block.begin;
+  for (const TrialResult& result : results) {
+    if (result.index != expected++) throw InputError("the trials are not those of the block");
+    ++summary.present;
+    ++summary.outcomes[result.outcome];
+    if (!result.passed()) ++summary.failures[result.failure];
+    if (is_broken(result.outcome)) summary.broken.push_back(result.index);
+  }
+  if (expected != block.end) throw InputError("trials are missing from the block");
+}
+
+void write_summary(const Campaign& campaign, const Summary& summary) {
+  ordered_json outcomes = ordered_json::object();
+  for (const auto& [outcome, number] : summary.outcomes) outcomes[name_of(outcome)] = number;
+  ordered_json missing = ordered_json::array();
+  for (const Block& block : summary.missing) missing.push_back({block.begin, block.end});
+  const ordered_json json = {{"schema", "berth-campaign-summary-1"},
+                             {"name", campaign.manifest().name},
+                             {"trials", summary.trials},
+                             {"present", summary.present},
+                             {"outcomes", outcomes},
+                             {"failures", summary.failures},
+                             {"missing", missing},
+                             {"broken", summary.broken}};
+  write_file(campaign.directory() / "summary.json", json.dump(2) + "\n");
+}
+
+}  // namespace
+
+Summary merge(const Campaign& campaign) {
+  Summary summary;
+  summary.trials = campaign.manifest().total();
+  // Too long for the memory, maybe: not with write_file.
+  fs::path unfinished = campaign.trials_file();
+  unfinished += ".part";
+  std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
+  for (const Block& block : campaign.blocks()) {
+    const fs::path file = campaign.block_file(block);
+    if (!fs::exists(file)) {
+      summary.missing.push_back(block);
+      continue;
+    }
+    try {
+      count(read_results(file), block, summary);
+    } catch (const InputError& e) {
+      throw InputError(file.string() + ": " + e.what() + "; delete it, and the trials run again");
+    }
+    out << read_file(file);
+  }
+  out.close();
+  if (!out) throw InputError(unfinished.string() + ": cannot be written");
+  sync_to_disk(unfinished);
+  fs::rename(unfinished, campaign.trials_file());
+  write_summary(campaign, summary);
+  write_checksums(campaign.directory());
+  return summary;
+}
+
+}  // namespace berth::campaigns
