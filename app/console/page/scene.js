@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The live picture of the cell. Drawn when something has changed, at most once a frame of the screen.
+import * as THREE from '/lib/three/build/three.module.js';
+import { $, keepList, make, setText } from './dom.js';
+import { metres, percent } from './format.js';
+import { Bodies } from './scene_bodies.js';
+import { Cameras } from './scene_camera.js';
+import { SensorView } from './scene_sensor.js';
+import { cssColour, isDark, onTheme } from './theme.js';
+
+const views = ['cell', 'eye', 'top', 'side'];
+
+class Scene {
+  constructor(board, canvas) {
+    this.board = board;
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: 'low-power' });
+    this.renderer.autoClear = false;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.world = new THREE.Scene();
+    this.hemisphere = new THREE.HemisphereLight(0xffffff, 0x606870, 0.75);
+    this.hemisphere.position.set(0, 0, 1);
+    this.sun = new THREE.DirectionalLight(0xffffff, 0.55);
+    this.sun.position.set(-3, -6, 8);
+    this.world.add(this.hemisphere, this.sun);
+    this.bodies = new Bodies(this.world, () => this.invalidate());
+    this.cameras = new Cameras(canvas, () => this.invalidate());
+    this.sensor = new SensorView(this.bodies.frame('sensor'));
+    this.nearest = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineDashedMaterial({ dashSize: 0.06, gapSize: 0.04 }));
+    this.nearest.frustumCulled = false;
+    this.nearest.visible = false;
+    this.grid = null;
+    this.world.add(this.nearest);
+    this.withInset = true;
+    this.asked = false;
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    onTheme(() => this.paint());
+    this.paint();
+    this.resize();
+  }
+
+  paint() {
+    this.bodies.paint(cssColour, isDark());
+    this.sensor.paint(cssColour);
+    this.nearest.material.color.set(cssColour('--red'));
+    this.renderer.setClearColor(cssColour('--picture'));
+    this.drawGrid();
+    this.invalidate();
+  }
+
+  drawGrid() {
+    if (this.grid) this.world.remove(this.grid);
+    const box = (this.board.get('scene') || {}).box;
+    const size = box ? Math.ceil(Math.max(box.max[0] - box.min[0], box.max[1] - box.min[1]) / 2) * 2 : 12;
+    if (size > 100) return;
+    const colour = new THREE.Color(cssColour('--grid'));
+    this.grid = new THREE.GridHelper(size, size, colour, colour);
+    this.grid.rotation.x = Math.PI / 2;
+    if (box) this.grid.position.set((box.min[0] + box.max[0]) / 2, (box.min[1] + box.max[1]) / 2, 0.002);
+    this.world.add(this.grid);
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height, false);
+    this.cameras.shape(this.cameras.free, width, height);
+    const insetWidth = Math.round(Math.min(300, 0.3 * width, 0.55 * height));
+    this.inset = { width: insetWidth, height: Math.round(0.8 * insetWidth) };
+    Object.assign($('inset-label').style, { width: `${this.inset.width}px`, height: `${this.inset.height}px` });
+    this.cameras.fitted = 0;
+    this.cameras.fit(this.subject());
+    this.invalidate();
+  }
+
+  /// What a picture of the whole should hold: sensor and replica with their surroundings.
+  subject() {
+    const frames = this.board.get('frames') || {};
+    const { sensor } = frames;
+    const replica = frames.replica || frames.ghost;
+    if (!sensor || !replica) return null;
+    const from = new THREE.Vector3(...sensor), to = new THREE.Vector3(...replica);
+    const centre = from.clone().add(to).multiplyScalar(0.5);
+    centre.z -= 0.12 * Math.min(from.distanceTo(to), 3);
+    return { centre, radius: 0.5 * from.distanceTo(to) + 1.3 };
+  }
+
+  distance() {
+    const estimate = this.board.get('estimate');
+    const truth = this.board.get('truth');
+    const pose = (truth && truth.pose) || (estimate && estimate.pose);
+    return pose ? Math.max(0.5, Math.hypot(pose[0], pose[1], pose[2])) : 5;
+  }
+
+  takeFrames() {
+    const frames = this.board.get('frames') || {};
+    this.bodies.move(frames);
+    this.cameras.placeEye(this.bodies.frame('sensor'), (this.board.get('scene')?.lidar || {}).field_of_view_rad);
+    this.cameras.fit(this.subject());
+    this.invalidate();
+  }
+
+  takeScan() {
+    const scan = this.board.get('scan') || {};
+    this.sensor.showWindows(scan.windows || [], this.distance());
+    this.sensor.showReturns(this.board.list('returns'));
+    this.invalidate();
+  }
+
+  takeEstimate() {
+    const scene = this.board.get('scene') || {};
+    this.sensor.showView({ ...scene.lidar, ...(this.board.get('lidar')?.field_of_view_rad?.[0] > 0 ? this.board.get('lidar') : {}) }, this.distance());
+    this.sensor.showUncertainty(this.board.get('estimate'), this.distance());
+    this.invalidate();
+  }
+
+  takeClearance() {
+    const points = (this.board.get('testbed') || {}).clearance_points;
+    this.nearest.visible = Boolean(points && points.length === 2);
+    if (this.nearest.visible) {
+      this.nearest.geometry.setFromPoints(points.map((point) => new THREE.Vector3(...point)));
+      this.nearest.computeLineDistances();
+    }
+    this.invalidate();
+  }
+
+  choose(view) {
+    this.cameras.choose(view, this.subject());
+    for (const button of document.querySelectorAll('#scene-views [data-view]')) button.setAttribute('aria-pressed', button.dataset.view === view);
+    this.invalidate();
+  }
+
+  toggleInset() {
+    this.withInset = !this.withInset;
+    $('inset').setAttribute('aria-pressed', this.withInset);
+    this.invalidate();
+  }
+
+  invalidate() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => { this.asked = false; this.render(); });
+  }
+
+  render() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    const { renderer, cameras } = this;
+    renderer.setViewport(0, 0, width, height);
+    renderer.setScissorTest(false);
+    renderer.clear();
+    if (cameras.view === 'eye') cameras.shape(cameras.eye, width, height);
+    renderer.render(this.world, cameras.current);
+    const inset = this.withInset && cameras.view !== 'eye' && width > 380 && this.bodies.frame('sensor').visible;
+    $('inset-label').hidden = !inset;
+    if (!inset) return;
+    cameras.shape(cameras.eye, this.inset.width, this.inset.height);
+    const left = width - this.inset.width - 8;
+    renderer.setViewport(left, 8, this.inset.width, this.inset.height);
+    renderer.setScissor(left, 8, this.inset.width, this.inset.height);
+    renderer.setScissorTest(true);
+    renderer.clear();
+    this.sensor.view.visible = false;  // the rim of what it sees says nothing here
+    renderer.render(this.world, cameras.eye);
+    this.sensor.view.visible = true;
+  }
+}
+
+function drawLegend(board) {
+  const frames = board.get('frames') || {};
+  const bodies = (board.get('scene') || {}).bodies || [];
+  const items = [
+    ['replica (truth)', '#c9ae62', '', frames.replica], ['estimate', 'var(--first)', '', frames.ghost],
+    ['estimate of the second run', 'var(--second)', '', frames.ghost2], ['3\u03c3', 'var(--second)', 'ring', board.get('estimate')?.pose],
+    ['returns', 'var(--returns)', 'dots', board.list('returns').length], ['scan windows', 'var(--yellow)', 'line', board.get('scan')?.windows?.length],
+    ['field of view', 'var(--green)', 'line', frames.sensor], ['keep-out', 'var(--red)', '', bodies.some((body) => body.kind === 'keepout')],
+  ].filter((item) => item[3]);
+  keepList($('scene-legend'), items, (item) => item[0], ([text, colour, shape]) => {
+    const swatch = make('i', { class: `swatch ${shape}` });
+    swatch.style.color = colour;
+    return make('li', {}, swatch, make('span', {}, text));
+  }, () => {});
+}
+
+function drawNote(board, scene) {
+  const parts = [];
+  const scan = board.get('scan');
+  if (scan && scan.scan_id !== undefined) {
+    const count = Math.floor(board.list('returns').length / 3);
+    parts.push(`scan ${scan.scan_id}${scan.progress < 1 ? `, ${percent(scan.progress)}` : ''}, ${count} returns`);
+  }
+  const testbed = board.get('testbed');
+  if (testbed && testbed.clearance_m >= 0 && testbed.clearance_points) parts.push(`nearest ${metres(testbed.clearance_m, 2)}`);
+  if (scene && scene.sensor.ellipsoid.visible && scene.sensor.magnified > 1) parts.push(`3\u03c3 drawn ${scene.sensor.magnified} times as large`);
+  if (!board.get('frames')) parts.push('waiting for the arms');
+  setText($('scene-note'), parts.join('\n'));
+}
+
+/// Returns {choose(view), toggleInset()}.
+export function startScene(board) {
+  let scene = null;
+  try {
+    scene = new Scene(board, $('scene-canvas'));
+  } catch (error) {
+    setText($('scene-note'), 'This browser has no WebGL: the cell is not drawn, the numbers are all there.');
+    console.warn(error);
+    return { choose() {}, toggleInset() {} };
+  }
+  board.view(['scene'], () => { scene.bodies.show((board.get('scene') || {}).bodies || []); scene.drawGrid(); });
+  board.view(['scene', 'frames'], () => scene.takeFrames());
+  board.view(['scan', 'returns'], () => scene.takeScan());
+  board.view(['estimate', 'scene', 'lidar'], () => scene.takeEstimate());
+  board.view(['testbed'], () => scene.takeClearance());
+  board.view(['scene', 'frames', 'scan', 'returns', 'estimate', 'testbed'], () => { drawLegend(board); drawNote(board, scene); });
+  for (const button of document.querySelectorAll('#scene-views [data-view]')) button.addEventListener('click', () => scene.choose(button.dataset.view));
+  $('inset').addEventListener('click', () => scene.toggleInset());
+  return { choose: (index) => scene.choose(views[index]), toggleInset: () => scene.toggleInset(), scene };
+}
