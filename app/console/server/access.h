@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace berth::console {
+
+/// What of a request decides whether it is heard: header fields as they came, empty where missing.
+struct Asked {
+  std::string method;
+  std::string target;
+  std::string host;
+  std::string origin;
+  std::string cookie;
+  std::string authorization;
+};
+
+/// The decision.
+struct Verdict {
+  int status = 200;      ///< HTTP; 303: go to `location`
+  std::string code;      ///< of a refusal, a stable name; empty: none
+  std::string text;      ///< what the asker is told
+  std::string location;  ///< of 303
+  std::string cookie;    ///< to set, of 303
+};
+
+/// Who may look at the page, and from where.
+class Access {
+ public:
+  /// token: empty asks for none. hosts: names under which this host may be asked for besides
+  /// "localhost", its own name and numeric addresses. secure: served over TLS.
+  Access(std::string token, std::vector<std::string> hosts, bool secure);
+
+  /// `port`: the one that is listened on; a browser keeps one cookie for each.
+  Verdict judge(const Asked& asked, unsigned port) const;
+
+ private:
+  bool knows_host(const std::string& host) const;
+  bool has_token(const Asked& asked, unsigned port) const;
+
+  std::string token_;
+  std::vector<std::string> hosts_;
+  bool secure_;
+};
+
+/// Compares in a time that does not tell where the texts differ.
+bool same_secret(const std::string& one, const std::string& other);
+
+/// Foreign text for a log or a terminal: printable ASCII, and not much of it.
+std::string harmless(const std::string& text);
+
+}  // namespace berth::console
