@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/campaigns/sphere_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -68,10 +69,10 @@ struct Axis {
   double longitude;
   double latitude;
 };
-// -x is at both ends.
-constexpr Axis axes[] = {{"+x", 0, 0},      {"−x", pi, 0},      {"−x", -pi, 0},
-                         {"+y", pi / 2, 0}, {"−y", -pi / 2, 0}, {"+z", 0, pi / 2},
-                         {"−z", 0, -pi / 2}};
+// The back is at both ends.
+constexpr Axis axes[] = {{"−z", 0, 0},      {"+z", pi, 0},      {"+z", -pi, 0},
+                         {"+x", pi / 2, 0}, {"−x", -pi / 2, 0}, {"−y", 0, pi / 2},
+                         {"+y", 0, -pi / 2}};
 
 std::string labels() {
   std::string svg;
@@ -108,24 +109,25 @@ Html html_of(const SphereMap& map, const SphereGrid& grid, const report::ColourS
 }
 
 Vector3d viewing_direction(const Quaterniond& q_sensor_model) {
-  return q_sensor_model.conjugate() * -Vector3d::UnitZ();
+  const Vector3d in_model = q_sensor_model.conjugate() * -Vector3d::UnitZ();
+  return {-in_model.z(), in_model.x(), -in_model.y()};
+}
+
+Vector3d direction_in_model(const Vector3d& on_map) {
+  return {on_map.y(), -on_map.z(), -on_map.x()};
 }
 
 double viewing_roll(const Quaterniond& q_sensor_model) {
-  const Vector3d up = q_sensor_model * Vector3d::UnitZ();  // sensor: x right, y down
+  const Vector3d up = q_sensor_model * -Vector3d::UnitY();  // sensor: x right, y down
   return std::hypot(up.x(), up.y()) < 1e-9 ? 0 : std::atan2(up.x(), -up.y());
 }
 
-std::string name_of_direction(const Vector3d& direction) {
-  const Vector3d unit = direction.normalized();
-  std::string name = "lon " + fixed(degrees(std::atan2(unit.y(), unit.x())), 0) + "°, lat " +
-                     fixed(degrees(std::asin(std::clamp(unit.z(), -1.0, 1.0))), 0) + "°";
-  Eigen::Index axis = 0;
-  unit.cwiseAbs().maxCoeff(&axis);
-  if (std::abs(unit[axis]) > std::cos(radians(15))) {
-    name += std::string(" (near ") + (unit[axis] < 0 ? "−" : "+") + "xyz"[axis] + ")";
-  }
-  return name;
+std::string name_of_direction(const Vector3d& on_map) {
+  const Vector3d unit = on_map.normalized();
+  const double right = degrees(std::atan2(unit.y(), unit.x()));
+  const double up = degrees(std::asin(std::clamp(unit.z(), -1.0, 1.0)));
+  return fixed(std::abs(right), 0) + "° " + (right < 0 ? "left" : "right") + ", " +
+         fixed(std::abs(up), 0) + "° " + (up < 0 ? "down" : "up");
 }
 
 }  // namespace berth::campaigns

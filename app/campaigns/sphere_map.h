@@ -21,19 +21,21 @@ struct SphereMap {
   std::vector<std::string> hovers;  ///< by cell
 };
 
-/// The map of the model frame's directions, as of a globe seen from outside: +z above, +x in the
-/// middle, +y to the right of it.
+/// The map as of a globe seen from outside, with the face that looks at the sensor at the identity
+/// pose in the middle, as the sensor sees it: -z in the middle, +x to the right, -y above.
 report::Html html_of(const SphereMap& map, const SphereGrid& grid,
                      const report::ColourScale& scale);
 
-/// From where in the model frame a target of this attitude (model to sensor frame) is seen: unit,
-/// towards the sensor. For a target ahead of the sensor, whose boresight is z.
+/// From where a target of this attitude (model to sensor frame) is seen, as a direction of the map:
+/// unit; x to the middle of the map (-z of the model), y to its right (+x), z upwards (-y). For a
+/// target ahead of the sensor, whose boresight is z.
 Vector3d viewing_direction(const Quaterniond& q_sensor_model);
-/// How the model's z axis, as the sensor sees it, is turned to the right from upwards, rad; 0 where
-/// it points at the sensor or away.
+/// The same in the model frame.
+Vector3d direction_in_model(const Vector3d& on_map);
+/// How what is above on the map is turned to the right in the sensor's picture, rad.
 double viewing_roll(const Quaterniond& q_sensor_model);
 
-/// "lon 90 deg, lat -30 deg", and of a direction near an axis its name.
-std::string name_of_direction(const Vector3d& direction);
+/// "20° right, 30° up" from the middle of the map.
+std::string name_of_direction(const Vector3d& on_map);
 
 }  // namespace berth::campaigns
