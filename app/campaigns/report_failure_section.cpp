@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 
-#include "app/campaigns/campaign.h"
 #include "app/campaigns/report_charts.h"
 #include "app/campaigns/report_sections.h"
 #include "app/campaigns/sphere_map.h"
@@ -66,8 +65,7 @@ std::map<std::string, Rows> rows_by_kind(const TrialTable& table) {
   return kinds;
 }
 
-Html kinds_by_level(const TrialTable& table, const ParameterColumn& column,
-                    const std::map<std::string, Rows>& kinds) {
+Html kinds_by_level(const ParameterColumn& column, const std::map<std::string, Rows>& kinds) {
   std::vector<std::size_t> trials(column.levels.size());
   for (const std::uint16_t level : column.level) ++trials[level];
   HeatMap map;
@@ -119,7 +117,7 @@ Html failure_section(const ReportView& view) {
   Html html = html_of(list);
   for (const ParameterColumn& column : table.parameters) {
     if (column.levels.empty() || column.levels.size() > most_levels) continue;
-    html += kinds_by_level(table, column, kinds);
+    html += kinds_by_level(column, kinds);
   }
   return html;
 }

@@ -3,7 +3,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/campaigns/campaign.h"
 #include "app/campaigns/report_charts.h"
 #include "app/campaigns/report_sections.h"
 #include "common/core/file.h"
@@ -103,7 +102,8 @@ Html campaign_head(const ReportView& view) {
 Html manifest_section(const ReportView& view) {
   const ordered_json record = json_in(view.directory / "campaign.json");
   Html rows;
-  for (const auto& [name, value] : record.value("identity", ordered_json::object()).items()) {
+  const ordered_json identity = record.value("identity", ordered_json::object());
+  for (const auto& [name, value] : identity.items()) {
     rows += fact(name, value.is_string() ? value.get<std::string>() : value.dump());
   }
   for (const char* key : {"machine", "compiler", "created"})

@@ -17,6 +17,9 @@ struct ReportView {
   std::vector<Sweep> sweeps;
 };
 
+/// Where in a campaign's directory a trial leaves what there is to look at when it is run again.
+inline constexpr char trial_directory[] = "again";
+
 /// Classes of failed trials in per cent.
 report::ColourScale failure_scale();
 

@@ -36,9 +36,9 @@ double number_of(const std::string& text) {
 }
 
 std::uint16_t place_in(std::vector<std::string>& list, const std::string& text) {
-  const auto found = std::find(list.begin(), list.end(), text);
-  if (found == list.end()) list.push_back(text);
-  return static_cast<std::uint16_t>(found - list.begin());
+  const auto place = std::find(list.begin(), list.end(), text) - list.begin();
+  if (place == static_cast<std::ptrdiff_t>(list.size())) list.push_back(text);
+  return static_cast<std::uint16_t>(place);
 }
 
 }  // namespace
