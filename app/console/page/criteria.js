@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Criteria and watched limits: value against what is allowed, with its uncertainty and margin.
 import { $, keepList, make, setData, setText } from './dom.js';
-import { dash, fixed, known, significant, withUnit } from './format.js';
+import { fixed, known, significant, withUnit } from './format.js';
 import { setSign } from './signs.js';
 import { toneOf } from './tones.js';
 import { spaced, word } from './words.js';
@@ -33,15 +33,15 @@ export function marginOf({ lower_limit: lower, upper_limit: upper, value }) {
 }
 
 function limitText({ lower_limit: lower, upper_limit: upper, unit }) {
-  if (known(lower) && known(upper)) return `${significant(lower)} to ${withUnit(significant(upper), unit)}`;
-  if (known(upper)) return `at most ${withUnit(significant(upper), unit)}`;
-  return known(lower) ? `at least ${withUnit(significant(lower), unit)}` : 'no limit';
+  if (known(lower) && known(upper)) return `${significant(lower)} \u2026 ${withUnit(significant(upper), unit)}`;
+  if (known(upper)) return `\u2264 ${withUnit(significant(upper), unit)}`;
+  return known(lower) ? `\u2265 ${withUnit(significant(lower), unit)}` : 'no limit';
 }
 
 function create() {
   const bar = make('div', { class: 'bar', 'aria-hidden': 'true' }, ...['allowed', 'reached', 'whisker', 'mark'].map((name) => make('i', { class: name })));
   return make('div', { class: 'criterion' }, make('span', { class: 'sign' }), make('span', { class: 'name' }), make('span', { class: 'value number' }),
-              bar, make('span', { class: 'limits number' }, make('span'), make('span')), make('span', { class: 'reason' }));
+              make('span', { class: 'against number' }, bar, make('span', { class: 'limit' }), make('span', { class: 'margin' })), make('span', { class: 'reason' }));
 }
 
 function place(part, scale, from, to) {
@@ -52,7 +52,8 @@ function place(part, scale, from, to) {
 
 function update(row, criterion) {
   const result = word('criterion', criterion.result);
-  const [mark, name, value, bar, limits, reason] = row.children;
+  const [mark, name, value, against, reason] = row.children;
+  const [bar, limit, marginPlace] = against.children;
   setData(row, 'name', criterion.name);
   setData(row, 'result', result);
   setData(row, 'tone', toneOf(result));
@@ -62,8 +63,8 @@ function update(row, criterion) {
   row.title = `${criterion.name}: ${spaced(criterion.measurement)}${criterion.phase ? `, phase ${criterion.phase}` : ''}, ${criterion.samples || 0} samples${criterion.reason ? `: ${criterion.reason}` : ''}`;
   setText(value, withUnit(significant(criterion.value), criterion.unit));
   const margin = marginOf(criterion);
-  setText(limits.firstChild, limitText(criterion));
-  setText(limits.lastChild, Number.isFinite(margin) ? `margin ${margin > 0 ? '+' : ''}${significant(margin)}` : result === 'pending' ? 'not yet' : dash);
+  setText(limit, limitText(criterion));
+  setText(marginPlace, Number.isFinite(margin) ? `${margin > 0 ? '+' : ''}${significant(margin)}` : '');
   setText(reason, result === 'failed' || result === 'inconclusive' ? criterion.reason || '' : '');
   reason.hidden = !reason.textContent;
   const scale = scaleOf(criterion);

@@ -30,7 +30,7 @@ export function startKeys(parts) {
     if (dialog.open) return closeDialog(dialog);
     const names = { ' ': 'space', ArrowLeft: '\u2190', ArrowRight: '\u2192' };
     const extra = [['Esc', 'close a dialog, leave a field', null]];
-    $('help-keys').replaceChildren(...[...keysNow(), ...extra].flatMap(([key, text]) => [make('dt', {}, make('kbd', {}, names[key] || key)), make('dd', {}, text)]));
+    $('help-keys').replaceChildren(...[...keysNow(), ...extra].map(([key, text]) => make('div', {}, make('dt', {}, make('kbd', {}, names[key] || key)), make('dd', {}, text))));
     return openDialog(dialog, dialog.querySelector('.cancel'));
   }
 

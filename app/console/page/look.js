@@ -39,14 +39,14 @@ function drawRunning(board) {
   setData(tile, 'tone', toneOf(finished ? outcome : state));
   const steps = procedure?.steps || [];
   const name = procedure?.procedure || run.procedure || 'nothing';
-  const verdict = finished ? ` \u2014 ${outcomeWords[outcome] || outcome}` : state === 'none' || state === 'running' ? '' : ` \u2014 ${state}`;
-  setText($('procedure-name'), name + verdict);
+  setSign(tile.querySelector('.sign'), finished ? outcome : state);
+  setText($('procedure-name'), finished ? `${outcomeWords[outcome] || outcome} ${name}` : name);
   const index = procedure ? procedure.current_step : -1;
   const current = steps[index];
   const done = steps.filter((step) => !['pending', 'running'].includes(word('step', step.state))).length;
   let second = procedure ? '' : 'no procedure runs';
   if (finished) second = procedure.reason || `${done} of ${steps.length} steps`;
-  else if (current) second = `step ${index + 1} of ${steps.length}: ${current.name}`;
+  else if (current) second = `${state === 'running' ? '' : `${state}, `}step ${index + 1} of ${steps.length}: ${current.name}`;
   else if (procedure) second = procedure.reason || spaced(state);
   if (current && current.utime_start && !finished) second += `  ${duration((board.now() - current.utime_start) / 1e6)}`;
   setText($('current-step'), second);
@@ -64,7 +64,7 @@ function drawClearance(board) {
   setData($('clearance'), 'tone', !clear ? 'none' : testbed.clearance_m < 0.1 ? 'bad' : testbed.clearance_m < 0.25 ? 'look' : 'good');
   const pose = (estimate && estimate.pose) || (truth && truth.pose);
   const range = pose ? Math.hypot(pose[0], pose[1], pose[2]) : NaN;
-  setText($('range-value'), known(range) ? metres(range, 3) : '');
+  setText($('range-value'), known(range) ? `range ${metres(range, 3)}` : '');
   setText($('clearance-between'), (testbed.clearance_between || []).join(' \u2013 ') || (testbed.state === undefined ? '' : spaced(word('testbed', testbed.state))));
 }
 
@@ -75,8 +75,10 @@ function drawEstimate(board) {
   setData(tile, 'status', status);
   setData(tile, 'tone', toneOf(status));
   const error = estimate && estimate.error;
-  const numbers = error && known(error.position_m) ? `  ${fixed(1000 * error.position_m, 1)}\u00a0mm  ${fixed(error.attitude_rad * 180 / Math.PI, 2)}\u00b0` : '';
-  setText($('estimate-word'), status + numbers);
+  const numbers = error && known(error.position_m) ? `error ${fixed(1000 * error.position_m, 1)}\u00a0mm  ${fixed(error.attitude_rad * 180 / Math.PI, 2)}\u00b0` : '';
+  setSign(tile.querySelector('.sign'), status);
+  setText($('estimate-word'), status);
+  setText($('estimate-error'), numbers);
   let second = estimate ? estimate.reason : 'no estimate yet';
   if (!second && known(estimate.position_sigma_m)) {
     second = `3\u03c3  ${fixed(3000 * estimate.position_sigma_m, 1)}\u00a0mm  ${fixed(3 * estimate.attitude_sigma_rad * 180 / Math.PI, 2)}\u00b0`;

@@ -16,10 +16,15 @@ function merge(first, second, columnsFirst, columnsSecond) {
   return rows;
 }
 
+/// Whether an angle of these samples lies about +-180 degrees: it is then shown from 0 to 360.
+export const turnsOver = (samples, index) => samples.some((sample) => sample.estimate?.[index] > 120) && samples.some((sample) => sample.estimate?.[index] < -120);
+export const shown = (value, turned) => (turned && value < 0 ? value + 360 : number(value));
+
 const number = (value) => (typeof value === 'number' && Number.isFinite(value) ? value : NaN);
 
 /// [time, truth, estimate, second estimate] of one of x y z w p r; the line breaks where an angle turns over.
 export function poseRows(samples, samples2, index) {
+  const turned = index > 2 && turnsOver(samples, index);
   const column = (list, pick) => {
     const rows = [];
     let last = null;
@@ -33,8 +38,8 @@ export function poseRows(samples, samples2, index) {
     }
     return rows;
   };
-  const first = column(samples, (sample) => [number(sample.truth?.[index]), number(sample.estimate?.[index])]);
-  const second = column(samples2, (sample) => [number(sample.estimate?.[index])]);
+  const first = column(samples, (sample) => [shown(sample.truth?.[index], turned), shown(sample.estimate?.[index], turned)]);
+  const second = column(samples2, (sample) => [shown(sample.estimate?.[index], turned)]);
   return merge(first, second, 2, 1);
 }
 

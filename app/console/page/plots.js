@@ -2,7 +2,7 @@
 // Estimate against truth, and errors with their three sigmas, over time.
 import { $, keepList, make, setText } from './dom.js';
 import { fixed } from './format.js';
-import { errorRows, poseRows, rangeOf } from './plot_rows.js';
+import { errorRows, poseRows, rangeOf, shown, turnsOver } from './plot_rows.js';
 import { cssColour, onTheme } from './theme.js';
 
 /* global Dygraph */
@@ -13,7 +13,10 @@ const redrawEvery = 300;  // ms
 const poseOf = (index) => ({
   title: axes[index], unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', 'truth', 'estimate', 'second'], bars: false, shown: 1,
   rows: (first, second) => poseRows(first, second, index),
-  range: (first, second) => rangeOf([...first, ...second].flatMap((sample) => [sample.estimate?.[index], sample.truth?.[index] ?? NaN]), index < 3 ? 4 : 0.5),
+  range: (first, second) => {
+    const turned = index > 2 && turnsOver(first, index);
+    return rangeOf([...first, ...second].flatMap((sample) => [shown(sample.estimate?.[index], turned), shown(sample.truth?.[index], turned)]), index < 3 ? 4 : 0.5);
+  },
 });
 const axisErrorOf = (index) => ({
   title: `error ${axes[index]}`, unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', '3\u03c3', 'error', 'second'], bars: true, shown: 1,
@@ -29,6 +32,9 @@ const totalOf = (name, title, unit, decimals, least) => ({
   range: (first, second) => rangeOf([...first, ...second].flatMap((sample) => (unit === 'mm' ? [sample.position_mm, sample.position_sigma3_mm] : [sample.attitude_deg, sample.attitude_sigma3_deg])), least, true),
 });
 const totals = [totalOf('position', 'position error', 'mm', 1, 3), totalOf('attitude', 'attitude error', '\u00b0', 2, 0.2)];
+
+// Its legend plug-in writes style attributes, which the page's security policy forbids; ours stands in the head.
+Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
 class Plots {
   constructor(board, seek) {
@@ -87,10 +93,10 @@ class Plots {
       ? { [kind.labels[1]]: { color: band, strokeWidth: 0, drawPoints: false, highlightCircleSize: 0 }, error: { color: truth, strokeWidth: 1.4 }, second: { color: second, strokeWidth: 1.4 } }
       : { truth: { color: truth, strokeWidth: 1.2, drawPoints: false }, estimate: { color: first, strokeWidth: 1.6, drawPoints: true, pointSize: 1.3 }, second: { color: second, strokeWidth: 1.4 } };
     const graph = new Dygraph(place, [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]], {
-      labels: kind.labels, series, customBars: kind.bars, fillAlpha: 0.22, legend: 'never', connectSeparatedPoints: true, animatedZooms: false,
+      labels: kind.labels, series, customBars: kind.bars, fillAlpha: 0.22, connectSeparatedPoints: true, animatedZooms: false,
       axes: {
-        x: { axisLabelFormatter: (seconds) => (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds, seconds % 1 ? 1 : 0)} s`), pixelsPerLabel: 55, axisLabelWidth: 50, drawGrid: false, axisHeight: 14 },
-        y: { pixelsPerLabel: 24, axisLabelWidth: 42, axisLabelFormatter: (y, gap) => fixed(y, Math.max(0, Math.min(3, Math.ceil(-Math.log10(gap || 1)) + 0))) },
+        x: { axisLabelFormatter: (seconds) => (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds, seconds % 1 ? 1 : 0)} s`), pixelsPerLabel: 45, axisLabelWidth: 50, drawGrid: false, axisHeight: 14 },
+        y: { pixelsPerLabel: 20, axisLabelWidth: 42, axisLabelFormatter: (y) => String(Number(y.toPrecision(6))).replace('-', '\u2212') },
       },
       xAxisHeight: 15, gridLineColor: cssColour('--grid'), axisLineColor: cssColour('--edge'), highlightCircleSize: 3, rightGap: 4,
       underlayCallback: (canvas, area, of) => this.underlay(canvas, area, of),
@@ -111,7 +117,7 @@ class Plots {
       canvas.fillRect(Math.round(x), area.y, width, area.h);
     };
     for (const step of (this.board.get('procedure') || {}).steps || []) {
-      if (step.utime_start && run.utime_start) line((step.utime_start - run.utime_start) / 1e6, cssColour('--edge'), 1);
+      if (step.utime_start && run.utime_start) line((step.utime_start - run.utime_start) / 1e6, cssColour('--grid'), 1);
     }
     if (this.board.get('replay') && run.utime_start) line((this.board.now() - run.utime_start) / 1e6, cssColour('--orange'), 2);
   }

@@ -52,6 +52,7 @@ export function startPose(board) {
     const old = estimate ? (board.now() - estimate.utime) / 1e6 : NaN;
     const latency = estimate && known(estimate.latency_s) ? `latency ${milliseconds(estimate.latency_s)}` : '';
     const residual = estimate && known(estimate.residual_rms_m) && estimate.residual_rms_m > 0 ? `residual ${withUnit(fixed(1000 * estimate.residual_rms_m, 1), 'mm')}` : '';
-    setText($('estimate-age'), known(old) ? [residual, latency, `${age(old)} old`].filter(Boolean).join('  \u00b7  ') : 'none');
+    setText($('estimate-age'), known(old) ? [latency, `${age(old)} old`].filter(Boolean).join('  \u00b7  ') : 'none');
+    $('estimate-age').title = residual;
   });
 }

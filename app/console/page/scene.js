@@ -68,9 +68,16 @@ class Scene {
     const insetWidth = Math.round(Math.min(300, 0.3 * width, 0.55 * height));
     this.inset = { width: insetWidth, height: Math.round(0.8 * insetWidth) };
     Object.assign($('inset-label').style, { width: `${this.inset.width}px`, height: `${this.inset.height}px` });
+    this.makeRoom(width, height);
     this.cameras.fitted = 0;
     this.cameras.fit(this.subject());
     this.invalidate();
+  }
+
+  /// The inset stands before the right end of the picture: what matters moves to the left by some of it.
+  makeRoom(width, height) {
+    const shift = this.withInset && width > 380 ? 0.4 * this.inset.width : 0;
+    this.cameras.free.setViewOffset(width, height, shift, 0, width, height);
   }
 
   /// What a picture of the whole should hold: sensor and replica with their surroundings.
@@ -133,7 +140,7 @@ class Scene {
   toggleInset() {
     this.withInset = !this.withInset;
     $('inset').setAttribute('aria-pressed', this.withInset);
-    this.invalidate();
+    this.resize();
   }
 
   invalidate() {

@@ -36,8 +36,9 @@ export class SensorView {
     this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ size: 2.5, sizeAttenuation: false }));
     this.points.frustumCulled = false;
     this.capacity = 0;
-    this.ellipsoid = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), new THREE.MeshPhongMaterial({ transparent: true, opacity: 0.45, depthWrite: false }));
+    this.ellipsoid = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), new THREE.MeshPhongMaterial({ transparent: true, opacity: 0.5, depthWrite: false, depthTest: false }));
     this.ellipsoid.visible = false;
+    this.ellipsoid.renderOrder = 2;  // it stands in the middle of the replica, and is to be seen all the same
     this.magnified = 1;
     frame.add(this.view, this.windows, this.points, this.ellipsoid);
   }
@@ -60,7 +61,7 @@ export class SensorView {
     if (near > 0) points.push(...rim(whole, near));
     for (const [across, up] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
       const ray = direction(across * width / 2, up * height / 2);
-      points.push(ray.clone().multiplyScalar(near), ray.clone().multiplyScalar(far));
+      points.push(new THREE.Vector3(), ray.clone().multiplyScalar(far));
     }
     this.view.geometry.setFromPoints(points);
   }
@@ -95,7 +96,7 @@ export class SensorView {
     const radii = ellipsoid ? ellipsoid.radii_m : estimate && estimate.sigma && estimate.sigma.slice(0, 3);
     this.ellipsoid.visible = Boolean(radii && estimate.pose && radii.every(Number.isFinite));
     if (!this.ellipsoid.visible) return;
-    const wanted = 0.03 * distance / (3 * Math.max(...radii, 1e-9));
+    const wanted = 0.045 * distance / (3 * Math.max(...radii, 1e-9));
     const decade = 10 ** Math.floor(Math.log10(Math.max(wanted, 1)));
     this.magnified = wanted <= 1 ? 1 : decade * (wanted / decade >= 5 ? 5 : wanted / decade >= 2 ? 2 : 1);
     this.ellipsoid.position.set(...estimate.pose.slice(0, 3));

@@ -27,7 +27,7 @@ const alias = {
   error: 'stop', fatal: 'stop', fault: 'stop', lost: 'stop', fail: 'failed', pass: 'passed', ok: 'safe',
   ready: 'safe', degraded: 'attention', warning: 'attention', ambiguous: 'attention', acquiring: 'running',
   idle: 'pending', none: 'pending', starting: 'timeout', stopped: 'aborted', notice: 'moving', info: 'pending',
-  prompting: 'attention', offline: 'unknown', scanning: 'running', estop: 'stop', preparing: 'timeout',
+  prompting: 'attention', closed_loop: 'moving', holding: 'held', not_ready: 'timeout', tracking: 'safe', offline: 'unknown', scanning: 'running', estop: 'stop', preparing: 'timeout',
   teardown: 'skipped', closed: 'safe', open: 'stop',
 };
 

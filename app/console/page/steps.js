@@ -33,7 +33,7 @@ function updateStep(row, step, index, now) {
 
 export function startSteps(board) {
   const list = $('steps');
-  let shown = -1;
+  let shown = '';
   const draw = () => {
     const procedure = board.get('procedure');
     const steps = procedure?.steps || [];
@@ -42,8 +42,10 @@ export function startSteps(board) {
     const done = steps.filter((step) => !['pending', 'running'].includes(word('step', step.state))).length;
     setText($('steps-count'), steps.length ? `${done} of ${steps.length}` : 'no procedure');
     const current = procedure ? procedure.current_step : -1;
-    if (current !== shown && list.children[current]) scrollTo(list, list.children[current]);
-    shown = current;
+    // Also when other panels have taken room; but not while somebody scrolls through the list.
+    const place = `${current} ${list.clientHeight}`;
+    if (place !== shown && list.children[current]) scrollTo(list, list.children[current]);
+    shown = place;
   };
   board.view(['procedure', 'tick'], draw);
 
@@ -54,6 +56,7 @@ export function startSteps(board) {
     // Green ones matter only while one waits for them.
     const waiting = procedure && ['preparing', 'held'].includes(word('procedure', procedure.state));
     $('preconditions-panel').hidden = !conditions.length || !(unmet || waiting);
+    setData($('preconditions'), 'met', !unmet);
     keepList($('preconditions'), conditions, (condition) => condition.name,
              () => make('li', {}, make('span', { class: 'sign' }), make('span', {}, make('span'), make('span', { class: 'reason' }))),
              (row, condition) => {
