@@ -11,14 +11,11 @@ const active = ['preparing', 'running', 'held', 'prompting', 'teardown'];
 
 /// In which states of the procedure a command makes sense, and what to say when not.
 const when = {
-  hold: [['preparing', 'running', 'prompting'], 'nothing runs that could be held'],
   resume: [['held'], 'nothing is held'],
   step: [['held', 'running'], 'nothing is held'],
   skip: [['running', 'held', 'prompting'], 'no step runs'],
   retry: [['running', 'held', 'prompting'], 'no step runs'],
   abort: [active, 'nothing runs'],
-  'speed-set': [active, 'no procedure runs'],
-  'lamps-set': [active, 'no procedure runs'],
 };
 
 export class Drive {
@@ -30,14 +27,18 @@ export class Drive {
   }
 
   get holder() { return (this.board.get('control') || {}).holder || ''; }
-  get mine() { return Boolean(this.me.viewer) && this.holder === this.me.viewer; }
+  get mine() {
+    const { holder, viewer } = this.board.get('control') || {};
+    return Boolean(this.me.viewer) && (viewer || holder) === this.me.viewer;
+  }
 
   /// Why `id` cannot be used now; empty: it can.
   obstacle(id) {
     if (this.connection.state !== 'open') return 'no connection';
     if (!this.me.may_command) return 'this page may only look';
     const { state } = procedureWords(this.board.get('procedure'));
-    if (when[id] && !when[id][0].includes(state)) return state === 'held' && id === 'hold' ? 'it is held' : when[id][1];
+    if (when[id] && !when[id][0].includes(state)) return when[id][1];
+    if (id === 'hold' && state === 'held') return 'it is held';
     if (id === 'run' && active.includes(state)) return 'a procedure runs';
     if (id === 'run' && !this.board.list('procedures').length) return 'the server offers no procedures';
     // Holding is asked for at once, whoever holds the control: the server has the last word.

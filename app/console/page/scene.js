@@ -212,7 +212,7 @@ export function startScene(board) {
     console.warn(error);
     return { choose() {}, toggleInset() {} };
   }
-  board.view(['scene'], () => { scene.bodies.show((board.get('scene') || {}).bodies || []); scene.drawGrid(); });
+  board.view(['scene'], () => { scene.bodies.show(board.get('scene') || {}); scene.drawGrid(); });
   board.view(['scene', 'frames'], () => scene.takeFrames());
   board.view(['scan', 'returns'], () => scene.takeScan());
   board.view(['estimate', 'scene', 'lidar'], () => scene.takeEstimate());

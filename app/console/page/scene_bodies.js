@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The bodies of the cell: each mesh once from the server, placed by the frame it belongs to.
 import * as THREE from '/lib/three/build/three.module.js';
-import { STLLoader } from '/lib/three/examples/jsm/loaders/STLLoader.js';
 
 const edgesUpTo = 12000;  // triangles: beyond it lines cost more than they show
 
@@ -15,8 +14,7 @@ function geometryOf(mesh) {
 async function fetchMesh(url) {
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
-  const isJson = (answer.headers.get('Content-Type') || '').includes('json');
-  return isJson ? geometryOf(await answer.json()) : new STLLoader().parse(await answer.arrayBuffer());
+  return geometryOf(await answer.json());
 }
 
 /// A pose [x, y, z, qw, qx, qy, qz] onto an object.
@@ -76,10 +74,11 @@ export class Bodies {
     }
   }
 
-  /// Takes the list of bodies; fetches what is new.
-  async show(bodies) {
-    const key = JSON.stringify(bodies);
+  /// Takes the scene; fetches its meshes when it is another than before.
+  async show(scene) {
+    const key = JSON.stringify(scene);
     if (key === this.loaded) return;
+    const bodies = scene.bodies || [];
     this.loaded = key;
     for (const group of [this.root, ...this.frames.values()]) {
       for (const child of group.children.filter((child) => child.userData.body)) {
