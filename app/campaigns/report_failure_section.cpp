@@ -53,7 +53,7 @@ Html number_of(const ReportView& view, std::size_t row) {
 }
 
 std::string again(const ReportView& view, std::size_t row) {
-  return "berth campaign again " + view.directory.string() + " " +
+  return "berth campaign trial " + view.directory.string() + " " +
          std::to_string(view.table.index[row]);
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("a report tells what was put into the results") {
 
   const std::string page = read_file(directory.path / "report.html");
   CHECK(page.find("Figure 7") != std::string::npos);
-  CHECK(page.find("berth campaign again") != std::string::npos);
+  CHECK(page.find("berth campaign trial") != std::string::npos);
   CHECK(count(page, "<figure class=\"sphere\"") == 7);  // five returns, errors, coverage
   CHECK(page.find("nan") == std::string::npos);
   CHECK(page.find("http") == page.find("http-equiv"));  // fetches nothing
