@@ -85,12 +85,13 @@ export function startCriteria(board) {
   const keyOf = (criterion, index) => `${index} ${criterion.name}`;
   board.view(['procedure'], () => {
     const { criteria = [], limits = [] } = board.get('procedure') || {};
-    $('criteria-panel').hidden = !criteria.length;
+    $('criteria-panel').hidden = !board.get('procedure');
+    $('criteria-none').hidden = criteria.length > 0;
     $('limits-panel').hidden = !limits.length;
     keepList($('criteria'), criteria, keyOf, create, update);
     keepList($('limits'), limits, keyOf, create, update);
     const count = (result) => criteria.filter((criterion) => word('criterion', criterion.result) === result).length;
     const failed = count('failed'), open = count('inconclusive');
-    setText($('criteria-count'), `${fixed(count('passed'), 0)} of ${criteria.length} passed${failed ? `, ${failed} failed` : ''}${open ? `, ${open} inconclusive` : ''}`);
+    setText($('criteria-count'), !criteria.length ? '' : `${fixed(count('passed'), 0)} of ${criteria.length} passed${failed ? `, ${failed} failed` : ''}${open ? `, ${open} inconclusive` : ''}`);
   });
 }

@@ -61,7 +61,7 @@ function drawClearance(board) {
   const clear = known(testbed.clearance_m) && testbed.clearance_m >= 0;
   setText($('clearance-value'), clear ? metres(testbed.clearance_m, 2) : dash);
   setData($('clearance'), 'metres', clear ? testbed.clearance_m : '');
-  setData($('clearance'), 'tone', !clear ? 'none' : testbed.clearance_m < 0.1 ? 'bad' : testbed.clearance_m < 0.25 ? 'look' : 'good');
+  setData($('clearance'), 'tone', 'none');
   const pose = (estimate && estimate.pose) || (truth && truth.pose);
   const range = pose ? Math.hypot(pose[0], pose[1], pose[2]) : NaN;
   setText($('range-value'), known(range) ? `range ${metres(range, 3)}` : '');

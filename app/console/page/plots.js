@@ -19,7 +19,8 @@ const poseOf = (index) => ({
   },
 });
 const axisErrorOf = (index) => ({
-  title: `error ${axes[index]}`, unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', '3\u03c3', 'error', 'second'], bars: true, shown: 1,
+  // Of the attitude the rotation vector: differences of w p r would mean nothing.
+  title: index < 3 ? `error ${axes[index]}` : `error about ${axes[index - 3]}`, unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', '3\u03c3', 'error', 'second'], bars: true, shown: 1,
   rows: (first, second) => errorRows(first, second, (sample) => sample.error?.[index], (sample) => sample.sigma3?.[index], true),
   range: (first, second) => {
     const [, high] = rangeOf([...first, ...second].flatMap((sample) => [Math.abs(sample.error?.[index]), sample.sigma3?.[index]]), index < 3 ? 2 : 0.2, true);
@@ -91,11 +92,11 @@ class Plots {
     const [truth, first, second, band] = ['--truth', '--first', '--second', '--band'].map(cssColour);
     const series = kind.bars
       ? { [kind.labels[1]]: { color: band, strokeWidth: 0, drawPoints: false, highlightCircleSize: 0 }, error: { color: truth, strokeWidth: 1.4 }, second: { color: second, strokeWidth: 1.4 } }
-      : { truth: { color: truth, strokeWidth: 1.2, drawPoints: false }, estimate: { color: first, strokeWidth: 1.6, drawPoints: true, pointSize: 1.3 }, second: { color: second, strokeWidth: 1.4 } };
+      : { truth: { color: truth, strokeWidth: 2, drawPoints: false }, estimate: { color: first, strokeWidth: 1.6, drawPoints: true, pointSize: 1.3 }, second: { color: second, strokeWidth: 1.4 } };
     const graph = new Dygraph(place, [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]], {
       labels: kind.labels, series, customBars: kind.bars, fillAlpha: 0.22, connectSeparatedPoints: true, animatedZooms: false,
       axes: {
-        x: { axisLabelFormatter: (seconds) => (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds, seconds % 1 ? 1 : 0)} s`), pixelsPerLabel: 45, axisLabelWidth: 50, drawGrid: false, axisHeight: 14 },
+        x: { axisLabelFormatter: (seconds) => (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds, seconds % 1 ? 1 : 0)} s`), pixelsPerLabel: 36, axisLabelWidth: 50, drawGrid: false, axisHeight: 14 },
         y: { pixelsPerLabel: 20, axisLabelWidth: 42, axisLabelFormatter: (y) => String(Number(y.toPrecision(6))).replace('-', '\u2212') },
       },
       xAxisHeight: 15, gridLineColor: cssColour('--grid'), axisLineColor: cssColour('--edge'), highlightCircleSize: 3, rightGap: 4,

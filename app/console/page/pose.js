@@ -4,6 +4,7 @@ import { $, make, setData, setText } from './dom.js';
 import { age, dash, fixed, known, milliseconds, withUnit } from './format.js';
 
 const quantities = ['x', 'y', 'z', 'w', 'p', 'r'];
+const freshFor = 10;  // s
 const series = ['estimate', 'truth', 'error', 'sigma3'];
 
 function build(table) {
@@ -11,7 +12,7 @@ function build(table) {
   table.append(make('thead', {}, head));
   const body = make('tbody');
   for (const [index, quantity] of quantities.entries()) {
-    body.append(make('tr', {}, make('td', {}, quantity), ...series.map((name) => make('td', { 'data-quantity': quantity, 'data-series': name }, dash)),
+    body.append(make('tr', {}, make('td', {}, quantity), ...series.map((name) => make('td', { 'data-quantity': quantity, 'data-series': name, title: index > 2 && name !== 'estimate' && name !== 'truth' ? `rotation vector about ${quantities[index - 3]} of the sensor` : null }, dash)),
                      make('td', { class: 'also' }, index < 3 ? 'mm' : '\u00b0')));
   }
   for (const [name, unit] of [['position', 'mm'], ['attitude', '\u00b0']]) {
@@ -28,15 +29,16 @@ export function startPose(board) {
   const cells = Object.fromEntries([...quantities, 'position', 'attitude'].map((quantity) => [quantity, Object.fromEntries(series.map((of) => [of, cell(quantity, of)]))]));
   const put = (quantity, of, value, decimals) => cells[quantity][of] && setText(cells[quantity][of], fixed(value, decimals));
 
-  board.view(['estimate', 'truth', 'samples'], () => {
-    const estimate = board.get('estimate') || {};
-    const truth = board.get('truth') || {};
+  board.view(['truth', 'samples'], () => {
+    // Of one time, so that a row adds up; without a fresh sample there is still the truth of now.
     const samples = board.list('samples');
-    const last = samples[samples.length - 1] || {};
+    const newest = samples[samples.length - 1];
+    const old = newest ? (board.now() - board.get('run')?.utime_start) / 1e6 - newest.time_s : Infinity;
+    const last = newest && !(old > freshFor) ? newest : {};
     for (const [index, quantity] of quantities.entries()) {
       const decimals = index < 3 ? 1 : 2;
-      put(quantity, 'estimate', estimate.xyzwpr?.[index], decimals);
-      put(quantity, 'truth', truth.xyzwpr?.[index], decimals);
+      put(quantity, 'estimate', last.estimate?.[index], decimals);
+      put(quantity, 'truth', (last.truth || board.get('truth')?.xyzwpr)?.[index], decimals);
       put(quantity, 'error', last.error?.[index], decimals);
       put(quantity, 'sigma3', last.sigma3?.[index], decimals);
       setData(cells[quantity].error, 'over', Math.abs(last.error?.[index]) > last.sigma3?.[index]);

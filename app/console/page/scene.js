@@ -88,8 +88,8 @@ class Scene {
     if (!sensor || !replica) return null;
     const from = new THREE.Vector3(...sensor), to = new THREE.Vector3(...replica);
     const centre = from.clone().add(to).multiplyScalar(0.5);
-    centre.z -= 0.12 * Math.min(from.distanceTo(to), 3);
-    return { centre, radius: 0.5 * from.distanceTo(to) + 1.3 };
+    centre.z -= 0.15 * Math.min(from.distanceTo(to), 3);
+    return { centre, radius: 0.5 * from.distanceTo(to) + 1.7 };
   }
 
   distance() {
@@ -110,7 +110,7 @@ class Scene {
   takeScan() {
     const scan = this.board.get('scan') || {};
     this.sensor.showWindows(scan.windows || [], this.distance());
-    this.sensor.showReturns(this.board.list('returns'));
+    this.sensor.showReturns(this.board.list('returns'), scan.scan_id);
     this.invalidate();
   }
 

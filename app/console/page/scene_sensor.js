@@ -29,24 +29,60 @@ const lines = (opacity) => {
   return object;
 };
 
+class Returns {
+  constructor(opacity) {
+    this.object = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ size: 2.5, sizeAttenuation: false, transparent: opacity < 1, opacity }));
+    this.object.frustumCulled = false;
+    this.object.visible = false;
+    this.capacity = 0;
+  }
+
+  /// Millimetres in the sensor frame, [x, y, z, ...].
+  show(returns) {
+    const count = Math.floor(returns.length / 3);
+    this.object.visible = count > 0;
+    if (!count) return;
+    if (3 * count > this.capacity) {
+      this.capacity = Math.max(3000, 3 * count, 2 * this.capacity);
+      this.object.geometry.dispose();
+      this.object.geometry = new THREE.BufferGeometry();
+      const positions = new THREE.BufferAttribute(new Float32Array(this.capacity), 3);
+      this.object.geometry.setAttribute('position', positions.setUsage(THREE.DynamicDrawUsage));
+    }
+    const attribute = this.object.geometry.attributes.position;
+    for (let i = 0; i < 3 * count; ++i) attribute.array[i] = returns[i] / 1000;
+    attribute.needsUpdate = true;
+    this.object.geometry.setDrawRange(0, count);
+  }
+
+  /// Exchanges what both show, and is the older one from now on.
+  take(other) {
+    [this.object.geometry, other.object.geometry] = [other.object.geometry, this.object.geometry];
+    [this.capacity, other.capacity] = [other.capacity, this.capacity];
+    this.object.visible = other.object.visible;
+    other.object.visible = false;
+  }
+}
+
 export class SensorView {
   constructor(frame) {
     this.view = lines(0.6);
     this.windows = lines(1);
-    this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ size: 2.5, sizeAttenuation: false }));
-    this.points.frustumCulled = false;
-    this.capacity = 0;
+    // Returns of the scan that runs, and, fainter, of the one before.
+    this.points = new Returns(1);
+    this.before = new Returns(0.4);
+    this.scan = undefined;
     this.ellipsoid = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), new THREE.MeshPhongMaterial({ transparent: true, opacity: 0.5, depthWrite: false, depthTest: false }));
     this.ellipsoid.visible = false;
     this.ellipsoid.renderOrder = 2;  // it stands in the middle of the replica, and is to be seen all the same
     this.magnified = 1;
-    frame.add(this.view, this.windows, this.points, this.ellipsoid);
+    frame.add(this.view, this.windows, this.points.object, this.before.object, this.ellipsoid);
   }
 
   paint(colour) {
     this.view.material.color.set(colour('--green'));
     this.windows.material.color.set(colour('--yellow'));
-    this.points.material.color.set(colour('--returns'));
+    for (const points of [this.points, this.before]) points.object.material.color.set(colour('--returns'));
     this.ellipsoid.material.color.set(colour('--second'));
   }
 
@@ -72,22 +108,12 @@ export class SensorView {
     this.windows.visible = windows.length > 0;
   }
 
-  /// Millimetres in the sensor frame, [x, y, z, ...].
-  showReturns(returns) {
-    const count = Math.floor(returns.length / 3);
-    if (3 * count > this.capacity) {
-      this.capacity = Math.max(3000, 3 * count, 2 * this.capacity);
-      this.points.geometry.dispose();
-      this.points.geometry = new THREE.BufferGeometry();
-      const positions = new THREE.BufferAttribute(new Float32Array(this.capacity), 3);
-      this.points.geometry.setAttribute('position', positions.setUsage(THREE.DynamicDrawUsage));
+  showReturns(returns, scan) {
+    if (scan !== this.scan) {
+      this.scan = scan;
+      this.before.take(this.points);
     }
-    this.points.visible = count > 0;
-    if (!count) return;
-    const attribute = this.points.geometry.attributes.position;
-    for (let i = 0; i < 3 * count; ++i) attribute.array[i] = returns[i] / 1000;
-    attribute.needsUpdate = true;
-    this.points.geometry.setDrawRange(0, count);
+    this.points.show(returns);
   }
 
   /// Three sigma of the position, magnified where it would be too small to be seen: by 1, 2, 5, 10 ...
