@@ -2,7 +2,13 @@
 // The board: what the server has told so far, section by section, and who draws which section.
 
 // Lists that grow are cut at their old end, so that a page left open for a week stays small.
-const kept = { samples: 6000, samples2: 6000, events: 1000, events2: 1000, returns: 600000 };
+const kept = {
+  samples: 6000,
+  samples2: 6000,
+  events: 1000,
+  events2: 1000,
+  returns: 600000
+};
 
 export class Board {
   constructor() {
@@ -16,8 +22,12 @@ export class Board {
     this.paced = true;
   }
 
-  get(name) { return this.sections[name]; }
-  list(name) { return this.sections[name] || []; }
+  get(name) {
+    return this.sections[name];
+  }
+  list(name) {
+    return this.sections[name] || [];
+  }
 
   /// Time in the cell now, in microseconds; stands still in a paused replay and when nothing comes.
   now() {
@@ -51,8 +61,10 @@ export class Board {
   set(name, value) {
     // The returns of a scan come with it or after it; another scan begins anew.
     if (name === 'scan' && value) {
-      if (value.returns) this.put('returns', value.returns);
-      else if (!this.sections.scan || this.sections.scan.scan_id !== value.scan_id) this.put('returns', []);
+      if (value.returns)
+        this.put('returns', value.returns);
+      else if (!this.sections.scan || this.sections.scan.scan_id !== value.scan_id)
+        this.put('returns', []);
     }
     this.put(name, value);
   }
@@ -67,7 +79,9 @@ export class Board {
   }
 
   /// `draw(board)` is called before the next picture whenever one of `names` has changed.
-  view(names, draw) { this.views.push({ names, draw }); }
+  view(names, draw) {
+    this.views.push({names, draw});
+  }
 
   touch(name) {
     this.changed.add(name);
@@ -84,7 +98,7 @@ export class Board {
     this.drawing = false;
     const changed = this.changed;
     this.changed = new Set();
-    for (const { names, draw } of this.views) {
+    for (const {names, draw} of this.views) {
       if (!names.some((name) => changed.has(name))) continue;
       try {
         draw(this, changed);

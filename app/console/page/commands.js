@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sending a command: what is hazardous asks twice, by the word the server gives; answers are shown.
-import { $, setData, setText } from './dom.js';
-import { askConfirm } from './dialogs.js';
+import {askConfirm} from './dialogs.js';
+import {$, setData, setText} from './dom.js';
 
 let timer = 0;
 
@@ -23,6 +23,8 @@ export async function send(connection, name, parameters = {}, title = name) {
     }
     answer = await connection.command(name, parameters, answer.confirm);
   }
-  notice(`${title}: ${answer.accepted ? answer.text || 'accepted' : `refused: ${answer.text}`}`, answer.accepted);
+  notice(
+      `${title}: ${answer.accepted ? answer.text || 'accepted' : `refused: ${answer.text}`}`,
+      answer.accepted);
   return answer.accepted;
 }

@@ -48,7 +48,9 @@ export class Connection {
   }
 
   closed() {
-    for (const { resolve } of this.waiting.values()) resolve({ accepted: false, text: 'the connection was lost before an answer came', confirm: '' });
+    for (const {resolve} of this.waiting.values())
+      resolve(
+          {accepted: false, text: 'the connection was lost before an answer came', confirm: ''});
     this.waiting.clear();
     this.become(this.everHeard ? 'lost' : 'connecting');
     const wait = patience[Math.min(this.attempts++, patience.length - 1)];
@@ -60,24 +62,29 @@ export class Connection {
     const isOpen = this.socket.readyState === WebSocket.OPEN;
     if (isOpen && this.everHeard && silent > staleAfter) this.become('stale');
     // A peer that went without a word: begin anew rather than wait for TCP to notice.
-    if (silent > 10000 && performance.now() - this.openedAt > 10000 && this.socket.readyState <= WebSocket.OPEN) this.socket.close();
-    for (const [id, { resolve, sentAt }] of this.waiting) {
+    if (silent > 10000 && performance.now() - this.openedAt > 10000 &&
+        this.socket.readyState <= WebSocket.OPEN)
+      this.socket.close();
+    for (const [id, {resolve, sentAt}] of this.waiting) {
       if (performance.now() - sentAt < answerWithin) continue;
       this.waiting.delete(id);
-      resolve({ accepted: false, text: 'no answer', confirm: '' });
+      resolve({accepted: false, text: 'no answer', confirm: ''});
     }
   }
 
-  silentFor() { return performance.now() - this.heardAt; }
+  silentFor() {
+    return performance.now() - this.heardAt;
+  }
 
   /// Resolves to the server's answer, never rejects.
   command(name, parameters = {}, confirm = '') {
     if (this.socket.readyState !== WebSocket.OPEN) {
-      return Promise.resolve({ accepted: false, text: 'not connected', confirm: '' });
+      return Promise.resolve({accepted: false, text: 'not connected', confirm: ''});
     }
     const id = this.nextId++;
-    this.socket.send(JSON.stringify({ type: 'command', id, command: name, arguments: parameters, confirm }));
-    return new Promise((resolve) => this.waiting.set(id, { resolve, sentAt: performance.now() }));
+    this.socket.send(
+        JSON.stringify({type: 'command', id, command: name, arguments: parameters, confirm}));
+    return new Promise((resolve) => this.waiting.set(id, {resolve, sentAt: performance.now()}));
   }
 
   answered(message) {

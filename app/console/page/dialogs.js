@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Dialogs. None is modal: HOLD stays in reach whatever is open.
-import { $, setText } from './dom.js';
+import {$, setText} from './dom.js';
 
 let before = null;  // what had the focus
 
@@ -18,7 +18,8 @@ export function closeDialog(dialog) {
 }
 
 for (const dialog of document.querySelectorAll('dialog')) {
-  for (const button of dialog.querySelectorAll('.cancel')) button.addEventListener('click', () => closeDialog(dialog));
+  for (const button of dialog.querySelectorAll('.cancel'))
+    button.addEventListener('click', () => closeDialog(dialog));
   dialog.addEventListener('keydown', (event) => {
     if (event.key !== 'Escape') return;
     event.stopPropagation();
@@ -61,9 +62,15 @@ export function askConfirm(title, text, yes, seconds = 10) {
       left.value = (end - performance.now()) / 1000;
       if (performance.now() > end) closeDialog(dialog);
     }, 100);
-    $('confirm-yes').onclick = () => { sure = true; closeDialog(dialog); };
+    $('confirm-yes').onclick = () => {
+      sure = true;
+      closeDialog(dialog);
+    };
     $('confirm-no').onclick = () => closeDialog(dialog);
-    dialog.onclose = () => { clearInterval(timer); resolve(sure); };
+    dialog.onclose = () => {
+      clearInterval(timer);
+      resolve(sure);
+    };
     openDialog(dialog, $('confirm-no'));
   });
 }

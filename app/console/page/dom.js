@@ -30,11 +30,15 @@ export function keepList(list, items, keyOf, create, update) {
   items.forEach((item, index) => {
     const key = String(keyOf(item, index));
     let child = known.get(key);
-    if (child) known.delete(key);
-    else (child = create(item)).dataset.key = key;
+    if (child)
+      known.delete(key);
+    else
+      (child = create(item)).dataset.key = key;
     update(child, item, index);
-    if (child === place) place = place.nextElementSibling;
-    else list.insertBefore(child, place);
+    if (child === place)
+      place = place.nextElementSibling;
+    else
+      list.insertBefore(child, place);
   });
   for (const child of known.values()) child.remove();
 }

@@ -22,8 +22,10 @@ export function significant(value, digits = 3) {
 
 export const withUnit = (text, unit) => (text === dash || !unit ? text : `${text}\u00a0${unit}`);
 export const metres = (value, decimals = 3) => withUnit(fixed(value, decimals), 'm');
-export const percent = (fraction) => withUnit(known(fraction) ? fixed(100 * fraction, 0) : dash, '%');
-export const milliseconds = (seconds) => withUnit(known(seconds) ? fixed(1000 * seconds, 0) : dash, 'ms');
+export const percent = (fraction) =>
+    withUnit(known(fraction) ? fixed(100 * fraction, 0) : dash, '%');
+export const milliseconds = (seconds) =>
+    withUnit(known(seconds) ? fixed(1000 * seconds, 0) : dash, 'ms');
 
 /// 4.2 s, 1:04, 2:03:04.
 export function duration(seconds) {
@@ -40,19 +42,22 @@ export function duration(seconds) {
 export function age(seconds) {
   if (!known(seconds)) return dash;
   if (seconds < 100) return withUnit(fixed(Math.max(0, seconds), 1), 's');
-  return seconds < 6000 ? withUnit(fixed(seconds / 60, 0), 'min') : withUnit(fixed(seconds / 3600, 0), 'h');
+  return seconds < 6000 ? withUnit(fixed(seconds / 60, 0), 'min') :
+                          withUnit(fixed(seconds / 3600, 0), 'h');
 }
 
 /// Time of day with tenths, from microseconds since the epoch.
 export function clock(utime) {
   const date = new Date(utime / 1000);
   const two = (value) => String(value).padStart(2, '0');
-  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${Math.floor(date.getMilliseconds() / 100)}`;
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${
+      Math.floor(date.getMilliseconds() / 100)}`;
 }
 
 /// 1.2 kB/s.
 export function bytesPerSecond(value) {
   if (!known(value)) return dash;
   if (value < 1e3) return withUnit(fixed(value, 0), 'B/s');
-  return value < 1e6 ? withUnit(significant(value / 1e3), 'kB/s') : withUnit(significant(value / 1e6), 'MB/s');
+  return value < 1e6 ? withUnit(significant(value / 1e3), 'kB/s') :
+                       withUnit(significant(value / 1e6), 'MB/s');
 }

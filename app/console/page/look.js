@@ -1,38 +1,56 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The look: what is running, which step, is it safe, is the estimate good.
-import { $, setData, setText } from './dom.js';
-import { dash, duration, fixed, known, metres } from './format.js';
-import { pathsOf, setSign } from './signs.js';
-import { toneOf } from './tones.js';
-import { spaced, word } from './words.js';
+import {$, setData, setText} from './dom.js';
+import {dash, duration, fixed, known, metres} from './format.js';
+import {pathsOf, setSign} from './signs.js';
+import {toneOf} from './tones.js';
+import {spaced, word} from './words.js';
 
-const outcomeWords = { pass: 'PASS', fail: 'FAIL', error: 'ERROR', aborted: 'ABORTED', inconclusive: 'INCONCLUSIVE', timeout: 'TIMEOUT' };
+const outcomeWords = {
+  pass: 'PASS',
+  fail: 'FAIL',
+  error: 'ERROR',
+  aborted: 'ABORTED',
+  inconclusive: 'INCONCLUSIVE',
+  timeout: 'TIMEOUT'
+};
 
 function drawState(board, connection) {
   const safe = board.get('safe') || {};
   const live = connection.state === 'open';
   const state = live && safe.word ? safe.word : 'unknown';
-  const titles = { lost: 'No link', stale: 'Stale', connecting: 'Connecting' };
+  const titles = {lost: 'No link', stale: 'Stale', connecting: 'Connecting'};
   setData($('state'), 'state', state);
-  setData($('state'), 'tone', live ? toneOf(state) : connection.state === 'connecting' ? 'none' : 'bad');
+  setData(
+      $('state'), 'tone',
+      live                                  ? toneOf(state) :
+          connection.state === 'connecting' ? 'none' :
+                                              'bad');
   setSign($('state').querySelector('.sign'), state);
-  setText($('state-word'), live ? (safe.word ? spaced(safe.word) : 'No cell') : titles[connection.state]);
-  setText($('state-why'), live ? safe.why || (safe.word ? '' : 'nothing is heard on the bus') : 'what is shown is old; the cell goes on without this page');
+  setText(
+      $('state-word'),
+      live ? (safe.word ? spaced(safe.word) : 'No cell') : titles[connection.state]);
+  setText(
+      $('state-why'),
+      live ? safe.why || (safe.word ? '' : 'nothing is heard on the bus') :
+             'what is shown is old; the cell goes on without this page');
 }
 
 /// The procedure's state and outcome as words; in no run both are `none`.
 export function procedureWords(procedure) {
-  if (!procedure) return { state: 'none', outcome: 'none' };
+  if (!procedure) return {state: 'none', outcome: 'none'};
   const state = word('procedure', procedure.state);
-  const outcome = typeof procedure.outcome === 'number' && procedure.outcome < 0 ? 'none' : word('outcome', procedure.outcome ?? 'none');
-  return { state, outcome: outcome || 'none' };
+  const outcome = typeof procedure.outcome === 'number' && procedure.outcome < 0 ?
+      'none' :
+      word('outcome', procedure.outcome ?? 'none');
+  return {state, outcome: outcome || 'none'};
 }
 
 function drawRunning(board) {
   const tile = $('running');
   const procedure = board.get('procedure');
   const run = board.get('run') || {};
-  const { state, outcome } = procedureWords(procedure);
+  const {state, outcome} = procedureWords(procedure);
   setData(tile, 'procedureState', state);
   setData(tile, 'outcome', outcome);
   const finished = state === 'finished';
@@ -43,12 +61,18 @@ function drawRunning(board) {
   setText($('procedure-name'), finished ? `${outcomeWords[outcome] || outcome} ${name}` : name);
   const index = procedure ? procedure.current_step : -1;
   const current = steps[index];
-  const done = steps.filter((step) => !['pending', 'running'].includes(word('step', step.state))).length;
+  const done =
+      steps.filter((step) => !['pending', 'running'].includes(word('step', step.state))).length;
   let second = procedure ? '' : 'no procedure runs';
-  if (finished) second = procedure.reason || `${done} of ${steps.length} steps`;
-  else if (current) second = `${state === 'running' ? '' : `${state}, `}step ${index + 1} of ${steps.length}: ${current.name}`;
-  else if (procedure) second = procedure.reason || spaced(state);
-  if (current && current.utime_start && !finished) second += `  ${duration((board.now() - current.utime_start) / 1e6)}`;
+  if (finished)
+    second = procedure.reason || `${done} of ${steps.length} steps`;
+  else if (current)
+    second = `${state === 'running' ? '' : `${state}, `}step ${index + 1} of ${steps.length}: ${
+        current.name}`;
+  else if (procedure)
+    second = procedure.reason || spaced(state);
+  if (current && current.utime_start && !finished)
+    second += `  ${duration((board.now() - current.utime_start) / 1e6)}`;
   setText($('current-step'), second);
   $('current-step').title = second;
   $('run-progress').value = steps.length ? done / steps.length : 0;
@@ -65,7 +89,10 @@ function drawClearance(board) {
   const pose = (estimate && estimate.pose) || (truth && truth.pose);
   const range = pose ? Math.hypot(pose[0], pose[1], pose[2]) : NaN;
   setText($('range-value'), known(range) ? `range ${metres(range, 3)}` : '');
-  setText($('clearance-between'), (testbed.clearance_between || []).join(' \u2013 ') || (testbed.state === undefined ? '' : spaced(word('testbed', testbed.state))));
+  setText(
+      $('clearance-between'),
+      (testbed.clearance_between || []).join(' \u2013 ') ||
+          (testbed.state === undefined ? '' : spaced(word('testbed', testbed.state))));
 }
 
 function drawEstimate(board) {
@@ -75,14 +102,22 @@ function drawEstimate(board) {
   setData(tile, 'status', status);
   setData(tile, 'tone', toneOf(status));
   const error = estimate && estimate.error;
-  const numbers = error && known(error.position_m) ? `error ${fixed(1000 * error.position_m, 1)}\u00a0mm  ${fixed(error.attitude_rad * 180 / Math.PI, 2)}\u00b0` : '';
+  const numbers = error && known(error.position_m) ?
+      `error ${fixed(1000 * error.position_m, 1)}\u00a0mm  ${
+          fixed(error.attitude_rad * 180 / Math.PI, 2)}\u00b0` :
+      '';
   setSign(tile.querySelector('.sign'), status);
   setText($('estimate-word'), status);
   setText($('estimate-error'), numbers);
   let second = estimate ? estimate.reason : 'no estimate yet';
   if (!second && known(estimate.position_sigma_m)) {
-    second = `3\u03c3  ${fixed(3000 * estimate.position_sigma_m, 1)}\u00a0mm  ${fixed(3 * estimate.attitude_sigma_rad * 180 / Math.PI, 2)}\u00b0`;
-    if (error && known(error.position_m)) second += error.position_m > 3 * Math.hypot(estimate.position_sigma_m, error.position_sigma_m || 0) ? '  outside' : '  inside';
+    second = `3\u03c3  ${fixed(3000 * estimate.position_sigma_m, 1)}\u00a0mm  ${
+        fixed(3 * estimate.attitude_sigma_rad * 180 / Math.PI, 2)}\u00b0`;
+    if (error && known(error.position_m))
+      second += error.position_m >
+              3 * Math.hypot(estimate.position_sigma_m, error.position_sigma_m || 0) ?
+          '  outside' :
+          '  inside';
   }
   setText($('estimate-second'), second || '');
 }
@@ -90,18 +125,34 @@ function drawEstimate(board) {
 /// The tab's title and sign: what is seen while another page is in front.
 function drawTab(board) {
   const state = $('state').dataset.state;
-  const title = `${$('state-word').textContent.toUpperCase()} \u2013 ${$('procedure-name').textContent} \u2013 Berth`;
+  const title = `${$('state-word').textContent.toUpperCase()} \u2013 ${
+      $('procedure-name').textContent} \u2013 Berth`;
   if (document.title !== title) document.title = title;
   const icon = $('favicon');
   if (icon.dataset.state === state) return;
   icon.dataset.state = state;
-  const colours = { safe: '#00a878', moving: '#0072b2', held: '#e69f00', attention: '#d4c500', stop: '#d55e00' };
-  const paths = pathsOf(state).map((path) => `<path ${Object.entries(path).map(([key, value]) => `${key}="${value}"`).join(' ')}/>`).join('');
-  icon.href = `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" color="${colours[state] || '#777'}">${paths}</svg>`)}`;
+  const colours =
+      {safe: '#00a878', moving: '#0072b2', held: '#e69f00', attention: '#d4c500', stop: '#d55e00'};
+  const paths =
+      pathsOf(state)
+          .map(
+              (path) => `<path ${
+                  Object.entries(path).map(([key, value]) => `${key}="${value}"`).join(' ')}/>`)
+          .join('');
+  icon.href = `data:image/svg+xml,${
+      encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" color="${
+          colours[state] || '#777'}">${paths}</svg>`)}`;
 }
 
 export function startLook(board, connection) {
-  const draw = () => { drawState(board, connection); drawRunning(board); drawTab(board); };
+  const draw = () => {
+    drawState(board, connection);
+    drawRunning(board);
+    drawTab(board);
+  };
   board.view(['safe', 'connection', 'procedure', 'run', 'tick'], draw);
-  board.view(['testbed', 'estimate', 'truth'], () => { drawClearance(board); drawEstimate(board); });
+  board.view(['testbed', 'estimate', 'truth'], () => {
+    drawClearance(board);
+    drawEstimate(board);
+  });
 }

@@ -1,40 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimate against truth, and errors with their three sigmas, over time.
-import { $, keepList, make, setText } from './dom.js';
-import { fixed } from './format.js';
-import { errorRows, poseRows, rangeOf, shown, turnsOver } from './plot_rows.js';
-import { cssColour, onTheme } from './theme.js';
+import {$, keepList, make, setText} from './dom.js';
+import {fixed} from './format.js';
+import {axisErrorOf, poseOf, totals} from './plot_kinds.js';
+import {cssColour, onTheme} from './theme.js';
 
 /* global Dygraph */
-const axes = ['x', 'y', 'z', 'w', 'p', 'r'];
 const spans = [[30, '30 s'], [120, '2 min'], [600, '10 min'], [0, 'all']];
 const redrawEvery = 300;  // ms
 
-const poseOf = (index) => ({
-  title: axes[index], unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', 'truth', 'estimate', 'second'], bars: false, shown: 1,
-  rows: (first, second) => poseRows(first, second, index),
-  range: (first, second) => {
-    const turned = index > 2 && turnsOver(first, index);
-    return rangeOf([...first, ...second].flatMap((sample) => [shown(sample.estimate?.[index], turned), shown(sample.truth?.[index], turned)]), index < 3 ? 4 : 0.5);
-  },
-});
-const axisErrorOf = (index) => ({
-  // Of the attitude the rotation vector: differences of w p r would mean nothing.
-  title: index < 3 ? `error ${axes[index]}` : `error about ${axes[index - 3]}`, unit: index < 3 ? 'mm' : '\u00b0', decimals: index < 3 ? 1 : 2, labels: ['s', '3\u03c3', 'error', 'second'], bars: true, shown: 1,
-  rows: (first, second) => errorRows(first, second, (sample) => sample.error?.[index], (sample) => sample.sigma3?.[index], true),
-  range: (first, second) => {
-    const [, high] = rangeOf([...first, ...second].flatMap((sample) => [Math.abs(sample.error?.[index]), sample.sigma3?.[index]]), index < 3 ? 2 : 0.2, true);
-    return [-high, high];
-  },
-});
-const totalOf = (name, title, unit, decimals, least) => ({
-  title, unit, decimals, labels: ['s', '3\u03c3', 'error', 'second'], bars: true, shown: 1,
-  rows: (first, second) => errorRows(first, second, (sample) => sample[`${name}_${unit === 'mm' ? 'mm' : 'deg'}`], (sample) => sample[`${name}_sigma3_${unit === 'mm' ? 'mm' : 'deg'}`], false),
-  range: (first, second) => rangeOf([...first, ...second].flatMap((sample) => (unit === 'mm' ? [sample.position_mm, sample.position_sigma3_mm] : [sample.attitude_deg, sample.attitude_sigma3_deg])), least, true),
-});
-const totals = [totalOf('position', 'position error', 'mm', 1, 3), totalOf('attitude', 'attitude error', '\u00b0', 2, 0.2)];
-
-// Its legend plug-in writes style attributes, which the page's security policy forbids; ours stands in the head.
+// Its legend plug-in writes style attributes, which the page's security policy forbids; ours stands
+// in the head.
 Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
 class Plots {
@@ -48,12 +24,19 @@ class Plots {
     this.timer = 0;
     this.graphs = [];
     for (const [seconds, title] of spans) {
-      const button = make('button', { type: 'button', 'aria-pressed': seconds === this.span }, title);
+      const button = make('button', {type: 'button', 'aria-pressed': seconds === this.span}, title);
       button.addEventListener('click', () => this.choose(seconds));
       button.dataset.span = seconds;
       $('plots-span').append(button);
     }
-    const mode = make('button', { type: 'button', id: 'plots-mode', title: 'Poses or errors of each axis (e)', 'aria-pressed': 'false' }, 'errors x\u2026r');
+    const mode = make(
+        'button', {
+          type: 'button',
+          id: 'plots-mode',
+          title: 'Poses or errors of each axis (e)',
+          'aria-pressed': 'false'
+        },
+        'errors x\u2026r');
     mode.addEventListener('click', () => this.switchMode());
     $('plots-span').prepend(mode);
     this.build();
@@ -70,15 +53,17 @@ class Plots {
   choose(seconds) {
     this.span = seconds;
     this.window = null;
-    for (const button of $('plots-span').querySelectorAll('[data-span]')) button.setAttribute('aria-pressed', Number(button.dataset.span) === seconds);
+    for (const button of $('plots-span').querySelectorAll('[data-span]'))
+      button.setAttribute('aria-pressed', Number(button.dataset.span) === seconds);
     this.draw();
   }
 
   /// All graphs anew, in the order of the grid: x y z, position; w p r, attitude.
   build() {
-    for (const { graph } of this.graphs) graph.destroy();
+    for (const {graph} of this.graphs) graph.destroy();
     const make6 = this.mode === 'pose' ? poseOf : axisErrorOf;
-    const kinds = [make6(0), make6(1), make6(2), totals[0], make6(3), make6(4), make6(5), totals[1]];
+    const kinds =
+        [make6(0), make6(1), make6(2), totals[0], make6(3), make6(4), make6(5), totals[1]];
     $('plots-grid').replaceChildren();
     this.graphs = kinds.map((kind, index) => this.add(kind, index));
     this.drawLegend();
@@ -86,26 +71,66 @@ class Plots {
   }
 
   add(kind, index) {
-    const value = make('span', { class: 'number' });
-    const place = make('div', { class: 'graph' });
-    $('plots-grid').append(make('div', { class: 'plot', 'data-plot': kind.title }, make('h3', {}, make('span', {}, `${kind.title} `, make('span', { class: 'unit' }, kind.unit)), value), place));
-    const [truth, first, second, band] = ['--truth', '--first', '--second', '--band'].map(cssColour);
-    const series = kind.bars
-      ? { [kind.labels[1]]: { color: band, strokeWidth: 0, drawPoints: false, highlightCircleSize: 0 }, error: { color: truth, strokeWidth: 1.4 }, second: { color: second, strokeWidth: 1.4 } }
-      : { truth: { color: truth, strokeWidth: 2, drawPoints: false }, estimate: { color: first, strokeWidth: 1.6, drawPoints: true, pointSize: 1.3 }, second: { color: second, strokeWidth: 1.4 } };
-    const graph = new Dygraph(place, [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]], {
-      labels: kind.labels, series, customBars: kind.bars, fillAlpha: 0.22, connectSeparatedPoints: true, animatedZooms: false,
-      axes: {
-        x: { axisLabelFormatter: (seconds) => (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds, seconds % 1 ? 1 : 0)} s`), pixelsPerLabel: 36, axisLabelWidth: 50, drawGrid: false, axisHeight: 14 },
-        y: { pixelsPerLabel: 20, axisLabelWidth: 42, axisLabelFormatter: (y) => String(Number(y.toPrecision(6))).replace('-', '\u2212') },
-      },
-      xAxisHeight: 15, gridLineColor: cssColour('--grid'), axisLineColor: cssColour('--edge'), highlightCircleSize: 3, rightGap: 4,
-      underlayCallback: (canvas, area, of) => this.underlay(canvas, area, of),
-      zoomCallback: (from, to) => this.zoomed(index, from, to),
-      highlightCallback: (event, x) => this.showAt(x), unhighlightCallback: () => this.showAt(null),
-      clickCallback: (event, x) => this.seek(x),
-    });
-    return { kind, graph, value };
+    const value = make('span', {class: 'number'});
+    const place = make('div', {class: 'graph'});
+    $('plots-grid')
+        .append(make(
+            'div', {class: 'plot', 'data-plot': kind.title},
+            make(
+                'h3', {},
+                make('span', {}, `${kind.title} `, make('span', {class: 'unit'}, kind.unit)),
+                value),
+            place));
+    const [truth, first, second, band] =
+        ['--truth', '--first', '--second', '--band'].map(cssColour);
+    const series = kind.bars ?
+        {
+          [kind.labels[1]]:
+              {color: band, strokeWidth: 0, drawPoints: false, highlightCircleSize: 0},
+          error: {color: truth, strokeWidth: 1.4},
+          second: {color: second, strokeWidth: 1.4}
+        } :
+        {
+          truth: {color: truth, strokeWidth: 2, drawPoints: false},
+          estimate: {color: first, strokeWidth: 1.6, drawPoints: true, pointSize: 1.3},
+          second: {color: second, strokeWidth: 1.4}
+        };
+    const graph = new Dygraph(
+        place, [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]], {
+          labels: kind.labels,
+          series,
+          customBars: kind.bars,
+          fillAlpha: 0.22,
+          connectSeparatedPoints: true,
+          animatedZooms: false,
+          axes: {
+            x: {
+              axisLabelFormatter: (seconds) =>
+                  (seconds >= 600 ? `${fixed(seconds / 60, 0)} min` :
+                                    `${fixed(seconds, seconds % 1 ? 1 : 0)} s`),
+              pixelsPerLabel: 36,
+              axisLabelWidth: 50,
+              drawGrid: false,
+              axisHeight: 14
+            },
+            y: {
+              pixelsPerLabel: 20,
+              axisLabelWidth: 42,
+              axisLabelFormatter: (y) => String(Number(y.toPrecision(6))).replace('-', '\u2212')
+            },
+          },
+          xAxisHeight: 15,
+          gridLineColor: cssColour('--grid'),
+          axisLineColor: cssColour('--edge'),
+          highlightCircleSize: 3,
+          rightGap: 4,
+          underlayCallback: (canvas, area, of) => this.underlay(canvas, area, of),
+          zoomCallback: (from, to) => this.zoomed(index, from, to),
+          highlightCallback: (event, x) => this.showAt(x),
+          unhighlightCallback: () => this.showAt(null),
+          clickCallback: (event, x) => this.seek(x),
+        });
+    return {kind, graph, value};
   }
 
   /// Where steps begin, and where a replay stands.
@@ -118,9 +143,11 @@ class Plots {
       canvas.fillRect(Math.round(x), area.y, width, area.h);
     };
     for (const step of (this.board.get('procedure') || {}).steps || []) {
-      if (step.utime_start && run.utime_start) line((step.utime_start - run.utime_start) / 1e6, cssColour('--grid'), 1);
+      if (step.utime_start && run.utime_start)
+        line((step.utime_start - run.utime_start) / 1e6, cssColour('--grid'), 1);
     }
-    if (this.board.get('replay') && run.utime_start) line((this.board.now() - run.utime_start) / 1e6, cssColour('--orange'), 2);
+    if (this.board.get('replay') && run.utime_start)
+      line((this.board.now() - run.utime_start) / 1e6, cssColour('--orange'), 2);
   }
 
   zoomed(index, from, to) {
@@ -130,7 +157,7 @@ class Plots {
   }
 
   showAt(time) {
-    for (const { kind, graph, value } of this.graphs) {
+    for (const {kind, graph, value} of this.graphs) {
       const row = time === null ? this.lastRow(graph, kind) : graph.getRowForX(time);
       const at = row === null || row < 0 ? undefined : graph.getValue(row, 2);
       const number = Array.isArray(at) ? at[1] : at;
@@ -138,12 +165,17 @@ class Plots {
     }
   }
 
-  lastRow(graph) { return graph.numRows() - 1; }
+  lastRow(graph) {
+    return graph.numRows() - 1;
+  }
 
   ask() {
     if (this.timer) return;
     const wait = Math.max(0, this.drawnAt + redrawEvery - performance.now());
-    this.timer = setTimeout(() => { this.timer = 0; this.draw(); }, wait);
+    this.timer = setTimeout(() => {
+      this.timer = 0;
+      this.draw();
+    }, wait);
   }
 
   draw() {
@@ -153,14 +185,19 @@ class Plots {
     const starts = [...samples.slice(0, 1), ...samples2.slice(0, 1)].map((sample) => sample.time_s);
     const end = Math.max(...ends, 1), start = Math.min(...starts, end - 1);
     const window = this.window || [this.span ? end - this.span : start, end];
-    const inside = (list) => list.filter((sample) => sample.time_s >= window[0] && sample.time_s <= window[1]);
+    const inside = (list) =>
+        list.filter((sample) => sample.time_s >= window[0] && sample.time_s <= window[1]);
     const first = inside(samples), second = inside(samples2);
     const margin = 0.01 * (window[1] - window[0]);
-    for (const { kind, graph } of this.graphs) {
+    for (const {kind, graph} of this.graphs) {
       const file = kind.rows(samples, samples2);
       graph.updateOptions({
-        file: file.length ? file : [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]],
-        dateWindow: [window[0] - margin, window[1] + margin], valueRange: kind.range(first, second), visibility: [true, true, samples2.length > 0],
+        file: file.length ?
+            file :
+            [[0, ...kind.labels.slice(1).map(() => (kind.bars ? [NaN, NaN, NaN] : NaN))]],
+        dateWindow: [window[0] - margin, window[1] + margin],
+        valueRange: kind.range(first, second),
+        visibility: [true, true, samples2.length > 0],
       });
     }
     this.showAt(null);
@@ -169,16 +206,22 @@ class Plots {
 
   drawLegend() {
     const two = this.board.list('samples2').length > 0;
-    const items = [['truth', '--truth', 'line'], ['estimate', '--first', 'line'], ['3\u03c3', '--band', 'band'], ['error', '--truth', 'line'], two && ['second run', '--second', 'line']].filter(Boolean);
-    keepList($('plots-legend'), items.filter(([text]) => this.mode === 'pose' || !['truth', 'estimate'].includes(text)), (item) => item[0], ([text, colour, shape]) => {
-      const swatch = make('i', { class: `swatch ${shape}` });
-      swatch.style.color = `var(${colour})`;
-      return make('li', {}, swatch, make('span', {}, text));
-    }, () => {});
+    const items = [
+      ['truth', '--truth', 'line'], ['estimate', '--first', 'line'], ['3\u03c3', '--band', 'band'],
+      ['error', '--truth', 'line'], two && ['second run', '--second', 'line']
+    ].filter(Boolean);
+    keepList(
+        $('plots-legend'),
+        items.filter(([text]) => this.mode === 'pose' || !['truth', 'estimate'].includes(text)),
+        (item) => item[0], ([text, colour, shape]) => {
+          const swatch = make('i', {class: `swatch ${shape}`});
+          swatch.style.color = `var(${colour})`;
+          return make('li', {}, swatch, make('span', {}, text));
+        }, () => {});
   }
 
   resize() {
-    for (const { graph } of this.graphs) graph.resize();
+    for (const {graph} of this.graphs) graph.resize();
   }
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the procedure asks the operator, with its choices and the time that is left.
-import { send } from './commands.js';
-import { $, make, setData, setText } from './dom.js';
-import { duration } from './format.js';
-import { procedureWords } from './look.js';
+import {send} from './commands.js';
+import {$, make, setData, setText} from './dom.js';
+import {duration} from './format.js';
+import {procedureWords} from './look.js';
 
 export function startPrompt(board, connection, drive) {
   const answer = (text) => {
     const id = $('prompt').dataset.promptId;
-    if (drive.mine) send(connection, 'answer', { prompt_id: id, text }, `Answer ${text}`);
-    else drive.use('release-control');  // says who holds the control
+    if (drive.mine)
+      send(connection, 'answer', {prompt_id: id, text}, `Answer ${text}`);
+    else
+      drive.use('release-control');  // says who holds the control
   };
   $('prompt-form').addEventListener('submit', (event) => {
     event.preventDefault();
@@ -30,12 +32,15 @@ export function startPrompt(board, connection, drive) {
       const choices = procedure.choices || [];
       $('prompt-form').hidden = choices.length > 0;
       $('prompt-choices').replaceChildren(...choices.map((choice) => {
-        const button = make('button', { type: 'button', 'data-choice': choice }, choice);
+        const button = make('button', {type: 'button', 'data-choice': choice}, choice);
         button.addEventListener('click', () => answer(choice));
         return button;
       }));
     }
-    const left = procedure.utime_prompt_expires ? (procedure.utime_prompt_expires - board.now()) / 1e6 : NaN;
-    setText($('prompt-countdown'), Number.isFinite(left) ? `${duration(Math.max(0, left))} left` : 'no time limit');
+    const left =
+        procedure.utime_prompt_expires ? (procedure.utime_prompt_expires - board.now()) / 1e6 : NaN;
+    setText(
+        $('prompt-countdown'),
+        Number.isFinite(left) ? `${duration(Math.max(0, left))} left` : 'no time limit');
   });
 }

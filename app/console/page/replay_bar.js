@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The time bar of a replay: marks of steps and events, play, step, rate, seek, loop.
-import { send } from './commands.js';
-import { $, make, setData, setText } from './dom.js';
-import { duration } from './format.js';
-import { toneOf } from './tones.js';
-import { severityOf, word } from './words.js';
+import {send} from './commands.js';
+import {$, make, setData, setText} from './dom.js';
+import {duration} from './format.js';
+import {toneOf} from './tones.js';
+import {severityOf, word} from './words.js';
 
 const rates = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50];
 
@@ -16,35 +16,58 @@ function position(seconds) {
 
 export class ReplayBar {
   constructor(board, connection) {
-    Object.assign(this, { board, connection });
-    for (const rate of rates) $('replay-rate').append(make('option', { value: rate }, `\u00d7${rate}`));
+    Object.assign(this, {board, connection});
+    for (const rate of rates)
+      $('replay-rate').append(make('option', {value: rate}, `\u00d7${rate}`));
     $('replay-play').addEventListener('click', () => this.toggle());
     $('replay-forward').addEventListener('click', () => this.forward());
     $('replay-back').addEventListener('click', () => this.back());
     $('replay-loop').addEventListener('click', () => this.toggleLoop());
-    $('replay-rate').addEventListener('change', () => this.ask('rate', { factor: Number($('replay-rate').value) }));
+    $('replay-rate').addEventListener('change', () => this.ask('rate', {
+      factor: Number($('replay-rate').value)
+    }));
     const slider = $('replay-slider');
     slider.addEventListener('input', () => this.drag(Number(slider.value)));
-    slider.addEventListener('change', () => { this.dragging = false; this.seek(Number(slider.value)); });
+    slider.addEventListener('change', () => {
+      this.dragging = false;
+      this.seek(Number(slider.value));
+    });
     $('replay-track').addEventListener('pointermove', (event) => this.hint(event));
-    $('replay-track').addEventListener('pointerleave', () => { $('replay-hint').style.display = 'none'; });
+    $('replay-track').addEventListener('pointerleave', () => {
+      $('replay-hint').style.display = 'none';
+    });
     board.view(['replay', 'hello'], () => this.draw());
     board.view(['run', 'replay', 'hello'], () => this.drawMarks());
   }
 
-  get state() { return this.board.get('replay') || { position_s: 0, length_s: 0, rate: 1, paused: true, loop: false }; }
-  get length() { return this.state.length_s || (this.board.get('run') || {}).length_s || 1; }
+  get state() {
+    return this.board.get('replay') ||
+        {position_s: 0, length_s: 0, rate: 1, paused: true, loop: false};
+  }
+  get length() {
+    return this.state.length_s || (this.board.get('run') || {}).length_s || 1;
+  }
 
   async ask(name, parameters = {}) {
     const answer = await this.connection.command(name, parameters);
     if (!answer.accepted) send(this.connection, name, parameters);
   }
 
-  seek(seconds) { this.ask('seek', { position_s: Math.min(this.length, Math.max(0, seconds)) }); }
-  toggle() { this.ask(this.state.paused ? 'play' : 'pause'); }
-  toggleLoop() { this.ask('loop', { on: !this.state.loop }); }
-  forward() { this.ask('step', { channel: 'POSE_ESTIMATE' }); }
-  skip(seconds) { this.seek(this.state.position_s + seconds); }
+  seek(seconds) {
+    this.ask('seek', {position_s: Math.min(this.length, Math.max(0, seconds))});
+  }
+  toggle() {
+    this.ask(this.state.paused ? 'play' : 'pause');
+  }
+  toggleLoop() {
+    this.ask('loop', {on: !this.state.loop});
+  }
+  forward() {
+    this.ask('step', {channel: 'POSE_ESTIMATE'});
+  }
+  skip(seconds) {
+    this.seek(this.state.position_s + seconds);
+  }
 
   /// To the estimate before the newest one.
   back() {
@@ -54,8 +77,12 @@ export class ReplayBar {
   }
 
   faster(by) {
-    const nearest = rates.reduce((best, rate, index) => (Math.abs(rate - this.state.rate) < Math.abs(rates[best] - this.state.rate) ? index : best), 0);
-    this.ask('rate', { factor: rates[Math.min(rates.length - 1, Math.max(0, nearest + by))] });
+    const nearest = rates.reduce(
+        (best, rate, index) =>
+            (Math.abs(rate - this.state.rate) < Math.abs(rates[best] - this.state.rate) ? index :
+                                                                                          best),
+        0);
+    this.ask('rate', {factor: rates[Math.min(rates.length - 1, Math.max(0, nearest + by))]});
   }
 
   /// Where one drags to is shown at once, and asked for at most ten times a second.
@@ -64,7 +91,7 @@ export class ReplayBar {
     setText($('replay-time'), `${position(seconds)} / ${position(this.length)}`);
     if (performance.now() - (this.draggedAt || 0) < 100) return;
     this.draggedAt = performance.now();
-    this.connection.command('seek', { position_s: seconds });
+    this.connection.command('seek', {position_s: seconds});
   }
 
   draw() {
@@ -74,7 +101,8 @@ export class ReplayBar {
     setText($('replay-play'), replay.paused ? '\u25b6' : '\u275a\u275a');
     $('replay-play').setAttribute('aria-label', replay.paused ? 'Play' : 'Pause');
     $('replay-loop').setAttribute('aria-pressed', Boolean(replay.loop));
-    if (document.activeElement !== $('replay-rate')) $('replay-rate').value = rates.includes(replay.rate) ? replay.rate : 1;
+    if (document.activeElement !== $('replay-rate'))
+      $('replay-rate').value = rates.includes(replay.rate) ? replay.rate : 1;
     if (this.dragging) return;
     slider.max = this.length;
     slider.value = replay.position_s;
@@ -89,14 +117,22 @@ export class ReplayBar {
     this.marksKey = key;
     this.marks = marks;
     const place = (mark) => `${100 * mark.time_s / this.length}%`;
-    $('replay-marks').replaceChildren(...marks.filter((mark) => mark.kind === 'step' || severityOf(mark) >= 1).map((mark) => {
-      const isStep = mark.kind === 'step';
-      const tone = isStep ? toneOf(word('step', mark.state ?? 0)) : toneOf(['info', 'notice', 'warning', 'error', 'fatal'][severityOf(mark)]);
-      const element = make('i', { class: mark.kind, 'data-tone': tone, title: mark.text }, isStep ? mark.text : '');
-      element.style.left = place(mark);
-      if (isStep) element.style.width = `${100 * ((mark.end_s || this.length) - mark.time_s) / this.length}%`;
-      return element;
-    }));
+    $('replay-marks')
+        .replaceChildren(
+            ...marks.filter((mark) => mark.kind === 'step' || severityOf(mark) >= 1).map((mark) => {
+              const isStep = mark.kind === 'step';
+              const tone = isStep ?
+                  toneOf(word('step', mark.state ?? 0)) :
+                  toneOf(['info', 'notice', 'warning', 'error', 'fatal'][severityOf(mark)]);
+              const element = make(
+                  'i', {class: mark.kind, 'data-tone': tone, title: mark.text},
+                  isStep ? mark.text : '');
+              element.style.left = place(mark);
+              if (isStep)
+                element.style.width =
+                    `${100 * ((mark.end_s || this.length) - mark.time_s) / this.length}%`;
+              return element;
+            }));
   }
 
   /// What is at the pointer: the time, the step, an event near.
@@ -105,8 +141,15 @@ export class ReplayBar {
     const share = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
     const seconds = share * this.length;
     const near = 4 * this.length / box.width;
-    const found = (this.marks || []).filter((mark) => (mark.kind === 'step' ? mark.time_s <= seconds && seconds < (mark.end_s || this.length) : Math.abs(mark.time_s - seconds) < near));
-    setText($('replay-hint'), [position(seconds), ...found.slice(0, 3).map((mark) => mark.text)].join('  '));
-    Object.assign($('replay-hint').style, { display: 'block', left: `${8 + share * box.width}px` });
+    const found = (this.marks || [])
+                      .filter(
+                          (mark) =>
+                              (mark.kind === 'step' ?
+                                   mark.time_s <= seconds && seconds < (mark.end_s || this.length) :
+                                   Math.abs(mark.time_s - seconds) < near));
+    setText(
+        $('replay-hint'),
+        [position(seconds), ...found.slice(0, 3).map((mark) => mark.text)].join('  '));
+    Object.assign($('replay-hint').style, {display: 'block', left: `${8 + share * box.width}px`});
   }
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The live picture of the cell. Drawn when something has changed, at most once a frame of the screen.
+// The live picture of the cell. Drawn when something has changed, at most once a frame of the
+// screen.
 import * as THREE from '/lib/three/build/three.module.js';
-import { $, keepList, make, setText } from './dom.js';
-import { metres, percent } from './format.js';
-import { Bodies } from './scene_bodies.js';
-import { Cameras } from './scene_camera.js';
-import { SensorView } from './scene_sensor.js';
-import { cssColour, isDark, onTheme } from './theme.js';
+
+import {$, setText} from './dom.js';
+import {Bodies} from './scene_bodies.js';
+import {Cameras} from './scene_camera.js';
+import {SensorView} from './scene_sensor.js';
+import {drawLegend, drawNote} from './scene_words.js';
+import {cssColour, isDark, onTheme} from './theme.js';
 
 const views = ['cell', 'eye', 'top', 'side'];
 
@@ -14,7 +16,8 @@ class Scene {
   constructor(board, canvas) {
     this.board = board;
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: 'low-power' });
+    this.renderer =
+        new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'low-power'});
     this.renderer.autoClear = false;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.world = new THREE.Scene();
@@ -26,7 +29,8 @@ class Scene {
     this.bodies = new Bodies(this.world, () => this.invalidate());
     this.cameras = new Cameras(canvas, () => this.invalidate());
     this.sensor = new SensorView(this.bodies.frame('sensor'));
-    this.nearest = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineDashedMaterial({ dashSize: 0.06, gapSize: 0.04 }));
+    this.nearest = new THREE.Line(
+        new THREE.BufferGeometry(), new THREE.LineDashedMaterial({dashSize: 0.06, gapSize: 0.04}));
     this.nearest.frustumCulled = false;
     this.nearest.visible = false;
     this.grid = null;
@@ -51,30 +55,34 @@ class Scene {
   drawGrid() {
     if (this.grid) this.world.remove(this.grid);
     const box = (this.board.get('scene') || {}).box;
-    const size = box ? Math.ceil(Math.max(box.max[0] - box.min[0], box.max[1] - box.min[1]) / 2) * 2 : 12;
+    const size =
+        box ? Math.ceil(Math.max(box.max[0] - box.min[0], box.max[1] - box.min[1]) / 2) * 2 : 12;
     if (size > 100) return;
     const colour = new THREE.Color(cssColour('--grid'));
     this.grid = new THREE.GridHelper(size, size, colour, colour);
     this.grid.rotation.x = Math.PI / 2;
-    if (box) this.grid.position.set((box.min[0] + box.max[0]) / 2, (box.min[1] + box.max[1]) / 2, 0.002);
+    if (box)
+      this.grid.position.set((box.min[0] + box.max[0]) / 2, (box.min[1] + box.max[1]) / 2, 0.002);
     this.world.add(this.grid);
   }
 
   resize() {
-    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    const {clientWidth: width, clientHeight: height} = this.canvas.parentElement;
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
     this.cameras.shape(this.cameras.free, width, height);
     const insetWidth = Math.round(Math.min(300, 0.3 * width, 0.55 * height));
-    this.inset = { width: insetWidth, height: Math.round(0.8 * insetWidth) };
-    Object.assign($('inset-label').style, { width: `${this.inset.width}px`, height: `${this.inset.height}px` });
+    this.inset = {width: insetWidth, height: Math.round(0.8 * insetWidth)};
+    Object.assign(
+        $('inset-label').style, {width: `${this.inset.width}px`, height: `${this.inset.height}px`});
     this.makeRoom(width, height);
     this.cameras.fitted = 0;
     this.cameras.fit(this.subject());
     this.invalidate();
   }
 
-  /// The inset stands before the right end of the picture: what matters moves to the left by some of it.
+  /// The inset stands before the right end of the picture: what matters moves to the left by some
+  /// of it.
   makeRoom(width, height) {
     const shift = this.withInset && width > 380 ? 0.4 * this.inset.width : 0;
     this.cameras.free.setViewOffset(width, height, shift, 0, width, height);
@@ -83,13 +91,13 @@ class Scene {
   /// What a picture of the whole should hold: sensor and replica with their surroundings.
   subject() {
     const frames = this.board.get('frames') || {};
-    const { sensor } = frames;
+    const {sensor} = frames;
     const replica = frames.replica || frames.ghost;
     if (!sensor || !replica) return null;
     const from = new THREE.Vector3(...sensor), to = new THREE.Vector3(...replica);
     const centre = from.clone().add(to).multiplyScalar(0.5);
     centre.z -= 0.15 * Math.min(from.distanceTo(to), 3);
-    return { centre, radius: 0.5 * from.distanceTo(to) + 1.7 };
+    return {centre, radius: 0.5 * from.distanceTo(to) + 1.7};
   }
 
   distance() {
@@ -102,7 +110,8 @@ class Scene {
   takeFrames() {
     const frames = this.board.get('frames') || {};
     this.bodies.move(frames);
-    this.cameras.placeEye(this.bodies.frame('sensor'), (this.board.get('scene')?.lidar || {}).field_of_view_rad);
+    this.cameras.placeEye(
+        this.bodies.frame('sensor'), (this.board.get('scene')?.lidar || {}).field_of_view_rad);
     this.cameras.fit(this.subject());
     this.invalidate();
   }
@@ -116,7 +125,12 @@ class Scene {
 
   takeEstimate() {
     const scene = this.board.get('scene') || {};
-    this.sensor.showView({ ...scene.lidar, ...(this.board.get('lidar')?.field_of_view_rad?.[0] > 0 ? this.board.get('lidar') : {}) }, this.distance());
+    this.sensor.showView(
+        {
+          ...scene.lidar,
+          ...(this.board.get('lidar')?.field_of_view_rad?.[0] > 0 ? this.board.get('lidar') : {})
+        },
+        this.distance());
     this.sensor.showUncertainty(this.board.get('estimate'), this.distance());
     this.invalidate();
   }
@@ -133,7 +147,8 @@ class Scene {
 
   choose(view) {
     this.cameras.choose(view, this.subject());
-    for (const button of document.querySelectorAll('#scene-views [data-view]')) button.setAttribute('aria-pressed', button.dataset.view === view);
+    for (const button of document.querySelectorAll('#scene-views [data-view]'))
+      button.setAttribute('aria-pressed', button.dataset.view === view);
     this.invalidate();
   }
 
@@ -146,18 +161,22 @@ class Scene {
   invalidate() {
     if (this.asked) return;
     this.asked = true;
-    requestAnimationFrame(() => { this.asked = false; this.render(); });
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.render();
+    });
   }
 
   render() {
-    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    const { renderer, cameras } = this;
+    const {clientWidth: width, clientHeight: height} = this.canvas.parentElement;
+    const {renderer, cameras} = this;
     renderer.setViewport(0, 0, width, height);
     renderer.setScissorTest(false);
     renderer.clear();
     if (cameras.view === 'eye') cameras.shape(cameras.eye, width, height);
     renderer.render(this.world, cameras.current);
-    const inset = this.withInset && cameras.view !== 'eye' && width > 380 && this.bodies.frame('sensor').visible;
+    const inset = this.withInset && cameras.view !== 'eye' && width > 380 &&
+        this.bodies.frame('sensor').visible;
     $('inset-label').hidden = !inset;
     if (!inset) return;
     cameras.shape(cameras.eye, this.inset.width, this.inset.height);
@@ -172,53 +191,36 @@ class Scene {
   }
 }
 
-function drawLegend(board) {
-  const frames = board.get('frames') || {};
-  const bodies = (board.get('scene') || {}).bodies || [];
-  const items = [
-    ['replica (truth)', '#c9ae62', '', frames.replica], ['estimate', 'var(--first)', '', frames.ghost],
-    ['estimate of the second run', 'var(--second)', '', frames.ghost2], ['3\u03c3', 'var(--second)', 'ring', board.get('estimate')?.pose],
-    ['returns', 'var(--returns)', 'dots', board.list('returns').length], ['scan windows', 'var(--yellow)', 'line', board.get('scan')?.windows?.length],
-    ['field of view', 'var(--green)', 'line', frames.sensor], ['keep-out', 'var(--red)', '', bodies.some((body) => body.kind === 'keepout')],
-  ].filter((item) => item[3]);
-  keepList($('scene-legend'), items, (item) => item[0], ([text, colour, shape]) => {
-    const swatch = make('i', { class: `swatch ${shape}` });
-    swatch.style.color = colour;
-    return make('li', {}, swatch, make('span', {}, text));
-  }, () => {});
-}
-
-function drawNote(board, scene) {
-  const parts = [];
-  const scan = board.get('scan');
-  if (scan && scan.scan_id !== undefined) {
-    const count = Math.floor(board.list('returns').length / 3);
-    parts.push(`scan ${scan.scan_id}${scan.progress < 1 ? `, ${percent(scan.progress)}` : ''}, ${count} returns`);
-  }
-  const testbed = board.get('testbed');
-  if (testbed && testbed.clearance_m >= 0 && testbed.clearance_points) parts.push(`nearest ${metres(testbed.clearance_m, 2)}`);
-  if (scene && scene.sensor.ellipsoid.visible && scene.sensor.magnified > 1) parts.push(`3\u03c3 drawn ${scene.sensor.magnified} times as large`);
-  if (!board.get('frames')) parts.push('waiting for the arms');
-  setText($('scene-note'), parts.join('\n'));
-}
-
 /// Returns {choose(view), toggleInset()}.
 export function startScene(board) {
   let scene = null;
   try {
     scene = new Scene(board, $('scene-canvas'));
   } catch (error) {
-    setText($('scene-note'), 'This browser has no WebGL: the cell is not drawn, the numbers are all there.');
+    setText(
+        $('scene-note'),
+        'This browser has no WebGL: the cell is not drawn, the numbers are all there.');
     console.warn(error);
-    return { choose() {}, toggleInset() {} };
+    return {choose() {}, toggleInset() {}};
   }
-  board.view(['scene'], () => { scene.bodies.show(board.get('scene') || {}); scene.drawGrid(); });
+  board.view(['scene'], () => {
+    scene.bodies.show(board.get('scene') || {});
+    scene.drawGrid();
+  });
   board.view(['scene', 'frames'], () => scene.takeFrames());
   board.view(['scan', 'returns'], () => scene.takeScan());
   board.view(['estimate', 'scene', 'lidar'], () => scene.takeEstimate());
   board.view(['testbed'], () => scene.takeClearance());
-  board.view(['scene', 'frames', 'scan', 'returns', 'estimate', 'testbed'], () => { drawLegend(board); drawNote(board, scene); });
-  for (const button of document.querySelectorAll('#scene-views [data-view]')) button.addEventListener('click', () => scene.choose(button.dataset.view));
+  board.view(['scene', 'frames', 'scan', 'returns', 'estimate', 'testbed'], () => {
+    drawLegend(board);
+    drawNote(board, scene);
+  });
+  for (const button of document.querySelectorAll('#scene-views [data-view]'))
+    button.addEventListener('click', () => scene.choose(button.dataset.view));
   $('inset').addEventListener('click', () => scene.toggleInset());
-  return { choose: (index) => scene.choose(views[index]), toggleInset: () => scene.toggleInset(), scene };
+  return {
+    choose: (index) => scene.choose(views[index]),
+    toggleInset: () => scene.toggleInset(),
+    scene
+  };
 }

@@ -34,12 +34,31 @@ export class Bodies {
   }
 
   makeMaterials() {
-    const solid = (more = {}) => new THREE.MeshPhongMaterial({ flatShading: true, shininess: 12, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, ...more });
-    const glass = (opacity) => new THREE.MeshPhongMaterial({ flatShading: true, transparent: true, opacity, depthWrite: false, side: THREE.DoubleSide });
-    const line = (opacity) => new THREE.LineBasicMaterial({ transparent: true, opacity });
+    const solid = (more = {}) => new THREE.MeshPhongMaterial({
+      flatShading: true,
+      shininess: 12,
+      side: THREE.DoubleSide,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+      ...more
+    });
+    const glass = (opacity) => new THREE.MeshPhongMaterial(
+        {flatShading: true, transparent: true, opacity, depthWrite: false, side: THREE.DoubleSide});
+    const line = (opacity) => new THREE.LineBasicMaterial({transparent: true, opacity});
     return {
-      arm: solid(), sensor: solid(), replica: solid(), cell: solid(), keepout: glass(0.16), ghost: glass(0.3), ghost2: glass(0.3),
-      edges: line(0.35), keepoutEdges: line(0.9), ghostEdges: line(0.95), ghost2Edges: line(0.95), wallEdges: line(0.35),
+      arm: solid(),
+      sensor: solid(),
+      replica: solid(),
+      cell: solid(),
+      keepout: glass(0.16),
+      ghost: glass(0.3),
+      ghost2: glass(0.3),
+      edges: line(0.35),
+      keepoutEdges: line(0.9),
+      ghostEdges: line(0.95),
+      ghost2Edges: line(0.95),
+      wallEdges: line(0.35),
     };
   }
 
@@ -50,10 +69,14 @@ export class Bodies {
     set('sensor', dark ? '#3f8f80' : '#4aa593');
     set('replica', dark ? '#d9c48a' : '#d8bd70');
     set('cell', dark ? '#2c363f' : '#c6d0d9');
-    set('keepout', colour('--area-red')); set('keepoutEdges', colour('--red'));
-    set('ghost', colour('--first')); set('ghostEdges', colour('--first'));
-    set('ghost2', colour('--second')); set('ghost2Edges', colour('--second'));
-    set('edges', dark ? '#000' : '#36424d'); set('wallEdges', dark ? '#5c6a77' : '#8a97a3');
+    set('keepout', colour('--area-red'));
+    set('keepoutEdges', colour('--red'));
+    set('ghost', colour('--first'));
+    set('ghostEdges', colour('--first'));
+    set('ghost2', colour('--second'));
+    set('ghost2Edges', colour('--second'));
+    set('edges', dark ? '#000' : '#36424d');
+    set('wallEdges', dark ? '#5c6a77' : '#8a97a3');
   }
 
   frame(name) {
@@ -100,7 +123,8 @@ export class Bodies {
   }
 
   add(body, geometry) {
-    const triangles = (geometry.index ? geometry.index.count : geometry.attributes.position.count) / 3;
+    const triangles =
+        (geometry.index ? geometry.index.count : geometry.attributes.position.count) / 3;
     const edges = triangles <= edgesUpTo ? new THREE.EdgesGeometry(geometry, 25) : null;
     const put = (frame, material, edgeMaterial) => {
       const group = new THREE.Group();

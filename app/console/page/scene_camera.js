@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the cell is looked at from: whole cell, the sensor's eye, from above, from the side; and by hand.
+// Where the cell is looked at from: whole cell, the sensor's eye, from above, from the side; and by
+// hand.
 import * as THREE from '/lib/three/build/three.module.js';
-import { OrbitControls } from '/lib/three/examples/jsm/controls/OrbitControls.js';
+import {OrbitControls} from '/lib/three/examples/jsm/controls/OrbitControls.js';
 
-const directions = { cell: [-0.28, -1, 0.42], top: [0, -0.0005, 1], side: [0, -1, 0.0] };
+const directions = {
+  cell: [-0.28, -1, 0.42],
+  top: [0, -0.0005, 1],
+  side: [0, -1, 0.0]
+};
 
 export class Cameras {
   constructor(canvas, changed) {
@@ -15,13 +20,17 @@ export class Cameras {
     this.controls.screenSpacePanning = true;
     this.controls.maxPolarAngle = Math.PI * 0.98;
     this.controls.addEventListener('change', changed);
-    this.controls.addEventListener('start', () => { this.byHand = true; });
+    this.controls.addEventListener('start', () => {
+      this.byHand = true;
+    });
     this.view = 'cell';
     this.byHand = false;
     this.fitted = 0;
   }
 
-  get current() { return this.view === 'eye' ? this.eye : this.free; }
+  get current() {
+    return this.view === 'eye' ? this.eye : this.free;
+  }
 
   choose(view, subject) {
     this.view = view;
@@ -41,7 +50,10 @@ export class Cameras {
     const narrow = Math.min(1.8, Math.max(0.6, this.free.aspect));
     const distance = subject.radius * 1.2 / (Math.tan(this.free.fov * Math.PI / 360) * narrow);
     this.controls.target.copy(subject.centre);
-    this.free.position.set(...directions[this.view]).normalize().multiplyScalar(distance).add(subject.centre);
+    this.free.position.set(...directions[this.view])
+        .normalize()
+        .multiplyScalar(distance)
+        .add(subject.centre);
     this.free.near = distance / 200;
     this.free.far = distance * 30;
     this.free.updateProjectionMatrix();

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the LIDAR sees and looks at, in the sensor frame: field of view, scan windows, returns; and where
-// the estimate says the replica is, with its uncertainty.
+// What the LIDAR sees and looks at, in the sensor frame: field of view, scan windows, returns; and
+// where the estimate says the replica is, with its uncertainty.
 import * as THREE from '/lib/three/build/three.module.js';
 
 /// Azimuth to the right (+x), elevation up (-y), along the boresight +z.
-const direction = (azimuth, elevation) =>
-  new THREE.Vector3(Math.sin(azimuth) * Math.cos(elevation), -Math.sin(elevation), Math.cos(azimuth) * Math.cos(elevation));
+const direction = (azimuth, elevation) => new THREE.Vector3(
+    Math.sin(azimuth) * Math.cos(elevation), -Math.sin(elevation),
+    Math.cos(azimuth) * Math.cos(elevation));
 
 /// The rim of a window at a distance, as pairs of points for line segments.
-function rim({ azimuth_rad: azimuth, elevation_rad: elevation, width_rad: width, height_rad: height }, distance) {
+function rim(
+    {azimuth_rad: azimuth, elevation_rad: elevation, width_rad: width, height_rad: height},
+    distance) {
   const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]];
   const points = [];
   for (let side = 0; side < 4; ++side) {
@@ -16,7 +19,8 @@ function rim({ azimuth_rad: azimuth, elevation_rad: elevation, width_rad: width,
       for (const share of [i / 6, (i + 1) / 6]) {
         const across = corners[side][0] + share * (corners[side + 1][0] - corners[side][0]);
         const up = corners[side][1] + share * (corners[side + 1][1] - corners[side][1]);
-        points.push(direction(azimuth + across * width / 2, elevation + up * height / 2).multiplyScalar(distance));
+        points.push(direction(azimuth + across * width / 2, elevation + up * height / 2)
+                        .multiplyScalar(distance));
       }
     }
   }
@@ -24,14 +28,18 @@ function rim({ azimuth_rad: azimuth, elevation_rad: elevation, width_rad: width,
 }
 
 const lines = (opacity) => {
-  const object = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ transparent: true, opacity }));
+  const object = new THREE.LineSegments(
+      new THREE.BufferGeometry(), new THREE.LineBasicMaterial({transparent: true, opacity}));
   object.frustumCulled = false;
   return object;
 };
 
 class Returns {
   constructor(opacity) {
-    this.object = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ size: 2.5, sizeAttenuation: false, transparent: opacity < 1, opacity }));
+    this.object = new THREE.Points(
+        new THREE.BufferGeometry(),
+        new THREE.PointsMaterial(
+            {size: 2.5, sizeAttenuation: false, transparent: opacity < 1, opacity}));
     this.object.frustumCulled = false;
     this.object.visible = false;
     this.capacity = 0;
@@ -72,9 +80,13 @@ export class SensorView {
     this.points = new Returns(1);
     this.before = new Returns(0.4);
     this.scan = undefined;
-    this.ellipsoid = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), new THREE.MeshPhongMaterial({ transparent: true, opacity: 0.5, depthWrite: false, depthTest: false }));
+    this.ellipsoid = new THREE.Mesh(
+        new THREE.SphereBufferGeometry(1, 24, 16),
+        new THREE.MeshPhongMaterial(
+            {transparent: true, opacity: 0.5, depthWrite: false, depthTest: false}));
     this.ellipsoid.visible = false;
-    this.ellipsoid.renderOrder = 2;  // it stands in the middle of the replica, and is to be seen all the same
+    this.ellipsoid.renderOrder =
+        2;  // it stands in the middle of the replica, and is to be seen all the same
     this.magnified = 1;
     frame.add(this.view, this.windows, this.points.object, this.before.object, this.ellipsoid);
   }
@@ -82,7 +94,8 @@ export class SensorView {
   paint(colour) {
     this.view.material.color.set(colour('--green'));
     this.windows.material.color.set(colour('--yellow'));
-    for (const points of [this.points, this.before]) points.object.material.color.set(colour('--returns'));
+    for (const points of [this.points, this.before])
+      points.object.material.color.set(colour('--returns'));
     this.ellipsoid.material.color.set(colour('--second'));
   }
 
@@ -90,7 +103,7 @@ export class SensorView {
     const [width, height] = lidar.field_of_view_rad || [];
     this.view.visible = Boolean(width);
     if (!width) return;
-    const whole = { azimuth_rad: 0, elevation_rad: 0, width_rad: width, height_rad: height };
+    const whole = {azimuth_rad: 0, elevation_rad: 0, width_rad: width, height_rad: height};
     const far = Math.min(lidar.range_max_m || Infinity, 1.2 * distance);
     const near = Math.min(lidar.range_min_m || 0, 0.9 * far);
     const points = [...rim(whole, far)];
@@ -104,7 +117,8 @@ export class SensorView {
 
   showWindows(windows, distance) {
     this.windows.geometry.dispose();
-    this.windows.geometry = new THREE.BufferGeometry().setFromPoints(windows.flatMap((window) => rim(window, distance)));
+    this.windows.geometry = new THREE.BufferGeometry().setFromPoints(
+        windows.flatMap((window) => rim(window, distance)));
     this.windows.visible = windows.length > 0;
   }
 
@@ -116,15 +130,21 @@ export class SensorView {
     this.points.show(returns);
   }
 
-  /// Three sigma of the position, magnified where it would be too small to be seen: by 1, 2, 5, 10 ...
+  /// Three sigma of the position, magnified where it would be too small to be seen: by 1, 2, 5, 10
+  /// ...
   showUncertainty(estimate, distance) {
     const ellipsoid = estimate && estimate.ellipsoid;
-    const radii = ellipsoid ? ellipsoid.radii_m : estimate && estimate.sigma && estimate.sigma.slice(0, 3);
+    const radii =
+        ellipsoid ? ellipsoid.radii_m : estimate && estimate.sigma && estimate.sigma.slice(0, 3);
     this.ellipsoid.visible = Boolean(radii && estimate.pose && radii.every(Number.isFinite));
     if (!this.ellipsoid.visible) return;
     const wanted = 0.045 * distance / (3 * Math.max(...radii, 1e-9));
     const decade = 10 ** Math.floor(Math.log10(Math.max(wanted, 1)));
-    this.magnified = wanted <= 1 ? 1 : decade * (wanted / decade >= 5 ? 5 : wanted / decade >= 2 ? 2 : 1);
+    this.magnified = wanted <= 1 ? 1 :
+                                   decade *
+            (wanted / decade >= 5     ? 5 :
+                 wanted / decade >= 2 ? 2 :
+                                        1);
     this.ellipsoid.position.set(...estimate.pose.slice(0, 3));
     const q = (ellipsoid && ellipsoid.q) || [1, 0, 0, 0];
     this.ellipsoid.quaternion.set(q[1], q[2], q[3], q[0]);

@@ -3,7 +3,13 @@
 
 const wish = matchMedia('(prefers-color-scheme: dark)');
 const listeners = [];
-const chosen = () => { try { return localStorage.getItem('berth-theme'); } catch { return null; } };
+const chosen = () => {
+  try {
+    return localStorage.getItem('berth-theme');
+  } catch {
+    return null;
+  }
+};
 
 function apply() {
   document.documentElement.dataset.theme = chosen() || (wish.matches ? 'dark' : 'light');
@@ -11,11 +17,15 @@ function apply() {
 }
 
 export const isDark = () => document.documentElement.dataset.theme === 'dark';
-export const cssColour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const cssColour = (name) =>
+    getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const onTheme = (listener) => listeners.push(listener);
 
 export function switchTheme() {
-  try { localStorage.setItem('berth-theme', isDark() ? 'light' : 'dark'); } catch { /* private window: for now only */ }
+  try {
+    localStorage.setItem('berth-theme', isDark() ? 'light' : 'dark');
+  } catch { /* private window: for now only */
+  }
   apply();
 }
 

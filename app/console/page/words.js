@@ -25,4 +25,6 @@ export function word(table, value) {
 
 export const spaced = (text) => String(text ?? '').replace(/[_-]/g, ' ');
 export const severityOf = (event) =>
-  (typeof event.severity === 'number' ? event.severity : Math.max(0, tables.severity.indexOf(word('severity', event.severity))));
+    (typeof event.severity === 'number' ?
+         event.severity :
+         Math.max(0, tables.severity.indexOf(word('severity', event.severity))));
