@@ -49,8 +49,9 @@ bool TestbedNode::on_lease_command(const testbed_command_t& command) {
       break;
     }
     case testbed_command_t::KEEP_LEASE:
-      lease_.keep(command.commander, now());
-      return true;  // at 2 Hz: not worth a state message of its own
+      if (lease_.keep(command.commander, now())) set_override(command.speed_override);
+      publish_state(true);
+      return true;
     case testbed_command_t::RELEASE_LEASE:
       if (lease_.release(command.commander, now())) {
         event(event_t::INFO, "lease-released", "nobody commands the testbed");
@@ -132,13 +133,20 @@ std::string TestbedNode::resume(const testbed_command_t& command) {
     rejoining_ = false;
   }
   if (mode_ == Mode::starting) start_begun_ = now();
-  if (command.speed_override > 0) override_ = std::min(command.speed_override, 1.0);
+  set_override(command.speed_override);
   held_ = false;
   hold_reason_.clear();
   guidance_.set_held(false);
-  guidance_.set_override(override_);
   event(event_t::NOTICE, "resume", "resumed by '" + command.commander + "'");
   return "";
+}
+
+/// Of the motion under way and of what is resumed: the arms come to the new speed smoothly, on the
+/// same path. 0: as it is.
+void TestbedNode::set_override(double override) {
+  if (!(override > 0)) return;
+  override_ = std::min(override, 1.0);
+  guidance_.set_override(override_);
 }
 
 std::string TestbedNode::begin_motion(const testbed_command_t& command) {
@@ -151,7 +159,7 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   Task task;
   task.seq = command.seq;
   task.mode = is_closed_loop(command) ? Mode::closed_loop : Mode::moving;
-  override_ = command.speed_override > 0 ? std::min(command.speed_override, 1.0) : 1.0;
+  set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   const ArmPair start = reference_joints();
   const auto result = commands_.plan(command, start, now(), guidance_);
   if (const auto* refusal = std::get_if<std::string>(&result)) return *refusal;
@@ -160,7 +168,6 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   task.allocation = std::make_shared<const ArmAllocation>(
       cell_, plan.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
   if (task.mode == Mode::closed_loop) {
-    guidance_.set_override(override_);
     event(event_t::INFO, "closed-loop",
           "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
@@ -194,7 +201,7 @@ std::string TestbedNode::retreat(const testbed_command_t& command) {
                                                        limits.acceleration,
                                                        4 * limits.acceleration / limits.rise_time);
   if (const auto refusal = check_.check(*task.motion, start)) return refusal->text;
-  override_ = command.speed_override > 0 ? std::min(command.speed_override, 1.0) : 1.0;
+  set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   start_task(std::move(task));
   return "";
 }

@@ -485,7 +485,7 @@ testbed_state_t TestbedNode::current_state() const {
 void TestbedNode::publish_state(bool if_changed) {
   testbed_state_t state = current_state();
   if (if_changed && state.state == published_.state &&
-      state.lease_holder == published_.lease_holder &&
+      state.lease_holder == published_.lease_holder && override_ == published_.speed_override &&
       state.command_seq == published_.command_seq &&
       state.finished_seq == published_.finished_seq &&
       state.refused_seq == published_.refused_seq) {
@@ -494,7 +494,7 @@ void TestbedNode::publish_state(bool if_changed) {
   state.seq = ++state_seq_;
   if (mode_ == Mode::closed_loop) {
     state.progress = guidance_.progress();
-    state.remaining_s = guidance_.remaining();
+    state.remaining_s = guidance_.remaining() / override_;
   } else if (task_.motion && task_.motion->duration() > 0) {
     state.progress = task_.time / task_.motion->duration();
     state.remaining_s = (task_.motion->duration() - task_.time) / override_;

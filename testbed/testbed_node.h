@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "common/bus/node.h"
+#include "common/core/lease.h"
 #include "common/core/run_setup.h"
 #include "testbed/command_planner.h"
-#include "testbed/lease.h"
 
 namespace berth {
 
@@ -31,7 +31,7 @@ namespace berth {
 /// - E-stop, fence, a controller that faults, stops or does not follow: ARM_COMMAND HOLD at once.
 ///   RESUME starts the arms again, brings them back to the path and goes on.
 /// HOLD and STOP are obeyed from anybody of the session; everything else only from the lease
-/// holder.
+/// holder, whose KEEP_LEASE may also change the speed override of the motion under way.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, Cell cell, testbed::Settings settings, std::string calibration_hash,
@@ -66,6 +66,7 @@ class TestbedNode final : public Node {
   std::string begin_motion(const testbed_command_t& command);
   std::string retreat(const testbed_command_t& command);
   std::string resume(const testbed_command_t& command);
+  void set_override(double override);
   void start_task(Task task);
   void accept(const testbed_command_t& command);
   void refuse(const testbed_command_t& command, const std::string& reason);
@@ -101,7 +102,7 @@ class TestbedNode final : public Node {
   testbed::GroundTruth truth_;
   testbed::Guidance guidance_;
   testbed::SafetySupervisor safety_;
-  testbed::Lease lease_;
+  Lease lease_;
   testbed::TimeScale scale_;
   Verdict verdict_;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
 #include <berth/event_t.hpp>
+#include <berth/operator_control_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <cstdio>
 #include <map>
@@ -15,6 +16,8 @@
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
+#include "procedures/engine/operator_control.h"
+#include "procedures/engine/operator_words.h"
 
 namespace berth::commands {
 namespace {
@@ -23,7 +26,7 @@ using State = procedure_state_t;
 
 struct Verb {
   std::int8_t command;
-  std::size_t arguments;
+  std::vector<std::string> arguments;
   /// Whether the engine has obeyed, by its state before and now.
   bool (*obeyed)(const State& before, const State& now, const procedure_command_t& command);
 };
@@ -49,6 +52,9 @@ bool tried_again(const State& before, const State& now, const procedure_command_
   return was != nullptr && is != nullptr && is->attempts > was->attempts;
 }
 
+/// Of what the procedure's state does not show: it was heard, and not refused.
+bool heard(const State&, const State&, const procedure_command_t&) { return true; }
+
 bool answered(const State&, const State& now, const procedure_command_t& command) {
   return now.state != State::PROMPTING || now.prompt_id != command.prompt_id;
 }
@@ -56,23 +62,26 @@ bool answered(const State&, const State& now, const procedure_command_t& command
 const std::map<std::string, Verb>& verbs() {
   static const std::map<std::string, Verb> table{
       {"hold",
-       {procedure_command_t::HOLD, 0,
+       {procedure_command_t::HOLD,
+        {},
         [](const State&, const State& now, const procedure_command_t&) {
           return now.state == State::HELD;
         }}},
-      {"resume", {procedure_command_t::RESUME, 0, went_on}},
-      // of a step under way nothing is seen but that it was heard
-      {"step",
-       {procedure_command_t::STEP, 0,
-        [](const State&, const State&, const procedure_command_t&) { return true; }}},
-      {"skip", {procedure_command_t::SKIP, 0, skipped}},
-      {"retry", {procedure_command_t::RETRY, 0, tried_again}},
+      {"resume", {procedure_command_t::RESUME, {}, went_on}},
+      {"step", {procedure_command_t::STEP, {}, heard}},
+      {"skip", {procedure_command_t::SKIP, {}, skipped}},
+      {"retry", {procedure_command_t::RETRY, {}, tried_again}},
       {"abort",
-       {procedure_command_t::ABORT, 0,
+       {procedure_command_t::ABORT,
+        {},
         [](const State&, const State& now, const procedure_command_t&) {
           return now.state == State::TEARDOWN || now.state == State::FINISHED;
         }}},
-      {"answer", {procedure_command_t::ANSWER, 2, answered}},
+      {"answer", {procedure_command_t::ANSWER, {"ID", "TEXT"}, answered}},
+      {"speed", {procedure_command_t::SPEED, {"PERCENT"}, heard}},
+      {"lamps", {procedure_command_t::LAMPS, {"LAMPS"}, heard}},
+      {"take", {procedure_command_t::TAKE_CONTROL, {}, heard}},
+      {"release", {procedure_command_t::RELEASE_CONTROL, {}, heard}},
   };
   return table;
 }
@@ -80,24 +89,42 @@ const std::map<std::string, Verb>& verbs() {
 struct Options {
   std::vector<std::string> words;
   std::string reason;
+  std::string name;
+  bool over = false;
+  bool hold_when_lost = false;
   double timeout = 10;
 };
 
-/// Sends the command once the run's state is known, and watches whether it is obeyed.
+/// What a TAKE_CONTROL says.
+std::string control_words(const Options& options) {
+  std::string words = options.over ? procedures::take_over_word : "";
+  if (!options.hold_when_lost) return words;
+  return words + (words.empty() ? "" : ", ") + procedures::hold_when_lost_word;
+}
+
+/// Sends the command once the run's state is known, and watches whether it is obeyed. Control, once
+/// taken, is kept until it is given back, taken over, or the procedure or this process ends.
 class Errand {
  public:
-  Errand(const ActiveRun& run, const Verb& verb, procedure_command_t command, double timeout)
+  Errand(const ActiveRun& run, const Verb& verb, procedure_command_t command,
+         const Options& options)
       : files_(RunFiles::open(run.directory)),
         loop_(clock_offset_now()),
         bus_(run.url, loop_),
-        link_(bus_, loop_, files_.setup.session),
+        link_(bus_, loop_, files_.setup.session,
+              options.name.empty() ? OperatorLink::operator_name() : options.name),
         verb_(verb),
         command_(std::move(command)) {
     bus_.subscribe<State>(channels::procedure_state, Queue::fifo(),
                           [this](const State& state) { take(state); });
     bus_.subscribe<event_t>(channels::event, Queue::fifo(),
                             [this](const event_t& event) { take(event); });
-    loop_.after(utime_from_seconds(timeout), [this] {
+    bus_.subscribe<operator_control_t>(
+        channels::operator_control, Queue::fifo(),
+        [this](const operator_control_t& control) { take(control); });
+    loop_.on_signals([this](int) { give_back(); });
+    loop_.after(utime_from_seconds(options.timeout), [this] {
+      if (keeps_control_) return;
       end(!now_    ? "the procedure is not heard"
           : heard_ ? "it was not obeyed in time"
                    : "no answer");
@@ -114,6 +141,7 @@ class Errand {
  private:
   void take(const State& state) {
     if (state.session != files_.setup.session) return;
+    if (state.state == State::FINISHED && keeps_control_) return loop_.stop();
     if (state.state == State::FINISHED && !now_) return end("the procedure has finished");
     now_ = state;
     if (before_) return look();
@@ -124,6 +152,30 @@ class Errand {
       command_.prompt_id = state.prompt_id;  // named by its step
     }
     link_.send(command_);
+  }
+
+  void take(const operator_control_t& control) {
+    if (control.session != files_.setup.session) return;
+    const bool ours = control.holder == link_.name();
+    if (keeps_control_ && !ours) {
+      std::printf("%s\n", control.holder.empty()
+                              ? "control was given back"
+                              : (control.holder + " has taken control over").c_str());
+      loop_.stop();
+    } else if (ours && !keeps_control_ && command_.command == procedure_command_t::TAKE_CONTROL) {
+      keeps_control_ = true;
+      std::printf("%s has control; Ctrl-C gives it back\n", link_.name().c_str());
+      std::fflush(stdout);
+      loop_.every(500 * millisecond, [this] { link_.keep_control(); });
+    }
+  }
+
+  void give_back() {
+    if (!keeps_control_) return end("interrupted");
+    procedure_command_t release{};
+    release.command = procedure_command_t::RELEASE_CONTROL;
+    link_.send(release);  // the answer is that control is no longer ours
+    loop_.after(second, [this] { loop_.stop(); });
   }
 
   /// The engine says what it was asked for, and then what it has against it.
@@ -143,7 +195,8 @@ class Errand {
   }
 
   void look() {
-    if (may_be_obeyed_ && verb_.obeyed(*before_, *now_, command_)) loop_.stop();
+    const bool lasts = command_.command == procedure_command_t::TAKE_CONTROL;
+    if (may_be_obeyed_ && !lasts && verb_.obeyed(*before_, *now_, command_)) loop_.stop();
   }
 
   void end(const std::string& failure) {
@@ -164,6 +217,7 @@ class Errand {
   bool heard_ = false;          // by the engine
   bool last_is_ours_ = false;   // of the commands that it heard
   bool may_be_obeyed_ = false;  // no refusal came at once
+  bool keeps_control_ = false;
   std::string failure_;
 };
 
@@ -181,9 +235,12 @@ int command(const Options& options) {
     throw InputError("command: found '" + (words.empty() ? directory.string() : words.front()) +
                      "', expected one of: " + known);
   }
-  if (words.size() != 1 + verb->second.arguments) {
+  const auto& arguments = verb->second.arguments;
+  if (words.size() != 1 + arguments.size()) {
+    std::string expected;
+    for (const auto& name : arguments) expected += (expected.empty() ? "" : " and ") + name;
     throw InputError("command " + verb->first + ": expected " +
-                     (verb->second.arguments == 0 ? "nothing behind it" : "ID and TEXT behind it"));
+                     (expected.empty() ? "nothing" : expected) + " behind it");
   }
   procedure_command_t request{};
   request.command = verb->second.command;
@@ -195,8 +252,14 @@ int command(const Options& options) {
     request.prompt_id = words[1];
     request.text = words[2];
   }
+  if (request.command == procedure_command_t::SPEED) {
+    request.text = words[1];
+    procedures::speed_override_of(request.text);  // wrong words need not travel
+  }
+  if (request.command == procedure_command_t::LAMPS) request.text = words[1];
+  if (request.command == procedure_command_t::TAKE_CONTROL) request.text = control_words(options);
   const std::string failure =
-      Errand(require_active_run(directory), verb->second, request, options.timeout).run();
+      Errand(require_active_run(directory), verb->second, request, options).run();
   if (failure.empty()) return exit_code::passed;
   std::fprintf(stderr, "berth: %s: %s\n", verb->first.c_str(), failure.c_str());
   return exit_code::error;
@@ -208,13 +271,22 @@ void add_command(CLI::App& app, int& exit_code) {
   auto* sub = app.add_subcommand(
       "command",
       "Ask something of a running procedure: [RUN] hold | resume | step | skip | retry | abort |\n"
-      "answer ID TEXT. Exit code 0 when it was obeyed, 2 when not.");
+      "answer ID TEXT | speed '60 %' | lamps 'sun: 80 %, albedo: 10 %' | take | release.\n"
+      "take keeps control, so that nobody else steers, until Ctrl-C, release, or the end.\n"
+      "Exit code 0 when it was obeyed, 2 when not.");
   auto options = std::make_shared<Options>();
   sub->add_option("words", options->words,
                   "Run directory (the newest run when left out), and what is asked")
       ->required()
       ->type_name("[RUN] VERB");
   sub->add_option("--reason", options->reason, "Why: needed for skip; kept in the log");
+  sub->add_option(
+      "--as", options->name,
+      "Who asks; several commands of one name are one operator's. Default: the user and "
+      "the process");
+  sub->add_flag("--over", options->over, "take: from whoever has control");
+  sub->add_flag("--hold-when-lost", options->hold_when_lost,
+                "take: the procedure is held when control is no longer kept");
   sub->add_option("--timeout", options->timeout, "Seconds in which it must be obeyed")
       ->capture_default_str();
   sub->callback([options, &exit_code] { exit_code = command(*options); });

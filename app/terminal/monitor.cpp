@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <type_traits>
 
 #include "app/exit_code.h"
 #include "app/hosts/child_process.h"
@@ -51,7 +50,8 @@ class Monitor {
       : run_(run),
         files_(files),
         loop_(clock_offset_now()),
-        keys_([this](const procedure_command_t& command) { link_.send(command); }, observing) {
+        keys_([this](const procedure_command_t& command) { link_.send(command); }, observing,
+              link_.name()) {
     loop_.on_signals([this, observing](int) {
       if (observing) return leave();
       view_.clear_panel();
@@ -61,11 +61,15 @@ class Monitor {
     show<pose_estimate_t>(channels::pose_estimate);
     show<ground_truth_t>(channels::ground_truth);
     show<testbed_state_t>(channels::testbed_state);
+    show<operator_control_t>(channels::operator_control);
     show<event_t>(channels::event);
     if (files.has_procedure && raw_.active()) {
       loop_.watch(STDIN_FILENO, [this] { read_keys(); });
     }
     loop_.every(200 * millisecond, [this] { refresh(false); });
+    loop_.every(500 * millisecond, [this] {
+      if (keys_.has_control()) link_.keep_control();
+    });
   }
 
   /// Until the process behind the descriptor ends or the operator leaves.
@@ -88,7 +92,7 @@ class Monitor {
     bus_.subscribe<Message>(channel, Queue::fifo(), [this](const Message& message) {
       if (message.session != files_.setup.session) return;
       view_.on(message);
-      if constexpr (std::is_same_v<Message, procedure_state_t>) keys_.on(message);
+      if constexpr (requires { keys_.on(message); }) keys_.on(message);
     });
   }
 
@@ -110,6 +114,11 @@ class Monitor {
   }
 
   void leave() {
+    if (keys_.has_control()) {
+      procedure_command_t command{};
+      command.command = procedure_command_t::RELEASE_CONTROL;
+      link_.send(command);
+    }
     left_ = true;
     loop_.stop();
   }
@@ -119,7 +128,7 @@ class Monitor {
   ProcessLoop loop_;
   LcmBus bus_{run_.url, loop_};
   OperatorLink link_{bus_, loop_, files_.setup.session};
-  terminal::OperatorKeys keys_;
+  terminal::OperatorKeys keys_;  // named by the link: after it
   terminal::TerminalView view_;
   terminal::RawTerminal raw_;
   int interrupts_ = 0;

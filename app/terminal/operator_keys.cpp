@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <utility>
 
 #include "app/terminal/panel.h"
+#include "common/core/text.h"
 
 namespace berth::terminal {
 namespace {
@@ -32,6 +35,11 @@ constexpr Key keys[] = {
     {'a', procedure_command_t::ABORT, "abort",
      "at once, then the teardown; again: hurries the teardown"},
 };
+
+constexpr char control_key = 'c';
+constexpr char faster_key = '+';
+constexpr char slower_key = '-';
+constexpr double speed_step = 0.1;
 
 bool begins_with(const std::string& text, const std::string& start) {
   return start.size() <= text.size() &&
@@ -82,6 +90,10 @@ void OperatorKeys::type_command(char key) {
   } else if (key == 's') {
     mode_ = Mode::reason;
     text_.clear();
+  } else if (key == control_key) {
+    take_or_release_control();
+  } else if (key == faster_key || key == slower_key) {
+    change_speed(key == faster_key ? speed_step : -speed_step);
   } else {
     for (const Key& known : keys) {
       if (known.key != key) continue;
@@ -89,6 +101,32 @@ void OperatorKeys::type_command(char key) {
       remark_ = std::string(known.name) + " asked for";
     }
   }
+}
+
+void OperatorKeys::take_or_release_control() {
+  const std::string asked_over = std::exchange(asked_over_, "");
+  if (has_control()) {
+    send(procedure_command_t::RELEASE_CONTROL);
+    remark_ = "control given back";
+  } else if (holder_.empty()) {
+    send(procedure_command_t::TAKE_CONTROL);
+    remark_ = "control asked for";
+  } else if (asked_over == holder_) {
+    send(procedure_command_t::TAKE_CONTROL, "take over");
+    remark_ = "control of " + holder_ + " asked for";
+  } else {
+    asked_over_ = holder_;
+    remark_ = holder_ + " has control: once more takes it over";
+  }
+}
+
+void OperatorKeys::change_speed(double by) {
+  const double speed =
+      std::clamp(speed_step * std::round((speed_ + by) / speed_step), speed_step, 1.0);
+  const std::string percent = fixed(100 * speed, 0) + " %";
+  send(procedure_command_t::SPEED, percent);
+  speed_ = speed;
+  remark_ = "speed " + percent + " asked for";
 }
 
 void OperatorKeys::type_text(char key) {
@@ -158,6 +196,12 @@ std::vector<Line> OperatorKeys::lines() const {
         lines.push_back(Line("  ").add(std::string(1, key.key), Style::strong));
         lines.back().tab(6).add(key.name).tab(15).add(key.help, Style::faint);
       }
+      lines.push_back(Line("  + -", Style::strong));
+      lines.back().tab(6).add("speed").tab(15).add("of all motion, by 10 %; the path stays",
+                                                   Style::faint);
+      lines.push_back(Line("  c", Style::strong));
+      lines.back().tab(6).add("control").tab(15).add(
+          "taken, so that only this terminal steers; again: given back", Style::faint);
       lines.push_back(Line("  Ctrl-C", Style::strong));
       lines.back().tab(15).add("aborts, too; again: ends every process at once", Style::faint);
     }
@@ -179,6 +223,8 @@ std::vector<Line> OperatorKeys::lines() const {
         line.add(" ").add(std::string(1, key.key), Style::strong);
         line.add(" " + std::string(key.name) + " ", Style::faint);
       }
+      line.add(" ").add("+ -", Style::strong).add(" speed ", Style::faint);
+      line.add(" ").add("c", Style::strong).add(" control ", Style::faint);
       if (prompting()) line.add(" ").add("Enter", Style::strong).add(" answer ", Style::faint);
     }
     line.add(" ").add("q", Style::strong).add(" leave ", Style::faint);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/operator_control_t.hpp>
 #include <berth/procedure_command_t.hpp>
 #include <berth/procedure_state_t.hpp>
+#include <berth/testbed_state_t.hpp>
 #include <functional>
 #include <optional>
 #include <string>
@@ -20,13 +22,18 @@ class OperatorKeys {
   /// Command, prompt id and text are filled in.
   using Send = std::function<void(const procedure_command_t& command)>;
 
-  /// observing: nothing is sent; only help and leaving.
-  OperatorKeys(Send send, bool observing) : send_(std::move(send)), observing_(observing) {}
+  /// observing: nothing is sent; only help and leaving. name: whose keys these are, to the engine.
+  OperatorKeys(Send send, bool observing, std::string name = "")
+      : send_(std::move(send)), observing_(observing), name_(std::move(name)) {}
 
   void on(const procedure_state_t& state);
+  void on(const operator_control_t& control) { holder_ = control.holder; }
+  void on(const testbed_state_t& state) { speed_ = state.speed_override; }
   void type(char key);
   /// Whether the operator wants to leave; the procedure goes on.
   bool leaves() const { return leaves_; }
+  /// Whether control is his, and has to be kept.
+  bool has_control() const { return !name_.empty() && holder_ == name_; }
   /// What is being typed, and what can be.
   std::vector<Line> lines() const;
 
@@ -35,6 +42,8 @@ class OperatorKeys {
 
   void type_command(char key);
   void type_text(char key);
+  void take_or_release_control();
+  void change_speed(double by);
   void finish_text();
   void send(std::int8_t command, const std::string& text = "");
   bool prompting() const { return state_ && state_->state == procedure_state_t::PROMPTING; }
@@ -43,6 +52,10 @@ class OperatorKeys {
 
   Send send_;
   bool observing_;
+  std::string name_;
+  std::string holder_;
+  double speed_ = 1;
+  std::string asked_over_;  // who has control, when he was told so
   std::optional<procedure_state_t> state_;
   Mode mode_ = Mode::keys;
   std::string text_;

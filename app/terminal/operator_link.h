@@ -13,14 +13,22 @@ namespace berth {
 /// a lost datagram does not lose it. The engine obeys it once.
 class OperatorLink {
  public:
-  OperatorLink(Bus& bus, Loop& loop, std::int64_t session);
+  /// name: who asks; the engine tells operators apart by it.
+  OperatorLink(Bus& bus, Loop& loop, std::int64_t session, std::string name = operator_name());
 
   /// Command, prompt id and text are the caller's; the rest is filled in.
   void send(procedure_command_t command);
+  /// Once: it is to be called twice a second by whoever has taken control.
+  void keep_control();
   /// Who asks, as the engine says it.
   const std::string& name() const { return name_; }
 
+  /// Of the one at this terminal: the user and the process.
+  static std::string operator_name();
+
  private:
+  void complete(procedure_command_t& command);
+
   Bus& bus_;
   Loop& loop_;
   std::int64_t session_;

@@ -141,6 +141,7 @@ void Progress::on(const event_t& message) {
 std::vector<Line> Progress::panel() const {
   if (!state_) return {Line("waiting for the procedure", Style::faint)};
   std::vector<Line> lines = terminal::panel(*state_);
+  if (!holder_.empty()) lines.push_back(Line("  " + holder_ + " has control", Style::warning));
   const std::string estimate = status();
   if (!estimate.empty()) lines.push_back(Line("  ").add(estimate));
   return lines;
@@ -163,6 +164,9 @@ std::string Progress::status() const {
   }
   if (testbed_ && testbed_->clearance_m >= 0) {
     line += (line.empty() ? "" : " | ") + format("clearance %.2f m", testbed_->clearance_m);
+  }
+  if (testbed_ && testbed_->speed_override > 0 && testbed_->speed_override < 1) {
+    line += (line.empty() ? "" : " | ") + format("speed %.0f %%", 100 * testbed_->speed_override);
   }
   return line;
 }

@@ -3,6 +3,7 @@
 
 #include <berth/event_t.hpp>
 #include <berth/ground_truth_t.hpp>
+#include <berth/operator_control_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <berth/testbed_state_t.hpp>
@@ -32,6 +33,7 @@ class Progress {
   void on(const pose_estimate_t& message);
   void on(const ground_truth_t& message);
   void on(const testbed_state_t& message) { testbed_ = message; }
+  void on(const operator_control_t& message) { holder_ = message.holder; }
   /// Warnings and worse are printed, and what the procedure was asked for.
   void on(const event_t& message);
 
@@ -54,6 +56,7 @@ class Progress {
   bool with_panel_;
   std::optional<procedure_state_t> state_;
   std::string waiting_for_;
+  std::string holder_;  // of control; empty: nobody
   std::optional<testbed_state_t> testbed_;
   std::optional<pose_estimate_t> estimate_;
   logs::TruthTrack truth_;  // of the last seconds

@@ -52,17 +52,18 @@ struct LcmBus::Impl {
   struct Subscription {
     Impl* impl;
     Queue queue;
-    RawHandler handler;
+    LcmBus::AnyHandler handler;
     std::size_t waiting = 0;            // entries in the inbox
     std::vector<std::uint8_t> mailbox;  // of a latest-value subscription
 
-    void on_message(const lcm::ReceiveBuffer* buffer, const std::string&) {
-      impl->enqueue(*this, buffer);
+    void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+      impl->enqueue(*this, channel, buffer);
     }
   };
 
   struct Entry {
     Subscription* subscription;
+    std::string channel;
     std::vector<std::uint8_t> bytes;  // empty for a mailbox
   };
 
@@ -74,7 +75,8 @@ struct LcmBus::Impl {
   }
 
   /// In the receive thread: only takes the bytes in.
-  void enqueue(Subscription& subscription, const lcm::ReceiveBuffer* buffer) {
+  void enqueue(Subscription& subscription, const std::string& channel,
+               const lcm::ReceiveBuffer* buffer) {
     const auto* data = static_cast<const std::uint8_t*>(buffer->data);
     const auto* end = data + buffer->data_size;
     const std::lock_guard lock(mutex);
@@ -85,13 +87,13 @@ struct LcmBus::Impl {
         ++superseded;
         return;
       }
-      inbox.push_back({&subscription, {}});
+      inbox.push_back({&subscription, channel, {}});
     } else {
       if (subscription.waiting >= subscription.queue.capacity) {
         ++overflowed;
         return;
       }
-      inbox.push_back({&subscription, {data, end}});
+      inbox.push_back({&subscription, channel, {data, end}});
     }
     ++subscription.waiting;
     if (!drain_pending) {
@@ -116,7 +118,7 @@ struct LcmBus::Impl {
         --entry.subscription->waiting;
         if (entry.subscription->queue.capacity == 0) entry.bytes = entry.subscription->mailbox;
       }
-      entry.subscription->handler(entry.bytes);
+      entry.subscription->handler(entry.channel, entry.bytes);
     }
   }
 
@@ -153,9 +155,19 @@ void LcmBus::send(const std::string& channel, Bytes bytes) {
 }
 
 void LcmBus::receive(const std::string& channel, Queue queue, RawHandler handler) {
+  subscribe_pattern(
+      channel, queue,
+      [handler = std::move(handler)](const std::string&, Bytes bytes) { handler(bytes); });
+}
+
+void LcmBus::subscribe_all(Queue queue, AnyHandler handler) {
+  subscribe_pattern(".*", queue, std::move(handler));
+}
+
+void LcmBus::subscribe_pattern(const std::string& pattern, Queue queue, AnyHandler handler) {
   auto& subscription = impl_->subscriptions.emplace_back(
       Impl::Subscription{impl_.get(), queue, std::move(handler), 0, {}});
-  impl_->lcm.subscribe(channel, &Impl::Subscription::on_message, &subscription)
+  impl_->lcm.subscribe(pattern, &Impl::Subscription::on_message, &subscription)
       ->setQueueCapacity(1000);
 }
 

@@ -25,6 +25,9 @@ class LcmBus final : public Bus {
   ~LcmBus() override;
 
   void start();
+  /// Every message of every channel, undecoded: for who shows them all.
+  using AnyHandler = std::function<void(const std::string& channel, Bytes)>;
+  void subscribe_all(Queue queue, AnyHandler handler);
   BusCounters counters() const override;
 
  protected:
@@ -32,6 +35,8 @@ class LcmBus final : public Bus {
   void receive(const std::string& channel, Queue queue, RawHandler handler) override;
 
  private:
+  void subscribe_pattern(const std::string& pattern, Queue queue, AnyHandler handler);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -77,6 +77,13 @@ procedure_state_t Engine::snapshot(Utime now) {
   return shortened(state_);
 }
 
+operator_control_t Engine::control(Utime now) {
+  operator_control_t control = control_.state(now);
+  control.seq = ++control_seq_;
+  control.session = options_.commander.session;
+  return control;
+}
+
 void Engine::enter(Stage stage, Utime now) {
   stage_ = stage;
   stage_start_ = now;
@@ -152,6 +159,7 @@ void Engine::tick(Utime now) {
   bench_.estimator.tick(now);
   bench_.facility.tick(now);
   bench_.injections.tick(now);
+  watch_control(now);
   if (in_preparation()) look_at_preconditions(false);
   switch (stage_) {
     case Stage::nodes:

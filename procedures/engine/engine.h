@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/operator_control_t.hpp>
 #include <berth/procedure_command_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <functional>
@@ -13,6 +14,7 @@
 #include "logs/run/run_record.h"
 #include "procedures/engine/limit_watch.h"
 #include "procedures/engine/node_watch.h"
+#include "procedures/engine/operator_control.h"
 #include "procedures/engine/preconditions.h"
 #include "procedures/engine/step_runner.h"
 
@@ -58,6 +60,8 @@ class Engine {
   int revision() const { return revision_; }
   /// The state to publish now. Fits into one message.
   procedure_state_t snapshot(Utime now);
+  /// Who steers, to publish with every state.
+  operator_control_t control(Utime now);
   std::int8_t outcome() const { return state_.outcome; }
   const Procedure& procedure() const { return procedure_; }
 
@@ -105,6 +109,8 @@ class Engine {
   void start_runner(Utime now);
   void end_step(std::int8_t step_state, const std::string& detail, Utime now);
   void poll_step(Utime now);
+  /// A motion made slower by the operator has more time.
+  void count_slow_time(Utime now);
   void step_passed(Utime now);
   void step_failed(std::int8_t step_state, const std::string& reason, Utime now);
   /// Brings the arms to rest, then begins the step given.
@@ -122,6 +128,11 @@ class Engine {
   void ask_skip(const std::string& reason, Utime now);
   void ask_retry(Utime now);
   void ask_answer(const procedure_command_t& message, Utime now);
+  void ask_speed(const std::string& text, Utime now);
+  void ask_lamps(const std::string& text, Utime now);
+  void ask_take_control(const procedure_command_t& message, Utime now);
+  void ask_release_control(const std::string& commander, Utime now);
+  void watch_control(Utime now);
   /// Looks at the preconditions again; says why not where they are not met.
   bool may_go_on(const std::string& what, Utime now);
   void end_hold(Utime now);
@@ -148,6 +159,9 @@ class Engine {
   NodeWatch nodes_;
   LimitWatch limits_;
   RestWatch rest_;
+  OperatorControl control_;
+  std::int64_t control_seq_ = 0;
+  std::string hold_wanted_;  // why, as soon as a step runs; empty: it is not
 
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;
@@ -161,6 +175,8 @@ class Engine {
   Hold hold_ = Hold::none;
   Utime held_since_ = 0;
   Utime held_total_ = 0;  // of the current step
+  Utime slowed_ = 0;      // of the current step: what a lower speed has cost its motion so far
+  Utime counted_until_ = 0;
   Utime resumed_ = 0;
   bool hold_after_step_ = false;
   bool tracking_expected_ = false;

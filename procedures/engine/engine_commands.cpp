@@ -2,22 +2,66 @@
 #include <algorithm>
 #include <berth/event_t.hpp>
 
+#include "common/core/error.h"
 #include "procedures/engine/engine.h"
+#include "procedures/engine/operator_words.h"
 
 namespace berth::procedures {
+namespace {
+
+using Command = procedure_command_t;
+
+/// Empty: not known.
+std::string name_of(std::int8_t command) {
+  switch (command) {
+    case Command::ABORT:
+      return "abort";
+    case Command::HOLD:
+      return "hold";
+    case Command::RESUME:
+      return "resume";
+    case Command::STEP:
+      return "step";
+    case Command::SKIP:
+      return "skip";
+    case Command::RETRY:
+      return "retry";
+    case Command::ANSWER:
+      return "answer";
+    case Command::TAKE_CONTROL:
+      return "take control";
+    case Command::RELEASE_CONTROL:
+      return "release control";
+    case Command::SPEED:
+      return "speed";
+    case Command::LAMPS:
+      return "lamps";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
 
 void Engine::on(const procedure_command_t& message, Utime now) {
+  if (message.command == Command::KEEP_CONTROL) {  // twice a second: nothing to tell
+    if (message.utime_expires >= now) control_.keep(message.commander, now);
+    return;
+  }
   // Several terminals may be attached, one after the other, each counting from 1.
   const bool is_new = commands_seen_.insert({message.commander, message.utime, message.seq}).second;
   if (message.utime_expires < now || !is_new || finished()) return;
-  constexpr const char* names[] = {"abort", "hold", "resume", "step", "skip", "retry", "answer"};
-  if (message.command < 0 || message.command > procedure_command_t::ANSWER) {
+  const std::string name = name_of(message.command);
+  if (name.empty()) {
     return refuse("command " + std::to_string(message.command), "it is not known");
   }
   bench_.live.set_time(now);
-  actions_.event(event_t::NOTICE, "operator-command",
-                 message.commander + ": " + names[message.command] +
-                     (message.text.empty() ? "" : ": " + message.text));
+  actions_.event(
+      event_t::NOTICE, "operator-command",
+      message.commander + ": " + name + (message.text.empty() ? "" : ": " + message.text));
+  watch_control(now);
+  const std::string objection = control_.objection(message, now);
+  if (!objection.empty()) return refuse(name, objection);
   switch (message.command) {
     case procedure_command_t::ABORT:
       return abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);
@@ -31,8 +75,16 @@ void Engine::on(const procedure_command_t& message, Utime now) {
       return ask_skip(message.text, now);
     case procedure_command_t::RETRY:
       return ask_retry(now);
-    default:
+    case procedure_command_t::ANSWER:
       return ask_answer(message, now);
+    case procedure_command_t::SPEED:
+      return ask_speed(message.text, now);
+    case procedure_command_t::LAMPS:
+      return ask_lamps(message.text, now);
+    case procedure_command_t::TAKE_CONTROL:
+      return ask_take_control(message, now);
+    default:
+      return ask_release_control(message.commander, now);
   }
 }
 
@@ -73,7 +125,7 @@ bool Engine::may_go_on(const std::string& what, Utime now) {
 void Engine::end_hold(Utime now) {
   if (hold_ == Hold::in_step) held_total_ += now - held_since_;
   hold_ = Hold::none;
-  resumed_ = now;
+  resumed_ = counted_until_ = now;
   state_.reason.clear();
   show(procedure_state_t::RUNNING);
 }
@@ -156,6 +208,56 @@ void Engine::ask_answer(const procedure_command_t& message, Utime now) {
   }
   runner_->answer(message.text, message.commander);
   show_prompt(now);
+}
+
+void Engine::ask_speed(const std::string& text, Utime now) {
+  try {
+    bench_.testbed.set_override(speed_override_of(text), now);
+  } catch (const InputError& e) {
+    refuse("speed", e.what());
+  }
+}
+
+void Engine::ask_lamps(const std::string& text, Utime now) {
+  const auto& facility = bench_.facility.state();
+  if (!facility || facility->valid == 0) return refuse("lamps", "the facility does not answer");
+  try {
+    bench_.facility.command(lamps_of(text, *facility), now);
+  } catch (const InputError& e) {
+    refuse("lamps", e.what());
+  }
+}
+
+// Who steers --------------------------------------------------------------------------------------
+
+void Engine::ask_take_control(const procedure_command_t& message, Utime now) {
+  const std::string change = control_.take(message, now);
+  hold_wanted_.clear();
+  ++revision_;
+  if (!change.empty()) actions_.event(event_t::NOTICE, "control-taken", change);
+}
+
+void Engine::ask_release_control(const std::string& commander, Utime now) {
+  if (!control_.release(commander, now)) {
+    return refuse("release control", commander + " does not have it");
+  }
+  ++revision_;
+  actions_.event(event_t::NOTICE, "control-released", "nobody has control");
+}
+
+void Engine::watch_control(Utime now) {
+  const bool holds = control_.holds_when_lost();
+  const std::string lost = control_.lapse(now);
+  if (!lost.empty()) {
+    ++revision_;
+    actions_.event(event_t::WARNING, "control-lapsed",
+                   lost + " is no longer heard: nobody has control");
+    if (holds) hold_wanted_ = lost + " had control and is no longer heard";
+  }
+  // Before the first step and between two, it is held as soon as it can be.
+  if (hold_wanted_.empty() || stage_ != Stage::running) return;
+  if (!held()) hold(Hold::in_step, hold_wanted_, now);
+  hold_wanted_.clear();
 }
 
 }  // namespace berth::procedures

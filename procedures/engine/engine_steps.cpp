@@ -9,6 +9,12 @@ namespace {
 
 std::string in_seconds(Utime t) { return std::to_string(t / second) + " s"; }
 
+/// Steps that last as long as their motion does.
+bool lasts_as_its_motion(const Verb& verb) {
+  return std::holds_alternative<Move>(verb) || std::holds_alternative<Trajectory>(verb) ||
+         std::holds_alternative<Approach>(verb);
+}
+
 /// Steps by which the estimator is got to follow the target.
 bool seeks_target(const Verb& verb) {
   return std::holds_alternative<Acquire>(verb) || std::holds_alternative<Track>(verb);
@@ -31,6 +37,13 @@ Utime Engine::active(Utime now) const {
   const auto& step = state_.steps[static_cast<std::size_t>(state_.current_step)];
   const Utime on_hold = held_total_ + (hold_ == Hold::in_step ? now - held_since_ : 0);
   return now - step.utime_start - on_hold;
+}
+
+void Engine::count_slow_time(Utime now) {
+  const Utime passed = now - std::max(counted_until_, current().utime_start);
+  counted_until_ = now;
+  if (!lasts_as_its_motion(step(state_.current_step).verb)) return;
+  slowed_ += static_cast<Utime>(static_cast<double>(passed) * (1 - bench_.testbed.override()));
 }
 
 int Engine::pass_gates(int index, int end, Utime now) {
@@ -70,7 +83,7 @@ void Engine::begin_step(int index, Utime now) {
   current().utime_end = 0;
   current().detail.clear();
   ++current().attempts;
-  held_total_ = 0;
+  held_total_ = slowed_ = 0;
   const Verb& verb = step(index).verb;
   if (std::holds_alternative<Acquire>(verb) || std::holds_alternative<StopTracking>(verb)) {
     tracking_expected_ = false;
@@ -97,6 +110,7 @@ void Engine::end_step(std::int8_t step_state, const std::string& detail, Utime n
 void Engine::poll_step(Utime now) {
   const Step& step = this->step(state_.current_step);
   const Utime active = this->active(now);
+  count_slow_time(now);
   const StepResult result = runner_->poll(bench_, now, active);
   current().detail = runner_->detail();
   const std::string label = "step '" + step.name + "'";
@@ -109,7 +123,7 @@ void Engine::poll_step(Utime now) {
     case StepResult::error:
       return step_failed(procedure_step_t::ERROR, label + because, now);
     case StepResult::running:
-      if (seconds(active) <= step.timeout) return;
+      if (seconds(active - slowed_) <= step.timeout) return;
       if (const Prompt* prompt = runner_->prompt(); prompt && !prompt->standard.empty()) {
         return runner_->answer(prompt->standard, "nobody answered in time");
       }

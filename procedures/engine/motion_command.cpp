@@ -20,7 +20,6 @@ testbed_command_t command_of(std::int8_t what) {
   testbed_command_t command{};
   command.command = what;
   command.q_wxyz[0] = 1;
-  command.speed_override = 1;
   return command;
 }
 

@@ -104,6 +104,7 @@ void ProcedureNode::publish_state() {
   published_revision_ = engine_.revision();
   last_published_ = now();
   bus().publish(channels::procedure_state, published_);
+  bus().publish(channels::operator_control, engine_.control(now()));
   if (!engine_.finished()) {
     report(node_status_t::RUNNING);
     return;

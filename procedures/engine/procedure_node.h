@@ -28,8 +28,8 @@ struct ProcedureRun {
   Utime heartbeat_timeout = second;
 };
 
-/// The engine on the bus. Publishes PROCEDURE_STATE on change and at 2 Hz, RUN_INFO at the start
-/// and every 10 s.
+/// The engine on the bus. Publishes PROCEDURE_STATE and OPERATOR_CONTROL on change and at 2 Hz,
+/// RUN_INFO at the start and every 10 s.
 class ProcedureNode final : public Node, private procedures::Actions {
  public:
   ProcedureNode(const NodeSetup& setup, procedures::Procedure procedure, const ProcedureRun& run,

@@ -11,6 +11,7 @@ void TestbedLink::send(testbed_command_t& command, Utime now) {
   command.utime_expires = now + command_lifetime;
   command.session = commander_.session;
   command.commander = commander_.name;
+  command.speed_override = override_;
   actions_.send(command);
 }
 
@@ -41,6 +42,11 @@ void TestbedLink::send_lease(Utime now) {
   command.seq = ++last_seq_;
   lease_sent_ = now;
   send(command, now);
+}
+
+void TestbedLink::set_override(double override, Utime now) {
+  override_ = override;
+  if (holds_lease_) send_lease(now);  // at once; it is said again with every one that follows
 }
 
 void TestbedLink::take_lease(Utime now) {

@@ -23,6 +23,10 @@ class TestbedLink {
   void order(std::int8_t what, Utime now);
   Answer order_answer() const { return order_.answer; }
 
+  /// Of the motion under way and of all later ones, 0..1.
+  void set_override(double override, Utime now);
+  double override() const { return override_; }
+
   /// Asks for the lease and keeps it until release_lease.
   void take_lease(Utime now);
   void release_lease(Utime now);
@@ -55,6 +59,7 @@ class TestbedLink {
   std::int64_t last_seq_;
   Tracked motion_;
   Tracked order_;
+  double override_ = 1;
   bool wants_lease_ = false;
   bool holds_lease_ = false;
   bool held_once_ = false;

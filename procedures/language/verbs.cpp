@@ -22,11 +22,9 @@ void optional_count(Config& config, const std::string& key, int& value) {
   if (value < 0) throw config.error(key, "must not be negative");
 }
 
-double lamp(Config& config, const std::string& key) {
-  double value = 0;
+void read_lamp(Config& config, const std::string& key, double& value) {
   config.optional(key, Dimension::number, value);
   if (value < 0 || value > 1) throw config.error(key, "expected 0 % to 100 %");
-  return value;
 }
 
 void optional_gate(Config& config, double& near, double& far) {
@@ -39,14 +37,7 @@ void optional_gate(Config& config, double& near, double& far) {
   far = gate[1];
 }
 
-Read read_lights(Config& config) {
-  Lights lights;
-  lights.sun = lamp(config, "sun");
-  lights.albedo = lamp(config, "albedo");
-  config.optional("azimuth", Dimension::angle, lights.sun_azimuth);
-  config.optional("elevation", Dimension::angle, lights.sun_elevation);
-  return {lights, 20};
-}
+Read read_lights(Config& config) { return {read_lamps(config, {}), 20}; }
 
 Read read_move(Config& config) {
   Move move;
@@ -329,6 +320,14 @@ std::vector<VerbInfo> make_verbs() {
 }
 
 }  // namespace
+
+Lights read_lamps(Config& config, Lights lights) {
+  read_lamp(config, "sun", lights.sun);
+  read_lamp(config, "albedo", lights.albedo);
+  config.optional("azimuth", Dimension::angle, lights.sun_azimuth);
+  config.optional("elevation", Dimension::angle, lights.sun_elevation);
+  return lights;
+}
 
 const std::vector<VerbInfo>& verbs() {
   static const std::vector<VerbInfo> all = make_verbs();

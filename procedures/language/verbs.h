@@ -36,6 +36,9 @@ const VerbInfo* verb_named(const std::string& name);
 /// Reads what stands behind the verb in a step. @throws InputError.
 Read read_verb(const VerbInfo& verb, Config& step);
 
+/// What a lights step says. @param lights what holds where it says nothing
+Lights read_lamps(Config& config, Lights lights);
+
 /// Complains of keys that nobody knows. @throws std::logic_error when the reader asked for a key
 /// that the table does not have: the two must not drift apart.
 void finish_keys(const Config& map, const std::vector<KeyInfo>& keys, const std::string& where);

@@ -158,6 +158,52 @@ TEST_CASE("the panel shows step, time, what comes next, limits with margins, and
   for (const Line& line : panel(state)) CHECK(line.width() <= 100);
 }
 
+TEST_CASE("control is taken and given back by one key, and taken over only by a second stroke") {
+  std::vector<procedure_command_t> sent;
+  OperatorKeys keys([&sent](const procedure_command_t& c) { sent.push_back(c); }, false, "me");
+  keys.on(state_with(procedure_state_t::RUNNING));
+  const auto held_by = [&keys](const std::string& name) {
+    operator_control_t control{};
+    control.holder = name;
+    keys.on(control);
+  };
+  keys.type('c');
+  REQUIRE(sent.size() == 1);
+  CHECK(sent[0].command == procedure_command_t::TAKE_CONTROL);
+  CHECK(sent[0].text.empty());
+  CHECK_FALSE(keys.has_control());
+  held_by("me");
+  CHECK(keys.has_control());
+  keys.type('c');
+  REQUIRE(sent.size() == 2);
+  CHECK(sent[1].command == procedure_command_t::RELEASE_CONTROL);
+  held_by("alice");
+  keys.type('c');
+  CHECK(sent.size() == 2);
+  CHECK_THAT(text_of(keys.lines()), Contains("alice has control: once more takes it over"));
+  held_by("bob");
+  keys.type('c');  // somebody else than he was told of
+  CHECK(sent.size() == 2);
+  keys.type('c');
+  REQUIRE(sent.size() == 3);
+  CHECK(sent[2].text == "take over");
+}
+
+TEST_CASE("the speed goes up and down by tenths, within 10 to 100 percent") {
+  std::vector<std::string> asked;
+  OperatorKeys keys([&asked](const procedure_command_t& c) { asked.push_back(c.text); }, false);
+  keys.on(state_with(procedure_state_t::RUNNING));
+  testbed_state_t testbed{};
+  testbed.speed_override = 0.3;
+  keys.on(testbed);
+  for (const char key : {'-', '-', '-', '+'}) keys.type(key);
+  CHECK(asked == std::vector<std::string>{"20 %", "10 %", "10 %", "20 %"});
+  testbed.speed_override = 1;
+  keys.on(testbed);
+  keys.type('+');
+  CHECK(asked.back() == "100 %");
+}
+
 TEST_CASE("preconditions are shown met or not, with the reason") {
   procedure_state_t state = state_with(procedure_state_t::PREPARING);
   state.current_step = -1;

@@ -80,6 +80,7 @@ class Testbed final : public Clocked {
   }
 
   std::vector<testbed_command_t> obeyed;
+  double speed_override = 1;  ///< as last said, with whatever command
 
  private:
   void take(const testbed_command_t& c) {
@@ -88,6 +89,7 @@ class Testbed final : public Clocked {
       return;
     }
     if (c.session != fake::session || now() > c.utime_expires) return;
+    speed_override = c.speed_override;
     switch (c.command) {
       case testbed_command_t::TAKE_LEASE:
         if (!script_.other_holder.empty()) {
@@ -280,6 +282,7 @@ class Facility final : public Clocked {
     bus().subscribe<facility_command_t>(channels::facility_command, Queue::fifo(),
                                         [this](const facility_command_t& c) {
                                           if (!script_.lamps_work) return;
+                                          last = c;
                                           state_.sun_lamp = c.sun_lamp;
                                           state_.albedo_lamp = c.albedo_lamp;
                                         });
@@ -295,6 +298,7 @@ class Facility final : public Clocked {
   }
 
   double sun() const { return state_.sun_lamp; }
+  facility_command_t last{};
 
  private:
   facility_state_t state_{};

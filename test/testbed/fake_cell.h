@@ -240,7 +240,7 @@ class FakeCell {
     message.commander = "test";
     message.command = what;
     message.q_wxyz[0] = 1;
-    message.speed_override = 1;
+    message.speed_override = speed_override;
     return message;
   }
   std::int64_t send(const testbed_command_t& message) {
@@ -284,6 +284,7 @@ class FakeCell {
   std::vector<ground_truth_t> truths;
   std::map<std::string, int> events;
   bool keep_lease = false;
+  double speed_override = 1;  ///< of every command
 
  private:
   template <class T, class... Arguments>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/safety.h"
 
+#include "common/core/lease.h"
 #include "test/catch.h"
-#include "testbed/lease.h"
 
 namespace berth::testbed {
 namespace {

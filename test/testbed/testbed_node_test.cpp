@@ -108,20 +108,67 @@ TEST_CASE("hold brings the arms to rest on the path, resume goes on to the same 
 TEST_CASE("speed override changes the time and not the path") {
   FakeCell slow;
   slow.take_lease();
-  testbed_command_t move = slow.move_to({0, 0, 5000, 0, 0, 0});
-  move.speed_override = 0.5;
+  slow.speed_override = 0.5;
+  const testbed_command_t move = slow.move_to({0, 0, 5000, 0, 0, 0});
   const Utime begun = slow.now();
   const std::int64_t seq = slow.send(move);
   REQUIRE(slow.finished(seq, 60));
   const double halved = seconds(slow.now() - begun);
   FakeCell full;
   full.take_lease();
-  move.speed_override = 1;
   const Utime begun_full = full.now();
   REQUIRE(full.finished(full.send(full.move_to({0, 0, 5000, 0, 0, 0})), 60));
   const double whole = seconds(full.now() - begun_full);
   CHECK(halved > 1.6 * whole);
   CHECK(distance(slow.relative(), full.relative()) < 1e-3);
+}
+
+TEST_CASE(
+    "the speed of a motion under way is changed smoothly, on its path, by who keeps the lease") {
+  FakeCell cell;
+  cell.take_lease();
+  const Pose from = cell.relative();
+  const Xyzwpr goal{0, 0, 4500, 0, 0, 0};
+  const std::int64_t seq = cell.send(cell.move_to(goal));
+  cell.run_for(4.0);
+  const auto speed = [&] { return Vector3d::Map(cell.state.commanded_velocity_m_s).norm(); };
+  const double full = speed();
+  cell.keep_lease = false;
+  testbed_command_t keep = cell.command(testbed_command_t::KEEP_LEASE);
+  keep.commander = "somebody else";
+  keep.speed_override = 0.1;
+  cell.send(keep);
+  cell.run_for(0.4);
+  CHECK(cell.state.speed_override == 1);
+
+  cell.keep_lease = true;
+  cell.speed_override = 0.25;
+  cell.send(testbed_command_t::KEEP_LEASE);
+  double fastest_change = 0;
+  for (int i = 0; i < 20; ++i) {
+    const double before = speed();
+    cell.run_for(0.1);
+    fastest_change = std::max(fastest_change, std::abs(speed() - before) / 0.1);
+  }
+  CHECK(cell.state.state == testbed_state_t::MOVING);
+  CHECK(cell.state.speed_override == 0.25);
+  CHECK(speed() == Approx(0.25 * full).epsilon(0.02));
+  CHECK(fastest_change < 0.5);  // no step, but as gently as a hold
+  const Vector3d line = (pose_from_xyzwpr(goal).position - from.position).normalized();
+  CHECK((cell.relative().position - from.position).cross(line).norm() < 1e-5);
+
+  SECTION("held, it stays held") {
+    cell.send(testbed_command_t::HOLD);
+    cell.speed_override = 1;
+    cell.run_for(2.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(speed() < 1e-9);
+    cell.send(testbed_command_t::RESUME);
+  }
+  cell.speed_override = 1;
+  REQUIRE(cell.finished(seq, 60));
+  cell.run_for(0.5);
+  CHECK(distance(cell.relative(), pose_from_xyzwpr(goal)) < 1e-6);
 }
 
 TEST_CASE("stop abandons a motion; retreat goes back along where it came from") {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace berth::testbed {
+namespace berth {
 
 /// Who may command: one at a time, as long as he is heard. Times in us.
 class Lease {
@@ -48,4 +48,4 @@ class Lease {
   std::int64_t expires_ = 0;
 };
 
-}  // namespace berth::testbed
+}  // namespace berth

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procedures/engine/operator_control.h"
+
+namespace berth::procedures {
+namespace {
+
+/// Whether one of the words between commas is this one.
+bool says(const std::string& text, const std::string& word) {
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::size_t first = text.find_first_not_of(' ', begin);
+    if (first < end) {
+      const std::size_t last = text.find_last_not_of(' ', end - 1);
+      if (text.compare(first, last + 1 - first, word) == 0) return true;
+    }
+    begin = end + 1;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string OperatorControl::objection(const procedure_command_t& command, Utime now) const {
+  if (!lease_.held(now) || lease_.holder() == command.commander) return {};
+  switch (command.command) {
+    case procedure_command_t::HOLD:
+    case procedure_command_t::ABORT:
+    case procedure_command_t::KEEP_CONTROL:  // says nothing new
+      return {};
+    case procedure_command_t::TAKE_CONTROL:
+      if (says(command.text, take_over_word)) return {};
+      return lease_.holder() + " has control, and it can be taken over only explicitly";
+    default:
+      return lease_.holder() + " has control";
+  }
+}
+
+std::string OperatorControl::take(const procedure_command_t& command, Utime now) {
+  const std::string before = lease_.held(now) ? lease_.holder() : "";
+  const bool held_before = holds_when_lost_;
+  lease_.release(before, now);
+  lease_.take(command.commander, now);
+  holds_when_lost_ = says(command.text, hold_when_lost_word);
+  if (before == command.commander && holds_when_lost_ == held_before) return {};
+  return command.commander +
+         (before.empty() || before == command.commander
+              ? " has control"
+              : " has taken control over from " + before) +
+         (holds_when_lost_ ? "; the procedure is held when he is no longer heard" : "");
+}
+
+bool OperatorControl::release(const std::string& commander, Utime now) {
+  holds_when_lost_ = holds_when_lost_ && !lease_.held_by(commander, now);
+  return lease_.release(commander, now);
+}
+
+std::string OperatorControl::lapse(Utime now) {
+  const std::string holder = lease_.holder();
+  return lease_.lapse(now) ? holder : "";
+}
+
+operator_control_t OperatorControl::state(Utime now) const {
+  operator_control_t state{};
+  state.utime = now;
+  if (!lease_.held(now)) return state;
+  state.holder = lease_.holder();
+  state.utime_expires = lease_.expires();
+  state.holds_when_lost = holds_when_lost_ ? 1 : 0;
+  return state;
+}
+
+}  // namespace berth::procedures

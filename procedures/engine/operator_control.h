@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/operator_control_t.hpp>
+#include <berth/procedure_command_t.hpp>
+#include <string>
+
+#include "common/bus/loop.h"
+#include "common/core/lease.h"
+
+namespace berth::procedures {
+
+/// How long control lasts without being kept.
+inline constexpr Utime control_lifetime = 1500 * millisecond;
+
+/// Words of a TAKE_CONTROL's text, separated by commas.
+inline constexpr char take_over_word[] = "take over";  ///< from whoever has it
+inline constexpr char hold_when_lost_word[] = "hold";  ///< when the holder is no longer heard
+
+/// Which operator steers a procedure: nobody, and then anybody may, or one, as long as he is heard.
+class OperatorControl {
+ public:
+  /// Why this one may not be obeyed; empty: it may. Stopping is never in question: HOLD and ABORT
+  /// are obeyed from everybody.
+  std::string objection(const procedure_command_t& command, Utime now) const;
+
+  /// @return what has changed, in words; empty: nothing has.
+  /// Call only where there is no objection.
+  std::string take(const procedure_command_t& command, Utime now);
+  bool keep(const std::string& commander, Utime now) { return lease_.keep(commander, now); }
+  bool release(const std::string& commander, Utime now);
+  /// Once, when the holder has been silent too long: who it was. Empty: nothing of the kind.
+  std::string lapse(Utime now);
+
+  bool holds_when_lost() const { return holds_when_lost_; }
+  /// Without seq and session.
+  operator_control_t state(Utime now) const;
+
+ private:
+  Lease lease_{control_lifetime};
+  bool holds_when_lost_ = false;
+};
+
+}  // namespace berth::procedures
