@@ -72,6 +72,7 @@ class Testbed final : public Clocked {
     state_.session = fake::session;
     state_.state = testbed_state_t::IDLE;
     state_.clearance_m = 1;
+    state_.speed_override = 1;
     bus().subscribe<procedure_state_t>(
         channels::procedure_state, Queue::fifo(),
         [this](const procedure_state_t& s) { stand(s.state == procedure_state_t::HELD); });
@@ -89,7 +90,7 @@ class Testbed final : public Clocked {
       return;
     }
     if (c.session != fake::session || now() > c.utime_expires) return;
-    speed_override = c.speed_override;
+    state_.speed_override = speed_override = c.speed_override;
     switch (c.command) {
       case testbed_command_t::TAKE_LEASE:
         if (!script_.other_holder.empty()) {
