@@ -15,6 +15,7 @@ void add_attach(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_command(CLI::App& app, int& exit_code);
+void add_console(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_estimate(CLI::App& app, int& exit_code);

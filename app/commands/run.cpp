@@ -3,12 +3,15 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "app/commands/commands.h"
 #include "app/commands/run_options.h"
+#include "app/console/serving.h"
 #include "app/exit_code.h"
 #include "app/hosts/supervisor.h"
 #include "app/hosts/twin_host.h"
@@ -32,6 +35,7 @@ struct Options {
   bool hardware = false;
   bool detach = false;
   bool no_check = false;
+  bool no_console = false;
   std::vector<std::string> answers;
 };
 
@@ -56,6 +60,8 @@ void add_cell_options(CLI::App& command, Options& options) {
                      "ports of their own");
   command.add_flag("--hardware", options.hardware,
                    "The devices of config/devices.yaml are real: do not simulate them");
+  command.add_flag("--no-console", options.no_console,
+                   "Do not serve the operator's page; see berth console");
   command.add_flag("--detach", options.detach, "Do not wait; see berth attach and berth stop");
 }
 
@@ -130,11 +136,28 @@ bool passes_check(const RunRequest& request) {
   return report.good();
 }
 
-int run_in_processes(const RunFiles& files, bool detach) {
+/// Until the console that was started with the run has said where it serves, or some seconds.
+void announce_console(const RunFiles& files, pid_t supervisor) {
+  constexpr int most_tenths = 100;
+  for (int tenth = 0; tenth < most_tenths && is_alive(supervisor); ++tenth) {
+    if (const auto address = console::console_address(files.directory)) {
+      std::printf("console %s\n", address->c_str());
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+int run_in_processes(const RunFiles& files, const Options& options) {
+  const bool with_console =
+      !options.no_console && !files.joins && console::load_console_config(files.setup.config).start;
   std::printf("run %s\n", files.directory.c_str());
   std::fflush(stdout);
-  const pid_t supervisor = supervise_in_background(files);
-  if (detach) return exit_code::passed;
+  const pid_t supervisor = supervise_in_background(files, with_console);
+  if (options.detach) {
+    if (with_console) announce_console(files, supervisor);
+    return exit_code::passed;
+  }
   return monitor({supervisor, files.directory, bus_url(files.url)});
 }
 
@@ -169,7 +192,7 @@ void add_run(CLI::App& app, int& exit_code) {
     }
     const RunFiles files = RunFiles::create(options->request);
     exit_code = options->twin ? run_in_twin(files, assignments_of("--answer", options->answers))
-                              : run_in_processes(files, options->detach);
+                              : run_in_processes(files, *options);
   });
 }
 
@@ -181,7 +204,7 @@ void add_up(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] {
     complete(*options);
     const RunFiles files = RunFiles::create(options->request);
-    exit_code = run_in_processes(files, options->detach);
+    exit_code = run_in_processes(files, *options);
   });
 }
 

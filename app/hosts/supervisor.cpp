@@ -25,12 +25,15 @@ namespace {
 
 constexpr Utime time_to_stop = 5 * second;
 constexpr Utime time_to_abort = 60 * second;
+constexpr Utime time_to_console = second;  // from its end to another try
+constexpr int console_tries = 5;
 
 class Supervisor : public Node {
  public:
-  Supervisor(const RunFiles& files, LcmBus& bus, ProcessLoop& loop)
+  Supervisor(const RunFiles& files, bool with_console, LcmBus& bus, ProcessLoop& loop)
       : Node({"supervisor", files.setup.session, files.configuration_hash}, bus, loop),
         files_(files),
+        with_console_(with_console),
         loop_(loop) {}
 
   void start() {
@@ -70,7 +73,24 @@ class Supervisor : public Node {
           "procedure", program_directory() / "berth-procedure", run_arguments({}),
           [this](int code) { finish(code <= exit_code::inconclusive ? code : exit_code::error); });
     }
+    if (with_console_ && !files_.joins) start_console();
     report(node_status_t::RUNNING, "");
+  }
+
+  /// It only shows: the run goes on without it.
+  void start_console() {
+    ++console_starts_;
+    launch("console", program_directory() / "berth-console", run_arguments({}), [this](int code) {
+      if (stage_ != Stage::running) return children_ended();
+      const bool again = console_starts_ < console_tries;
+      event(event_t::WARNING, "console-ended",
+            "the console ended with code " + std::to_string(code) + ": " + last_words("console") +
+                (again ? "; it is started again" : "; it is left so"));
+      if (!again) return;
+      loop_.after(time_to_console, [this] {
+        if (stage_ == Stage::running) start_console();
+      });
+    });
   }
 
   void start_cell() {
@@ -176,6 +196,7 @@ class Supervisor : public Node {
   enum class Stage { running, stopping, stopped };
 
   const RunFiles& files_;
+  bool with_console_;
   ProcessLoop& loop_;
   std::deque<ChildProcess> children_;
   ChildProcess* recorder_ = nullptr;
@@ -184,13 +205,14 @@ class Supervisor : public Node {
   Stage stage_ = Stage::running;
   bool aborting_ = false;
   bool troubled_ = false;
+  int console_starts_ = 0;
   int exit_code_ = exit_code::error;
   std::int64_t command_seq_ = 0;
 };
 
 }  // namespace
 
-int supervise(const RunFiles& files) {
+int supervise(const RunFiles& files, bool with_console) {
   const Utime offset = clock_offset_now();
   setenv("BERTH_CLOCK_OFFSET_US", std::to_string(offset).c_str(), 1);
   const ActiveRunEntry entry(files.directory, bus_url(files.url));
@@ -202,7 +224,7 @@ int supervise(const RunFiles& files) {
       if (told != nullptr) told->on_signal();
     });
     LcmBus bus(files.url, loop);
-    Supervisor supervisor(files, bus, loop);
+    Supervisor supervisor(files, with_console, bus, loop);
     told = &supervisor;
     bus.start();
     supervisor.start();
@@ -213,7 +235,7 @@ int supervise(const RunFiles& files) {
   return code;
 }
 
-int supervise_in_background(const RunFiles& files) {
+int supervise_in_background(const RunFiles& files, bool with_console) {
   // The terminal may go away at any moment: between fork and setsid, too.
   sigset_t hangup;
   sigset_t before;
@@ -237,7 +259,7 @@ int supervise_in_background(const RunFiles& files) {
   dup2(out, STDERR_FILENO);
   int code = exit_code::error;
   try {
-    code = supervise(files);
+    code = supervise(files, with_console);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
   }

@@ -9,11 +9,13 @@ namespace berth {
 /// simulated cell (unless the cell is real), the nodes, the procedure. Ends when the procedure
 /// ends; without a procedure, on SIGTERM. A procedure is aborted by the first SIGTERM or SIGINT,
 /// and everything is killed by the second. No process outlives this call.
+/// @param with_console the operator's console as well, unless the run joins a cell, which has one;
+///                     its end does not end the run
 /// @return the exit code of the run: 0 passed ... 4 inconclusive.
-int supervise(const RunFiles& files);
+int supervise(const RunFiles& files, bool with_console);
 
 /// The same in a process of its own session, which a lost terminal does not end.
 /// @return its process id.
-int supervise_in_background(const RunFiles& files);
+int supervise_in_background(const RunFiles& files, bool with_console);
 
 }  // namespace berth

@@ -7,6 +7,7 @@
 
 #include <cstdio>
 
+#include "app/console/serving.h"
 #include "app/exit_code.h"
 #include "app/hosts/child_process.h"
 #include "app/runs/run_files.h"
@@ -70,6 +71,7 @@ class Monitor {
     loop_.every(500 * millisecond, [this] {
       if (keys_.has_control()) link_.keep_control();
     });
+    look_for_console();
   }
 
   /// Until the process behind the descriptor ends or the operator leaves.
@@ -94,6 +96,19 @@ class Monitor {
       view_.on(message);
       if constexpr (requires { keys_.on(message); }) keys_.on(message);
     });
+  }
+
+  /// It says where it serves when it does, soon after the start.
+  void look_for_console() {
+    const auto address = console::console_address(files_.directory);
+    if (!address) {
+      if (++looks_for_console_ < most_looks)
+        loop_.after(second / 5, [this] { look_for_console(); });
+      return;
+    }
+    view_.clear_panel();
+    std::printf("console %s\n", address->c_str());
+    std::fflush(stdout);
   }
 
   void read_keys() {
@@ -131,6 +146,8 @@ class Monitor {
   terminal::OperatorKeys keys_;  // named by the link: after it
   terminal::TerminalView view_;
   terminal::RawTerminal raw_;
+  static constexpr int most_looks = 100;
+  int looks_for_console_ = 0;
   int interrupts_ = 0;
   bool left_ = false;
 };

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# What ten viewers at 20 frames a second cost the control loops: an approach in the cell of processes without the
+# console and with it, the arms' read cycles of both side by side; and a viewer that reads too slowly gets fewer frames.
+#   test/system/console_load.sh BIN VIEWERS-PROGRAM [PROCEDURE]
+. "$(dirname "$0")/common.sh"
+viewers=$2
+procedure=${3:-procedures/approach.yaml}
+slow_bytes_per_s=20000
+
+# Seconds of processor time that a process has had.
+cpu_of() { awk -v hz="$(getconf CLK_TCK)" '{sub(/.*\) /, ""); print ($12 + $13) / hz}' "/proc/$1/stat"; }
+
+# cycles RUN ARM: what the arm's driver measured between its reads, ms.
+cycles() {
+  "$bin/berth" log export "$1" --csv "$work/csv" --channels "ARM_STATE_$2" >/dev/null
+  awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) { if ($i ~ /^cycle_s/) cycle = i; if ($i ~ /^reads_missed/) missed = i } next }
+    $cycle > 0 { print 1e3 * $cycle; lost = $missed } END { print "missed", lost > "/dev/stderr" }' \
+    "$work/csv/ARM_STATE_$2.csv" 2>"$work/missed" | sort -g >"$work/cycles"
+  awk -v missed="$(cut -d" " -f2 "$work/missed")" '{ v[NR] = $1; sum += $1; square += $1 * $1 } END { mean = sum / NR
+    printf "%6d reads  mean %6.3f  sigma %6.3f  50 %% %6.3f  99 %% %6.3f  99.9 %% %6.3f  max %7.3f ms  missed %d\n", NR, mean,
+      sqrt(square / NR - mean * mean), v[int(NR * .5) + 1], v[int(NR * .99) + 1], v[int(NR * .999) + 1], v[NR], missed }' "$work/cycles"
+}
+
+# one_run NAME OPTION...: to its verdict, whatever it is; a busy machine may make it fail.
+one_run() {
+  local name=$1
+  shift
+  "$bin/berth" run --out "$work/$name" --lcm-url "$url" "$procedure" "$@" >"$work/$name.txt" 2>&1
+}
+
+one_run without --no-console || echo "without: exit code $?"
+
+one_run with &
+runner=$!
+for _ in $(seq 300); do
+  address=$(cat "$work"/with/*/output/console.url 2>/dev/null) && break
+  sleep 0.1
+done
+[ -n "${address:-}" ] || { cat "$work/with.txt"; fail "no console came up"; }
+console=$(pgrep -f "berth-console --run $work/with")
+sleep 10 # until the devices are up and something moves
+before=$(cpu_of "$console")
+"$viewers" "$(sed 's|.*:\([0-9]*\)/|\1|' <<<"$address")" 10 20 $slow_bytes_per_s >"$work/viewers.txt" ||
+  fail "the viewers were not served"
+after=$(cpu_of "$console")
+wait $runner || echo "with: exit code $?"
+
+for name in without with; do
+  for arm in REPLICA SENSOR; do
+    printf '%-8s %-8s %s\n' "$name" "$arm" "$(cycles "$(only_run "$work/$name")" $arm)"
+  done
+done
+cat "$work/viewers.txt"
+awk -v a="$before" -v b="$after" 'BEGIN { printf "berth-console: %.1f %% of one core while they look\n", 100 * (b - a) / 20 }'
+# Ten are served at about 20 a second, the slow one less, and the busiest machine serves some.
+awk '$1 == "viewer" { n++; sum += $2 } $1 == "slow" { slow = $3 }
+  END { if (n != 10 || sum / n < 5 || slow >= sum / n / 2) { print "FAILED: frames"; exit 1 } }' "$work/viewers.txt"
