@@ -120,7 +120,7 @@ double SpyModel::Channel::bytes_per_s(Utime now) const {
 }
 
 void SpyModel::take(Utime received, const std::string& name, Bytes message) {
-  Channel& channel = channels_.try_emplace(name, types_).first->second;
+  Channel& channel = channels_.try_emplace(name, *types_).first->second;
   channel.tally.take(received, message);
   channel.recent.emplace_back(received, message.size());
   while (channel.recent.front().first < received - window) channel.recent.pop_front();

@@ -14,7 +14,7 @@ namespace berth {
 class SpyModel {
  public:
   /// types must outlive it.
-  explicit SpyModel(const logs::TypeCatalogue& types) : types_(types) {}
+  explicit SpyModel(const logs::TypeCatalogue& types) : types_(&types) {}
 
   struct Channel {
     explicit Channel(const logs::TypeCatalogue& types) : tally(types) {}
@@ -32,7 +32,7 @@ class SpyModel {
   const std::map<std::string, Channel>& channels() const { return channels_; }
 
  private:
-  const logs::TypeCatalogue& types_;
+  const logs::TypeCatalogue* types_;
   std::map<std::string, Channel> channels_;
 };
 

@@ -18,16 +18,22 @@ std::optional<Pose> docking_of(const RunRecord& record) {
 
 }  // namespace
 
+std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track) {
+  const auto truth = track.at(estimate.utime);
+  if (!truth) return std::nullopt;
+  ComparedEstimate c{estimate, *truth, difference(truth->pose, estimate.pose)};
+  const TruthVelocity velocity = truth_velocity(track, *truth);
+  c.truth.velocity = velocity.velocity;
+  c.truth_velocity_covariance = velocity.covariance;
+  return c;
+}
+
 Measurer::Measurer(const RunRecord& record, NearestPoint nearest)
     : record_(record), nearest_(std::move(nearest)), docking_(docking_of(record)) {
   for (const EstimateSample& estimate : record.estimates()) {
     if (!estimate.ok()) continue;
-    if (const auto truth = record.truth().at(estimate.utime)) {
-      ComparedEstimate c{estimate, *truth, difference(truth->pose, estimate.pose)};
-      const TruthVelocity velocity = truth_velocity(record.truth(), *truth);
-      c.truth.velocity = velocity.velocity;
-      c.truth_velocity_covariance = velocity.covariance;
-      compared_.push_back(c);
+    if (const auto compared = compare(estimate, record.truth())) {
+      compared_.push_back(*compared);
     } else {
       without_truth_.push_back(estimate.utime);
     }

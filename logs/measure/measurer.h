@@ -23,6 +23,9 @@ struct ComparedEstimate {
   Matrix6d truth_velocity_covariance = Matrix6d::Zero();
 };
 
+/// Nothing where truth does not bracket the estimate.
+std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& truth);
+
 /// Measures a run. The same numbers in the engine at a run's end and from its log later.
 class Measurer {
  public:

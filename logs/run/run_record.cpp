@@ -48,7 +48,7 @@ double Phase::duration_s() const {
   return sum;
 }
 
-void RunRecord::add(const pose_estimate_t& message) {
+EstimateSample sample_of(const pose_estimate_t& message) {
   EstimateSample sample;
   sample.utime = message.utime;
   sample.seq = message.seq;
@@ -60,14 +60,21 @@ void RunRecord::add(const pose_estimate_t& message) {
   sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
   sample.scan_id = message.scan_id;
   sample.last_packet = message.last_packet;
-  insert(estimates_, sample);
+  return sample;
+}
+
+void RunRecord::add(const pose_estimate_t& message) { insert(estimates_, sample_of(message)); }
+
+std::optional<Utime> latency_in(const estimator_diagnostics_t& message) {
+  for (std::size_t i = 0; i < message.names.size(); ++i) {
+    if (message.names[i] == "latency_us") return static_cast<Utime>(message.values[i]);
+  }
+  return std::nullopt;
 }
 
 void RunRecord::add(const estimator_diagnostics_t& message) {
-  for (std::size_t i = 0; i < message.names.size(); ++i) {
-    if (message.names[i] != "latency_us") continue;
-    const auto latency = static_cast<Utime>(message.values[i]);
-    insert(latencies_, LatencySample{message.utime, message.seq, latency});
+  if (const auto latency = latency_in(message)) {
+    insert(latencies_, LatencySample{message.utime, message.seq, *latency});
   }
 }
 

@@ -33,12 +33,17 @@ struct EstimateSample {
   bool ok() const { return status == pose_estimate_t::OK; }
 };
 
+EstimateSample sample_of(const pose_estimate_t& message);
+
 /// How long one estimate took, as the estimator's node tells it.
 struct LatencySample {
   Utime utime = 0;  ///< of the estimate
   std::int64_t seq = 0;
   Utime latency = 0;  ///< from the last return of its scan to when it was published
 };
+
+/// Nothing in a message that does not tell it.
+std::optional<Utime> latency_in(const estimator_diagnostics_t& message);
 
 /// A stretch of time under one label: all steps of the procedure that carry it.
 struct Phase {

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/console/view/cell_view.h"
+
+#include <algorithm>
+#include <array>
+#include <berth/run_info_t.hpp>
+#include <utility>
+
+#include "app/console/view/pose_sections.h"
+#include "app/console/view/safety_word.h"
+#include "lcmtypes/channels.h"
+
+namespace berth::console {
+namespace {
+
+/// Sections that are a message as it is.
+struct StateSection {
+  const char* channel;
+  const char* section;
+};
+constexpr std::array state_sections = {
+    StateSection{channels::facility_state, "facility"},
+    StateSection{channels::lidar_state, "lidar"},
+    StateSection{channels::estimator_state, "estimator"},
+    StateSection{channels::operator_control, "control"},
+    StateSection{channels::procedure_state, "procedure"},
+};
+
+const char* word_of_host(std::int8_t host) {
+  constexpr const char* words[] = {"cell", "simulated-cell", "twin"};
+  return host >= 0 && host <= run_info_t::TWIN ? words[host] : "unknown";
+}
+
+}  // namespace
+
+CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::TypeCatalogue& types,
+                   Sink& sink, const Options& options)
+    : cell_(cell),
+      types_(types),
+      sink_(sink),
+      options_(options),
+      frames_(cell),
+      traffic_(types),
+      samples_([this](const Sample& sample) { on_sample(sample); }),
+      fast_{options.fast},
+      slow_{options.slow} {
+  sink.set("scene", scene_json(cell, lidar, drawn_bodies(cell)));
+}
+
+void CellView::reset() {
+  heard_ = {};
+  frames_ = Frames(cell_);
+  scan_ = {};
+  traffic_ = Traffic(types_);
+  samples_ = Samples([this](const Sample& sample) { on_sample(sample); });
+  last_sample_.reset();
+  states_.clear();
+  changed_.clear();
+  session_ = 0;
+  start_ = 0;
+  for (const char* list : {"events", "returns"}) sink_.reset(list);
+  if (options_.with_samples) sink_.reset("samples");
+}
+
+void CellView::take(const logs::LogEvent& event) {
+  heard_.take(event);
+  scan_.take(event);
+  traffic_.take(event);
+  samples_.take(event);
+  if (event.channel == channels::event) {
+    std::string json = json_of_message(types_, event.data);
+    if (!json.empty() && logs::decode<event_t>(event.data)) sink_.add("events", std::move(json));
+  } else if (event.channel == channels::run_info) {
+    tell_run(event.data);
+  }
+  take_state(event);
+}
+
+void CellView::take_state(const logs::LogEvent& event) {
+  const auto is = [&event](const auto& s) { return event.channel == s.channel; };
+  const bool wanted =
+      std::any_of(state_sections.begin(), state_sections.end(), is) ||
+      event.channel == channels::arm_state_replica || event.channel == channels::arm_state_sensor ||
+      event.channel == channels::testbed_state || event.channel == channels::pose_estimate ||
+      event.channel == channels::ground_truth;
+  if (!wanted) return;
+  states_[std::string(event.channel)].assign(event.data.begin(), event.data.end());
+  changed_[std::string(event.channel)] = true;
+}
+
+bool CellView::changed(const char* channel) {
+  const auto found = changed_.find(std::string_view(channel));
+  return found != changed_.end() && std::exchange(found->second, false);
+}
+
+void CellView::tell_run(Bytes message) {
+  auto info = logs::decode<run_info_t>(message);
+  if (!info) return;
+  if (info->session != session_) {
+    session_ = info->session;
+    start_ = info->utime;
+  }
+  Json json = {{"run", info->run},
+               {"host", word_of_host(info->host)},
+               {"procedure", info->procedure},
+               {"target", info->target},
+               {"target_length_m", rounded(info->target_length_m, 1e-4)},
+               {"layout", info->layout},
+               {"seed", info->seed},
+               {"version", info->version},
+               {"session", info->session},
+               {"configuration_hash", info->configuration_hash},
+               {"utime_start", start_}};
+  sink_.set("run", text_of(json));
+}
+
+void CellView::on_sample(const Sample& sample) {
+  last_sample_ = sample;
+  changed_[channels::pose_estimate] = true;
+  if (!options_.with_samples) return;
+  if (start_ == 0) start_ = sample.estimate.utime;
+  sink_.add("samples", sample_json(sample, start_));
+}
+
+std::optional<Pose> CellView::estimated_pose(Utime now) const {
+  return console::estimated_pose(heard_.estimate, now);
+}
+
+void CellView::advance(Utime now) {
+  sink_.at(now);
+  samples_.advance(now);
+  if (fast_.due(now)) tell_fast(now);
+  if (states_pace_.due(now)) tell_states();
+  if (slow_.due(now)) tell_slow(now);
+}
+
+void CellView::flush(Utime now) {
+  sink_.at(now);
+  samples_.finish();
+  tell_fast(now);
+  tell_states();
+  tell_slow(now);
+}
+
+void CellView::tell_fast(Utime now) {
+  frames_.take(heard_);
+  Json frames = frames_.json(heard_, now);
+  if (second_ghost_) frames["ghost2"] = json_of(frames_.sensor() * *second_ghost_);
+  sink_.set("frames", text_of(frames));
+  if (changed(channels::ground_truth) && heard_.truth) {
+    sink_.set("truth", truth_json(*heard_.truth));
+  }
+  if (changed(channels::pose_estimate) && heard_.estimate) {
+    const bool judged = last_sample_ && last_sample_->estimate.seq == heard_.estimate->seq;
+    sink_.set("estimate",
+              estimate_json(*heard_.estimate, judged ? last_sample_->compared : std::nullopt,
+                            judged ? last_sample_->latency : std::nullopt));
+  }
+  scan_.tell(heard_, sink_);
+}
+
+void CellView::tell_states() {
+  for (const StateSection& state : state_sections) {
+    if (!changed(state.channel)) continue;
+    std::string json = json_of_message(types_, states_[state.channel]);
+    if (!json.empty()) sink_.set(state.section, std::move(json));
+  }
+  const bool replica = changed(channels::arm_state_replica);
+  const bool sensor = changed(channels::arm_state_sensor);
+  if (replica || sensor) {
+    const auto arm = [this](const char* channel) {
+      const auto found = states_.find(std::string_view(channel));
+      const std::string json = found == states_.end() ? "" : json_of_message(types_, found->second);
+      return json.empty() ? std::string("null") : json;
+    };
+    sink_.set("arms", "{\"replica\":" + arm(channels::arm_state_replica) +
+                          ",\"sensor\":" + arm(channels::arm_state_sensor) + "}");
+  }
+  if (changed(channels::testbed_state)) {
+    std::string json = json_of_message(types_, states_[channels::testbed_state]);
+    if (!json.empty()) sink_.set("testbed", std::move(json));
+  }
+}
+
+void CellView::tell_slow(Utime now) {
+  const SafetyWord safe = safety_word(heard_, now);
+  sink_.set("safe", text_of({{"word", safe.word}, {"why", safe.why}}));
+  sink_.set("nodes", traffic_.nodes_json(heard_, now));
+  sink_.set("channels", traffic_.channels_json(now));
+}
+
+}  // namespace berth::console

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "app/console/view/samples.h"
+#include "app/console/view/scan_section.h"
+#include "app/console/view/scene.h"
+#include "app/console/view/sink.h"
+#include "app/console/view/traffic.h"
+
+namespace berth::console {
+
+/// What one look shows: folds the messages of the bus, or of a log, into the sections of
+/// PROTOCOL.md. Knows no bus, thread or clock. Messages of a foreign type and damaged ones are
+/// counted and change nothing else.
+class CellView {
+ public:
+  struct Options {
+    bool with_samples = true;  ///< false: somebody else writes `samples`
+    Utime fast = 50 * millisecond;
+    Utime slow = second;
+  };
+
+  /// Writes the section `scene`. All that is given must outlive it.
+  CellView(const Cell& cell, const LidarProfile& lidar, const logs::TypeCatalogue& types,
+           Sink& sink, const Options& options);
+  CellView(const Cell& cell, const LidarProfile& lidar, const logs::TypeCatalogue& types,
+           Sink& sink)
+      : CellView(cell, lidar, types, sink, Options{}) {}
+
+  /// A message; event.utime is when it was received. Costs little; writes nothing but events.
+  void take(const logs::LogEvent& event);
+  /// Writes the sections that are due by now.
+  void advance(Utime now);
+  /// Writes all that changed.
+  void flush(Utime now);
+  /// Where another run's estimate has the target by now, sensor frame: the frame `ghost2`.
+  void set_second_ghost(const std::optional<Pose>& pose) { second_ghost_ = pose; }
+  /// Where this run's own has it; nothing when there is no current one.
+  std::optional<Pose> estimated_pose(Utime now) const;
+  /// Forgets everything: what comes next is of another run, or from elsewhere in a log.
+  void reset();
+
+ private:
+  /// A section that is written at most once a period.
+  struct Pace {
+    Utime period;
+    Utime last = 0;
+    bool due(Utime now) {
+      if (now >= last && now - last < period) return false;
+      last = now;
+      return true;
+    }
+  };
+
+  void take_state(const logs::LogEvent& event);
+  void tell_fast(Utime now);
+  void tell_states();
+  void tell_slow(Utime now);
+  void tell_run(Bytes message);
+  void on_sample(const Sample& sample);
+  bool changed(const char* channel);
+
+  const Cell& cell_;
+  const logs::TypeCatalogue& types_;
+  Sink& sink_;
+  Options options_;
+
+  Heard heard_;
+  Frames frames_;
+  ScanSection scan_;
+  Traffic traffic_;
+  Samples samples_;
+  std::optional<Sample> last_sample_;
+  std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel
+  std::map<std::string, bool, std::less<>> changed_;                      // of states_
+  std::int64_t session_ = 0;
+  Utime start_ = 0;  // of the run: samples count from it
+  std::optional<Pose> second_ghost_;
+  Pace fast_;
+  Pace states_pace_{200 * millisecond};
+  Pace slow_;
+};
+
+}  // namespace berth::console

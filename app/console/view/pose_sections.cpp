@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/console/view/pose_sections.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "logs/measure/uncertainty.h"
+
+namespace berth::console {
+namespace {
+
+double root(double variance) { return std::sqrt(std::max(0.0, variance)); }
+
+Json sigmas_of(const Matrix6d& covariance) {
+  Json sigmas = Json::array();
+  for (Eigen::Index i = 0; i < 6; ++i) sigmas.push_back(rounded(root(covariance(i, i)), 1e-7));
+  return sigmas;
+}
+
+/// Of the length of a vector that is distributed so.
+double position_sigma(const Matrix6d& c) { return root(c.topLeftCorner<3, 3>().trace()); }
+double attitude_sigma(const Matrix6d& c) { return root(c.bottomRightCorner<3, 3>().trace()); }
+
+Json error_json(const logs::ComparedEstimate& compared) {
+  const Matrix6d& truth = compared.truth.covariance;
+  const logs::Value position =
+      logs::length_of(compared.error.head<3>(), truth.topLeftCorner<3, 3>());
+  const logs::Value attitude =
+      logs::length_of(compared.error.tail<3>(), truth.bottomRightCorner<3, 3>());
+  return {{"position_m", rounded(position.value, 1e-6)},
+          {"attitude_rad", rounded(attitude.value, 1e-7)},
+          {"position_sigma_m", rounded(position.truth_sigma, 1e-6)},
+          {"attitude_sigma_rad", rounded(attitude.truth_sigma, 1e-7)}};
+}
+
+Json velocity_json(const Vector3d& velocity) { return json_of(velocity, 1e-6); }
+
+}  // namespace
+
+Ellipsoid ellipsoid_of(const Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance);
+  Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
+  return {solver.eigenvalues().cwiseMax(0.0).cwiseSqrt(), Quaterniond(axes)};
+}
+
+std::string truth_json(const logs::TruthSample& truth) {
+  return text_of({{"utime", truth.utime},
+                  {"pose", json_of(truth.pose)},
+                  {"xyzwpr", json_of(xyzwpr_from_pose(truth.pose))},
+                  {"linear_velocity_m_s", velocity_json(truth.velocity.linear)},
+                  {"angular_velocity_rad_s", velocity_json(truth.velocity.angular)},
+                  {"sigma", sigmas_of(truth.covariance)},
+                  {"position_sigma_m", rounded(position_sigma(truth.covariance), 1e-6)},
+                  {"attitude_sigma_rad", rounded(attitude_sigma(truth.covariance), 1e-7)}});
+}
+
+std::string estimate_json(const pose_estimate_t& e,
+                          const std::optional<logs::ComparedEstimate>& compared,
+                          std::optional<Utime> latency) {
+  const logs::EstimateSample sample = logs::sample_of(e);
+  const Ellipsoid ellipsoid = ellipsoid_of(sample.covariance.topLeftCorner<3, 3>());
+  const Quaterniond& q = ellipsoid.rotation;
+  Json json = {{"utime", e.utime},
+               {"scan_id", e.scan_id},
+               {"status", e.status},
+               {"reason", e.reason},
+               {"method", e.method},
+               {"target", e.target},
+               {"operating_range", e.operating_range},
+               {"returns_received", e.returns_received},
+               {"returns_used", e.returns_used},
+               {"misses", e.misses},
+               {"residual_rms_m", rounded(e.residual_rms_m, 1e-6)},
+               {"confidence", rounded(e.confidence, 1e-4)},
+               {"pose", json_of(sample.pose)},
+               {"xyzwpr", json_of(xyzwpr_from_pose(sample.pose))},
+               {"linear_velocity_m_s", velocity_json(sample.velocity.linear)},
+               {"angular_velocity_rad_s", velocity_json(sample.velocity.angular)},
+               {"sigma", sigmas_of(sample.covariance)},
+               {"position_sigma_m", rounded(position_sigma(sample.covariance), 1e-6)},
+               {"attitude_sigma_rad", rounded(attitude_sigma(sample.covariance), 1e-7)},
+               {"ellipsoid",
+                {{"radii_m", json_of(ellipsoid.radii, 1e-6)},
+                 {"q",
+                  {rounded(q.w(), 1e-6), rounded(q.x(), 1e-6), rounded(q.y(), 1e-6),
+                   rounded(q.z(), 1e-6)}}}},
+               {"hypotheses", Json::array()},
+               {"error", compared ? error_json(*compared) : Json()},
+               {"latency_s", latency ? rounded(seconds(*latency), 1e-5) : Json()}};
+  for (const hypothesis_t& h : e.hypotheses) {
+    const Pose pose{Vector3d::Map(h.position_m),
+                    Quaterniond(h.q_wxyz[0], h.q_wxyz[1], h.q_wxyz[2], h.q_wxyz[3])};
+    json["hypotheses"].push_back(
+        {{"pose", json_of(pose)}, {"probability", rounded(h.probability, 1e-4)}});
+  }
+  return text_of(json);
+}
+
+}  // namespace berth::console

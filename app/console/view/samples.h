@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/estimator_diagnostics_t.hpp>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+
+#include "logs/file/log_event.h"
+#include "logs/measure/measurer.h"
+
+namespace berth::console {
+
+/// One POSE_ESTIMATE with what came for it later: truth about its time, and how long it took.
+struct Sample {
+  pose_estimate_t estimate;
+  std::optional<logs::ComparedEstimate> compared;
+  std::optional<Utime> latency;  ///< from the last return to when it was published
+};
+
+/// Joins estimates with truth and latency. What does not come for an estimate within a second of
+/// its arrival is left out.
+class Samples {
+ public:
+  using Ready = std::function<void(const Sample&)>;
+  /// ready: is told of every estimate once, in their order.
+  explicit Samples(Ready ready) : ready_(std::move(ready)) {}
+
+  void take(const logs::LogEvent& event);
+  /// Tells what is complete, or has waited long enough.
+  void advance(Utime now);
+  /// Tells what is left.
+  void finish();
+
+ private:
+  struct Waiting {
+    Sample sample;
+    Utime received = 0;
+  };
+  void complete(Waiting& waiting) const;
+  void tell_first();
+
+  Ready ready_;
+  logs::TruthTrack truth_;                   // of the last seconds
+  std::map<std::int64_t, Utime> latencies_;  // by seq of the estimate
+  std::deque<Waiting> waiting_;
+};
+
+/// An entry of the list `samples`; time counts from start.
+std::string sample_json(const Sample& sample, Utime start);
+
+}  // namespace berth::console
