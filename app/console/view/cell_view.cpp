@@ -42,6 +42,7 @@ CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::Type
       frames_(cell),
       traffic_(types),
       samples_([this](const Sample& sample) { on_sample(sample); }),
+      start_(options.start),
       fast_{options.fast},
       slow_{options.slow} {
   sink.set("scene", scene_json(cell, lidar, drawn_bodies(cell)));
@@ -57,7 +58,7 @@ void CellView::reset() {
   states_.clear();
   changed_.clear();
   session_ = 0;
-  start_ = 0;
+  start_ = options_.start;
   for (const char* list : {"events", "returns"}) sink_.reset(list);
   if (options_.with_samples) sink_.reset("samples");
 }
@@ -98,7 +99,7 @@ void CellView::tell_run(Bytes message) {
   if (!info) return;
   if (info->session != session_) {
     session_ = info->session;
-    start_ = info->utime;
+    if (options_.start == 0) start_ = info->utime;
   }
   Json json = {{"run", info->run},
                {"host", word_of_host(info->host)},
@@ -111,6 +112,7 @@ void CellView::tell_run(Bytes message) {
                {"session", info->session},
                {"configuration_hash", info->configuration_hash},
                {"utime_start", start_}};
+  json.update(options_.more_of_run);
   sink_.set("run", text_of(json));
 }
 
@@ -136,7 +138,7 @@ void CellView::advance(Utime now) {
 
 void CellView::flush(Utime now) {
   sink_.at(now);
-  samples_.finish();
+  samples_.advance(now);
   tell_fast(now);
   tell_states();
   tell_slow(now);

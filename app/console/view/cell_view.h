@@ -19,6 +19,9 @@ class CellView {
  public:
   struct Options {
     bool with_samples = true;  ///< false: somebody else writes `samples`
+    /// From which samples count, `utime_start` of `run`; 0: the first that is heard of a run.
+    Utime start = 0;
+    Json more_of_run = Json::object();  ///< what `run` says beside its message
     Utime fast = 50 * millisecond;
     Utime slow = second;
   };
@@ -77,7 +80,7 @@ class CellView {
   std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel
   std::map<std::string, bool, std::less<>> changed_;                      // of states_
   std::int64_t session_ = 0;
-  Utime start_ = 0;  // of the run: samples count from it
+  Utime start_;  // of the run: samples count from it
   std::optional<Pose> second_ghost_;
   Pace fast_;
   Pace states_pace_{200 * millisecond};
