@@ -3,8 +3,8 @@
 
 // Lists that grow are cut at their old end, so that a page left open for a week stays small.
 const kept = {
-  samples: 6000,
-  samples2: 6000,
+  samples: 50000,
+  samples2: 50000,
   events: 1000,
   events2: 1000,
   returns: 600000

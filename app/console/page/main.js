@@ -15,6 +15,7 @@ import {startPlots} from './plots.js';
 import {startPose} from './pose.js';
 import {startPrompt} from './prompt.js';
 import {ReplayBar} from './replay_bar.js';
+import {timeInRun} from './samples.js';
 import {startScene} from './scene.js';
 import {setSign} from './signs.js';
 import {startSteps} from './steps.js';
@@ -31,7 +32,8 @@ const connection = new Connection({
   hello: (message) => {
     // A server of another version has another page.
     if (me.version && message.version !== me.version) location.reload();
-    board.clear();  // what it does not tell again is no more
+    board.paced = message.mode !== 'replay';  // a replay has a pace of its own
+    board.clear();                            // what it does not tell again is no more
     Object.assign(me, message);
     document.body.dataset.mode = me.mode;
     $('replay-bar').hidden = me.mode !== 'replay';
@@ -57,8 +59,7 @@ const replay = new ReplayBar(board, connection);
 const scene = startScene(board);
 const plots = startPlots(board, (time) => {
   const run = board.get('run') || {};
-  if (me.mode === 'replay' && run.utime_start)
-    replay.skip(time - (board.now() - run.utime_start) / 1e6);
+  if (me.mode === 'replay' && run.utime_start) replay.skip(time - timeInRun(board));
 });
 startKeys({drive, replay, scene, plots, me});
 

@@ -11,7 +11,7 @@ export const poseOf = (index) => ({
   decimals: index < 3 ? 1 : 2,
   labels: ['s', 'truth', 'estimate', 'second'],
   bars: false,
-  shown: 1,
+  valueOf: (sample) => sample.estimate?.[index],
   rows: (first, second) => poseRows(first, second, index),
   range: (first, second) => {
     const turned = index > 2 && turnsOver(first, index);
@@ -22,6 +22,7 @@ export const poseOf = (index) => ({
         index < 3 ? 4 : 0.5);
   },
 });
+
 /// The error in or about one axis, within its three sigmas.
 export const axisErrorOf = (index) => ({
   // Of the attitude the rotation vector: differences of w p r would mean nothing.
@@ -30,7 +31,7 @@ export const axisErrorOf = (index) => ({
   decimals: index < 3 ? 1 : 2,
   labels: ['s', '3\u03c3', 'error', 'second'],
   bars: true,
-  shown: 1,
+  valueOf: (sample) => sample.error?.[index],
   rows: (first, second) => errorRows(
       first, second, (sample) => sample.error?.[index], (sample) => sample.sigma3?.[index], true),
   range: (first, second) => {
@@ -43,24 +44,22 @@ export const axisErrorOf = (index) => ({
 });
 
 /// The length of an error, below three sigmas.
-const totalOf = (name, title, unit, decimals, least) => ({
+const totalOf = (title, unit, decimals, least, errorOf, sigmaOf) => ({
   title,
   unit,
   decimals,
   labels: ['s', '3\u03c3', 'error', 'second'],
   bars: true,
-  shown: 1,
-  rows: (first, second) => errorRows(
-      first, second, (sample) => sample[`${name}_${unit === 'mm' ? 'mm' : 'deg'}`],
-      (sample) => sample[`${name}_sigma3_${unit === 'mm' ? 'mm' : 'deg'}`], false),
+  valueOf: errorOf,
+  rows: (first, second) => errorRows(first, second, errorOf, sigmaOf, false),
   range: (first, second) => rangeOf(
-      [...first, ...second].flatMap(
-          (sample) =>
-              (unit === 'mm' ? [sample.position_mm, sample.position_sigma3_mm] :
-                               [sample.attitude_deg, sample.attitude_sigma3_deg])),
-      least, true),
+      [...first, ...second].flatMap((sample) => [errorOf(sample), sigmaOf(sample)]), least, true),
 });
 export const totals = [
-  totalOf('position', 'position error', 'mm', 1, 3),
-  totalOf('attitude', 'attitude error', '\u00b0', 2, 0.2)
+  totalOf(
+      'position error', 'mm', 1, 3, (sample) => sample.position_mm,
+      (sample) => sample.position_sigma3_mm),
+  totalOf(
+      'attitude error', '\u00b0', 2, 0.2, (sample) => sample.attitude_deg,
+      (sample) => sample.attitude_sigma3_deg)
 ];

@@ -3,11 +3,13 @@
 import {$, keepList, make, setText} from './dom.js';
 import {fixed} from './format.js';
 import {axisErrorOf, poseOf, totals} from './plot_kinds.js';
+import {indexAt, thinned, timeInRun} from './samples.js';
 import {cssColour, onTheme} from './theme.js';
 
 /* global Dygraph */
 const spans = [[30, '30 s'], [120, '2 min'], [600, '10 min'], [0, 'all']];
 const redrawEvery = 300;  // ms
+const mostShown = 1500;   // samples of a run in a plot
 
 // Its legend plug-in writes style attributes, which the page's security policy forbids; ours stands
 // in the head.
@@ -19,6 +21,7 @@ class Plots {
     this.seek = seek;
     this.span = 0;
     this.window = null;
+    this.hovered = null;
     this.mode = 'pose';
     this.drawnAt = 0;
     this.timer = 0;
@@ -126,14 +129,30 @@ class Plots {
           rightGap: 4,
           underlayCallback: (canvas, area, of) => this.underlay(canvas, area, of),
           zoomCallback: (from, to) => this.zoomed(index, from, to),
-          highlightCallback: (event, x) => this.showAt(x),
-          unhighlightCallback: () => this.showAt(null),
+          highlightCallback: (event, x) => this.hover(x),
+          unhighlightCallback: () => this.hover(null),
           clickCallback: (event, x) => this.seek(x),
         });
-    return {kind, graph, value};
+    const now = make('i', {class: 'now'});
+    now.hidden = true;
+    place.append(now);
+    return {kind, graph, value, now};
   }
 
-  /// Where steps begin, and where a replay stands.
+  /// Where a replay stands: a line of its own, so that nothing else is drawn again.
+  showNow() {
+    const inReplay = Boolean(this.board.get('replay'));
+    const time = timeInRun(this.board);
+    for (const {graph, now} of this.graphs) {
+      const x = graph.toDomXCoord(time);
+      const area = graph.getArea();
+      now.hidden = !inReplay || !(x >= area.x && x <= area.x + area.w);
+      if (!now.hidden) now.style.transform = `translateX(${Math.round(x)}px)`;
+    }
+    if (inReplay && this.hovered === null) this.showAt(null);
+  }
+
+  /// Where steps begin.
   underlay(canvas, area, graph) {
     const run = this.board.get('run') || {};
     const line = (time, colour, width) => {
@@ -146,8 +165,6 @@ class Plots {
       if (step.utime_start && run.utime_start)
         line((step.utime_start - run.utime_start) / 1e6, cssColour('--grid'), 1);
     }
-    if (this.board.get('replay') && run.utime_start)
-      line((this.board.now() - run.utime_start) / 1e6, cssColour('--orange'), 2);
   }
 
   zoomed(index, from, to) {
@@ -156,17 +173,17 @@ class Plots {
     this.draw();
   }
 
-  showAt(time) {
-    for (const {kind, graph, value} of this.graphs) {
-      const row = time === null ? this.lastRow(graph, kind) : graph.getRowForX(time);
-      const at = row === null || row < 0 ? undefined : graph.getValue(row, 2);
-      const number = Array.isArray(at) ? at[1] : at;
-      setText(value, Number.isFinite(number) ? fixed(number, kind.decimals) : '');
-    }
+  hover(time) {
+    this.hovered = time;
+    this.showAt(time);
   }
 
-  lastRow(graph) {
-    return graph.numRows() - 1;
+  /// The values of the newest sample at that time; null: now.
+  showAt(time) {
+    const samples = this.board.list('samples');
+    const sample = samples[indexAt(samples, (time ?? timeInRun(this.board)) + 1e-6)];
+    for (const {kind, value} of this.graphs)
+      setText(value, sample ? fixed(kind.valueOf(sample), kind.decimals) : '');
   }
 
   ask() {
@@ -184,13 +201,16 @@ class Plots {
     const ends = [...samples.slice(-1), ...samples2.slice(-1)].map((sample) => sample.time_s);
     const starts = [...samples.slice(0, 1), ...samples2.slice(0, 1)].map((sample) => sample.time_s);
     const end = Math.max(...ends, 1), start = Math.min(...starts, end - 1);
-    const window = this.window || [this.span ? end - this.span : start, end];
-    const inside = (list) =>
-        list.filter((sample) => sample.time_s >= window[0] && sample.time_s <= window[1]);
-    const first = inside(samples), second = inside(samples2);
+    // In a replay the samples are those of the whole run: then about where it stands.
+    const last = this.board.get('replay') ?
+        Math.min(end, Math.max(timeInRun(this.board) + this.span / 2, start + this.span)) :
+        end;
+    const window = this.window || (this.span ? [last - this.span, last] : [start, end]);
     const margin = 0.01 * (window[1] - window[0]);
+    const inside = (list) => thinned(list, window[0] - margin, window[1] + margin, mostShown);
+    const first = inside(samples), second = inside(samples2);
     for (const {kind, graph} of this.graphs) {
-      const file = kind.rows(samples, samples2);
+      const file = kind.rows(first, second);
       graph.updateOptions({
         file: file.length ?
             file :
@@ -200,7 +220,8 @@ class Plots {
         visibility: [true, true, samples2.length > 0],
       });
     }
-    this.showAt(null);
+    this.showAt(this.hovered);
+    this.showNow();
     $('plots').dataset.samples = samples.length;
   }
 
@@ -230,6 +251,6 @@ export function startPlots(board, seek) {
   const plots = new Plots(board, seek);
   board.view(['samples', 'samples2', 'run'], () => plots.ask());
   board.view(['samples2'], () => plots.drawLegend());
-  board.view(['replay'], () => plots.ask());
+  board.view(['replay'], () => (plots.span && !plots.window ? plots.ask() : plots.showNow()));
   return plots;
 }

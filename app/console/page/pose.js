@@ -2,6 +2,7 @@
 // The newest pose in numbers: estimate, truth, error and three sigmas, x y z w p r.
 import {$, make, setData, setText} from './dom.js';
 import {age, dash, fixed, known, milliseconds, withUnit} from './format.js';
+import {indexAt, timeInRun} from './samples.js';
 
 const quantities = ['x', 'y', 'z', 'w', 'p', 'r'];
 const freshFor = 10;  // s
@@ -51,13 +52,12 @@ export function startPose(board) {
   const put = (quantity, of, value, decimals) =>
       cells[quantity][of] && setText(cells[quantity][of], fixed(value, decimals));
 
-  board.view(['truth', 'samples'], () => {
+  board.view(['truth', 'samples', 'run', 'replay'], () => {
     // Of one time, so that a row adds up; without a fresh sample there is still the truth of now.
     const samples = board.list('samples');
-    const newest = samples[samples.length - 1];
-    const old =
-        newest ? (board.now() - board.get('run')?.utime_start) / 1e6 - newest.time_s : Infinity;
-    const last = newest && !(old > freshFor) ? newest : {};
+    const newest = samples[indexAt(samples, timeInRun(board))];
+    const last =
+        newest && !(timeInRun(board) > newest.time_s + freshFor && board.get('run')) ? newest : {};
     for (const [index, quantity] of quantities.entries()) {
       const decimals = index < 3 ? 1 : 2;
       put(quantity, 'estimate', last.estimate?.[index], decimals);

@@ -3,6 +3,7 @@
 import {send} from './commands.js';
 import {$, make, setData, setText} from './dom.js';
 import {duration} from './format.js';
+import {indexAt, timeInRun} from './samples.js';
 import {toneOf} from './tones.js';
 import {severityOf, word} from './words.js';
 
@@ -69,11 +70,12 @@ export class ReplayBar {
     this.seek(this.state.position_s + seconds);
   }
 
-  /// To the estimate before the newest one.
+  /// To the estimate before the one that is shown.
   back() {
     const samples = this.board.list('samples');
-    const [before, last] = samples.slice(-2);
-    this.skip(before && last ? before.time_s - last.time_s - 0.001 : -1);
+    const now = timeInRun(this.board);
+    const before = samples[indexAt(samples, now) - 1];
+    this.skip(before ? before.time_s - now : -1);
   }
 
   faster(by) {
