@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/serving.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstring>
 
 #include "app/console/server/credentials.h"
 #include "app/runs/run_files.h"
@@ -133,19 +139,32 @@ ServerOptions serving(const ConsoleConfig& config) {
   return server;
 }
 
-AddressFile::AddressFile(const fs::path& run, const std::string& url) : file_(address_file(run)) {
-  write_file(file_, url + "\n");
+AddressFile::AddressFile(const fs::path& run, const std::string& url)
+    : file_(address_file(run)),
+      fd_(open(file_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+  const std::string line = url + "\n";
+  // Held until the process ends, however it ends.
+  if (fd_ < 0 || flock(fd_, LOCK_EX | LOCK_NB) != 0 || write(fd_, line.data(), line.size()) < 0) {
+    throw InputError(file_.string() + ": " + std::strerror(errno));
+  }
 }
 
 AddressFile::~AddressFile() {
   std::error_code ignored;
   fs::remove(file_, ignored);
+  close(fd_);
 }
 
 std::optional<std::string> console_address(const fs::path& run) {
-  if (!fs::exists(address_file(run))) return std::nullopt;
+  const int fd = open(address_file(run).c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return std::nullopt;
+  const bool held = flock(fd, LOCK_SH | LOCK_NB) != 0;  // else by one that was killed
+  close(fd);
+  if (!held) return std::nullopt;
   const std::string text = read_file(address_file(run));
-  return text.substr(0, text.find('\n'));
+  const auto end = text.find('\n');
+  if (end == std::string::npos) return std::nullopt;
+  return text.substr(0, end);
 }
 
 }  // namespace berth::console

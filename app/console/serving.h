@@ -48,7 +48,8 @@ class ServingOptions {
 /// that Debian's packages libjs-three and libjs-dygraphs install. @throws InputError
 ServerOptions serving(const ConsoleConfig& config);
 
-/// The file in which the console of a run leaves its address as long as it serves.
+/// The file in which the console of a run leaves its address, and which it locks, as long as it
+/// serves.
 class AddressFile {
  public:
   AddressFile(const std::filesystem::path& run, const std::string& url);
@@ -58,6 +59,7 @@ class AddressFile {
 
  private:
   std::filesystem::path file_;
+  int fd_;
 };
 
 /// Where the console that was started with a run serves; nothing when there is none.

@@ -34,7 +34,7 @@ one_run without --no-console || echo "without: exit code $?"
 one_run with &
 runner=$!
 for _ in $(seq 300); do
-  address=$(cat "$work"/with/*/output/console.url 2>/dev/null) && break
+  address=$(cat "$work"/with/*/output/console.url 2>/dev/null) && [ -n "$address" ] && break
   sleep 0.1
 done
 [ -n "${address:-}" ] || { cat "$work/with.txt"; fail "no console came up"; }
