@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdio>
 #include <ctime>
 #include <string>
 
@@ -12,6 +13,18 @@ inline std::string utc_text(std::time_t time) {
   gmtime_r(&time, &utc);
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+/// A duration: "4:07" or "1:04:07".
+inline std::string clock_text(double s) {
+  const auto total = static_cast<long>(s + 0.5);
+  char text[32];
+  if (total < 3600) {
+    std::snprintf(text, sizeof text, "%ld:%02ld", total / 60, total % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", total / 3600, total / 60 % 60, total % 60);
+  }
   return text;
 }
 

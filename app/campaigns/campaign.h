@@ -26,7 +26,7 @@ struct Block {
 /// and after the merge:
 ///     trials.jsonl      all results, in order, one line each
 ///     summary.json      counts, failures, what is missing
-///     SHA256SUMS
+///     report.html, report.json, SHA256SUMS
 class Campaign {
  public:
   /// Makes the directory, or opens the one that is there when it is of the same campaign.
@@ -65,13 +65,13 @@ struct Summary {
   std::map<Outcome, std::int64_t> outcomes;
   std::map<std::string, std::int64_t> failures;  ///< by kind
   std::vector<Block> missing;
-  std::vector<std::int64_t> broken;  ///< trials that ended in error, time-out or crash
+  std::vector<std::int64_t> broken;  ///< trials that ended in an error or a crash
 
   bool complete() const { return present == trials; }
 };
 
-/// Joins the results of finished blocks into trials.jsonl and writes summary.json and SHA256SUMS.
-/// Takes whatever is there; may be repeated. @throws InputError.
+/// Joins the results of finished blocks into trials.jsonl and writes summary.json. Takes whatever
+/// is there; may be repeated. @throws InputError.
 Summary merge(const Campaign& campaign);
 
 }  // namespace berth::campaigns

@@ -4,7 +4,6 @@
 
 #include "app/campaigns/campaign.h"
 #include "app/campaigns/results.h"
-#include "app/runs/checksums.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 
@@ -14,10 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-bool is_broken(Outcome outcome) {
-  return outcome == Outcome::error || outcome == Outcome::timeout || outcome == Outcome::aborted ||
-         outcome == Outcome::crashed;
-}
+bool is_broken(Outcome outcome) { return outcome == Outcome::error || outcome == Outcome::crashed; }
 
 void count(const std::vector<TrialResult>& results, const Block& block, Summary& summary) {
   std::int64_t expected = block.begin;
@@ -74,7 +70,6 @@ Summary merge(const Campaign& campaign) {
   sync_to_disk(unfinished);
   fs::rename(unfinished, campaign.trials_file());
   write_summary(campaign, summary);
-  write_checksums(campaign.directory());
   return summary;
 }
 

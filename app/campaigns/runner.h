@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <sys/types.h>
+
 #include <functional>
 #include <memory>
 
@@ -21,6 +23,10 @@ class Experiment {
 
 /// Of the campaign's manifest. @throws InputError.
 std::unique_ptr<Experiment> make_experiment(const Campaign& campaign);
+
+/// Where a worker may leave files while it runs a trial: on the machine that it runs on. Removed
+/// when it has ended, however that was.
+std::filesystem::path work_directory_of(pid_t worker);
 
 struct RunnerProgress {
   std::int64_t done = 0;      ///< trials with a result, those of earlier times among them

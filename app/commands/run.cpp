@@ -17,6 +17,7 @@
 #include "app/hosts/twin_host.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/arms_now.h"
+#include "app/runs/config_override.h"
 #include "app/runs/verdict.h"
 #include "app/terminal/monitor.h"
 #include "app/terminal/terminal_view.h"
@@ -115,12 +116,15 @@ int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>&
 
 /// What berth check would say, before anything starts. @return whether it may.
 bool passes_check(const RunRequest& request) {
-  const auto procedure = procedures::load_procedure(request.procedure, request.parameters);
+  const auto procedure =
+      procedures::load_procedure(request.procedure, of_procedure(request.parameters));
+  std::optional<ChangedConfiguration> changed;
   std::optional<testbed::ArmPair> start;
   RunSetup setup;
   if (request.joins.empty()) {
     setup = choose_setup({request.config, request.layout, request.target, request.target_length},
                          &procedure);
+    setup.config = changed.emplace(setup.config, request.parameters).directory();
   } else {
     setup = RunFiles::open(request.joins).setup;
     start = arms_now(request.url, setup.session);
@@ -173,7 +177,10 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_flag(
       "--twin", options->twin,
       "In one process on a simulated clock: deterministic, far faster than real time");
-  command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")
+  command
+      ->add_option("--set", options->set,
+                   "A parameter of the procedure, or a key of a configuration file as "
+                   "simulation_lidar.yaml:noise_scale")
       ->type_name("NAME=VALUE");
   command->add_flag("--no-check", options->no_check,
                     "Start although berth check may have something against it");

@@ -5,22 +5,9 @@
 
 #include <cstdio>
 
+#include "app/utc.h"
+
 namespace berth::nights {
-namespace {
-
-/// "4:07" or "1:04:07".
-std::string clock_text(double s) {
-  const auto total = static_cast<long>(s + 0.5);
-  char text[32];
-  if (total < 3600) {
-    std::snprintf(text, sizeof text, "%ld:%02ld", total / 60, total % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", total / 3600, total / 60 % 60, total % 60);
-  }
-  return text;
-}
-
-}  // namespace
 
 NightProgress::NightProgress(std::size_t done, std::size_t total)
     : before_(done), done_(done), total_(total), is_terminal_(isatty(STDOUT_FILENO) == 1) {}

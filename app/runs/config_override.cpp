@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 #include <vector>
 
@@ -138,6 +139,31 @@ void override_configuration(const fs::path& config,
 void check_override(const fs::path& config, const std::string& parameter,
                     const std::string& value) {
   overridden(place_of(config, parameter), parameter, value);
+}
+
+ChangedConfiguration::ChangedConfiguration(const fs::path& config,
+                                           const std::map<std::string, std::string>& parameters)
+    : directory_(config) {
+  const bool changes = std::any_of(parameters.begin(), parameters.end(), [](const auto& item) {
+    return names_configuration(item.first);
+  });
+  if (!changes) return;
+  std::string name = (fs::temp_directory_path() / "berth-config-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw InputError(name + ": cannot be made");
+  directory_ = name;
+  is_copy_ = true;
+  try {
+    fs::copy(config, directory_, fs::copy_options::recursive);
+    override_configuration(directory_, parameters);
+  } catch (...) {
+    fs::remove_all(directory_);
+    throw;
+  }
+}
+
+ChangedConfiguration::~ChangedConfiguration() {
+  std::error_code ignored;
+  if (is_copy_) fs::remove_all(directory_, ignored);
 }
 
 }  // namespace berth

@@ -25,4 +25,22 @@ void override_configuration(const std::filesystem::path& config,
 void check_override(const std::filesystem::path& config, const std::string& parameter,
                     const std::string& value);
 
+/// A configuration directory with some keys changed; where none are it is the one given, else a
+/// copy that goes with this object.
+class ChangedConfiguration {
+ public:
+  /// @throws InputError as override_configuration
+  ChangedConfiguration(const std::filesystem::path& config,
+                       const std::map<std::string, std::string>& parameters);
+  ~ChangedConfiguration();
+  ChangedConfiguration(const ChangedConfiguration&) = delete;
+  ChangedConfiguration& operator=(const ChangedConfiguration&) = delete;
+
+  const std::filesystem::path& directory() const { return directory_; }
+
+ private:
+  std::filesystem::path directory_;
+  bool is_copy_ = false;
+};
+
 }  // namespace berth

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/runs/choose_setup.h"
+#include "app/runs/config_override.h"
 #include "app/runs/manifest.h"
 #include "app/utc.h"
 #include "common/bus/process_loop.h"
@@ -110,14 +111,16 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
                const Description& description) {
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
   fs::copy(config, directory / "config", fs::copy_options::recursive);
+  if (!description.joins) override_configuration(directory / "config", request.parameters);
   if (description.host == "simulated-cell" && !description.joins) {
     choose_free_ports(directory / "config" / "devices.yaml");
   }
   fs::create_directory(directory / "output");
   if (!request.procedure.empty()) {
     // As it runs: with the procedures that it calls.
-    write_file(directory / "procedure.yaml",
-               procedures::load_procedure(request.procedure, request.parameters).text);
+    write_file(
+        directory / "procedure.yaml",
+        procedures::load_procedure(request.procedure, of_procedure(request.parameters)).text);
   }
 
   // The twin's log must not depend on when it was made.
@@ -150,7 +153,11 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
 /// A procedure in a cell that is up: what the cell is cannot be chosen any more.
 RunFiles join(const RunRequest& request) {
   const RunFiles cell = RunFiles::open(request.joins);
-  procedures::load_procedure(request.procedure, request.parameters);
+  for (const auto& [name, value] : request.parameters) {
+    if (!names_configuration(name)) continue;
+    throw InputError("a cell is up with its configuration: '" + name + "' cannot be set any more");
+  }
+  procedures::load_procedure(request.procedure, of_procedure(request.parameters));
   if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
       (!request.target.empty() &&
        fs::path(request.target).filename() != fs::path(cell.setup.target).filename()) ||
@@ -194,7 +201,7 @@ RunFiles RunFiles::create(const RunRequest& request) {
   std::string stem = "cell";
   std::optional<procedures::Procedure> procedure;
   if (!request.procedure.empty()) {
-    procedure = procedures::load_procedure(request.procedure, request.parameters);
+    procedure = procedures::load_procedure(request.procedure, of_procedure(request.parameters));
     stem = request.procedure.stem().string();
   }
   const RunSetup setup =

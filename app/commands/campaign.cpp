@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "app/campaigns/cost.h"
+#include "app/campaigns/report.h"
+#include "app/campaigns/results.h"
+#include "app/commands/campaign_view.h"
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "app/runs/checksums.h"
+#include "common/core/error.h"
+
+namespace berth::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace campaigns;
+
+struct Options {
+  fs::path manifest;
+  fs::path out;
+  std::int64_t trials = 0;
+  int jobs = 0;
+  std::string engine = "local";
+  // of the verbs
+  fs::path directory;
+  std::int64_t number = 0;
+  std::int64_t count = 1;
+};
+
+std::atomic<bool> interrupted = false;
+
+void watch_for_interruption() {
+  for (const int number : {SIGINT, SIGTERM}) signal(number, [](int) { interrupted = true; });
+}
+
+int jobs_of(const Options& options) {
+  if (options.jobs > 0) return options.jobs;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, int jobs) {
+  watch_for_interruption();
+  CampaignProgress progress(campaign.manifest().points());
+  RunnerOptions runner;
+  runner.jobs = jobs;
+  runner.make = [&campaign] { return make_experiment(campaign); };
+  runner.tell = [&progress](const RunnerProgress& now) { progress.tell(now); };
+  runner.interrupted = [] { return interrupted.load(); };
+  const RunnerCost cost = run_blocks(campaign, blocks, runner);
+  progress.end();
+  if (cost.trials > 0) note_cost(campaign, cost, jobs);
+  return cost;
+}
+
+/// Joins what is there, draws it and says it.
+Summary conclude(const Campaign& campaign) {
+  const Summary summary = merge(campaign);
+  if (summary.present > 0) write_report(campaign.manifest(), campaign.directory());
+  write_checksums(campaign.directory());
+  print_summary(campaign, summary);
+  return summary;
+}
+
+int exit_code_of(const Summary& summary) {
+  if (interrupted) return exit_code::aborted;
+  if (!summary.complete()) return exit_code::error;
+  return summary.broken.empty() ? exit_code::passed : exit_code::failed;
+}
+
+int run_campaign(const Options& options) {
+  const Manifest manifest = load_manifest(options.manifest);
+  const fs::path out =
+      options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
+  const Campaign campaign = Campaign::create(manifest, out, options.trials);
+  std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),
+              static_cast<long long>(campaign.manifest().points()),
+              static_cast<long long>(campaign.manifest().trials));
+  std::fflush(stdout);
+  const RunnerCost cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options));
+  const Summary summary = conclude(campaign);
+  if (cost.trials > 0) std::printf("%s\n", text_of(cost).c_str());
+  return exit_code_of(summary);
+}
+
+int run_block_numbers(const Options& options) {
+  const Campaign campaign = Campaign::open(options.directory);
+  const auto all = campaign.blocks();
+  if (options.number < 0 || options.number >= std::ssize(all)) {
+    throw InputError("block " + std::to_string(options.number) + ": expected 0 to " +
+                     std::to_string(std::ssize(all) - 1));
+  }
+  const auto first = all.begin() + options.number;
+  const auto last = first + std::min(options.count, std::int64_t{std::distance(first, all.end())});
+  const RunnerCost cost = run_here(campaign, {first, last}, std::max(1, options.jobs));
+  if (cost.trials > 0) std::printf("%s\n", text_of(cost).c_str());
+  return interrupted ? exit_code::aborted : exit_code::passed;
+}
+
+int run_trial_again(const Options& options) {
+  const Campaign campaign = Campaign::open(options.directory);
+  const std::int64_t last = campaign.manifest().total() - 1;
+  if (options.number < 0 || options.number > last) {
+    throw InputError("trial " + std::to_string(options.number) + ": expected 0 to " +
+                     std::to_string(last));
+  }
+  const Trial trial = trial_of(campaign.manifest(), options.number);
+  const fs::path out = options.out.empty()
+                           ? campaign.directory() / "again" / std::to_string(options.number)
+                           : options.out;
+  if (fs::exists(out)) throw InputError(out.string() + ": is there; choose another --out");
+  const TrialResult result = make_experiment(campaign)->run_again(trial, out);
+  std::printf("%s\n%s\n", line_of(result).c_str(), out.c_str());
+  if (result.outcome == Outcome::error) return exit_code::error;
+  return result.passed() ? exit_code::passed : exit_code::failed;
+}
+
+void add_directory(CLI::App& verb, Options& options) {
+  verb.add_option("directory", options.directory, "The campaign's directory")->required();
+}
+
+void add_verbs(CLI::App& campaign, const std::shared_ptr<Options>& options, int& exit_code) {
+  auto* trial = campaign.add_subcommand(
+      "trial", "Run one trial again, alone, and keep its run directory or its scan");
+  add_directory(*trial, *options);
+  trial->add_option("trial", options->number, "Its number")->required();
+  trial->add_option("--out", options->out, "Where; default: again/NUMBER in the campaign");
+  trial->callback([options, &exit_code] { exit_code = run_trial_again(*options); });
+
+  auto* block = campaign.add_subcommand("block",
+                                        "Run some blocks of a campaign: what a cluster's "
+                                        "job does. Merges nothing");
+  add_directory(*block, *options);
+  block->add_option("number", options->number, "The first block's number")->required();
+  block->add_option("--count", options->count, "How many")->check(CLI::PositiveNumber);
+  block->add_option("--jobs", options->jobs, "Worker processes (default: 1)");
+  block->callback([options, &exit_code] { exit_code = run_block_numbers(*options); });
+
+  auto* join = campaign.add_subcommand("merge", "Join the results that are there");
+  add_directory(*join, *options);
+  join->callback([options, &exit_code] {
+    exit_code = exit_code_of(conclude(Campaign::open(options->directory)));
+  });
+}
+
+}  // namespace
+
+void add_campaign(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "campaign",
+      "Run an experiment many times under swept and drawn conditions; see docs/campaigns.md.\n"
+      "Exit codes: 0 all trials have a result, 1 some crashed or ended in an error, 2 the input "
+      "was\n"
+      "at fault or results are missing, 3 interrupted (the same command goes on).");
+  auto options = std::make_shared<Options>();
+  command->add_option("campaign", options->manifest, "Campaign, e.g. campaigns/acquisition.yaml");
+  command->add_option("--trials", options->trials, "At each point, instead of the campaign's own")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--jobs", options->jobs, "Worker processes (default: one per core)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--engine", options->engine, "Where the trials run")
+      ->check(CLI::IsMember({"local"}))
+      ->capture_default_str();
+  command->add_option("--out", options->out,
+                      "The campaign's directory (default: campaign-runs/NAME); one that is there "
+                      "goes on where it was");
+  command->require_subcommand(0, 1);
+  add_verbs(*command, options, exit_code);
+  command->callback([command, options, &exit_code] {
+    if (!command->get_subcommands().empty()) return;
+    if (options->manifest.empty()) throw InputError("berth campaign: no CAMPAIGN.yaml given");
+    exit_code = run_campaign(*options);
+  });
+}
+
+}  // namespace berth::commands
