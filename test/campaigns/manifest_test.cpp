@@ -127,7 +127,7 @@ TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
 
 TEST_CASE("a wrong manifest is told with file, line and key") {
   CHECK(complaint("seed: 3", "sead: 3") ==
-        "campaigns/few.yaml:3: key 'sead': is not known; did you mean 'seed'?");
+        "campaigns/few.yaml:3: key 'sead': is not known here; did you mean 'seed'?");
   CHECK_THAT(complaint("trials: 5", "trials: 0"),
              Contains("campaigns/few.yaml:4: key 'trials': found 0"));
   CHECK_THAT(complaint("returns: [50, 100, 200]", "returns: 50"),
@@ -147,7 +147,7 @@ TEST_CASE("a wrong manifest is told with file, line and key") {
   CHECK_THAT(complaint("  range: 5.5 m", "  right: {uniform: [0, 1]}"),
              Contains("key 'set.right'"));
   CHECK_THAT(complaint("[position_error", "[positon_error"),
-             Contains(":17: key 'measurements': 'positon_error': no measurement"));
+             Contains(":16: key 'measurements': 'positon_error': no measurement"));
   CHECK_THAT(complaint("experiment: acquisition", "experiment: aquisition"),
              Contains(":2: key 'experiment'"));
   CHECK_THAT(complaint("experiment: acquisition", "procedure: nowhere.yaml"),
