@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/runs/procedure_run.h"
 
+#include "app/runs/config_override.h"
+
 namespace berth {
 
 ProcedureRun procedure_run(const RunFiles& files) {
   ProcedureRun run;
   run.file = files.procedure();
-  run.parameters = files.parameters;
+  run.parameters = of_procedure(files.parameters);
   run.name = files.name;
   run.host = files.host == "twin"   ? run_info_t::TWIN
              : files.host == "cell" ? run_info_t::CELL
