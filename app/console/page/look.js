@@ -58,23 +58,32 @@ function drawRunning(board) {
   const steps = procedure?.steps || [];
   const name = procedure?.procedure || run.procedure || 'nothing';
   setSign(tile.querySelector('.sign'), finished ? outcome : state);
+  const inReplay = Boolean(board.get('replay'));
+  const second = board.get('run2');
+  const about =
+      [run.host, run.target, run.layout, run.seed === undefined ? '' : `seed ${run.seed}`];
+  const recorded = [run.directory || run.run, second && `beside ${second.directory || second.run}`];
+  setText($('run-about'), inReplay ? `Replay of ${recorded.filter(Boolean).join(' ')}` : [
+    'Running', ...about
+  ].filter(Boolean).join(' \u00b7 '));
+  $('run-about').title = [run.run, ...about, run.version].filter(Boolean).join(', ');
   setText($('procedure-name'), finished ? `${outcomeWords[outcome] || outcome} ${name}` : name);
   const index = procedure ? procedure.current_step : -1;
   const current = steps[index];
   const done =
       steps.filter((step) => !['pending', 'running'].includes(word('step', step.state))).length;
-  let second = procedure ? '' : 'no procedure runs';
+  let where = procedure ? '' : 'no procedure runs';
   if (finished)
-    second = procedure.reason || `${done} of ${steps.length} steps`;
+    where = procedure.reason || `${done} of ${steps.length} steps`;
   else if (current)
-    second = `${state === 'running' ? '' : `${state}, `}step ${index + 1} of ${steps.length}: ${
+    where = `${state === 'running' ? '' : `${state}, `}step ${index + 1} of ${steps.length}: ${
         current.name}`;
   else if (procedure)
-    second = procedure.reason || spaced(state);
+    where = procedure.reason || spaced(state);
   if (current && current.utime_start && !finished)
-    second += `  ${duration((board.now() - current.utime_start) / 1e6)}`;
-  setText($('current-step'), second);
-  $('current-step').title = second;
+    where += `  ${duration((board.now() - current.utime_start) / 1e6)}`;
+  setText($('current-step'), where);
+  $('current-step').title = where;
   $('run-progress').value = steps.length ? done / steps.length : 0;
 }
 

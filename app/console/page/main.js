@@ -2,6 +2,7 @@
 // Puts the parts of the page together.
 import {startBanner} from './banner.js';
 import {Board} from './board.js';
+import {startChannels} from './channels.js';
 import {Connection} from './connection.js';
 import {startCriteria} from './criteria.js';
 import {$} from './dom.js';
@@ -52,6 +53,7 @@ startCriteria(board);
 startPose(board);
 startFacility(board);
 startNodes(board);
+startChannels(board);
 startEvents(board);
 const drive = new Drive(board, connection, me);
 startPrompt(board, connection, drive);

@@ -9,6 +9,7 @@ import {Cameras} from './scene_camera.js';
 import {SensorView} from './scene_sensor.js';
 import {drawLegend, drawNote} from './scene_words.js';
 import {cssColour, isDark, onTheme} from './theme.js';
+import {word} from './words.js';
 
 const views = ['cell', 'eye', 'top', 'side'];
 
@@ -131,6 +132,11 @@ class Scene {
           ...(this.board.get('lidar')?.field_of_view_rad?.[0] > 0 ? this.board.get('lidar') : {})
         },
         this.distance());
+    const estimate = this.board.get('estimate');
+    const isAmbiguous = estimate && word('estimate', estimate.status) === 'ambiguous';
+    this.bodies.showHypotheses(
+        isAmbiguous ? (estimate.hypotheses || []).slice(0, 4).map((hypothesis) => hypothesis.pose) :
+                      []);
     this.sensor.showUncertainty(this.board.get('estimate'), this.distance());
     this.invalidate();
   }

@@ -31,6 +31,8 @@ export class Bodies {
     this.frames = new Map();
     this.materials = this.makeMaterials();
     this.loaded = '';
+    this.replica = [];     // what it is made of, for its hypotheses
+    this.hypotheses = [];  // groups in the sensor frame
   }
 
   makeMaterials() {
@@ -109,6 +111,8 @@ export class Bodies {
         child.traverse((part) => part.geometry && part.geometry.dispose());
       }
     }
+    this.replica = [];
+    this.showHypotheses([]);
     const meshes = new Map();
     await Promise.all(bodies.map(async (body) => {
       try {
@@ -135,6 +139,7 @@ export class Bodies {
     };
     const materials = this.materials;
     if (body.kind === 'replica') {
+      this.replica.push({geometry, edges});
       put('replica', materials.replica, materials.edges);
       put('ghost', materials.ghost, materials.ghostEdges);
       put('ghost2', materials.ghost2, materials.ghost2Edges);
@@ -145,5 +150,21 @@ export class Bodies {
     } else {
       put(body.frame, materials[body.kind] || materials.cell, materials.edges);
     }
+  }
+
+  /// The replica at each of these poses in the sensor frame, as glass.
+  showHypotheses(poses) {
+    const frame = this.frame('sensor');
+    for (const group of this.hypotheses) frame.remove(group);
+    this.hypotheses = poses.map((pose) => {
+      const group = new THREE.Group();
+      for (const {geometry, edges} of this.replica) {
+        group.add(new THREE.Mesh(geometry, this.materials.ghost2));
+        if (edges) group.add(new THREE.LineSegments(edges, this.materials.ghost2Edges));
+      }
+      place(group, pose);
+      frame.add(group);
+      return group;
+    });
   }
 }

@@ -11,6 +11,7 @@ export function drawLegend(board) {
     ['replica (truth)', '#c9ae62', '', frames.replica],
     ['estimate', 'var(--first)', '', frames.ghost],
     ['estimate of the second run', 'var(--second)', '', frames.ghost2],
+    ['hypotheses', 'var(--second)', '', board.get('estimate')?.hypotheses?.length],
     ['3\u03c3', 'var(--second)', 'ring', board.get('estimate')?.pose],
     ['returns', 'var(--returns)', 'dots', board.list('returns').length],
     ['scan windows', 'var(--yellow)', 'line', board.get('scan')?.windows?.length],
