@@ -29,6 +29,7 @@ export class Bodies {
     this.root = root;
     this.changed = changed;
     this.frames = new Map();
+    this.poses = {};  // the newest: a body may come after them
     this.materials = this.makeMaterials();
     this.loaded = '';
     this.replica = [];     // what it is made of, for its hypotheses
@@ -85,18 +86,21 @@ export class Bodies {
     if (name === 'cell') return this.root;
     if (!this.frames.has(name)) {
       const group = new THREE.Group();
-      group.visible = false;
+      this.put(group, this.poses[name]);
       this.frames.set(name, group);
       this.root.add(group);
     }
     return this.frames.get(name);
   }
 
+  put(group, pose) {
+    group.visible = Boolean(pose);
+    if (pose) place(group, pose);
+  }
+
   move(poses) {
-    for (const [name, group] of this.frames) {
-      group.visible = Boolean(poses[name]);
-      if (poses[name]) place(group, poses[name]);
-    }
+    this.poses = poses;
+    for (const [name, group] of this.frames) this.put(group, poses[name]);
   }
 
   /// Takes the scene; fetches its meshes when it is another than before.
