@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drive bar: who holds the control, and what may be asked of the procedure now.
-import {send} from './commands.js';
+import {notice, send} from './commands.js';
 import {askReason} from './dialogs.js';
 import {$, setData, setText} from './dom.js';
 import {percent} from './format.js';
@@ -58,6 +58,14 @@ export class Drive {
       button.setAttribute('aria-disabled', why !== '');
       button.title = why ? `Not now: ${why}` : '';
     }
+    const lost = this.wasMine && !this.mine && !this.released;
+    if (lost)
+      notice(
+          `You no longer hold the control: ${
+              this.holder ? `${this.holder} has taken it` : 'this page was not heard in time'}`,
+          false);
+    if (this.mine && !this.wasMine) this.released = false;
+    this.wasMine = this.mine;
     setData(document.body, 'control', this.mine ? 'mine' : this.holder ? 'other' : 'nobody');
     setText(
         $('control-word'),
@@ -92,7 +100,10 @@ export class Drive {
       run: () => openRun(
           this.board, (parameters) => this.send('run', parameters, `Run ${parameters.procedure}`)),
       'take-control': () => this.send('take_control', {}, 'Take control'),
-      'release-control': () => this.send('release_control', {}, 'Release control'),
+      'release-control': () => {
+        this.released = true;
+        return this.send('release_control', {}, 'Release control');
+      },
     };
     for (const [id, action] of Object.entries(act))
       $(id).addEventListener('click', () => this.use(id, action));
@@ -124,8 +135,7 @@ export class Drive {
   use(id, action = this.act[id]) {
     const why = this.obstacle(id);
     if (!why) return action();
-    setText($('notice'), `${id.replace(/-/g, ' ')}: ${why}`);
-    setData($('notice'), 'accepted', false);
+    notice(`${id.replace(/-/g, ' ')}: ${why}`, false);
     return undefined;
   }
 

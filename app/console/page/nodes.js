@@ -51,6 +51,9 @@ function update(row, node) {
       node.published ?? dash} published\n${counters}`;
 }
 
+const isBad = (node) => (node.age_s > silentAfter && word('node', node.state) !== 'stopped') ||
+    ['degraded', 'fault'].includes(word('node', node.state));
+
 export function startNodes(board) {
   const list = make('div', {role: 'rowgroup'});
   $('nodes').append(
@@ -61,12 +64,10 @@ export function startNodes(board) {
       list);
   board.view(['nodes'], () => {
     const nodes = board.list('nodes');
-    keepList(list, nodes, (node) => node.node, create, update);
-    const bad = nodes
-                    .filter(
-                        (node) => node.age_s > silentAfter ||
-                            ['degraded', 'fault'].includes(word('node', node.state)))
-                    .length;
+    // Who is not well comes first; the others keep their places.
+    const ordered = [...nodes].sort((a, b) => isBad(b) - isBad(a));
+    keepList(list, ordered, (node) => node.node, create, update);
+    const bad = nodes.filter(isBad).length;
     const place = $('nodes-count');
     setText(
         place,

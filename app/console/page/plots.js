@@ -24,6 +24,7 @@ class Plots {
     this.hovered = null;
     this.mode = 'pose';
     this.drawnAt = 0;
+    this.cost = 0;  // ms
     this.timer = 0;
     this.graphs = [];
     for (const [seconds, title] of spans) {
@@ -188,7 +189,8 @@ class Plots {
 
   ask() {
     if (this.timer) return;
-    const wait = Math.max(0, this.drawnAt + redrawEvery - performance.now());
+    const wait =
+        Math.max(0, this.drawnAt + Math.max(redrawEvery, 5 * this.cost) - performance.now());
     this.timer = setTimeout(() => {
       this.timer = 0;
       this.draw();
@@ -223,6 +225,7 @@ class Plots {
     this.showAt(this.hovered);
     this.showNow();
     $('plots').dataset.samples = samples.length;
+    this.cost = performance.now() - this.drawnAt;
   }
 
   drawLegend() {

@@ -38,6 +38,7 @@ class Scene {
     this.world.add(this.nearest);
     this.withInset = true;
     this.asked = false;
+    this.notBefore = 0;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     onTheme(() => this.paint());
     this.paint();
@@ -164,13 +165,21 @@ class Scene {
     this.resize();
   }
 
+  /// Asks for a picture. One that takes long is made less often: commands must get through.
   invalidate() {
     if (this.asked) return;
     this.asked = true;
-    requestAnimationFrame(() => {
+    const draw = () => requestAnimationFrame(() => {
       this.asked = false;
+      const begin = performance.now();
       this.render();
+      this.notBefore = begin + 3 * (performance.now() - begin);
     });
+    const wait = this.notBefore - performance.now();
+    if (wait > 10)
+      setTimeout(draw, wait);
+    else
+      draw();
   }
 
   render() {
