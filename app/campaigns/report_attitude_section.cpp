@@ -92,9 +92,16 @@ Html coverage(const TrialTable& table) {
     maps += number_map("Median " + column.name, column.unit, grid, cells,
                        [&](const Rows& rows) { return median_of(column, rows); });
   }
-  maps += number_map("Trials", "", grid, cells, [](const Rows& rows) {
-    return rows.empty() ? std::nan("") : static_cast<double>(rows.size());
-  });
+  const double even = static_cast<double>(table.size()) / static_cast<double>(grid.size());
+  SphereMap missing{"Coverage: trials less than an even share", {}, {}};
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const auto count = static_cast<double>(cells[i].size());
+    missing.values.push_back(std::max(0.0, 100 * (1 - count / even)));
+    missing.hovers.push_back(name_of_direction(middle_of(grid.cell(i))) + ": " +
+                             std::to_string(cells[i].size()) + " trials, an even share is " +
+                             brief(even, 3));
+  }
+  maps += html_of(missing, grid, ColourScale({25, 50, 75, 99}, "% less"));
   const auto empty =
       std::count_if(cells.begin(), cells.end(), [](const Rows& r) { return r.empty(); });
   return maps + element("p", "note-wide",
@@ -156,7 +163,7 @@ Html attitude_section(const ReportView& view) {
     std::vector<Rows> rows(first->levels.size());
     for (std::size_t row = 0; row < table.size(); ++row) rows[first->level[row]].push_back(row);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      maps += success_map(table, first->name + " " + first->levels[i], rows[i]);
+      maps += success_map(table, "Failed: " + first->name + " " + first->levels[i], rows[i]);
     }
   } else {
     maps += success_map(table, "Failed", all_rows(table));

@@ -114,12 +114,12 @@ Html failure_section(const ReportView& view) {
     list.rows.push_back(
         {text(kind), text(std::to_string(rows.size())), text(percent_text(share)), examples});
   }
-  Html html = html_of(list);
+  Html maps;
   for (const ParameterColumn& column : table.parameters) {
     if (column.levels.empty() || column.levels.size() > most_levels) continue;
-    html += kinds_by_level(column, kinds);
+    maps += kinds_by_level(column, kinds);
   }
-  return html;
+  return html_of(list) + (maps.empty() ? Html{} : element("div", "grid fill", maps));
 }
 
 Html worst_section(const ReportView& view) {

@@ -63,16 +63,21 @@ Chart averages(const Sweep& sweep, const TrialTable& table, const std::string& t
     chart.unit = table.measurements[m].unit;
     ++colour;
     for (const auto& series : sweep.series) {
+      const bool first = &series == &sweep.series.front();
+      const std::string key = quantities.size() == 1 ? series.name
+                              : series.name.empty()  ? label
+                                                     : label + ", " + series.name;
       add_curves(
-          chart, sweep, series, [m](const Group& g) { return g.measured[m].mean; },
-          label + (series.name.empty() ? "" : ", " + series.name), colour, false);
+          chart, sweep, series, [m](const Group& g) { return g.measured[m].mean; }, key,
+          quantities.size() == 1 ? 1 + static_cast<int>(&series - &sweep.series.front()) : colour,
+          !first && quantities.size() > 1);
     }
   }
   set_axis(chart, sweep);
   const auto& range = *chart.x_range;
   const auto at = [&](double x) { return std::clamp(place_on_axis(sweep, x), range[0], range[1]); };
-  chart.spans = {{range[0], at(claim.rising_below), "paper: significantly more", Span::Kind::phase},
-                 {at(claim.constant_above), range[1], "paper: almost constant", Span::Kind::phase}};
+  chart.spans = {{range[0], at(claim.rising_below), "paper: growing", Span::Kind::phase},
+                 {at(claim.constant_above), range[1], "paper: even", Span::Kind::phase}};
   chart.y_range = {0, 0};
   for (const Curve& curve : chart.curves) {
     for (const double y : curve.y) (*chart.y_range)[1] = std::max((*chart.y_range)[1], 1.06 * y);

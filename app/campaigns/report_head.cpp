@@ -45,12 +45,27 @@ std::string missing_text(const ordered_json& summary) {
          std::to_string(summary["missing"].size()) + " blocks: the same command runs them";
 }
 
-std::string speed_text(const ordered_json& cost) {
-  if (!cost.contains("trials") || !cost.contains("cpu_s")) return "";
-  const double trials = cost["trials"];
-  const double cpu = cost["cpu_s"];
-  if (!(cpu > 0)) return "";
-  return brief(trials / cpu, 3) + " trials/s on one core";
+/// From the lines that the processes which ran trials left.
+std::string speed_text(const std::filesystem::path& file) {
+  std::ifstream lines(file);
+  double trials = 0;
+  double processor_s = 0;
+  double fastest = 0;
+  int jobs = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto cost = ordered_json::parse(line, nullptr, false);
+    if (!cost.is_object()) continue;
+    const double here = cost.value("trials", 0.0);
+    trials += here;
+    processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
+    const double rate = here / std::max(cost.value("wall_s", 0.0), 1e-3);
+    if (rate > fastest) jobs = cost.value("jobs", 1);
+    fastest = std::max(fastest, rate);
+  }
+  if (!(processor_s > 0)) return "";
+  std::string words = brief(trials / processor_s, 3) + " trials a second and core";
+  if (jobs > 1) words += "; " + brief(fastest, 3) + " with " + std::to_string(jobs) + " workers";
+  return words;
 }
 
 Html measured_facts(const ReportView& view) {
@@ -82,15 +97,15 @@ Html campaign_head(const ReportView& view) {
   const std::string subject = view.manifest.places.procedure.empty()
                                   ? view.manifest.experiment
                                   : view.manifest.places.procedure.filename().string();
-  const Html heading =
-      element("h1", "", element("span", "outcome", text(share)) + text(view.manifest.name));
+  const Html heading = element(
+      "h1", "", element("span", "outcome", text(share + " passed")) + text(view.manifest.name));
   const Html facts =
       element("dl", "facts",
               fact("experiment", subject) + fact("target", view.manifest.places.target) +
                   fact("points of the grid", std::to_string(view.manifest.points())) +
                   fact("trials at each", std::to_string(view.manifest.trials)) +
                   fact("seed", std::to_string(view.manifest.seed)) + measured_facts(view) +
-                  fact("speed", speed_text(json_in(view.directory / "cost.json"))) +
+                  fact("speed", speed_text(view.directory / "cost.jsonl")) +
                   fact("version", identity.value("berth", "")) +
                   fact("begun", record.value("created", "")));
   Html html = element("div", missing.empty() ? "verdict" : "verdict unsure",

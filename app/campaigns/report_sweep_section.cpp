@@ -133,7 +133,7 @@ Html grid_section(const ReportView& view) {
       }
     }
   }
-  return html.empty() ? html : element("div", "grid", html);
+  return html.empty() ? html : element("div", "grid fill", html);
 }
 
 }  // namespace berth::campaigns
