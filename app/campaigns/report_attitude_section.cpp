@@ -4,6 +4,7 @@
 
 #include "app/campaigns/report_charts.h"
 #include "app/campaigns/report_sections.h"
+#include "app/campaigns/report_views.h"
 #include "app/campaigns/sphere_map.h"
 #include "common/core/text.h"
 #include "logs/report/axis.h"
@@ -109,6 +110,44 @@ Html coverage(const TrialTable& table) {
                              std::to_string(empty) + " of them without a trial."));
 }
 
+/// Cells that surely fail most, and what the target looks like from there.
+Html worst_views(const ReportView& view) {
+  constexpr std::size_t pictures = 4;
+  const SphereGrid grid = grid_for(view.table.size());
+  const auto cells = rows_by_cell(view.table, grid, all_rows(view.table));
+  struct Place {
+    std::size_t cell;
+    Estimated failed;
+  };
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const auto failed = static_cast<std::size_t>(
+        std::count_if(cells[i].begin(), cells[i].end(),
+                      [&](std::size_t row) { return !view.table.passed(row); }));
+    if (failed == 0) continue;
+    const double share = static_cast<double>(failed) / static_cast<double>(cells[i].size());
+    places.push_back({i, {share, logs::wilson_interval(failed, cells[i].size())}});
+  }
+  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.failed.bounds.low > b.failed.bounds.low;
+  });
+  std::vector<NamedDirection> directions;
+  for (const Place& place : places) {
+    const Vector3d direction = middle_of(grid.cell(place.cell));
+    // Neighbours look alike: one picture for each part of the sphere.
+    const bool is_near = std::any_of(directions.begin(), directions.end(), [&](const auto& d) {
+      return d.on_map.dot(direction) > std::cos(radians(30));
+    });
+    if (is_near || directions.size() >= pictures) continue;
+    directions.push_back({direction, name_of_direction(direction) + ": " +
+                                         percent_text(place.failed) + " of " +
+                                         std::to_string(cells[place.cell].size()) + " failed"});
+  }
+  if (directions.empty()) return {};
+  return element("h3", "", text("Where most fail, and what is seen from there")) +
+         views_of(view.manifest, directions);
+}
+
 Sweep roll_sweep(const TrialTable& table, double& chance) {
   constexpr std::size_t bins = 12;
   std::vector<Rows> rows(bins);
@@ -175,8 +214,8 @@ Html attitude_section(const ReportView& view) {
                       "+x to the right, −y above; the back at both ends. Equal areas are equal "
                       "shares of all directions; hover tells the number of trials.")) +
          element("div", "grid fill", maps) + element("h3", "", text("All trials")) +
-         element("div", "grid fill", coverage(table)) + element("h3", "", text("Roll")) +
-         roll_charts(table);
+         element("div", "grid fill", coverage(table)) + worst_views(view) +
+         element("h3", "", text("Roll")) + roll_charts(table);
 }
 
 }  // namespace berth::campaigns

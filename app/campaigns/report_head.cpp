@@ -91,7 +91,7 @@ Html campaign_head(const ReportView& view) {
       view.table.size() == 0 ? "-" : brief(100 * view.all.success.value, 4) + " %";
   std::string said = grouped(view.all.passed) + " of " + grouped(view.table.size()) +
                      " trials passed, " + grouped(failed) +
-                     " did not: " + percent_text(view.all.success) + ".";
+                     " did not: " + percent_text(view.all.success) + " at 95 % confidence.";
   if (!missing.empty()) said += " Missing: " + missing + ".";
   const ordered_json identity = record.value("identity", ordered_json::object());
   const std::string subject = view.manifest.places.procedure.empty()

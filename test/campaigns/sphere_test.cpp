@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/campaigns/report_views.h"
 #include "app/campaigns/sphere_map.h"
 #include "common/core/random.h"
 #include "test/catch.h"
@@ -79,7 +80,13 @@ TEST_CASE("at the identity the sensor sees the middle of the map, upright") {
     const Quaterniond about(Eigen::AngleAxisd(turn, Vector3d::UnitZ()));
     CHECK(std::remainder(viewing_roll(about * q) - viewing_roll(q) - turn, 2 * pi) ==
           Approx(0).margin(1e-6));
+    const Quaterniond upright = upright_attitude(viewing_direction(q));
+    CHECK((viewing_direction(upright) - viewing_direction(q)).norm() < 1e-9);
+    CHECK(viewing_roll(upright) == Approx(0).margin(1e-6));
   }
+  CHECK((upright_attitude(Vector3d::UnitX()).coeffs() - Quaterniond::Identity().coeffs()).norm() <
+        1e-12);
+  CHECK((viewing_direction(upright_attitude({0, 0, 1})) - Vector3d::UnitZ()).norm() < 1e-12);
 }
 
 }  // namespace

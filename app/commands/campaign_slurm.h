@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+
+#include "app/campaigns/campaign.h"
+
+namespace berth::commands {
+
+struct SlurmRequest {
+  std::filesystem::path options;  ///< of the cluster; empty: its defaults
+  std::int64_t task_trials = 0;   ///< trials of a task; 0: as the options and a trial's time say
+  bool detach = false;            ///< leave when the jobs are submitted
+  /// Runs blocks in this process: the first one, where nobody knows yet how long a trial takes.
+  std::function<void(const std::vector<campaigns::Block>&)> run_here;
+  std::function<bool()> interrupted;
+};
+
+enum class SlurmEnd { over, detached, interrupted };
+
+/// Submits what is missing, or finds the jobs that do it already, and waits with progress until
+/// they are over; says which tasks failed and where their logs are. The jobs go on when this does
+/// not.
+SlurmEnd run_on_slurm(const campaigns::Campaign& campaign, const SlurmRequest& request);
+
+/// Ends the campaign's jobs, if there are any.
+void cancel_on_slurm(const campaigns::Campaign& campaign);
+
+}  // namespace berth::commands
