@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/core/text.h"
@@ -23,6 +24,20 @@ void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs) {
   if (out < 0) return;
   [[maybe_unused]] const ssize_t n = write(out, text.data(), text.size());
   close(out);
+}
+
+std::optional<double> measured_trial_s(const Campaign& campaign) {
+  std::ifstream lines(campaign.directory() / "cost.jsonl");
+  double trials = 0;
+  double processor_s = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto cost = nlohmann::json::parse(line, nullptr, false);
+    if (!cost.is_object()) continue;  // cut short
+    trials += cost.value("trials", 0.0);
+    processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
+  }
+  if (!(trials > 0)) return std::nullopt;
+  return processor_s / trials;
 }
 
 std::string text_of(const RunnerCost& cost) {

@@ -13,6 +13,9 @@ namespace berth::campaigns {
 ///     {"machine":"a","jobs":2,"trials":500,"wall_s":3.1,"user_s":5.9,"system_s":0.1}
 void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs);
 
+/// Processor time of a trial, on the average of all that ran; nothing when none did.
+std::optional<double> measured_trial_s(const Campaign& campaign);
+
 /// "500 trials in 3.1 s: 161.3 a second; 11.8 ms of processor time a trial"
 std::string text_of(const RunnerCost& cost);
 

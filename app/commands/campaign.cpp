@@ -10,6 +10,7 @@
 #include "app/campaigns/cost.h"
 #include "app/campaigns/report.h"
 #include "app/campaigns/results.h"
+#include "app/commands/campaign_slurm.h"
 #include "app/commands/campaign_view.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
@@ -28,6 +29,9 @@ struct Options {
   std::int64_t trials = 0;
   int jobs = 0;
   std::string engine = "local";
+  fs::path slurm;  // options of the cluster
+  std::int64_t task_trials = 0;
+  bool detach = false;
   // of the verbs
   fs::path directory;
   std::int64_t number = 0;
@@ -74,6 +78,19 @@ int exit_code_of(const Summary& summary) {
   return summary.broken.empty() ? exit_code::passed : exit_code::failed;
 }
 
+SlurmEnd run_cluster(const Campaign& campaign, const Options& options) {
+  watch_for_interruption();
+  SlurmRequest request;
+  request.options = options.slurm;
+  request.task_trials = options.task_trials;
+  request.detach = options.detach;
+  request.run_here = [&campaign](const std::vector<Block>& blocks) {
+    run_here(campaign, blocks, 1);
+  };
+  request.interrupted = [] { return interrupted.load(); };
+  return run_on_slurm(campaign, request);
+}
+
 int run_campaign(const Options& options) {
   const Manifest manifest = load_manifest(options.manifest);
   const fs::path out =
@@ -83,7 +100,14 @@ int run_campaign(const Options& options) {
               static_cast<long long>(campaign.manifest().points()),
               static_cast<long long>(campaign.manifest().trials));
   std::fflush(stdout);
-  const RunnerCost cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options));
+  RunnerCost cost;
+  if (options.engine == "slurm") {
+    const SlurmEnd end = run_cluster(campaign, options);
+    if (end == SlurmEnd::detached) return exit_code::passed;
+    if (end == SlurmEnd::interrupted) return exit_code::aborted;
+  } else {
+    cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options));
+  }
   const Summary summary = conclude(campaign);
   if (cost.trials > 0) std::printf("%s\n", text_of(cost).c_str());
   return exit_code_of(summary);
@@ -142,6 +166,19 @@ void add_verbs(CLI::App& campaign, const std::shared_ptr<Options>& options, int&
   block->add_option("--jobs", options->jobs, "Worker processes (default: 1)");
   block->callback([options, &exit_code] { exit_code = run_block_numbers(*options); });
 
+  auto* cancel = campaign.add_subcommand("cancel", "End the campaign's jobs on the cluster");
+  add_directory(*cancel, *options);
+  cancel->callback([options] { cancel_on_slurm(Campaign::open(options->directory)); });
+
+  auto* report = campaign.add_subcommand("report", "Draw the merged results again: report.html");
+  add_directory(*report, *options);
+  report->callback([options] {
+    const Campaign one = Campaign::open(options->directory);
+    write_report(one.manifest(), one.directory());
+    write_checksums(one.directory());
+    std::printf("%s\n", one.report_file().c_str());
+  });
+
   auto* join = campaign.add_subcommand("merge", "Join the results that are there");
   add_directory(*join, *options);
   join->callback([options, &exit_code] {
@@ -165,8 +202,20 @@ void add_campaign(CLI::App& app, int& exit_code) {
   command->add_option("--jobs", options->jobs, "Worker processes (default: one per core)")
       ->check(CLI::PositiveNumber);
   command->add_option("--engine", options->engine, "Where the trials run")
-      ->check(CLI::IsMember({"local"}))
+      ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
+  command
+      ->add_option("--slurm", options->slurm,
+                   "File of options for the cluster: partition, time, memory ...; see "
+                   "docs/campaigns.md")
+      ->check(CLI::ExistingFile)
+      ->envname("BERTH_SLURM");
+  command
+      ->add_option("--block", options->task_trials,
+                   "Trials of one task on the cluster (default: as many as take two minutes)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--detach", options->detach,
+                    "Leave when the cluster has the jobs; the same command waits for them");
   command->add_option("--out", options->out,
                       "The campaign's directory (default: campaign-runs/NAME); one that is there "
                       "goes on where it was");
