@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which procedure to run, with which seed and parameters.
+// Which procedure to run, with which parameters. (The seed is the cell's, from when it was brought
+// up.)
 import {closeDialog, openDialog} from './dialogs.js';
 import {$, make, setText} from './dom.js';
 
@@ -22,8 +23,8 @@ function showProcedure(procedure) {
   ]));
 }
 
-/// Opens the dialog; calls `start({procedure, seed, parameters})` with what differs from the
-/// procedure's own.
+/// Opens the dialog; calls `start({procedure, parameters})` with the parameters that differ from
+/// the procedure's own.
 export function openRun(board, start) {
   const dialog = $('run-dialog');
   const procedures = board.list('procedures');
@@ -47,7 +48,7 @@ export function openRun(board, start) {
         parameters[input.name] = input.value.trim();
     }
     closeDialog(dialog);
-    start({procedure: select.value, seed: Number($('run-seed').value), parameters});
+    start({procedure: select.value, parameters});
   };
   openDialog(dialog, select);
 }
