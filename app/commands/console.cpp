@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "app/commands/commands.h"
+#include "app/console/replay_console.h"
 #include "app/console/server/credentials.h"
 #include "app/console/serving.h"
 #include "app/exit_code.h"
@@ -90,7 +91,11 @@ int serve(const Options& options) {
     throw InputError("nothing is running" + (options.url.empty() ? "" : " on " + options.url) +
                      ": berth up and berth run start a console too; berth console RUN replays");
   }
-  throw InputError(options.runs.front().string() + ": is not running");
+  const fs::path second = options.runs.size() > 1 ? options.runs[1] : fs::path();
+  auto config = console::load_console_config(RunFiles::open(options.runs.front()).setup.config);
+  options.serving.apply_to(config);
+  console::serve_replay(options.runs.front(), second, console::serving(config));
+  return exit_code::passed;
 }
 
 }  // namespace

@@ -1,56 +1,143 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/console_node.h"
 
+#include <berth/run_info_t.hpp>
+#include <nlohmann/json.hpp>
+
+#include "app/console/board_sink.h"
+#include "app/console/drive/runnable.h"
+#include "app/console/view/scene.h"
+#include "app/runs/manifest.h"
+#include "drivers/devices.h"
+#include "lcmtypes/channels.h"
+
 namespace berth::console {
 namespace {
 
+constexpr Utime between_ticks = 50 * millisecond;
 constexpr Utime between_counts = second;
 
-class ConsoleNode final : public Node {
- public:
-  ConsoleNode(const NodeSetup& node, Board& board, Server& server, Bus& bus, Loop& loop)
-      : Node(node, bus, loop), board_(board), server_(server) {
-    loop.watch(server.descriptor(), [this] {
-      for (const Incoming& one : server_.take()) take(one);
-    });
-    loop.every(between_counts, [this] { tell_counters(); });
-    report(node_status_t::RUNNING);
-  }
-  ~ConsoleNode() override { loop().unwatch(server_.descriptor()); }
+template <class Message, class Taker>
+void give(const char* of, const std::string& channel, Bytes bytes, Taker& taker) {
+  if (channel != of) return;
+  if (const auto message = logs::decode<Message>(bytes)) taker.on(*message);
+}
 
- private:
-  void take(const Incoming& one) {
-    switch (one.kind) {
-      case Incoming::Kind::refused:
-        return event(event_t::WARNING, "console-refused-" + one.code, one.text);
-      case Incoming::Kind::joined:
-        return event(event_t::INFO, "console-viewer", one.viewer + " looks, from " + one.text);
-      case Incoming::Kind::left:
-        return event(event_t::INFO, "console-viewer", one.viewer + " has left");
-      case Incoming::Kind::command:
-        return server_.answer(one.viewer, {one.command.id, false, "this console only shows", ""});
-    }
-  }
-
-  void tell_counters() {
-    board_.at(now());
-    const ServerCounters counters = server_.counters();
-    count("viewers", static_cast<double>(counters.viewers));
-    count("messages", static_cast<double>(counters.messages));
-    count("bytes", static_cast<double>(counters.bytes));
-    count("late_frames", static_cast<double>(counters.late_frames));
-    count("refused", static_cast<double>(counters.refused));
-  }
-
-  Board& board_;
-  Server& server_;
-};
+/// The name by which the cell knows this console's viewers.
+std::string name_of(const Server& server) {
+  return default_operator() + "@console:" + std::to_string(server.port());
+}
 
 }  // namespace
 
-std::unique_ptr<Node> make_console_node(const NodeSetup& setup, Board& board, Server& server,
-                                        Bus& bus, Loop& loop) {
-  return std::make_unique<ConsoleNode>(setup, board, server, bus, loop);
+Sight::Sight(const RunFiles& files)
+    : cell(load_cell(files.setup.config / "layouts" / (files.setup.layout + ".yaml"),
+                     load_target(files.setup.target, files.setup.target_length))),
+      lidar(load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model)) {
+  types.add(files.directory / "types");
+}
+
+/// Who has control is told by the driver, which knows its viewers.
+class ConsoleNode::ViewSink final : public BoardSink {
+ public:
+  using BoardSink::BoardSink;
+  void set(const std::string& section, std::string json) override {
+    if (section != "control") BoardSink::set(section, std::move(json));
+  }
+};
+
+ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board, Server& server,
+                         Options options, Bus& the_bus, Loop& the_loop)
+    : Node(std::move(node_setup), the_bus, the_loop),
+      board_(board),
+      server_(server),
+      sink_(std::make_unique<ViewSink>(board)),
+      view_(sight.cell, sight.lidar, sight.types, *sink_),
+      driver_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
+              {[this](const std::string& viewer, const Answer& answer) {
+                 server_.answer(viewer, answer);
+               },
+               [this](std::int8_t severity, const std::string& code, const std::string& text) {
+                 event(severity, code, text);
+               },
+               std::move(options.run)}) {
+  for (auto& [path, mesh] : mesh_texts(drawn_bodies(sight.cell))) {
+    server_.offer(path, "application/json", std::move(mesh));
+  }
+  board_.set("procedures", to_json(runnables(shared_files() / "procedures")));
+  tell_control();
+  loop().watch(server_.descriptor(), [this] {
+    for (const Incoming& incoming : server_.take()) take(incoming);
+  });
+  timers_.push_back(loop().every(between_ticks, [this] { tick(); }));
+  timers_.push_back(loop().every(between_counts, [this] { tell_counters(); }));
+  report(node_status_t::RUNNING);
+}
+
+ConsoleNode::~ConsoleNode() {
+  for (const Loop::TimerId timer : timers_) loop().cancel(timer);
+  loop().unwatch(server_.descriptor());
+}
+
+void ConsoleNode::take(const std::string& channel, Bytes bytes) {
+  if (channel == channels::run_info) {
+    const auto info = logs::decode<run_info_t>(bytes);
+    if (info && info->run != run_) {
+      if (!run_.empty()) view_.reset();
+      run_ = info->run;
+    }
+  }
+  view_.take({0, now(), channel, bytes, 0});
+  give<procedure_state_t>(channels::procedure_state, channel, bytes, driver_);
+  give<operator_control_t>(channels::operator_control, channel, bytes, driver_);
+  give<event_t>(channels::event, channel, bytes, driver_);
+  give<testbed_state_t>(channels::testbed_state, channel, bytes, driver_);
+  give<facility_state_t>(channels::facility_state, channel, bytes, driver_);
+}
+
+void ConsoleNode::take(const Incoming& incoming) {
+  switch (incoming.kind) {
+    case Incoming::Kind::refused:
+      return event(event_t::WARNING, "console-refused-" + incoming.code, incoming.text);
+    case Incoming::Kind::joined:
+      return event(event_t::INFO, "console-viewer",
+                   incoming.viewer + " looks, from " + incoming.text);
+    case Incoming::Kind::left:
+      return event(event_t::INFO, "console-viewer", incoming.viewer + " has left");
+    case Incoming::Kind::command:
+      driver_.take(incoming.command);
+      return tell_control();
+  }
+}
+
+void ConsoleNode::run_ended(int code, const std::string& words) {
+  if (code == 0) return event(event_t::INFO, "run-started", words);
+  event(event_t::ERROR, "run-not-started",
+        words.empty() ? "berth run ended with code " + std::to_string(code) : words);
+}
+
+void ConsoleNode::tick() {
+  driver_.tick();
+  view_.advance(now());
+  tell_control();
+}
+
+void ConsoleNode::tell_control() {
+  const Driver::Control control = driver_.control();
+  board_.set("control", nlohmann::json{{"holder", control.holder},
+                                       {"viewer", control.viewer},
+                                       {"utime_expires", control.utime_expires},
+                                       {"holds_when_lost", control.holds_when_lost}}
+                            .dump());
+}
+
+void ConsoleNode::tell_counters() {
+  const ServerCounters counters = server_.counters();
+  count("viewers", static_cast<double>(counters.viewers));
+  count("messages", static_cast<double>(counters.messages));
+  count("bytes", static_cast<double>(counters.bytes));
+  count("late_frames", static_cast<double>(counters.late_frames));
+  count("refused", static_cast<double>(counters.refused));
 }
 
 }  // namespace berth::console

@@ -2,14 +2,62 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
+#include "app/console/drive/driver.h"
 #include "app/console/server/server.h"
+#include "app/console/view/cell_view.h"
+#include "app/runs/run_files.h"
 #include "common/bus/node.h"
+#include "logs/types/type_catalogue.h"
 
 namespace berth::console {
 
-/// The console on the bus. Board and server must outlive it.
-std::unique_ptr<Node> make_console_node(const NodeSetup& setup, Board& board, Server& server,
-                                        Bus& bus, Loop& loop);
+/// What a console stands before: read from its run's directory.
+struct Sight {
+  /// @throws InputError
+  explicit Sight(const RunFiles& files);
+
+  Cell cell;
+  LidarProfile lidar;
+  logs::TypeCatalogue types;
+};
+
+/// The console on the bus: shows every message on the board, and turns what pages ask into the
+/// commands that terminals send.
+class ConsoleNode final : public Node {
+ public:
+  struct Options {
+    bool hold_when_lost = true;
+    /// Starts a procedure; @return why not, or nothing.
+    std::function<std::string(const RunOrder&)> run;
+  };
+
+  /// Sight, board and server must outlive it.
+  ConsoleNode(NodeSetup setup, const Sight& sight, Board& board, Server& server, Options options,
+              Bus& bus, Loop& loop);
+  ~ConsoleNode() override;
+
+  /// Every message of the bus, as it comes.
+  void take(const std::string& channel, Bytes bytes);
+  /// A run that was started at this console and has not come about, or has begun.
+  void run_ended(int code, const std::string& words);
+
+ private:
+  class ViewSink;
+
+  void take(const Incoming& incoming);
+  void tick();
+  void tell_control();
+  void tell_counters();
+
+  Board& board_;
+  Server& server_;
+  std::unique_ptr<ViewSink> sink_;
+  CellView view_;
+  Driver driver_;
+  std::string run_;  // that the view shows
+  std::vector<Loop::TimerId> timers_;
+};
 
 }  // namespace berth::console

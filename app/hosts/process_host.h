@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/runs/run_files.h"
+#include "common/bus/lcm_bus.h"
 #include "common/bus/node.h"
 
 namespace CLI {
@@ -17,8 +18,8 @@ namespace berth {
 /// The process a node lives in.
 struct ProcessHost {
   const RunFiles& files;
-  Bus& bus;
-  Loop& loop;
+  LcmBus& bus;
+  ProcessLoop& loop;
   Wires& wires;
   std::function<void(int exit_code)> finish;  ///< ends the program
 

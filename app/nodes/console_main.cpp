@@ -1,25 +1,45 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <sys/resource.h>
-
 #include <cstdio>
 #include <optional>
 
 #include "app/console/console_node.h"
+#include "app/console/run_starter.h"
 #include "app/console/serving.h"
 #include "app/hosts/process_host.h"
 
 namespace {
 
-/// Control loops go first where processors are short.
-constexpr int niceness = 10;
+using namespace berth;
+
+/// Messages that may wait while a scan's packets come in a burst.
+constexpr std::size_t most_waiting = 20000;
+
+std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
+                                   const console::Sight& sight, console::Board& board,
+                                   console::Server& server, bool hold_when_lost) {
+  const auto told = std::make_shared<console::ConsoleNode*>(nullptr);
+  const auto starter = std::make_shared<console::RunStarter>(
+      host.files, host.loop,
+      [told](int code, const std::string& words) { (*told)->run_ended(code, words); });
+  auto node = std::make_unique<console::ConsoleNode>(
+      host.node(name), sight, board, server,
+      console::ConsoleNode::Options{
+          hold_when_lost,
+          [starter](const console::RunOrder& order) { return starter->start(order); }},
+      host.bus, host.loop);
+  *told = node.get();
+  host.bus.subscribe_all(
+      Queue::fifo(most_waiting),
+      [told](const std::string& channel, Bytes bytes) { (*told)->take(channel, bytes); });
+  return node;
+}
 
 }  // namespace
 
 int main(int argc, char* argv[]) {
-  using namespace berth;
-  setpriority(PRIO_PROCESS, 0, niceness);
   console::ServingOptions options;
   console::Board board;
+  std::optional<console::Sight> sight;
   std::optional<console::Server> server;
   std::optional<console::AddressFile> address;
   return run_node_program(
@@ -37,7 +57,8 @@ int main(int argc, char* argv[]) {
         }
         std::printf("console %s\n", server->url().c_str());
         std::fflush(stdout);
-        return console::make_console_node(host.node(name), board, *server, host.bus, host.loop);
+        sight.emplace(host.files);
+        return make_console(host, name, *sight, board, *server, config.hold_on_loss);
       },
       [&](CLI::App& command) { options.add_to(command); });
 }

@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/host_name.hpp>
@@ -28,6 +29,8 @@ namespace {
 /// What a viewer who reads slowly may leave in our own queues; beyond it he gets fewer frames.
 constexpr int send_buffer_bytes = 128 * 1024;
 constexpr auto time_for_goodbye = 200ms;
+/// Control loops go first where processors are short.
+constexpr int niceness = 10;
 
 asio::ip::address address_of(const ServerOptions& options) {
   boost::system::error_code error;
@@ -68,7 +71,10 @@ class Server::Impl {
     listen(address_of(options));
     accept();
     next_turn();
-    thread_ = std::thread([this] { run(); });
+    thread_ = std::thread([this] {
+      setpriority(PRIO_PROCESS, 0, niceness);  // of this thread alone
+      run();
+    });
   }
 
   ~Impl() {

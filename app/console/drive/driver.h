@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "app/console/drive/cell_helm.h"
+#include "app/console/drive/confirmations.h"
+#include "app/console/drive/procedure_helm.h"
+#include "app/console/server/command.h"
+#include "common/core/lease.h"
+
+namespace berth::console {
+
+/// A procedure to be run, as a page asks for it.
+struct RunOrder {
+  std::string procedure;                          ///< as in the section `procedures`
+  std::map<std::string, std::string> parameters;  ///< what differs from the procedure's own
+  std::string who;                                ///< asks
+};
+
+/// What the driver needs of others.
+struct DriverHost {
+  /// To one viewer.
+  std::function<void(const std::string& viewer, const Answer& answer)> answer;
+  /// For the log: severity, code, text.
+  std::function<void(std::int8_t severity, const std::string& code, const std::string& text)> event;
+  /// Starts a run; @return why not, or nothing. What comes of it is seen on the bus.
+  std::function<std::string(const RunOrder& order)> run;
+};
+
+struct DriverOptions {
+  std::string name;            ///< of the console: its viewers are "NAME viewer-3" to the cell
+  bool hold_when_lost = true;  ///< the procedure is held when its operator is no longer heard
+  std::int64_t session = 0;
+};
+
+/// Turns what pages ask into commands on the bus, the same that terminals send. Only the viewer
+/// that has control is obeyed, but a hold is, whoever asks. What makes arms move or takes control
+/// from somebody is asked for twice. Control is kept only by the page that has it: a page that is
+/// closed, or stands still, loses it. Where no procedure runs, control is the testbed's lease.
+class Driver {
+ public:
+  Driver(Bus& bus, Loop& loop, DriverOptions options, DriverHost host);
+
+  void take(const Command& command);
+
+  void on(const procedure_state_t& state) { procedure_.on(state); }
+  void on(const operator_control_t& control) { procedure_.on(control); }
+  void on(const event_t& event) { procedure_.on(event); }
+  void on(const testbed_state_t& state) { cell_.on(state); }
+  void on(const facility_state_t& state) { cell_.on(state); }
+  /// At 20 Hz.
+  void tick();
+
+  /// Who has control.
+  struct Control {
+    std::string holder;  ///< as the cell knows him; empty: nobody
+    std::string viewer;  ///< where he is a viewer of this console
+    Utime utime_expires = 0;
+    bool holds_when_lost = false;
+    bool operator==(const Control&) const = default;
+  };
+  Control control() const;
+
+ private:
+  struct Verb;
+  static const std::map<std::string, Verb>& verbs();
+
+  std::string name_of(const std::string& viewer) const { return options_.name + " " + viewer; }
+  /// Why this viewer is not obeyed; empty: it is.
+  std::string objection(const Command& command, const Verb& verb) const;
+  /// What would happen, where that is to be asked twice; empty: nothing that needs it.
+  std::string hazard(const Command& command) const;
+  std::string what_goes_on() const;
+
+  void answer(const Command& command, bool accepted, const std::string& text,
+              const std::string& confirm = "");
+  void refuse(const Command& command, const std::string& why);
+  Done answering(const Command& command);
+
+  void take_control(const Command& command);
+  void release_control(const Command& command);
+  void keep_control(const Command& command);
+  void hold(const Command& command);
+  void run(const Command& command);
+  void speed(const Command& command);
+  void lamps(const Command& command);
+  void prompt(const Command& command);
+  /// To the engine; refused where there is none.
+  void ask(const Command& command, std::int8_t what, const std::string& text = "",
+           const std::string& prompt_id = "");
+  void take_engine(const std::string& viewer, Done done);
+  void follow_engine();
+  void follow_testbed();
+
+  Loop& loop_;
+  DriverOptions options_;
+  DriverHost host_;
+  ProcedureHelm procedure_;
+  CellHelm cell_;
+  Confirmations confirmations_;
+  Lease lease_;  // of a viewer of ours, as long as its page is heard
+  Utime engine_asked_ = 0;
+  Utime lease_asked_ = 0;
+};
+
+}  // namespace berth::console

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An operator's session in a real browser: console_browser.py BERTH WORK LCM_URL [PICTURES].
+
+Brings a cell up, runs an approach from the page, holds, resumes, takes control over from a second viewer, aborts, and
+opens the replay of that run. With a directory, writes there the pictures that the documentation shows."""
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+
+berth, work, url = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+pictures = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
+runs = work / "runs"
+
+# What a browser without a graphics card says about itself is no fault of the page.
+graphics = re.compile(r"GL Driver Message|GPU stall|swiftshader|WebGL", re.IGNORECASE)
+
+
+class Viewer:
+    def __init__(self, address):
+        options = webdriver.ChromeOptions()
+        for flag in ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                     "--window-size=1680,1050", "--hide-scrollbars"):
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.browser.set_script_timeout(60)
+        self.look(address)
+
+    def look(self, address):
+        self.browser.get(address)
+        self.until("connected", lambda: self.body("connection") == "open", 60)
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def section(self, name):
+        return self.script("return window.berthConsole.board[arguments[0]] || {}", name)
+
+    def length(self, name):
+        return self.script("return (window.berthConsole.board[arguments[0]] || []).length", name)
+
+    def body(self, name):
+        return self.script("return document.body.dataset[arguments[0]]", name)
+
+    def data(self, selector, name):
+        return self.script("const e = document.querySelector(arguments[0]); return e && e.dataset[arguments[1]]", selector, name)
+
+    def text(self, selector):
+        return self.script("return document.querySelector(arguments[0]).textContent", selector)
+
+    def click(self, selector):
+        self.until(f"{selector} can be clicked", lambda: self.script(
+            "const e = document.querySelector(arguments[0]);"
+            "return e && e.offsetParent !== null && e.getAttribute('aria-disabled') !== 'true'", selector), 15)
+        self.browser.find_element(By.CSS_SELECTOR, selector).click()
+
+    def say_yes(self):
+        self.until("asked a second time", lambda: self.script("return document.querySelector('#confirm-dialog').open"), 15)
+        text = self.text("#confirm-text")
+        self.click("#confirm-yes")
+        return text
+
+    def until(self, what, condition, seconds):
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                self.browser.save_screenshot(str(work / "failed.png"))
+                raise AssertionError(f"not within {seconds} s: {what}; {self.text('#state')} {self.text('#notice')}"
+                                     f" {self.browser.get_log('browser')}; {work}/failed.png")
+            time.sleep(0.1)
+
+    def until_procedure(self, state, seconds):
+        self.until(f"procedure {state}", lambda: self.data("#running", "procedureState") == state, seconds)
+
+    def colours(self, scheme):
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia",
+                                     {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+        time.sleep(1)
+
+    def picture(self, name):
+        self.browser.save_screenshot(str(work / name))
+        assert (work / name).stat().st_size > 80000, f"{name}: next to nothing is drawn"
+        if pictures:
+            (pictures / name).write_bytes((work / name).read_bytes())
+
+    def check_silence(self):
+        said = [line for line in self.browser.get_log("browser") if not graphics.search(line["message"])]
+        assert not said, f"the browser's console is not silent: {said}"
+
+    def close(self):
+        self.check_silence()
+        self.browser.quit()
+
+
+def distance(a, b):
+    return math.dist(a[:3], b[:3])
+
+
+def joints(viewer):
+    arms = viewer.section("arms")
+    return arms["replica"]["reported_joint"] + arms["sensor"]["reported_joint"]
+
+
+def console_address(run):
+    file = run / "output" / "console.url"
+    for _ in range(300):
+        if file.exists() and file.read_text().strip():
+            return file.read_text().strip()
+        time.sleep(0.1)
+    raise AssertionError("the console does not serve")
+
+
+def drive(cell):
+    operator = Viewer(console_address(cell))
+    operator.until("every node", lambda: operator.length("nodes") >= 8, 30)
+    assert "Nobody" in operator.text("#control-word")
+    operator.click("#take-control")
+    operator.until("control", lambda: operator.body("control") == "mine", 10)
+
+    operator.click("#run")
+    operator.script("const s = document.querySelector('#run-procedure'); s.value = 'approach.yaml';"
+                    "s.dispatchEvent(new Event('change', {bubbles: true}))")
+    operator.script("const i = document.querySelector('#run-parameters input[name=speed]'); i.value = '30 mm/s'")
+    operator.click("#run-start")
+    assert "approach.yaml" in operator.say_yes()
+    operator.until_procedure("running", 90)
+    operator.until("control of the procedure", lambda: operator.body("control") == "mine", 10)
+
+    # It approaches: estimate and truth come nearer, the plots grow.
+    operator.until("the approach", lambda: operator.data("#steps li[data-state=running]", "step") == "4", 120)
+    operator.until("a good estimate", lambda: operator.data("#estimate", "status") == "ok", 30)
+    before, samples = operator.section("frames"), operator.length("samples")
+    operator.until("the replica and its ghost move", lambda: all(
+        distance(before[name], operator.section("frames")[name]) > 0.05 for name in ("replica", "ghost")), 30)
+    operator.until("plots grow", lambda: operator.length("samples") >= samples + 2, 30)
+    frames = operator.section("frames")
+    assert distance(frames["replica"], frames["ghost"]) < 0.05, "the ghost is elsewhere"
+    time.sleep(8)
+    operator.picture("console.png")
+
+    # Held: the arms stand still. Resumed only when asked twice.
+    operator.click("#hold")
+    operator.until_procedure("held", 10)
+    operator.until("the word for it", lambda: operator.data("#state", "state") == "held", 5)
+    time.sleep(2.5)
+    there = joints(operator)
+    time.sleep(2)
+    assert max(abs(a - b) for a, b in zip(there, joints(operator))) < 2e-4, "the arms move on hold"
+    operator.click("#resume")
+    operator.until("a question", lambda: operator.script("return document.querySelector('#confirm-dialog').open"), 10)
+    assert operator.data("#running", "procedureState") == "held"
+    assert "approach" in operator.say_yes()
+    operator.until_procedure("running", 10)
+
+    # Another viewer takes control over, and aborts.
+    second = Viewer(console_address(cell))
+    second.until("whose it is", lambda: second.body("control") == "other", 10)
+    second.click("#take-control")
+    assert "lose it" in second.say_yes()
+    second.until("control", lambda: second.body("control") == "mine", 10)
+    operator.until("control lost", lambda: operator.body("control") == "other", 10)
+    second.click("#abort")
+    second.script("document.querySelector('#reason-text').value = 'enough seen'")
+    second.click("#reason-send")
+    for viewer in (second, operator):
+        viewer.until_procedure("finished", 90)
+        assert viewer.data("#running", "outcome") == "aborted", viewer.data("#running", "outcome")
+    assert "enough seen" in second.script("return document.querySelector('#events').textContent")
+    second.close()
+    operator.close()
+
+
+def replay(run):
+    process = subprocess.Popen([berth, "console", str(run), "--port", "0"], stdout=subprocess.PIPE, text=True)
+    try:
+        address = next(re.search(r"http\S+", line) for line in process.stdout if "http" in line).group(0)
+        viewer = Viewer(address)
+        viewer.until("a replay", lambda: viewer.body("mode") == "replay" and viewer.section("replay").get("length_s"), 60)
+        length = viewer.section("replay")["length_s"]
+        assert length > 20, length
+        if viewer.data("#replay-bar", "paused") == "false":
+            viewer.click("#replay-play")
+        viewer.until("paused", lambda: viewer.data("#replay-bar", "paused") == "true", 10)
+        places = []
+        for part in (0.45, 0.75):
+            viewer.script("const s = document.querySelector('#replay-slider'); s.value = arguments[0];"
+                          "for (const e of ['input', 'change']) s.dispatchEvent(new Event(e, {bubbles: true}))", part * length)
+            viewer.until("sought", lambda: abs(viewer.section("replay")["position_s"] - part * length) < 0.5, 15)
+            time.sleep(2)
+            places.append(viewer.section("frames")["replica"])
+        assert distance(*places) > 0.1, "the replica is where it was before"
+        viewer.colours("dark")
+        viewer.picture("console_replay.png")
+        at = viewer.section("replay")["position_s"]
+        viewer.click("#replay-play")
+        viewer.until("it plays", lambda: viewer.section("replay")["position_s"] > at + 1, 15)
+        viewer.close()
+    finally:
+        process.terminate()
+        assert process.wait(10) == 0
+
+
+def dark(cell):
+    viewer = Viewer(console_address(cell))
+    viewer.colours("dark")
+    time.sleep(2)
+    viewer.picture("console_dark.png")
+    viewer.close()
+
+
+def run_of(procedure):
+    return next(directory for directory in sorted(runs.iterdir()) if directory.name.endswith("_" + procedure))
+
+
+subprocess.run([berth, "up", "--layout", "range", "--detach", "--out", str(runs), "--lcm-url", url], check=True)
+cell = run_of("cell")
+try:
+    drive(cell)
+    dark(cell)
+finally:
+    subprocess.run([berth, "stop", str(cell)], check=False)
+run = run_of("approach")
+for _ in range(100):
+    if (run / "SHA256SUMS").exists():
+        break
+    time.sleep(0.2)
+replay(run)
+print("the console works in Chromium")
