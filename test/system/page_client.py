@@ -71,18 +71,21 @@ class Page:
         """Takes in what comes; keeps control where it has it."""
         end = time.monotonic() + seconds
         while True:
+            self.keep_control()
             text = self.frame()
             if text:
                 self.take(json.loads(text))
-                continue
-            if text is None:
+            elif text is None:
                 left = end - time.monotonic()
-                if left <= 0 or not select.select([self.socket], [], [], left)[0]:
-                    break
-                more = self.socket.recv(1 << 16)
-                if not more:
-                    raise ConnectionError("closed")
-                self.buffer += more
+                if left <= 0:
+                    return
+                if select.select([self.socket], [], [], min(left, 0.1))[0]:
+                    more = self.socket.recv(1 << 16)
+                    if not more:
+                        raise ConnectionError("closed")
+                    self.buffer += more
+
+    def keep_control(self):
         if self.mine() and time.monotonic() - self.kept_at > 0.5:
             self.kept_at = time.monotonic()
             self.send("keep_control", {}, "")
