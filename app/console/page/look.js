@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The look: what is running, which step, is it safe, is the estimate good.
 import {$, setData, setText} from './dom.js';
-import {dash, duration, fixed, known, metres} from './format.js';
+import {age, dash, duration, fixed, known, metres} from './format.js';
 import {pathsOf, setSign} from './signs.js';
 import {toneOf} from './tones.js';
 import {spaced, word} from './words.js';
 
+const currentFor = 3;  // s: then an estimate says nothing about now
 const outcomeWords = {
   pass: 'PASS',
   fail: 'FAIL',
@@ -108,15 +109,18 @@ function drawEstimate(board) {
   const tile = $('estimate');
   const estimate = board.get('estimate');
   const status = estimate ? word('estimate', estimate.status) : 'none';
+  const since = estimate ? (board.now() - estimate.utime) / 1e6 : 0;
+  const isOld = since > currentFor;
   setData(tile, 'status', status);
-  setData(tile, 'tone', toneOf(status));
+  setData(tile, 'old', isOld);
+  setData(tile, 'tone', isOld ? 'none' : toneOf(status));
   const error = estimate && estimate.error;
   const numbers = error && known(error.position_m) ?
       `error ${fixed(1000 * error.position_m, 1)}\u00a0mm  ${
           fixed(error.attitude_rad * 180 / Math.PI, 2)}\u00b0` :
       '';
-  setSign(tile.querySelector('.sign'), status);
-  setText($('estimate-word'), status);
+  setSign(tile.querySelector('.sign'), isOld ? 'timeout' : status);
+  setText($('estimate-word'), isOld ? 'old' : status);
   setText($('estimate-error'), numbers);
   let second = estimate ? estimate.reason : 'no estimate yet';
   if (!second && known(estimate.position_sigma_m)) {
@@ -128,6 +132,7 @@ function drawEstimate(board) {
           '  outside' :
           '  inside';
   }
+  if (isOld) second = `the last one, ${status}, is ${age(since)} old`;
   setText($('estimate-second'), second || '');
 }
 
@@ -160,8 +165,6 @@ export function startLook(board, connection) {
     drawTab(board);
   };
   board.view(['safe', 'connection', 'procedure', 'run', 'tick'], draw);
-  board.view(['testbed', 'estimate', 'truth'], () => {
-    drawClearance(board);
-    drawEstimate(board);
-  });
+  board.view(['testbed', 'estimate', 'truth'], () => drawClearance(board));
+  board.view(['estimate', 'tick'], () => drawEstimate(board));
 }
