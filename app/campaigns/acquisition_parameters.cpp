@@ -100,16 +100,6 @@ void set_parameter(AcquisitionParameters& parameters, const std::string& name,
   throw InputError("no parameter of an acquisition, expected one of: " + names);
 }
 
-std::string describe_acquisition_parameters() {
-  std::string table = "| parameter | otherwise | what it is |\n|---|---|---|\n";
-  table += std::string("| `attitude` | | ") + attitude_description + " |\n";
-  for (const Known& known : known_parameters()) {
-    table += std::string("| `") + known.name + "` | " + known.standard + " | " + known.description +
-             " |\n";
-  }
-  return table;
-}
-
 const std::vector<AcquisitionMeasurement>& acquisition_measurements() {
   static const std::vector<AcquisitionMeasurement> known = {
       {"position_error", "mm", "distance between estimated and true position"},
@@ -128,6 +118,21 @@ const std::vector<AcquisitionMeasurement>& acquisition_measurements() {
       {"probability", "", "that it gave to the best one"},
   };
   return known;
+}
+
+std::string describe_acquisition() {
+  std::string text = "| parameter | otherwise | what it is |\n|---|---|---|\n";
+  text += std::string("| `attitude` | | ") + attitude_description + " |\n";
+  for (const Known& known : known_parameters()) {
+    text += std::string("| `") + known.name + "` | " + known.standard + " | " + known.description +
+            " |\n";
+  }
+  text += "\n| measurement | unit | what it is |\n|---|---|---|\n";
+  for (const AcquisitionMeasurement& known : acquisition_measurements()) {
+    text +=
+        std::string("| `") + known.name + "` | " + known.unit + " | " + known.description + " |\n";
+  }
+  return text;
 }
 
 }  // namespace berth::campaigns

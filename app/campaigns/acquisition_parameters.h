@@ -20,8 +20,8 @@ struct AcquisitionParameters {
 void set_parameter(AcquisitionParameters& parameters, const std::string& name,
                    const std::string& value);
 
-/// "| `range_noise` | 10 mm | 1 sigma of a range |": for docs/campaigns.md and messages.
-std::string describe_acquisition_parameters();
+/// Parameters and measurements as tables, for docs/campaigns.md and the terminal.
+std::string describe_acquisition();
 
 /// What can be kept of one. Errors are as in docs/measurements.md, of the best hypothesis; against
 /// the nearest of the poses that show the same surface as the truth.

@@ -183,6 +183,7 @@ Campaign Campaign::open(const fs::path& directory) {
     if (fs::path(places.target).has_extension()) places.target = (at / places.target).string();
     campaign.manifest_ =
         parse_manifest(read_file(at / manifest_file), (at / manifest_file).string(), &places);
+    campaign.build_ = record.at("identity").at("berth");
     campaign.manifest_.name = record.at("name");
     campaign.manifest_.trials = record.at("trials");
     campaign.manifest_.block = record.at("block");
@@ -190,6 +191,12 @@ Campaign Campaign::open(const fs::path& directory) {
     throw InputError((at / record_file).string() + ": " + e.what());
   }
   return campaign;
+}
+
+void Campaign::require_this_build() const {
+  if (build_ == version()) return;
+  throw InputError(directory_.string() + ": was begun with Berth " + build_ + ", this is " +
+                   version() + ": results must not be mixed");
 }
 
 std::vector<Block> Campaign::blocks() const {

@@ -40,6 +40,8 @@ class Campaign {
   static Campaign open(const std::filesystem::path& directory);
 
   const std::filesystem::path& directory() const { return directory_; }
+  /// @throws InputError when it was begun with another build: its results are not ours to add to.
+  void require_this_build() const;
   /// As run: with the trials asked for, and with places inside the directory.
   const Manifest& manifest() const { return manifest_; }
 
@@ -56,6 +58,7 @@ class Campaign {
  private:
   std::filesystem::path directory_;
   Manifest manifest_;
+  std::string build_;  ///< version() of the one that made it
 };
 
 /// What came of the blocks that are there.

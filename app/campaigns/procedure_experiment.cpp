@@ -100,10 +100,20 @@ class ProcedureExperiment : public Experiment {
   }
 
  private:
-  static void fail(TrialResult& result, const std::exception& e) {
+  void fail(TrialResult& result, const std::exception& e) const {
     result.outcome = Outcome::error;
     result.failure = "error";
-    result.error = e.what();
+    result.error = placeless(e.what());
+  }
+
+  /// Where and when a run was made must not show in its result: "procedure.yaml:7: ..." is left.
+  std::string placeless(std::string text) const {
+    const std::string place = work_.string() + "/";
+    for (auto at = text.find(place); at != std::string::npos; at = text.find(place, at)) {
+      const auto end = text.find('/', at + place.size());
+      text.erase(at, end == std::string::npos ? place.size() : end + 1 - at);
+    }
+    return text;
   }
 
   RunRequest request_for(const Trial& trial, const fs::path& out) const {
@@ -131,7 +141,7 @@ class ProcedureExperiment : public Experiment {
     result.outcome = outcome_of(comparison.outcome);
     if (!result.passed()) {
       result.failure = kind_of_failure(comparison);
-      result.error = comparison.reason;
+      result.error = placeless(comparison.reason);
     }
     const logs::Measurer measurer(run.record, run.nearest);
     const auto phases = run.record.phases();

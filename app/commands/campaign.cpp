@@ -7,12 +7,14 @@
 #include <memory>
 #include <thread>
 
+#include "app/campaigns/acquisition_parameters.h"
 #include "app/campaigns/cost.h"
 #include "app/campaigns/report.h"
 #include "app/campaigns/results.h"
 #include "app/commands/campaign_slurm.h"
 #include "app/commands/campaign_view.h"
 #include "app/commands/commands.h"
+#include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "common/core/error.h"
@@ -32,6 +34,7 @@ struct Options {
   fs::path slurm;  // options of the cluster
   std::int64_t task_trials = 0;
   bool detach = false;
+  bool list = false;
   // of the verbs
   fs::path directory;
   std::int64_t number = 0;
@@ -96,6 +99,7 @@ int run_campaign(const Options& options) {
   const fs::path out =
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
   const Campaign campaign = Campaign::create(manifest, out, options.trials);
+  const DirectoryLock lock(campaign.directory());
   std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),
               static_cast<long long>(campaign.manifest().points()),
               static_cast<long long>(campaign.manifest().trials));
@@ -115,6 +119,7 @@ int run_campaign(const Options& options) {
 
 int run_block_numbers(const Options& options) {
   const Campaign campaign = Campaign::open(options.directory);
+  campaign.require_this_build();
   const auto all = campaign.blocks();
   if (options.number < 0 || options.number >= std::ssize(all)) {
     throw InputError("block " + std::to_string(options.number) + ": expected 0 to " +
@@ -219,10 +224,16 @@ void add_campaign(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out,
                       "The campaign's directory (default: campaign-runs/NAME); one that is there "
                       "goes on where it was");
+  command->add_flag("--list", options->list,
+                    "Print what an acquisition may be told and what can be kept of it");
   command->require_subcommand(0, 1);
   add_verbs(*command, options, exit_code);
   command->callback([command, options, &exit_code] {
     if (!command->get_subcommands().empty()) return;
+    if (options->list) {
+      std::printf("%s", describe_acquisition().c_str());
+      return;
+    }
     if (options->manifest.empty()) throw InputError("berth campaign: no CAMPAIGN.yaml given");
     exit_code = run_campaign(*options);
   });

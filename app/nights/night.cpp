@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/nights/night.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +9,7 @@
 #include <set>
 #include <thread>
 
+#include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/nights/index_page.h"
 #include "app/nights/notify.h"
@@ -25,28 +24,6 @@
 namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
-
-/// One night at a time in one directory.
-class DirectoryLock {
- public:
-  explicit DirectoryLock(const fs::path& directory) {
-    std::error_code error;
-    fs::create_directories(directory, error);
-    const fs::path file = directory / ".lock";
-    fd_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd_ < 0) throw InputError("--out " + directory.string() + ": cannot be written");
-    if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      close(fd_);
-      throw InputError("--out " + directory.string() + ": another night is at work there");
-    }
-  }
-  ~DirectoryLock() { close(fd_); }
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
-
- private:
-  int fd_;
-};
 
 std::string quoted(const std::string& word) {
   std::string text = "'";
