@@ -54,7 +54,7 @@ int jobs_of(const Options& options) {
 
 RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, int jobs) {
   watch_for_interruption();
-  CampaignProgress progress(campaign.manifest().points());
+  CampaignProgress progress;
   RunnerOptions runner;
   runner.jobs = jobs;
   runner.make = [&campaign] { return make_experiment(campaign); };

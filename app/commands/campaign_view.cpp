@@ -60,8 +60,7 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
 
 }  // namespace
 
-CampaignProgress::CampaignProgress(std::int64_t points)
-    : is_terminal_(isatty(STDOUT_FILENO) == 1), points_(points) {}
+CampaignProgress::CampaignProgress() : is_terminal_(isatty(STDOUT_FILENO) == 1) {}
 
 void CampaignProgress::tell(const RunnerProgress& progress) {
   const auto now = Clock::now();

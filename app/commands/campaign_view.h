@@ -10,7 +10,7 @@ namespace berth::commands {
 /// How far a campaign is: one line that is rewritten on a terminal, a line now and then in a file.
 class CampaignProgress {
  public:
-  explicit CampaignProgress(std::int64_t points);
+  CampaignProgress();
   void tell(const campaigns::RunnerProgress& progress);
   /// Leaves the line.
   void end();
@@ -20,7 +20,6 @@ class CampaignProgress {
   bool is_terminal_;
   Clock::time_point begun_ = Clock::now();
   Clock::time_point told_{};
-  std::int64_t points_;
 };
 
 /// What came of a campaign: each point of the grid, failures by kind, what is broken or missing.
