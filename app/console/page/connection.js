@@ -62,7 +62,7 @@ export class Connection {
     const isOpen = this.socket.readyState === WebSocket.OPEN;
     if (isOpen && this.everHeard && silent > staleAfter) this.become('stale');
     // A peer that went without a word: begin anew rather than wait for TCP to notice.
-    if (silent > 10000 && performance.now() - this.openedAt > 10000 &&
+    if (silent > 20000 && performance.now() - this.openedAt > 20000 &&
         this.socket.readyState <= WebSocket.OPEN)
       this.socket.close();
     for (const [id, {resolve, sentAt}] of this.waiting) {

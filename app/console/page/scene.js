@@ -165,16 +165,22 @@ class Scene {
     this.resize();
   }
 
-  /// Asks for a picture. One that takes long is made less often: commands must get through.
+  /// Asks for a picture. Where one takes long, or the screen falls behind, they are made less
+  /// often: commands must get through.
   invalidate() {
     if (this.asked) return;
     this.asked = true;
-    const draw = () => requestAnimationFrame(() => {
-      this.asked = false;
-      const begin = performance.now();
-      this.render();
-      this.notBefore = begin + 3 * (performance.now() - begin);
-    });
+    const draw = () => {
+      const askedAt = performance.now();
+      requestAnimationFrame(() => {
+        this.asked = false;
+        const begin = performance.now();
+        this.render();
+        const end = performance.now();
+        const late = begin - askedAt;
+        this.notBefore = end + 2 * (end - begin) + (late > 40 ? 2 * late : 0);
+      });
+    };
     const wait = this.notBefore - performance.now();
     if (wait > 10)
       setTimeout(draw, wait);
