@@ -80,7 +80,7 @@ class Scene {
     this.makeRoom(width, height);
     this.cameras.fitted = 0;
     this.cameras.fit(this.subject());
-    this.invalidate();
+    this.render();  // at once: a canvas of another size is empty
   }
 
   /// The inset stands before the right end of the picture: what matters moves to the left by some
@@ -178,7 +178,7 @@ class Scene {
         this.render();
         const end = performance.now();
         const late = begin - askedAt;
-        this.notBefore = end + 2 * (end - begin) + (late > 40 ? 2 * late : 0);
+        this.notBefore = end + Math.min(500, 2 * (end - begin) + (late > 40 ? late : 0));
       });
     };
     const wait = this.notBefore - performance.now();
