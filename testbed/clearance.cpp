@@ -96,6 +96,7 @@ struct Clearance::Impl {
   std::vector<Body> bodies;
   std::vector<PairOfBodies> pairs;
   std::vector<std::pair<double, std::size_t>> order;  // by the bound on slack
+  const PairOfBodies* found = nullptr;                // of the last search's result
   double reach = 0;                                   // of the farthest body from an arm's base
 
   Impl(const Cell& the_cell, const Limits& the_limits) : cell(&the_cell), limits(the_limits) {
@@ -191,12 +192,14 @@ struct Clearance::Impl {
     std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count));
     Result result;
     result.slack = enough;
+    found = nullptr;
     for (std::size_t k = 0; k < count && order[k].first < result.slack; ++k) {
       const PairOfBodies& pair = pairs[order[k].second];
       const double distance = exact_distance(bodies[pair.a], bodies[pair.b]);
       const double slack = distance - (subtract_limit ? pair.limit : 0);
       if (slack >= result.slack) continue;
       result = {distance, slack, bodies[pair.a].name, bodies[pair.b].name};
+      found = &pair;
     }
     return result;
   }
@@ -214,6 +217,22 @@ Clearance::Result Clearance::worst(const ArmPair& joints, double enough) {
 Clearance::Result Clearance::nearest(const ArmPair& joints, double beyond) {
   impl_->update(joints);
   return impl_->search(beyond, false, [](const PairOfBodies& pair) { return pair.between; });
+}
+
+std::optional<Clearance::Closest> Clearance::closest(const ArmPair& joints, double beyond) {
+  const Result result = nearest(joints, beyond);
+  if (impl_->found == nullptr || result.distance <= 0) return std::nullopt;
+  const Body& a = impl_->bodies[impl_->found->a];
+  const Body& b = impl_->bodies[impl_->found->b];
+  fcl::DistanceRequestd request;
+  request.enable_nearest_points = true;
+  fcl::DistanceResultd answer;
+  try {
+    fcl::distance(a.shape.get(), a.placement, b.shape.get(), b.placement, request, answer);
+  } catch (const std::exception&) {
+    return std::nullopt;  // as in exact_distance()
+  }
+  return Closest{a.name, b.name, answer.nearest_points[0], answer.nearest_points[1]};
 }
 
 double Clearance::least_distance(const ArmPair& joints, double beyond) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "testbed/arm_pair.h"
@@ -35,6 +36,15 @@ class Clearance {
   /// The nearest two bodies of different parties; names are empty where none is nearer than
   /// `beyond`, m. The slack is the distance.
   Result nearest(const ArmPair& joints, double beyond);
+  /// The same two bodies and where they are nearest to each other, cell frame; nothing where none
+  /// is nearer than `beyond`, or where they touch.
+  struct Closest {
+    std::string a;
+    std::string b;
+    Vector3d at_a;
+    Vector3d at_b;
+  };
+  std::optional<Closest> closest(const ArmPair& joints, double beyond);
   /// Their distance, m; at most `beyond`.
   double least_distance(const ArmPair& joints, double beyond = 10.0);
   /// Bound on how far any body's point moves between two pairs of joints, m.

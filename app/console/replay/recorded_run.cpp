@@ -70,6 +70,10 @@ const RecordedRun::Places& RecordedRun::places_of(const std::string& channel) co
   return found == places_.end() ? none : found->second;
 }
 
+std::vector<criterion_result_t> RecordedRun::verdict() const {
+  return last_state_ ? last_state_->criteria : std::vector<criterion_result_t>();
+}
+
 Json RecordedRun::marks() const {
   Json marks = Json::array();
   const auto time = [this](Utime utime) { return rounded(seconds(utime - index_.first()), 1e-3); };
@@ -146,6 +150,9 @@ void RecordedRun::build(CellView& view, std::size_t place) const {
     const std::size_t wanted = channel == channels::event ? events_shown : 1;
     taken.insert(taken.end(), end - static_cast<std::ptrdiff_t>(std::min(count, wanted)), end);
   }
+  // What run it is, is told before its message comes.
+  const Places& infos = places_of(channels::run_info);
+  if (!infos.empty()) taken.push_back(infos.front());
   std::sort(taken.begin(), taken.end());
   taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
   view.reset();

@@ -29,6 +29,8 @@ class RecordedRun {
   Utime begin() const { return begin_; }
   double length_s() const { return seconds(index_.last() - index_.first()); }
 
+  /// The criteria as they were judged in the end; empty for a run that did not come to its end.
+  std::vector<criterion_result_t> verdict() const;
   /// Steps and events, for a time bar: [{kind, time_s, end_s, text, state or severity}].
   Json marks() const;
   /// Tells every estimate of the whole run with its truth.

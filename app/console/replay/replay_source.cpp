@@ -71,6 +71,7 @@ CellView::Options options_of(const RecordedRun& run, Utime start) {
   CellView::Options options;
   options.with_samples = false;
   options.start = start;
+  options.verdict = run.verdict();
   options.more_of_run = {{"length_s", rounded(run.length_s(), 1e-3)},
                          {"directory", run.files().directory.filename().string()},
                          {"marks", run.marks()}};
@@ -83,6 +84,14 @@ double number(const nlohmann::json& arguments, const char* key) {
     throw InputError(std::string(key) + ": expected a number");
   }
   return found->get<double>();
+}
+
+/// Empty: by event.
+std::string channel_in(const nlohmann::json& arguments) {
+  const auto found = arguments.find("channel");
+  if (found == arguments.end()) return {};
+  if (!found->is_string()) throw InputError("channel: expected a channel's name");
+  return found->get<std::string>();
 }
 
 }  // namespace
@@ -112,6 +121,7 @@ class ReplaySource::Impl {
                                            options_of(*second_run_, start));
       tell_samples(*second_run_, start, beside_sink_);
     }
+    first_.jump(0);
     player_.start(wall);
     run_to(wall);
   }
@@ -145,10 +155,13 @@ class ReplaySource::Impl {
       player_.change_rate(factor / player_.rate(), wall);
       done = fixed(player_.rate(), 2) + " times real time";
     } else if (command == "step") {
-      step(arguments.value("channel", std::string()), wall);
+      step(channel_in(arguments), wall);
       done = "at " + place(wall);
     } else if (command == "loop") {
-      if (arguments.value("on", !player_.loops()) != player_.loops()) player_.loop_or_not();
+      const auto on = arguments.find("on");
+      if (on == arguments.end() || !on->is_boolean())
+        throw InputError("on: expected true or false");
+      if (on->get<bool>() != player_.loops()) player_.loop_or_not();
       done = player_.loops() ? "begins anew at its end" : "stops at its end";
     } else {
       throw InputError(command + ": a replay knows play, pause, seek, rate, step and loop");

@@ -9,6 +9,7 @@
 #include "app/console/view/pose_sections.h"
 #include "app/console/view/safety_word.h"
 #include "lcmtypes/channels.h"
+#include "logs/run/target_surface.h"
 
 namespace berth::console {
 namespace {
@@ -23,12 +24,21 @@ constexpr std::array state_sections = {
     StateSection{channels::lidar_state, "lidar"},
     StateSection{channels::estimator_state, "estimator"},
     StateSection{channels::operator_control, "control"},
-    StateSection{channels::procedure_state, "procedure"},
 };
 
 const char* word_of_host(std::int8_t host) {
   constexpr const char* words[] = {"cell", "simulated-cell", "twin"};
   return host >= 0 && host <= run_info_t::TWIN ? words[host] : "unknown";
+}
+
+/// Bodies further apart than this are no matter.
+constexpr double far_apart_m = 3;
+
+template <class Message>
+std::string json_of_encoded(const logs::TypeCatalogue& types, const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return json_of_message(types, bytes);
 }
 
 }  // namespace
@@ -43,6 +53,9 @@ CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::Type
       traffic_(types),
       samples_([this](const Sample& sample) { on_sample(sample); }),
       start_(options.start),
+      nearest_(logs::nearest_point_on(cell.target)),
+      criteria_(nearest_),
+      clearance_(cell, {}),
       fast_{options.fast},
       slow_{options.slow} {
   sink.set("scene", scene_json(cell, lidar, drawn_bodies(cell)));
@@ -54,6 +67,8 @@ void CellView::reset() {
   scan_ = {};
   traffic_ = Traffic(types_);
   samples_ = Samples([this](const Sample& sample) { on_sample(sample); });
+  criteria_ = Criteria(nearest_);
+  criteria_so_far_.clear();
   last_sample_.reset();
   states_.clear();
   changed_.clear();
@@ -68,6 +83,7 @@ void CellView::take(const logs::LogEvent& event) {
   scan_.take(event);
   traffic_.take(event);
   samples_.take(event);
+  if (!options_.verdict) criteria_.take(event);
   if (event.channel == channels::event) {
     std::string json = json_of_message(types_, event.data);
     if (!json.empty() && logs::decode<event_t>(event.data)) sink_.add("events", std::move(json));
@@ -78,15 +94,14 @@ void CellView::take(const logs::LogEvent& event) {
 }
 
 void CellView::take_state(const logs::LogEvent& event) {
+  auto news = changed_.find(event.channel);
+  if (news == changed_.end()) news = changed_.emplace(event.channel, true).first;
+  news->second = true;
   const auto is = [&event](const auto& s) { return event.channel == s.channel; };
-  const bool wanted =
-      std::any_of(state_sections.begin(), state_sections.end(), is) ||
-      event.channel == channels::arm_state_replica || event.channel == channels::arm_state_sensor ||
-      event.channel == channels::testbed_state || event.channel == channels::pose_estimate ||
-      event.channel == channels::ground_truth;
-  if (!wanted) return;
-  states_[std::string(event.channel)].assign(event.data.begin(), event.data.end());
-  changed_[std::string(event.channel)] = true;
+  const bool kept = std::any_of(state_sections.begin(), state_sections.end(), is) ||
+                    event.channel == channels::arm_state_replica ||
+                    event.channel == channels::arm_state_sensor;
+  if (kept) states_[std::string(event.channel)].assign(event.data.begin(), event.data.end());
 }
 
 bool CellView::changed(const char* channel) {
@@ -132,6 +147,7 @@ void CellView::advance(Utime now) {
   sink_.at(now);
   samples_.advance(now);
   if (fast_.due(now)) tell_fast(now);
+  if (criteria_pace_.due(now)) criteria_so_far_ = criteria_.so_far();
   if (states_pace_.due(now)) tell_states();
   if (slow_.due(now)) tell_slow(now);
 }
@@ -139,6 +155,7 @@ void CellView::advance(Utime now) {
 void CellView::flush(Utime now) {
   sink_.at(now);
   samples_.advance(now);
+  criteria_so_far_ = criteria_.so_far();
   tell_fast(now);
   tell_states();
   tell_slow(now);
@@ -178,10 +195,33 @@ void CellView::tell_states() {
     sink_.set("arms", "{\"replica\":" + arm(channels::arm_state_replica) +
                           ",\"sensor\":" + arm(channels::arm_state_sensor) + "}");
   }
-  if (changed(channels::testbed_state)) {
-    std::string json = json_of_message(types_, states_[channels::testbed_state]);
-    if (!json.empty()) sink_.set("testbed", std::move(json));
+  if (changed(channels::testbed_state) && heard_.testbed) sink_.set("testbed", testbed_json());
+  if (changed(channels::procedure_state) && heard_.procedure) {
+    sink_.set("procedure", procedure_json());
   }
+}
+
+std::string CellView::testbed_json() {
+  std::string json = json_of_encoded(types_, *heard_.testbed);
+  if (json.empty()) return "{}";
+  const auto closest =
+      clearance_.closest({frames_.replica_joints(), frames_.sensor_joints()}, far_apart_m);
+  if (!closest) return json;
+  const Json between = {{"clearance_between", {closest->a, closest->b}},
+                        {"clearance_points", {json_of(closest->at_a), json_of(closest->at_b)}}};
+  json.back() = ',';
+  return json + text_of(between).substr(1);
+}
+
+/// As it is, but that its criteria fill in before the end.
+std::string CellView::procedure_json() {
+  procedure_state_t state = *heard_.procedure;
+  if (state.criteria.empty()) {
+    state.criteria = options_.verdict ? as_of(*options_.verdict, state) : criteria_so_far_;
+    state.criterion_count = static_cast<std::int32_t>(state.criteria.size());
+  }
+  const std::string json = json_of_encoded(types_, state);
+  return json.empty() ? "{}" : json;
 }
 
 void CellView::tell_slow(Utime now) {

@@ -4,11 +4,13 @@
 #include <map>
 #include <string>
 
+#include "app/console/view/criteria.h"
 #include "app/console/view/samples.h"
 #include "app/console/view/scan_section.h"
 #include "app/console/view/scene.h"
 #include "app/console/view/sink.h"
 #include "app/console/view/traffic.h"
+#include "testbed/clearance.h"
 
 namespace berth::console {
 
@@ -21,6 +23,9 @@ class CellView {
     bool with_samples = true;  ///< false: somebody else writes `samples`
     /// From which samples count, `utime_start` of `run`; 0: the first that is heard of a run.
     Utime start = 0;
+    /// The run's verdict, where it is known beforehand: it fills in as the run goes. Nothing: the
+    /// criteria are measured as it goes.
+    std::optional<std::vector<criterion_result_t>> verdict;
     Json more_of_run = Json::object();  ///< what `run` says beside its message
     Utime fast = 50 * millisecond;
     Utime slow = second;
@@ -62,6 +67,8 @@ class CellView {
   void tell_fast(Utime now);
   void tell_states();
   void tell_slow(Utime now);
+  std::string procedure_json();
+  std::string testbed_json();
   void tell_run(Bytes message);
   void on_sample(const Sample& sample);
   bool changed(const char* channel);
@@ -78,13 +85,18 @@ class CellView {
   Samples samples_;
   std::optional<Sample> last_sample_;
   std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel
-  std::map<std::string, bool, std::less<>> changed_;                      // of states_
+  std::map<std::string, bool, std::less<>> changed_;  // since they were told, by channel
   std::int64_t session_ = 0;
   Utime start_;  // of the run: samples count from it
   std::optional<Pose> second_ghost_;
+  logs::NearestPoint nearest_;
+  Criteria criteria_;
+  std::vector<criterion_result_t> criteria_so_far_;
+  testbed::Clearance clearance_;
   Pace fast_;
   Pace states_pace_{200 * millisecond};
   Pace slow_;
+  Pace criteria_pace_{2 * second};
 };
 
 }  // namespace berth::console
