@@ -148,7 +148,7 @@ void CellView::advance(Utime now) {
   samples_.advance(now);
   if (fast_.due(now)) tell_fast(now);
   if (criteria_pace_.due(now)) criteria_so_far_ = criteria_.so_far();
-  if (states_pace_.due(now)) tell_states();
+  if (states_pace_.due(now)) tell_states(now);
   if (slow_.due(now)) tell_slow(now);
 }
 
@@ -157,7 +157,7 @@ void CellView::flush(Utime now) {
   samples_.advance(now);
   criteria_so_far_ = criteria_.so_far();
   tell_fast(now);
-  tell_states();
+  tell_states(now);
   tell_slow(now);
 }
 
@@ -178,7 +178,9 @@ void CellView::tell_fast(Utime now) {
   scan_.tell(heard_, sink_);
 }
 
-void CellView::tell_states() {
+void CellView::tell_states(Utime now) {
+  const SafetyWord safe = safety_word(heard_, now);
+  sink_.set("safe", text_of({{"word", safe.word}, {"why", safe.why}}));
   for (const StateSection& state : state_sections) {
     if (!changed(state.channel)) continue;
     std::string json = json_of_message(types_, states_[state.channel]);
@@ -225,8 +227,6 @@ std::string CellView::procedure_json() {
 }
 
 void CellView::tell_slow(Utime now) {
-  const SafetyWord safe = safety_word(heard_, now);
-  sink_.set("safe", text_of({{"word", safe.word}, {"why", safe.why}}));
   sink_.set("nodes", traffic_.nodes_json(heard_, now));
   sink_.set("channels", traffic_.channels_json(now));
 }

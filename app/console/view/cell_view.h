@@ -65,7 +65,7 @@ class CellView {
 
   void take_state(const logs::LogEvent& event);
   void tell_fast(Utime now);
-  void tell_states();
+  void tell_states(Utime now);
   void tell_slow(Utime now);
   std::string procedure_json();
   std::string testbed_json();
