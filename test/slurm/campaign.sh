@@ -43,15 +43,18 @@ done
 grep -q '"present": 300' "$work/acquisition-slurm/summary.json" || fail "the job that merges left no summary"
 
 # One task is killed in the middle: it is named, with its log, and the same command runs its trials alone.
-"$bin/berth" campaign "$work/acquisition.yaml" --engine slurm --block 100 --trials 400 --out "$work/killed" \
+"$bin/berth" campaign "$work/acquisition.yaml" --engine slurm --block 400 --trials 400 --out "$work/killed" \
   >"$work/killed.txt" 2>&1 &
 waiting=$!
 first=$work/killed/slurm/1
-until_there() { local left=600; until ls "$@" >/dev/null 2>&1; do left=$((left - 1)); [ $left -gt 0 ] || fail "no $1"; sleep 0.1; done; }
+until_there() {  # PATTERN
+  local left=1200
+  until compgen -G "$1" >/dev/null; do left=$((left - 1)); [ $left -gt 0 ] || fail "no $1"; sleep 0.1; done
+}
 until_there "$first/jobs.json"
 job=$(sed 's/.*"array":"\([0-9]*\)".*/\1/' "$first/jobs.json")
-until_there "$work"/killed/blocks/*.started
-scancel --signal=KILL --full "${job}_1" 2>/dev/null || true
+until_there "$first/task-1.log"
+until_there "$work/killed/blocks/*.started"
 until squeue --noheader --array --states=all --jobs="$job" --format='%i %T' | grep -qE "^${job}_1 (FAILED|CANCELLED|COMPLETED)"; do
   scancel --signal=KILL --full "${job}_1" 2>/dev/null || true
   sleep 0.1
@@ -63,7 +66,7 @@ says "task 1 left trials undone"
 says "task-1.log"
 says "missing:"
 before=$(ls "$work/killed/blocks" | grep -c jsonl)
-expect 0 campaign acquisition --engine slurm --block 100 --trials 400 --out "$work/killed"
+expect 0 campaign acquisition --engine slurm --block 400 --trials 400 --out "$work/killed"
 submitted=$(awk '{n += $2} END {print n}' "$work/killed/slurm/2/tasks.txt")
 [ "$submitted" = $((60 - before)) ] || fail "$submitted blocks were submitted again, $((60 - before)) were missing"
 expect 0 campaign acquisition --jobs 2 --trials 400 --out "$work/whole"

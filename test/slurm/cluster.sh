@@ -76,6 +76,8 @@ SwitchType=switch/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SchedulerType=sched/backfill
+# What this file says of the machine is right, so that a scheduler can be tried with more processors than there are.
+SlurmdParameters=config_overrides
 MaxArraySize=10001
 ReturnToService=2
 KillWait=5
