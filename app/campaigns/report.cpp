@@ -27,13 +27,19 @@ void write_report(const Manifest& manifest, const std::filesystem::path& directo
     if (!content.empty()) page.section(id, heading, content);
   };
   section("figure-7", "The paper's Figure 7", figure_7_section(view));
-  for (std::size_t i = 0; i < view.sweeps.size(); ++i) {
-    section(id_of(i), "Over " + view.sweeps[i].parameter, sweep_section(view, view.sweeps[i]));
-  }
+  const auto sweeps = [&](bool drawn) {
+    for (std::size_t i = 0; i < view.sweeps.size(); ++i) {
+      const Sweep& sweep = view.sweeps[i];
+      if (sweep.binned != drawn) continue;
+      section(id_of(i), "Over " + sweep.parameter, sweep_section(view, sweep));
+    }
+  };
+  sweeps(false);
   section("grid", "Grid", grid_section(view));
   section("attitude", "Attitude", attitude_section(view));
   section("failures", "Failures", failure_section(view));
   section("worst", "Worst trials", worst_section(view));
+  sweeps(true);  // seldom what was asked
   section("manifest", "Manifest", manifest_section(view));
   page.write(directory / "report.html");
 }
