@@ -13,6 +13,7 @@ cpu_of() { awk -v hz="$(getconf CLK_TCK)" '{sub(/.*\) /, ""); print ($12 + $13) 
 
 # cycles RUN ARM: what the arm's driver measured between its reads, ms.
 cycles() {
+  rm -rf "$work/csv"
   "$bin/berth" log export "$1" --csv "$work/csv" --channels "ARM_STATE_$2" >/dev/null
   awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) { if ($i ~ /^cycle_s/) cycle = i; if ($i ~ /^reads_missed/) missed = i } next }
     $cycle > 0 { print 1e3 * $cycle; lost = $missed } END { print "missed", lost > "/dev/stderr" }' \
@@ -29,7 +30,11 @@ one_run() {
   "$bin/berth" run --out "$work/$name" --lcm-url "$url" "$procedure" "$@" >"$work/$name.txt" 2>&1
 }
 
-one_run without --no-console || echo "without: exit code $?"
+ended() { [ "$1" = 0 ] || echo "$2: exit code $1: $(grep -v "^ *$" "$work/$2.txt" | tail -3 | tr "\n" "|")"; }
+
+code=0
+one_run without --no-console || code=$?
+ended $code without
 
 one_run with &
 runner=$!
@@ -40,11 +45,14 @@ done
 [ -n "${address:-}" ] || { cat "$work/with.txt"; fail "no console came up"; }
 console=$(pgrep -f "berth-console --run $work/with")
 sleep 10 # until the devices are up and something moves
+seconds=60
 before=$(cpu_of "$console")
-"$viewers" "$(sed 's|.*:\([0-9]*\)/|\1|' <<<"$address")" 10 20 $slow_bytes_per_s >"$work/viewers.txt" ||
+"$viewers" "$(sed 's|.*:\([0-9]*\)/|\1|' <<<"$address")" 10 $seconds $slow_bytes_per_s >"$work/viewers.txt" ||
   fail "the viewers were not served"
 after=$(cpu_of "$console")
-wait $runner || echo "with: exit code $?"
+code=0
+wait $runner || code=$?
+ended $code with
 
 for name in without with; do
   for arm in REPLICA SENSOR; do
@@ -52,7 +60,7 @@ for name in without with; do
   done
 done
 cat "$work/viewers.txt"
-awk -v a="$before" -v b="$after" 'BEGIN { printf "berth-console: %.1f %% of one core while they look\n", 100 * (b - a) / 20 }'
+awk -v a="$before" -v b="$after" -v s=$seconds 'BEGIN { printf "berth-console: %.1f %% of one core while they look\n", 100 * (b - a) / s }'
 # Ten are served at about 20 a second, the slow one less, and the busiest machine serves some.
 awk '$1 == "viewer" { n++; sum += $2 } $1 == "slow" { slow = $3 }
   END { if (n != 10 || sum / n < 5 || slow >= sum / n / 2) { print "FAILED: frames"; exit 1 } }' "$work/viewers.txt"

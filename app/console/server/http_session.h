@@ -10,6 +10,8 @@ namespace berth::console {
 
 /// Largest header of a request, bytes. A body is in none.
 inline constexpr std::uint32_t largest_header = 16384;
+/// A response may take so many times the time of a request: a megabyte of it, over a slow link.
+inline constexpr int requests_in_a_response = 12;
 
 /// One connection over Stream (beast::tcp_stream, or TLS on it): requests for the page's files one
 /// after the other, or the one that makes it a viewer. A request has to be whole within
@@ -160,7 +162,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession<Stream>> {
     ++served_;
     if (parser_->get().method() == http::verb::head) response->body().clear();  // its length stays
     const bool more = response->keep_alive();
-    lowest().expires_after(hub_.options.request_time);
+    lowest().expires_after(requests_in_a_response * hub_.options.request_time);
     http::async_write(
         stream_, *response,
         [self = this->shared_from_this(), response, more](beast::error_code error, std::size_t) {
@@ -170,10 +172,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession<Stream>> {
   }
 
   void end() {
+    lowest().expires_after(hub_.options.request_time);
     if constexpr (std::is_same_v<Stream, beast::tcp_stream>) {
       drain();
     } else {
-      lowest().expires_after(hub_.options.request_time);
       stream_.async_shutdown([self = this->shared_from_this()](beast::error_code) {});
     }
   }

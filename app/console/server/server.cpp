@@ -176,9 +176,13 @@ class Server::Impl {
     }
   }
 
+  /// From beat to beat, so that lateness does not add up; beats that were missed are skipped.
   void next_turn() {
-    timer_.expires_after(
-        std::chrono::microseconds(static_cast<std::int64_t>(1e6 / hub_.options.frames_per_s)));
+    const auto now = std::chrono::steady_clock::now();
+    const auto period =
+        std::chrono::microseconds(static_cast<std::int64_t>(1e6 / hub_.options.frames_per_s));
+    beat_ = std::max(beat_ + period, now);
+    timer_.expires_at(beat_);
     timer_.async_wait([this](boost::system::error_code stopped) {
       if (stopped) return;
       next_turn();
@@ -192,6 +196,7 @@ class Server::Impl {
   Tcp::acceptor acceptor_;
   asio::steady_timer timer_;
   asio::steady_timer pause_{context_};
+  std::chrono::steady_clock::time_point beat_;
   std::thread thread_;
 };
 
