@@ -17,6 +17,13 @@ namespace {
 constexpr Utime between_ticks = 50 * millisecond;
 constexpr Utime between_counts = second;
 
+/// What is fast is told at every tick, also at one that comes a little early.
+CellView::Options at_every_tick() {
+  CellView::Options options;
+  options.fast = between_ticks / 2;
+  return options;
+}
+
 template <class Message, class Taker>
 void give(const char* of, const std::string& channel, Bytes bytes, Taker& taker) {
   if (channel != of) return;
@@ -52,7 +59,7 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board,
       board_(board),
       server_(server),
       sink_(std::make_unique<ViewSink>(board)),
-      view_(sight.cell, sight.lidar, sight.types, *sink_),
+      view_(sight.cell, sight.lidar, sight.types, *sink_, at_every_tick()),
       driver_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
               {[this](const std::string& viewer, const Answer& answer) {
                  server_.answer(viewer, answer);
