@@ -32,6 +32,9 @@ double reach(const Matrix3d& covariance) {
 void Samples::take(const logs::LogEvent& event) {
   if (event.channel == channels::ground_truth) {
     if (const auto message = logs::decode<ground_truth_t>(event.data)) {
+      // A clock that went back, or a damaged time: what was before belongs to another time.
+      const auto& kept = truth_.samples();
+      if (!kept.empty() && message->utime < kept.back().utime - truth_kept) truth_ = {};
       truth_.add(logs::sample_of(*message));
       if (truth_.samples().size() > 4000) truth_.forget_before(message->utime - truth_kept);
     }
