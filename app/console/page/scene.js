@@ -178,7 +178,7 @@ class Scene {
         this.render();
         const end = performance.now();
         const late = begin - askedAt;
-        this.notBefore = end + Math.min(500, 2 * (end - begin) + (late > 40 ? late : 0));
+        this.notBefore = end + 2 * (end - begin) + (late > 40 ? Math.min(500, late) : 0);
       });
     };
     const wait = this.notBefore - performance.now();
