@@ -109,8 +109,10 @@ void ProcedureNode::publish_state() {
     report(node_status_t::RUNNING);
     return;
   }
-  report(node_status_t::READY);
-  if (++final_repeats_ == final_repeats && finished_) finished_();
+  ++final_repeats_;
+  // Whoever looks on need not wonder at the silence that follows.
+  report(final_repeats_ >= final_repeats ? node_status_t::STOPPED : node_status_t::READY);
+  if (final_repeats_ == final_repeats && finished_) finished_();
 }
 
 void ProcedureNode::send(const testbed_command_t& command) {

@@ -272,6 +272,14 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   heard.procedure.emplace();
   heard.procedure->state = procedure_state_t::HELD;
   CHECK(safety_word(heard, now).word == "held");
+  // a testbed that was told to hold is degraded, and as it should be
+  heard.testbed.emplace();
+  heard.testbed->state = testbed_state_t::HELD;
+  heard.nodes["testbed"].state = node_status_t::DEGRADED;
+  CHECK(safety_word(heard, now).word == "held");
+  heard.testbed->state = testbed_state_t::HOLDING;
+  CHECK(safety_word(heard, now).word == "attention");
+  heard.nodes.erase("testbed");
   heard.nodes["lidar-driver"].state = node_status_t::DEGRADED;
   heard.nodes["lidar-driver"].reason = "no answer";
   const SafetyWord degraded = safety_word(heard, now);
