@@ -101,6 +101,8 @@ class Driver {
   CellHelm cell_;
   Confirmations confirmations_;
   Lease lease_;  // of a viewer of ours, as long as its page is heard
+  bool follows_engine_ = false;
+  bool inherits_ = false;  // control of a procedure that has just begun; once lost it stays so
   Utime engine_asked_ = 0;
   Utime lease_asked_ = 0;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Who of the viewers has control: the engine says so while a procedure runs, else the testbed's
 // lease does. A viewer that is still there keeps it from one to the other.
+#include <utility>
+
 #include "app/console/drive/driver.h"
 #include "procedures/engine/operator_control.h"
 
@@ -100,17 +102,20 @@ void Driver::follow_engine() {
   const Utime now = loop_.now();
   cell_.give_back();
   lease_.lapse(now);
-  if (!lease_.held(now)) return;
+  if (!std::exchange(follows_engine_, true)) inherits_ = true;
   const std::string& holder = procedure_.control().holder;
-  if (!holder.empty() && holder != name_of(lease_.holder())) {
+  inherits_ = inherits_ && holder.empty() && lease_.held(now);
+  if (!lease_.held(now) || holder == name_of(lease_.holder())) return;
+  if (!inherits_) {
     lease_.release(lease_.holder(), now);
-  } else if (holder.empty() && now - engine_asked_ >= ask_again) {
+  } else if (now - engine_asked_ >= ask_again) {
     take_engine(lease_.holder(), {});
   }
 }
 
 void Driver::follow_testbed() {
   const Utime now = loop_.now();
+  follows_engine_ = false;
   const std::string lost = lease_.holder();
   if (lease_.lapse(now)) {
     host_.event(event_t::WARNING, "control-lapsed",
