@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/simulation.h"
 
-#include <poll.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <map>
@@ -64,7 +65,13 @@ struct Simulation::Impl {
     std::map<std::string, Connected> listeners_;
   };
 
-  Impl(Simulation& simulation, Options given) : options(given), wires(simulation) {}
+  Impl(Simulation& simulation, Options given)
+      : options(given), wires(simulation), readiness(epoll_create1(EPOLL_CLOEXEC)) {
+    if (readiness < 0) throw std::system_error(errno, std::generic_category(), "epoll_create1");
+  }
+  ~Impl() { ::close(readiness); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   void add(Utime when, SimulatedLoop* loop, Utime period, Loop::Task task,
            Loop::TimerId timer = 0) {
@@ -76,12 +83,18 @@ struct Simulation::Impl {
   /// Bytes may have been written by the event that just ran.
   void notice_readable(Utime now) {
     if (watches.empty()) return;
-    poll_set.clear();
-    for (const Watch& watch : watches) poll_set.push_back({watch.fd, POLLIN, 0});
-    if (::poll(poll_set.data(), poll_set.size(), 0) <= 0) return;
-    for (std::size_t i = 0; i < poll_set.size(); ++i) {
-      Watch& watch = watches[i];
-      if (poll_set[i].revents == 0 || watch.pending) continue;
+    ready.resize(watches.size());
+    const int count = ::epoll_wait(readiness, ready.data(), static_cast<int>(ready.size()), 0);
+    if (count <= 0) return;
+    // The kernel's order is that of its own affairs.
+    noticed.clear();
+    for (int i = 0; i < count; ++i) {
+      const auto watch = find(ready[static_cast<std::size_t>(i)].data.fd);
+      if (watch != watches.end() && !watch->pending) noticed.push_back(watch - watches.begin());
+    }
+    std::sort(noticed.begin(), noticed.end());
+    for (const std::ptrdiff_t i : noticed) {
+      Watch& watch = watches[static_cast<std::size_t>(i)];
       watch.pending = true;
       add(now + options.wire_latency, watch.loop, 0,
           [this, fd = watch.fd, readable = std::weak_ptr<Loop::Task>(watch.readable)] {
@@ -104,7 +117,9 @@ struct Simulation::Impl {
   std::uint64_t order = 0;
   Loop::TimerId last_timer = 0;
   std::vector<Watch> watches;  // in the order of registration: descriptors' numbers mean nothing
-  std::vector<pollfd> poll_set;
+  int readiness;               // of epoll: it costs what is ready, not what is watched
+  std::vector<epoll_event> ready;
+  std::vector<std::ptrdiff_t> noticed;
   std::unordered_map<std::string, std::vector<Subscription>> subscriptions;
   std::vector<Recorder> recorders;
   std::vector<std::unique_ptr<SimulatedLoop>> loops;
@@ -182,12 +197,21 @@ void SimulatedLoop::cancel(TimerId timer) {
 void SimulatedLoop::watch(int fd, Task readable) {
   unwatch(fd);
   simulation_.impl_->watches.push_back({this, fd, std::make_shared<Task>(std::move(readable))});
+  epoll_event interest{};
+  interest.events = EPOLLIN;
+  interest.data.fd = fd;
+  if (epoll_ctl(simulation_.impl_->readiness, EPOLL_CTL_ADD, fd, &interest) != 0) {
+    throw std::system_error(errno, std::generic_category(), "epoll_ctl");
+  }
 }
 
 void SimulatedLoop::unwatch(int fd) {
   auto& watches = simulation_.impl_->watches;
   const auto found = simulation_.impl_->find(fd);
-  if (found != watches.end()) watches.erase(found);
+  if (found == watches.end()) return;
+  watches.erase(found);
+  // A descriptor that was closed has left by itself.
+  epoll_ctl(simulation_.impl_->readiness, EPOLL_CTL_DEL, fd, nullptr);
 }
 
 void SimulatedBus::send(const std::string& channel, Bytes bytes) {

@@ -52,12 +52,12 @@ void CellScene::add(Group& group, const Mesh& mesh, std::size_t frame, double re
   double radius = 0;
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
   group.bodies.push_back(
-      {RayCaster(mesh), centre, radius * 1.0001, reflectivity, specular, frame, target});
+      {RayCaster(mesh), centre, radius * 1.0001, reflectivity, specular, frame, target, centre});
 }
 
-void CellScene::move(Arm& arm, Utime t) {
+bool CellScene::move(Arm& arm, Utime t) {
   const Joints joints = arm.joints_at(t);
-  if (arm.placed_once && joints == arm.joints) return;
+  if (arm.placed_once && joints == arm.joints) return false;
   arm.placed_once = true;
   arm.joints = joints;
   const ArmKinematics& kinematics = *arm.placed.kinematics;
@@ -66,20 +66,21 @@ void CellScene::move(Arm& arm, Utime t) {
   arm.frames[flange_frame] =
       arm.flange_is_last_link ? links[last_link] : kinematics.forward(joints);
   arm.frames[tool_frame] = arm.frames[flange_frame] * arm.placed.tool;
+  for (Body& body : arm.bodies) body.place = arm.frames[body.frame] * body.centre;
+  return true;
 }
 
 void CellScene::move_to(Utime t) {
   if (moved_ && t == time_) return;
   move(replica_, t);
-  move(sensor_, t);
+  if (move(sensor_, t)) sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
   moved_ = true;
   time_ = t;
 }
 
 Pose CellScene::relative_pose(Utime t) {
   move_to(t);
-  return (sensor_.base * sensor_.frames[tool_frame]).inverse() *
-         (replica_.base * replica_.frames[tool_frame]);
+  return sensor_pose_.inverse() * (replica_.base * replica_.frames[tool_frame]);
 }
 
 void CellScene::cast_at(const Group& group, const Ray& ray, Met& met) {
@@ -87,11 +88,11 @@ void CellScene::cast_at(const Group& group, const Ray& ray, Met& met) {
   const Vector3d origin = to_base * (ray.origin - group.base.position);
   const Vector3d direction = to_base * ray.direction;
   for (const Body& body : group.bodies) {
-    const Pose& frame = group.frames[body.frame];
-    const Vector3d to_centre = frame * body.centre - origin;
+    const Vector3d to_centre = body.place - origin;
     const double along = to_centre.dot(direction);
     if (along < -body.radius || along - body.radius > met.range) continue;
     if (to_centre.squaredNorm() - along * along > body.radius * body.radius) continue;
+    const Pose& frame = group.frames[body.frame];
     const Quaterniond to_body = frame.rotation.conjugate();
     const Ray own{to_body * (origin - frame.position), to_body * direction};
     RayHit hit;
@@ -104,7 +105,7 @@ void CellScene::cast_at(const Group& group, const Ray& ray, Met& met) {
 
 bool CellScene::cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) {
   move_to(t);
-  const Pose sensor = sensor_.base * sensor_.frames[tool_frame];
+  const Pose& sensor = sensor_pose_;
   const Ray ray{sensor.position, sensor.rotation * direction};
   Met met{max_range};
   cast_at(replica_, ray, met);
@@ -153,7 +154,7 @@ Sunlight CellScene::sunlight(Utime t) {
   const SunLamp lamp = sun_lamp_ ? sun_lamp_() : SunLamp{};
   if (lamp.level <= 0) return {};
   move_to(t);
-  const Pose sensor = sensor_.base * sensor_.frames[tool_frame];
+  const Pose& sensor = sensor_pose_;
   const Ray ray{sensor.position, lamp.towards()};
   Sunlight sun{lamp.level, sensor.rotation.conjugate() * ray.direction, false};
   if (sun.towards.z() <= 0) return sun;  // behind the aperture

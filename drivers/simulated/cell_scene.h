@@ -69,6 +69,7 @@ class CellScene final : public Scene {
     double specular;
     std::size_t frame;  // of its arm's frames
     bool target;
+    Vector3d place;  // of the centre in the base, now
   };
   /// What moves together, and the frames in which its bodies stand.
   struct Group {
@@ -91,7 +92,8 @@ class CellScene final : public Scene {
   static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
   static void add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
                   double specular, bool target = false);
-  static void move(Arm& arm, Utime t);
+  /// @return false when it stands where it stood.
+  static bool move(Arm& arm, Utime t);
   void move_to(Utime t);
   /// What a ray of the cell frame meets first: the body, and the normal in the cell frame.
   struct Met {
@@ -109,6 +111,7 @@ class CellScene final : public Scene {
   std::function<SunLamp()> sun_lamp_;
   double occlusion_ = 0;
   double target_reach_ = 0;  // m of its farthest point from its origin
+  Pose sensor_pose_;         // in the cell, now
   bool moved_ = false;
   Utime time_ = 0;
 };

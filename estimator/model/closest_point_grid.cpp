@@ -28,15 +28,14 @@ ClosestPointGrid::ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint
   for (std::size_t i = 0; i < 3; ++i) {
     size_[i] = static_cast<std::int64_t>(std::ceil(extent[static_cast<Eigen::Index>(i)] / cell_));
   }
-  voxels_.resize(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]));
+  nearest_.resize(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]));
+  points_.resize(nearest_.size());
   const RayCaster caster(seen);
   std::size_t i = 0;
   for (std::int64_t z = 0; z < size_[2]; ++z) {
     for (std::int64_t y = 0; y < size_[1]; ++y) {
       for (std::int64_t x = 0; x < size_[0]; ++x, ++i) {
-        std::uint32_t triangle = 0;
-        voxels_[i].point = caster.nearest(middle_of(x, y, z), &triangle).cast<float>();
-        voxels_[i].triangle = triangle;
+        points_[i] = caster.nearest(middle_of(x, y, z), &nearest_[i]).cast<float>();
       }
     }
   }
@@ -49,7 +48,7 @@ Vector3d ClosestPointGrid::middle_of(std::int64_t x, std::int64_t y, std::int64_
 
 double ClosestPointGrid::distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const {
   const auto i = static_cast<std::size_t>(x + size_[0] * (y + size_[1] * z));
-  return (voxels_[i].point.cast<double>() - middle_of(x, y, z)).norm();
+  return (points_[i].cast<double>() - middle_of(x, y, z)).norm();
 }
 
 std::int64_t ClosestPointGrid::index(const Vector3d& query) const {
@@ -64,16 +63,16 @@ std::int64_t ClosestPointGrid::index(const Vector3d& query) const {
 bool ClosestPointGrid::stored(const Vector3d& query, Match& match) const {
   const std::int64_t i = index(query);
   if (i < 0) return false;
-  const Voxel& voxel = voxels_[static_cast<std::size_t>(i)];
-  match.point = voxel.point.cast<double>();
-  match.normal = triangles_[voxel.triangle].normal.cast<double>();
+  const auto voxel = static_cast<std::size_t>(i);
+  match.point = points_[voxel].cast<double>();
+  match.normal = triangles_[nearest_[voxel]].normal.cast<double>();
   return true;
 }
 
 bool ClosestPointGrid::refined(const Vector3d& query, Match& match) const {
   const std::int64_t i = index(query);
   if (i < 0) return false;
-  const Triangle& t = triangles_[voxels_[static_cast<std::size_t>(i)].triangle];
+  const Triangle& t = triangles_[nearest_[static_cast<std::size_t>(i)]];
   match.point =
       nearest_on_triangle(query, t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>());
   match.normal = t.normal.cast<double>();

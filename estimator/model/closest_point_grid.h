@@ -33,14 +33,10 @@ class ClosestPointGrid {
   const std::array<std::int64_t, 3>& size() const { return size_; }  ///< voxels along x, y, z
   /// From the middle of a voxel to its stored point, m.
   double distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const;
-  std::size_t voxel_count() const { return voxels_.size(); }
+  std::size_t voxel_count() const { return nearest_.size(); }
 
  private:
   friend class ModelFile;
-  struct Voxel {
-    Eigen::Vector3f point;
-    std::uint32_t triangle;  // index into triangles_
-  };
   struct Triangle {
     Eigen::Vector3f a, b, c, normal;
   };
@@ -51,7 +47,9 @@ class ClosestPointGrid {
   Eigen::Vector3d low_ = Vector3d::Zero();
   double cell_ = 1;
   std::array<std::int64_t, 3> size_{};
-  std::vector<Voxel> voxels_;
+  // Of each voxel; apart, so that what is looked up most fits into the cache.
+  std::vector<std::uint32_t> nearest_;   // index into triangles_
+  std::vector<Eigen::Vector3f> points_;  // on it
   std::vector<Triangle> triangles_;
 };
 

@@ -13,7 +13,7 @@ namespace berth::estimator {
 namespace {
 
 // Counts up whenever what is compiled, or how, changes.
-constexpr std::uint32_t format_version = 6;
+constexpr std::uint32_t format_version = 7;
 constexpr std::size_t checksum_length = 64;
 
 /// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.
@@ -119,7 +119,8 @@ bool ModelFile::write(const std::filesystem::path& path, const TargetModel& mode
   out.vector(model.grid.low_);
   out.value(model.grid.cell_);
   out.value(model.grid.size_);
-  out.list(model.grid.voxels_);
+  out.list(model.grid.nearest_);
+  out.list(model.grid.points_);
   out.list(model.grid.triangles_);
   out.list(model.regions);
   out.list(model.views);
@@ -181,7 +182,8 @@ bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {
   in.vector(model.grid.low_);
   in.value(model.grid.cell_);
   in.value(model.grid.size_);
-  in.list(model.grid.voxels_);
+  in.list(model.grid.nearest_);
+  in.list(model.grid.points_);
   in.list(model.grid.triangles_);
   in.list(model.regions);
   in.list(model.views);

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "estimator/model/normal_sums.h"
+
 namespace berth::estimator {
 
 Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
@@ -13,8 +15,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
     const double share = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1;
     const double gate = first_gate * std::pow(last_gate / first_gate, share);
     const Matrix3d rotation = pose.rotation.toRotationMatrix();
-    Matrix6d a = Matrix6d::Zero();
-    Vector6d b = Vector6d::Zero();
+    NormalSums sums(false);
     double arms = 0;
     int used = 0;
     for (const Vector3d& point : points) {
@@ -27,19 +28,18 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
       const Vector3d along = distance > 1e-6 ? Vector3d(off / distance) : match.normal;
       const double ratio = distance / gate;
       const double weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
-      Vector6d j;
-      j << along, arm.cross(along);
-      a.selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
-      b += j * (weight * distance);
+      sums.add(along, arm.cross(along), weight, weight * distance, 0);
       arms += weight * arm.squaredNorm();
       ++used;
     }
     if (used < 6) return pose;
+    sums.flush();
+    Matrix6d a = sums.products(0);
     // What no surface holds stays where it is.
     const double trace = a.diagonal().head<3>().sum();
     a.diagonal().head<3>().array() += 1e-3 * trace + 1e-12;
     a.diagonal().tail<3>().array() += 1e-3 * arms + 1e-12;
-    pose = perturbed(pose, a.selfadjointView<Eigen::Lower>().ldlt().solve(b));
+    pose = perturbed(pose, a.ldlt().solve(sums.residuals(0)));
   }
   return pose;
 }

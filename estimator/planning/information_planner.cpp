@@ -86,12 +86,18 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
       std::clamp(static_cast<int>(std::lround(outline.height / cell)), 1, options_.view_cells);
   grid.information.setZero(21, grid.columns * grid.rows);
   const double range = std::max((pose * model_.centre).norm(), field_.beam.range_min_m);
-  Vector6d root;
-  for (int row = 0, i = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column, ++i) {
-      if (view.root(grid.azimuth(column), grid.elevation(row), root)) {
-        grid.information.col(i) = packed_square(root);
-      }
+  std::vector<Vector3d> directions;
+  directions.reserve(static_cast<std::size_t>(grid.columns * grid.rows));
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      directions.push_back(beam_direction(grid.azimuth(column), grid.elevation(row)));
+    }
+  }
+  std::vector<Vector6d> roots(directions.size());
+  view.roots(directions, roots);
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    if (!roots[i].isZero(0)) {
+      grid.information.col(static_cast<Eigen::Index>(i)) = packed_square(roots[i]);
     }
   }
   // Windows as large as the prediction is uncertain; no smaller than a beam, or than lets the LIDAR
@@ -175,24 +181,24 @@ DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
                                               const std::vector<Window>& windows,
                                               const Matrix6d& prior, int beams) const {
   constexpr int beams_each = 9;
+  std::vector<Vector3d> directions;
+  directions.reserve(windows.size() * beams_each);
+  for (Window window : windows) {
+    window.count = beams_each;
+    append_raster(window, directions);
+  }
+  std::vector<Vector6d> roots(directions.size());
   DesignProblem problem;
   problem.prior = prior;
   problem.returns = beams;
   for (const Pose& p : spread_about(pose, sigma, model_.canonical.half_length, beams <= few)) {
-    const PoseView view(model_, field_.beam, p, options_.least_cosine);
+    PoseView(model_, field_.beam, p, options_.least_cosine).roots(directions, roots);
     auto& information = problem.information.emplace_back(21, windows.size());
     information.setZero();
-    Vector6d root;
-    for (std::size_t w = 0; w < windows.size(); ++w) {
-      Window window = windows[w];
-      window.count = beams_each;
-      for (int i = 0; i < beams_each; ++i) {
-        double azimuth = 0;
-        double elevation = 0;
-        raster_beam(window, i, azimuth, elevation);
-        if (!view.root(azimuth, elevation, root)) continue;
-        information.col(static_cast<Eigen::Index>(w)) += packed_square(root) / beams_each;
-      }
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      if (roots[i].isZero(0)) continue;
+      information.col(static_cast<Eigen::Index>(i / beams_each)) +=
+          packed_square(roots[i]) / beams_each;
     }
   }
   return problem;

@@ -2,6 +2,7 @@
 #include "estimator/planning/pose_information.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace berth::estimator {
@@ -15,17 +16,30 @@ PoseView::PoseView(const TargetModel& model, const BeamModel& beam, const Pose& 
       far_(std::min(beam.range_max_m, (model.centre - to_model_.position).norm() + model.radius)),
       least_cosine_(least_cosine) {}
 
-bool PoseView::root(double azimuth, double elevation, Vector6d& root) const {
-  const Vector3d direction = rotation_ * beam_direction(azimuth, elevation);
-  RayHit hit;
-  if (!model_.caster.cast({to_model_.position, direction}, far_, hit)) return false;
-  const double cosine = std::min(1.0, -direction.dot(hit.normal));
-  if (hit.range < beam_.range_min_m || cosine < least_cosine_) return false;
-  const double variance = beam_.range_variance(hit.range, std::acos(cosine));
-  const Vector3d arm = to_model_.position + hit.range * direction;
-  root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
-  root /= cosine * std::sqrt(variance);
-  return true;
+void PoseView::roots(std::span<const Vector3d> directions, std::span<Vector6d> roots) const {
+  constexpr std::size_t chunk = 64;  // beams at a time, on the stack
+  std::array<Ray, chunk> rays;
+  std::array<RayHit, chunk> hits;
+  for (std::size_t first = 0; first < directions.size(); first += chunk) {
+    const std::size_t count = std::min(chunk, directions.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      rays[i] = {to_model_.position, rotation_ * directions[first + i]};
+    }
+    model_.caster.cast({rays.data(), count}, far_, hits);
+    for (std::size_t i = 0; i < count; ++i) {
+      const RayHit& hit = hits[i];
+      Vector6d& root = roots[first + i];
+      root.setZero();
+      if (!std::isfinite(hit.range) || hit.range < beam_.range_min_m) continue;
+      const Vector3d& direction = rays[i].direction;
+      const double cosine = std::min(1.0, -direction.dot(hit.normal));
+      if (cosine < least_cosine_) continue;
+      const double variance = beam_.range_variance(hit.range, std::acos(cosine));
+      const Vector3d arm = to_model_.position + hit.range * direction;
+      root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
+      root /= cosine * std::sqrt(variance);
+    }
+  }
 }
 
 Matrix6d PoseView::pose_covariance(const Matrix6d& scaled) const {
@@ -35,8 +49,9 @@ Matrix6d PoseView::pose_covariance(const Matrix6d& scaled) const {
   return to_sensor * scaled * to_sensor.transpose();
 }
 
-void raster_beam(const Window& window, int i, double& azimuth, double& elevation) {
+void append_raster(const Window& window, std::vector<Vector3d>& directions) {
   const int n = window.count;
+  if (n < 1) return;
   int rows = n;
   if (window.height <= 0) {
     rows = 1;
@@ -47,28 +62,27 @@ void raster_beam(const Window& window, int i, double& azimuth, double& elevation
   const auto first_of = [&](int row) {
     return static_cast<int>(static_cast<std::int64_t>(row) * n / rows);
   };
-  int row = static_cast<int>(static_cast<std::int64_t>(i) * rows / n);
-  while (first_of(row + 1) <= i) ++row;
-  const int in_row = first_of(row + 1) - first_of(row);
-  const double across = (i - first_of(row) + 0.5) / in_row - 0.5;
-  const double down = (row + 0.5) / rows - 0.5;
-  azimuth = window.azimuth + (row % 2 == 0 ? across : -across) * window.width;
-  elevation = window.elevation - down * window.height;
+  for (int row = 0; row < rows; ++row) {
+    const int in_row = first_of(row + 1) - first_of(row);
+    const double elevation = window.elevation - ((row + 0.5) / rows - 0.5) * window.height;
+    for (int i = 0; i < in_row; ++i) {
+      const double across = ((i + 0.5) / in_row - 0.5) * (row % 2 == 0 ? 1 : -1);
+      directions.push_back(beam_direction(window.azimuth + across * window.width, elevation));
+    }
+  }
 }
 
 Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windows, int* returns) {
+  std::vector<Vector3d> directions;
+  for (const Window& window : windows) append_raster(window, directions);
+  std::vector<Vector6d> roots(directions.size());
+  view.roots(directions, roots);
   Matrix6d information = Matrix6d::Zero();
   int count = 0;
-  Vector6d root;
-  for (const Window& window : windows) {
-    for (int i = 0; i < window.count; ++i) {
-      double azimuth = 0;
-      double elevation = 0;
-      raster_beam(window, i, azimuth, elevation);
-      if (!view.root(azimuth, elevation, root)) continue;
-      information.noalias() += root * root.transpose();
-      ++count;
-    }
+  for (const Vector6d& root : roots) {
+    if (root.isZero(0)) continue;
+    information.noalias() += root * root.transpose();
+    ++count;
   }
   if (returns != nullptr) *returns = count;
   return information;

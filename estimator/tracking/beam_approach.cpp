@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "estimator/tracking/normal_sums.h"
+#include "estimator/model/normal_sums.h"
 
 namespace berth::estimator {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "estimator/tracking/beam_nodes.h"
-#include "estimator/tracking/normal_sums.h"
+#include "estimator/model/normal_sums.h"
 
 namespace berth::estimator {
 

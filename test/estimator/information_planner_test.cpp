@@ -54,13 +54,13 @@ double rms_bound(const Matrix6d& information, double half_length) {
 Eigen::Matrix<double, 21, Eigen::Dynamic> dense_view(const PoseView& view, Window outline) {
   outline.count = 10000;
   Eigen::Matrix<double, 21, Eigen::Dynamic> returns(21, outline.count);
+  std::vector<Vector3d> directions;
+  append_raster(outline, directions);
+  std::vector<Vector6d> roots(directions.size());
+  view.roots(directions, roots);
   Eigen::Index count = 0;
-  Vector6d root;
-  for (int i = 0; i < outline.count; ++i) {
-    double azimuth = 0;
-    double elevation = 0;
-    raster_beam(outline, i, azimuth, elevation);
-    if (view.root(azimuth, elevation, root)) returns.col(count++) = packed_square(root);
+  for (const Vector6d& root : roots) {
+    if (!root.isZero(0)) returns.col(count++) = packed_square(root);
   }
   return returns.leftCols(count);
 }
