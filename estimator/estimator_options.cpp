@@ -252,6 +252,7 @@ void read_planner(Config config, PlannerOptions& planner) {
   config.optional("least_share_in_view", planner.least_share_in_view);
   config.optional("surface_share", planner.surface_share);
   config.optional("dense_factor", planner.dense_factor);
+  config.optional("equal_share", planner.equal_share);
   config.optional("spread_share", planner.spread_share);
   config.optional("view_cells", planner.view_cells);
   config.optional("least_cosine", planner.least_cosine);
@@ -263,6 +264,9 @@ void read_planner(Config config, PlannerOptions& planner) {
   at_least(config, "view_cells", planner.view_cells, 100);
   at_least(config, "least_cosine", planner.least_cosine, 0);
   at_least(config, "design_tolerance", planner.design_tolerance, 1e-4);
+  if (!(planner.equal_share >= 0 && planner.equal_share <= 1)) {
+    throw config.error("equal_share", "must be from 0 to 100 %");
+  }
   if (!(planner.spread_share >= 0 && planner.spread_share < 1)) {
     throw config.error("spread_share", "found a share outside [0, 100 %)");
   }

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "app/nights/claims_table.h"
 #include "app/nights/run_values.h"
 #include "app/nights/trend.h"
 #include "common/core/text.h"
@@ -261,6 +262,8 @@ void write_index_page(const std::filesystem::path& out, const Plan& plan, Histor
   page.section("changes", "Flagged changes", changes_table(report));
   page.section("failures", "Runs that did not pass", failures_table(out, report));
   page.section("procedures", "Procedures", cases_table(out, report));
+  const Html claims = claims_table(plan, report);
+  if (!claims.empty()) page.section("claims", "Claims", claims);
   page.section("nights", "Nights", nights_table(history, nights));
   const Flags flags = flags_of(history, nights);
   std::size_t number = 0;

@@ -117,6 +117,7 @@ void Estimator::obey(const Pending& pending) {
     now_.gate = own_gate ? setup_.options.gate : RangeGate{command.gate_near_m, command.gate_far_m};
     now_.returns_per_scan =
         command.returns_per_scan > 0 ? command.returns_per_scan : setup_.options.returns_per_scan;
+    now_.acquire_returns = command.command == Command::ACQUIRE ? command.returns_per_scan : 0;
     now_.strategy = setup_.options.strategy;
     if (!command.strategy.empty()) parse_scan_strategy(command.strategy, now_.strategy);
     failures_ = 0;

@@ -72,6 +72,7 @@ class Estimator {
     RangeGate gate;
     ScanStrategy strategy = ScanStrategy::corners_sparse;
     int returns_per_scan = 0;
+    int acquire_returns = 0;  // wanted of the scan in which the target is found; 0: as they come
   };
   struct Pending {  // accepted, for a later scan
     estimator_command_t command{};
@@ -148,6 +149,8 @@ class Estimator {
   void forget_target();
   static Matrix6d resumed_covariance();
   FieldOfView field_of_view() const;
+  /// Around the target in this pose, for the next acquisition scan.
+  std::vector<Window> look_closer(const Pose& pose, double margin) const;
   ModelSphere whole_target(double margin) const;
   void count_failure(const std::string& reason);
   void fill_filtered(pose_estimate_t& estimate) const { fill_filtered(*tracker_, estimate); }

@@ -161,6 +161,16 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   }
   const Found found = find_pose(scan, {}, estimate);
   durations.acquire = setup_.stopwatch() - start;
+  const double margin = 0.1 * model_->canonical.half_length;
+  // Asked for so many returns, a search shows but where to look; the pose is found anew.
+  if (found.measured && !was_zoomed && now_.acquire_returns > 0) {
+    zoom_ = look_closer(found.measured->pose, 3 * margin);
+    if (!zoom_.empty()) {
+      fill_filtered(estimate);
+      estimate.reason = "seen, to be looked at with the returns asked for";
+      return;
+    }
+  }
   if (found.measured) {
     start_from(found.measured->pose, found.measured->covariance, scan.utime_mean);
     fill_measurement(*found.measured, estimate);
@@ -181,7 +191,6 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   }
   // The next scan looks where the target seems to be; if this one did so already and found nothing,
   // everywhere again.
-  const double margin = 0.1 * model_->canonical.half_length;
   std::vector<Pose> open;
   for (const Hypothesis& h : hints_) open.push_back(h.pose);
   std::vector<Window> where;
@@ -193,13 +202,20 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
         planner_->around(open, margin, where.empty() ? beams : beams / 2);
     where.insert(where.end(), all.begin(), all.end());
   } else if (!was_zoomed && !open.empty()) {
-    where = planner_->around({open.front()}, 3 * margin, setup_.options.zoom_beams);
+    where = look_closer(open.front(), 3 * margin);
   }
   if (!where.empty()) {
     zoom_ = where;
   } else if (scan.points.empty() && !was_zoomed) {
     search_more_finely();
   }
+}
+
+std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) const {
+  if (now_.acquire_returns == 0) {
+    return planner_->around({pose}, margin, setup_.options.zoom_beams);
+  }
+  return planner_->outline(pose, margin, now_.acquire_returns);
 }
 
 /// Beams so far apart that a target at the end of the range gate fits between them.

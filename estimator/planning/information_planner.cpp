@@ -217,18 +217,42 @@ double InformationPlanner::expected_trace(const Pose& pose, double sigma,
   return sum / static_cast<double>(poses.size());
 }
 
+Matrix6d InformationPlanner::known_before(const PoseView& view,
+                                          const std::vector<Window>& others) const {
+  // What no surface holds is known from before, but hardly.
+  const double known = 0.3 * model_.canonical.half_length;
+  return Matrix6d::Identity() / (known * known) + scan_information(view, others);
+}
+
+double InformationPlanner::spread(double predicted_sigma) const {
+  // A tracker finds its way back from the margin only when the windows still hold the target there.
+  return std::hypot(predicted_sigma, options_.least_margin_m / options_.margin_sigmas);
+}
+
+std::vector<int> InformationPlanner::share(const Pose& pose, double predicted_sigma,
+                                           const std::vector<Window>& windows, int beams,
+                                           const std::vector<Window>& others) const {
+  const PoseView view(model_, field_.beam, pose, options_.least_cosine);
+  const DesignProblem problem =
+      look_closer(pose, spread(predicted_sigma), windows, known_before(view, others), beams);
+  const Design design =
+      a_optimal_design(problem, static_cast<int>(windows.size()), options_.design_tolerance);
+  std::vector<int> counts(windows.size(), 0);
+  const std::vector<int> shares = apportioned(design.shares, beams);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    counts[static_cast<std::size_t>(design.candidates[i])] = shares[i];
+  }
+  return counts;
+}
+
 InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigma,
                                          const Window& outline, int beams,
                                          const std::vector<Window>& others) const {
   InformationPlan plan;
   if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
-  // A tracker finds its way back from the margin only when the windows still hold the target there.
-  const double sigma =
-      std::hypot(predicted_sigma, options_.least_margin_m / options_.margin_sigmas);
-  // What no surface holds is known from before, but hardly.
-  const double known = 0.3 * model_.canonical.half_length;
+  const double sigma = spread(predicted_sigma);
   const PoseView view(model_, field_.beam, pose, options_.least_cosine);
-  const Matrix6d prior = Matrix6d::Identity() / (known * known) + scan_information(view, others);
+  const Matrix6d prior = known_before(view, others);
   const std::vector<Window> windows =
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;

@@ -38,7 +38,13 @@ class InformationPlanner {
   InformationPlan plan(const Pose& pose, double sigma, const Window& outline, int beams,
                        const std::vector<Window>& others = {}) const;
 
+  /// Beams for each of these windows, so that the trace is least. Their own counts do not matter.
+  std::vector<int> share(const Pose& pose, double sigma, const std::vector<Window>& windows,
+                         int beams, const std::vector<Window>& others) const;
+
  private:
+  Matrix6d known_before(const PoseView& view, const std::vector<Window>& others) const;
+  double spread(double predicted_sigma) const;
   struct Grid;
   Grid cast(const PoseView& view, const Pose& pose, double sigma, const Window& outline,
             int beams) const;

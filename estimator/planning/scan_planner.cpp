@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "estimator/planning/information_planner.h"
 
@@ -106,10 +107,42 @@ void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, in
 }
 
 std::vector<Window> ScanPlanner::plan(const Pose& pose, double sigma, ScanStrategy strategy,
-                                      int beams) const {
-  std::vector<Window> windows = windows_of(pose, sigma, strategy, beams);
+                                      int returns) const {
+  std::vector<Window> windows = windows_of(pose, sigma, strategy, returns);
+  if (strategy != ScanStrategy::information) make_up_for_misses(pose, windows);
   for (Window& window : windows) make_room(window);
   return windows;
+}
+
+void ScanPlanner::share_out(const Pose& pose, double sigma, const std::vector<Window>& others,
+                            std::vector<Window>& windows) const {
+  int all = 0;
+  for (const Window& window : windows) all += window.count;
+  const auto free = static_cast<int>(std::lround((1 - options_.equal_share) * all));
+  if (free <= 0 || windows.size() < 2) return;
+  const std::vector<int> counts =
+      InformationPlanner(model_, field_, options_).share(pose, sigma, windows, free, others);
+  const int given = std::accumulate(counts.begin(), counts.end(), 0);
+  if (given == 0) return;  // none of them would return
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const int equal = (all - given) * static_cast<int>(i + 1) / static_cast<int>(windows.size()) -
+                      (all - given) * static_cast<int>(i) / static_cast<int>(windows.size());
+    windows[i].count = equal + counts[i];
+  }
+  windows.erase(std::remove_if(windows.begin(), windows.end(),
+                               [](const Window& window) { return window.count == 0; }),
+                windows.end());
+}
+
+void ScanPlanner::make_up_for_misses(const Pose& pose, std::vector<Window>& windows) const {
+  constexpr double most = 10;  // where hardly any returns the prediction is wrong, or the model
+  int beams = 0;
+  for (const Window& window : windows) beams += window.count;
+  int returns = 0;
+  scan_information(PoseView(model_, field_.beam, pose, options_.least_cosine), windows, &returns);
+  if (returns == 0) return;
+  const double factor = std::min(most, static_cast<double>(beams) / returns);
+  for (Window& window : windows) window.count = static_cast<int>(std::ceil(factor * window.count));
 }
 
 void ScanPlanner::make_room(Window& window) const {
@@ -155,9 +188,10 @@ std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, Scan
   if (strategy == ScanStrategy::edges || strategy == ScanStrategy::edges_sparse) {
     add(pose, margin, ScanRegion::Kind::edge, beams - sparse_beams, windows);
   }
-  if (sparse_beams > 0) {
-    add(pose, margin, ScanRegion::Kind::surface, sparse_beams, windows);
-  }
+  std::vector<Window> sparse;
+  if (sparse_beams > 0) add(pose, margin, ScanRegion::Kind::surface, sparse_beams, sparse);
+  share_out(pose, sigma, sparse, windows);
+  windows.insert(windows.end(), sparse.begin(), sparse.end());
   // A target without corners, or with none in view, is scanned where it can be.
   if (windows.empty()) add(pose, margin, ScanRegion::Kind::surface, beams, windows);
   if (windows.empty()) return around({pose}, margin, beams);
@@ -191,6 +225,13 @@ std::vector<Window> ScanPlanner::around(const std::vector<Pose>& poses, double m
   // Whatever part of it is in view is better than nothing.
   if (clip(window) <= 0) return {};
   return {window};
+}
+
+std::vector<Window> ScanPlanner::outline(const Pose& pose, double margin_m, int returns) const {
+  std::vector<Window> windows = around({pose}, margin_m, returns);
+  make_up_for_misses(pose, windows);
+  for (Window& window : windows) make_room(window);
+  return windows;
 }
 
 Window ScanPlanner::everything(int beams) const {

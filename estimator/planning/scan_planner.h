@@ -17,11 +17,16 @@ class ScanPlanner {
       : model_(model), field_(field), options_(options) {}
 
   /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
-  /// m. Empty when the target is out of view.
-  std::vector<Window> plan(const Pose& pose, double sigma, ScanStrategy strategy, int beams) const;
+  /// m. returns: wanted of the scan; the paper's strategies ask for more beams, as many as pass the
+  /// predicted target by; information planning takes it for the beams that it may spend. Empty when
+  /// the target is out of view.
+  std::vector<Window> plan(const Pose& pose, double sigma, ScanStrategy strategy,
+                           int returns) const;
 
   /// One window around the whole target in all of the poses; nothing when it is out of view.
   std::vector<Window> around(const std::vector<Pose>& poses, double margin_m, int beams) const;
+  /// The same around one pose, in which about so many beams return.
+  std::vector<Window> outline(const Pose& pose, double margin_m, int returns) const;
   /// The whole field of view.
   Window everything(int beams) const;
 
@@ -32,6 +37,11 @@ class ScanPlanner {
  private:
   std::vector<Window> windows_of(const Pose& pose, double sigma, ScanStrategy strategy,
                                  int beams) const;
+  /// Moves beams, but for the equal share, to the windows of these that add most to the others.
+  void share_out(const Pose& pose, double sigma, const std::vector<Window>& others,
+                 std::vector<Window>& windows) const;
+  /// More beams in all windows, so that as many return as there are beams now.
+  void make_up_for_misses(const Pose& pose, std::vector<Window>& windows) const;
   /// Widens a window in which the LIDAR could not put its beams a minimum step apart.
   void make_room(Window& window) const;
   /// Cuts a window to the field of view. @return the share of it that is left.

@@ -142,7 +142,11 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
     return comparison;
   }
   Config procedure = Config::parse(text, "procedure.yaml in the log");
-  comparison.criteria = judge(read_criteria(procedure), measurer);
+  const std::vector<Criterion> criteria = read_criteria(procedure);
+  comparison.criteria = judge(criteria, measurer);
+  for (const Criterion& criterion : criteria) comparison.claims.push_back(criterion.claim);
+  procedure.optional("source", comparison.source);
+  comparison.figures = read_figures(procedure, criteria);
   decide(record, comparison);
   return comparison;
 }

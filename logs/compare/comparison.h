@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/measure/criterion.h"
+#include "logs/measure/figure.h"
 #include "logs/run/run_record.h"
 
 namespace berth::logs {
@@ -54,6 +54,9 @@ struct Comparison {
   std::vector<procedure_step_t> steps;  ///< teardown last
   std::vector<PhaseTable> phases;
   std::vector<criterion_result_t> criteria;
+  std::string source;               ///< of the procedure's claims and figures
+  std::vector<std::string> claims;  ///< per criterion, what the source says; empty: nothing
+  std::vector<Figure> figures;
   /// From the criteria, unless the run itself ended in ERROR, TIMEOUT, ABORTED or FAIL.
   std::int8_t outcome = procedure_state_t::NONE;
   std::string reason;

@@ -14,9 +14,10 @@ ordered_json number(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
 
-ordered_json json_of_criteria(const std::vector<criterion_result_t>& criteria) {
+ordered_json json_of_criteria(const Comparison& comparison) {
   ordered_json list = ordered_json::array();
-  for (const criterion_result_t& c : criteria) {
+  for (std::size_t i = 0; i < comparison.criteria.size(); ++i) {
+    const criterion_result_t& c = comparison.criteria[i];
     list.push_back({{"name", c.name},
                     {"measurement", c.measurement},
                     {"phase", c.phase},
@@ -29,6 +30,8 @@ ordered_json json_of_criteria(const std::vector<criterion_result_t>& criteria) {
                     {"samples", c.samples},
                     {"result", text_of_result(c.result)},
                     {"reason", c.reason}});
+    const std::string& claim = comparison.claims[i];
+    if (!claim.empty()) list.back()["claim"] = claim;
   }
   return list;
 }
@@ -115,10 +118,11 @@ std::string json_of(const Comparison& comparison) {
       {"agrees_with_recorded", comparison.agrees},
       {"duration_s", comparison.duration_s},
       {"steps", json_of_steps(comparison.steps)},
-      {"criteria", json_of_criteria(comparison.criteria)},
+      {"criteria", json_of_criteria(comparison)},
       {"phases", json_of_phases(comparison.phases)},
       {"remarks", comparison.remarks},
   };
+  if (!comparison.source.empty()) json["source"] = comparison.source;
   if (comparison.info) json["run"] = json_of_run(*comparison.info);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

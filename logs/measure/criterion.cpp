@@ -35,6 +35,7 @@ Criterion read_criterion(Config& config) {
   config.optional("max", dimension, criterion.upper);
   config.optional("nominal", dimension, criterion.nominal);
   config.optional("samples", criterion.samples);
+  config.optional("claim", criterion.claim);
   config.finish();
   if (!config.has("min") && !config.has("max")) {
     throw config.error("name", "criterion '" + criterion.name + "' needs 'min' or 'max'");

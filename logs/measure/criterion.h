@@ -20,6 +20,7 @@ struct Criterion {
   double lower;              ///< -inf: none
   double upper;              ///< +inf: none
   std::int64_t samples = 1;  ///< fewer do not suffice
+  std::string claim;         ///< what the procedure's source says of it; empty: nothing
   int line = 0;              ///< in the procedure
 };
 
@@ -33,6 +34,7 @@ struct Criterion {
 ///         max: 20 mm              # and/or min
 ///         nominal: 0 mm           # optional: judge the difference from it
 ///         samples: 10             # optional: fewer are inconclusive
+///         claim: below 20 mm      # optional: the words of the procedure's source that it judges
 std::vector<Criterion> read_criteria(Config& procedure);
 
 /// Value, limits and uncertainty in the measurement's shown unit. Truth decides only as far as it

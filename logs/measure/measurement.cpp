@@ -13,6 +13,8 @@ std::vector<Measurement> make_measurements() {
   add_velocities(table);
   add_consistency(table);
   add_availability(table);
+  add_scans(table);
+  add_steps(table);
   add_timing(table);
   add_mount(table);
   add_approach(table);

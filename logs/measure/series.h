@@ -49,6 +49,8 @@ void add_errors(std::vector<Measurement>& table);
 void add_velocities(std::vector<Measurement>& table);
 void add_consistency(std::vector<Measurement>& table);
 void add_availability(std::vector<Measurement>& table);
+void add_scans(std::vector<Measurement>& table);
+void add_steps(std::vector<Measurement>& table);
 void add_timing(std::vector<Measurement>& table);
 void add_mount(std::vector<Measurement>& table);
 void add_approach(std::vector<Measurement>& table);

@@ -5,9 +5,8 @@
 
 namespace berth::report {
 
-/// The parts of a report in which several runs are laid beside each other. Differences are against
-/// the first.
-using Views = std::vector<const RunView*>;
+// The parts of a report in which several runs are laid beside each other. Differences are against
+// the first.
 
 /// What each run was and how it ended. Links to the runs' own reports are relative to the page.
 Html beside_head(const Views& views, const std::filesystem::path& page);

@@ -17,6 +17,7 @@ Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
   Page page(std::string(logs::text_of_outcome(view.comparison().outcome)) + " " +
             view.source().name());
   page.head(verdict_head(view));
+  add(page, "claims", "Claims and figures", claim_section(view));
   add(page, "criteria", "Criteria", criteria_section(view));
   add(page, "poses", "Estimate and truth", pose_section(view));
   add(page, "errors", "Errors", error_section(view));
@@ -38,6 +39,7 @@ Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& fil
   Page page(std::to_string(runs.size()) + " runs beside each other");
   page.head(beside_head(views, file));
   add(page, "criteria", "Criteria", beside_criteria(views));
+  add(page, "figures", "Figures", figures_of(views));
   add(page, "curves", "Errors by phase", beside_curves(views));
   add(page, "poses", "Estimates", beside_poses(views));
   add(page, "measurements", "Measurements", beside_measurements(views));

@@ -57,6 +57,8 @@ class RunView {
   std::vector<Mark> marks_;
 };
 
+using Views = std::vector<const RunView*>;
+
 /// "OK", "AMBIGUOUS" ...
 const char* text_of_status(std::int8_t status);
 

@@ -8,6 +8,12 @@ namespace berth::report {
 
 /// The parts of a run's report, one per file. Empty where the run has nothing of the kind.
 Html verdict_head(const RunView& view);
+/// What the procedure's source claims, met or not, and its figures drawn of this run.
+Html claim_section(const RunView& view);
+/// "3 of 4 claims met: SOURCE"; empty where nothing is claimed.
+Html claims_in_words(const logs::Comparison& comparison);
+/// The figures of the first run's procedure, drawn of these runs.
+Html figures_of(const Views& views);
 Html criteria_section(const RunView& view);
 /// Estimate and truth as x y z w p r (the paper's Figure 10).
 Html pose_section(const RunView& view);

@@ -130,6 +130,8 @@ Html verdict_head(const RunView& view) {
                              "out again, number for number.")
                       : Html()));
   }
+  const Html claims = claims_in_words(c);
+  if (!claims.empty()) html += element("p", "", claims);
   if (const auto* worst = tightest(c.criteria)) html += sentence_of(*worst);
   if (!c.agrees && c.recorded_outcome != procedure_state_t::NONE) {
     html += element("p", "bad",

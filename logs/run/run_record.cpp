@@ -60,6 +60,8 @@ EstimateSample sample_of(const pose_estimate_t& message) {
   sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
   sample.scan_id = message.scan_id;
   sample.last_packet = message.last_packet;
+  sample.returns_used = message.returns_used;
+  sample.residual_rms_m = message.residual_rms_m;
   return sample;
 }
 

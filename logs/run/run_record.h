@@ -29,6 +29,8 @@ struct EstimateSample {
   Pose measured;                           ///< by this scan alone
   std::int64_t scan_id = 0;
   std::int32_t last_packet = 0;  ///< of the scan that the estimate rests on
+  std::int32_t returns_used = 0;
+  double residual_rms_m = 0;  ///< of the returns used, from the model's surface
 
   bool ok() const { return status == pose_estimate_t::OK; }
 };

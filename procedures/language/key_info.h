@@ -36,6 +36,7 @@ enum class Kind {
   steps,        ///< list of steps
   limits,
   criteria,
+  figures,
 };
 
 /// One key of the language: what the reader accepts, the schema says and the documentation tells.

@@ -61,6 +61,16 @@ void check_phases(const Procedure& procedure) {
                    "key 'criteria': criterion '" + criterion.name + "': found phase '" +
                        criterion.phase + "', expected one of: " + known);
   }
+  for (const logs::Figure& figure : procedure.figures) {
+    for (const logs::FigureChart& chart : figure.charts) {
+      for (const std::string& phase : chart.phases) {
+        if (phase == logs::whole_run || is_known(phase)) continue;
+        throw error_at(procedure.file, chart.line,
+                       "key 'figures': figure '" + figure.name + "': found phase '" + phase +
+                           "', expected one of: " + known);
+      }
+    }
+  }
   for (const Limit& limit : procedure.limits) {
     if (limit.phase.empty() || is_known(limit.phase)) continue;
     throw error_at(limit.file, limit.line,
@@ -147,6 +157,8 @@ const std::vector<KeyInfo>& procedure_keys() {
       {"steps", Kind::steps, true, "", "what is done, in this order"},
       {"teardown", Kind::steps, false, "stop_tracking, lights off", "always done"},
       {"criteria", Kind::criteria, false, "none", "measurements that decide pass or fail"},
+      {"source", Kind::text, false, "none", "of its claims and figures: a publication"},
+      {"figures", Kind::figures, false, "none", "of the source, drawn again by the report"},
       {"as_run", Kind::boolean, false, "false", "written when it is run"},
       {"called", Kind::assignments, false, "none", "written when it is run: called procedures"},
   };
@@ -195,6 +207,8 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   for (Step& step : procedure.teardown) step.phase = logs::teardown_phase;
   check_size(procedure, config);
   procedure.criteria = logs::read_criteria(config);
+  config.optional("source", procedure.source);
+  procedure.figures = logs::read_figures(config, procedure.criteria);
   check_order(procedure);
   check_phases(procedure);
   procedure.text = text_as_run(source, library);

@@ -132,6 +132,8 @@ json value_of(const KeyInfo& info) {
       return {{"type", "array"}, {"items", ref("limit")}};
     case Kind::criteria:
       return {{"type", "array"}, {"items", ref("criterion")}};
+    case Kind::figures:
+      return {{"type", "array"}, {"items", ref("figure")}};
   }
   return {};
 }
@@ -181,7 +183,7 @@ json behind(const VerbInfo& verb) {
 /// What logs::read_criteria reads.
 json criterion() {
   json properties;
-  for (const char* text : {"name", "measurement", "statistic", "phase"}) {
+  for (const char* text : {"name", "measurement", "statistic", "phase", "claim"}) {
     properties[text] = ref("text");
   }
   for (const char* value : {"min", "max", "nominal"}) properties[value] = ref("quantity");
@@ -189,6 +191,25 @@ json criterion() {
   json result = object(properties, {"name", "measurement"});
   result.erase("additionalProperties");
   return result;
+}
+
+/// What logs::read_figures reads.
+json figure() {
+  const json texts = list_of(ref("text"));
+  const json chart =
+      object({{"title", ref("text")},
+              {"draw", texts},
+              {"statistic", {{"enum", logs::statistic_names()}}},
+              {"phase", ref("text")},
+              {"phases", texts},
+              {"over", {{"enum", {"time", "sample"}}}},
+              {"criteria", texts},
+              {"levels", {{"type", "object"}, {"additionalProperties", ref("quantity")}}}},
+             {"draw"});
+  return object({{"name", ref("text")},
+                 {"caption", ref("text")},
+                 {"charts", {{"type", "array"}, {"items", chart}, {"minItems", 1}}}},
+                {"name", "charts"});
 }
 
 json step() {
@@ -215,6 +236,7 @@ std::string json_schema() {
   schema["definitions"] = definitions();
   schema["definitions"]["step"] = step();
   schema["definitions"]["criterion"] = criterion();
+  schema["definitions"]["figure"] = figure();
   schema["definitions"]["limit"] = object_of(limit_keys());
   return schema.dump(2) + "\n";
 }

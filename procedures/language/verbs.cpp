@@ -200,6 +200,8 @@ const KeyInfo gate_key = {"gate", Kind::gate, false, "the estimator's own",
                           "range gate, such as [3 m, 8 m]"};
 const KeyInfo returns_key = {"returns", Kind::count, false, "the estimator's own choice",
                              "returns asked for in each scan"};
+const KeyInfo acquire_returns_key = {"returns", Kind::count, false, "as they come",
+                                     "returns wanted of the scan in which it is found"};
 
 std::vector<VerbInfo> make_verbs() {
   return {
@@ -233,7 +235,7 @@ std::vector<VerbInfo> make_verbs() {
       {"acquire",
        "looks for the target; done with the first good estimate",
        "90 s",
-       {gate_key, returns_key},
+       {gate_key, acquire_returns_key},
        read_acquire},
       {"track",
        "tracks on; done after some good estimates in a row",

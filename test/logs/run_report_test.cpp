@@ -64,7 +64,17 @@ void write_run(const fs::path& directory) {
   procedure.name = "procedure.yaml";
   procedure.content =
       "name: made\ncriteria:\n"
-      "  - {name: <i>z</i>, measurement: z_error, statistic: rms, phase: go, max: 2 mm}\n";
+      "  - {name: <i>z</i>, measurement: z_error, statistic: rms, phase: go, max: 2 mm, claim: "
+      "'<b>below</b> 2 mm'}\n"
+      "  - {name: x, measurement: x_error, statistic: rms, phase: go, max: 2 mm, claim: small}\n"
+      "  - {name: y, measurement: y_error, statistic: rms, phase: go, max: 2 mm}\n"
+      "source: A & B\n"
+      "figures:\n"
+      "  - name: Figure <3>\n"
+      "    charts:\n"
+      "      - {draw: [z_error], phase: go, over: sample, criteria: [<i>z</i>]}\n"
+      "      - {draw: [position_error], statistic: peak, phases: [go, hold]}\n"
+      "      - {draw: [x, y, z], phase: go}\n";
   info.attachments = {procedure};
   info.attachment_count = 1;
   write(log, channels::run_info, info);
@@ -130,6 +140,15 @@ TEST_CASE("a run's report shows what was, and nothing of its log becomes markup"
   CHECK_FALSE(has(page, "<b>run</b>"));
   CHECK(has(page, "<title>FAIL made &amp; &lt;b&gt;run&lt;/b&gt;</title>"));
   CHECK(has(page, "class=\"verdict bad\""));
+  CHECK(has(page, "1 of 2 claims met</b>: A &amp; B"));
+  const std::string claims = section_of(page, "claims");
+  CHECK(has(claims, "&lt;b&gt;below&lt;/b&gt; 2 mm"));
+  CHECK(has(claims, "\xE2\x9C\x97 not met"));
+  CHECK(has(claims, "\xE2\x9C\x93 met"));
+  CHECK(has(claims, "Figure &lt;3&gt;"));
+  CHECK(has(claims, "claimed: at most 2 mm"));
+  CHECK(has(claims, "peak position_error"));
+  CHECK(has(claims, "x, line: truth"));
   CHECK(has(section_of(page, "criteria"), "&lt;i&gt;z&lt;/i&gt;"));
   CHECK(has(section_of(page, "criteria"), "value bad"));
   CHECK(has(section_of(page, "errors"), "span trouble"));
@@ -157,6 +176,7 @@ TEST_CASE("several runs are laid beside each other with links to their own repor
   CHECK(has(page, "href=\"./a/report.html\""));
   CHECK(has(section_of(page, "curves"), "go: position_error"));
   CHECK(has(section_of(page, "measurements"), "rms z_error"));
+  CHECK(has(section_of(page, "figures"), "run 2 x, line: truth"));
   CHECK_THROWS_AS(write_report(runs, folder / "none/both.html"), InputError);
 }
 

@@ -307,3 +307,20 @@ TEST_CASE("errors in a called procedure name its line and the caller's") {
   folder.put("parts/a.yaml", "name: a\nparameters:\n  time: 1 s\nsteps:\n  - wait: ${time}\n");
   CHECK(folder.complaint().find("no parameter 'speed'; there are: time") != std::string::npos);
 }
+
+TEST_CASE("a procedure's figures name phases that it has") {
+  const auto with_phase = [](const std::string& phase) {
+    return "  - wait: 1 s\n    phase: still\nsource: a paper\nfigures:\n  - name: Figure 1\n    "
+           "charts:\n"
+           "      - {draw: [position_error], phase: " +
+           phase + "}\n";
+  };
+  const Procedure procedure = parsed(with_phase("still"));
+  CHECK(procedure.source == "a paper");
+  REQUIRE(procedure.figures.size() == 1);
+  CHECK(complaint(with_phase("run")).empty());
+  CHECK(complaint(with_phase("stil"))
+            .find("p.yaml:9: key 'figures': figure 'Figure 1': found phase 'stil', expected one "
+                  "of: run, "
+                  "still") == 0);
+}

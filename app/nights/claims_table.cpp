@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/nights/claims_table.h"
+
+#include <algorithm>
+
+#include "common/core/error.h"
+#include "logs/measure/statistics.h"
+#include "logs/report/axis.h"
+#include "logs/report/verdict_marks.h"
+#include "procedures/language/procedure.h"
+
+namespace berth::nights {
+namespace {
+
+using namespace report;
+
+/// Values of a criterion in tonight's runs of a case, in its shown unit.
+std::vector<double> values_of(const NightReport& report, const std::string& case_name,
+                              const logs::Criterion& criterion) {
+  std::vector<double> values;
+  for (const FinishedRun& run : report.runs) {
+    if (run.case_name != case_name || run.build != Build::tonight) continue;
+    for (const RunValue& v : run.values) {
+      if (v.statistic == criterion.name && v.phase == criterion.phase) values.push_back(v.value);
+    }
+  }
+  return values;
+}
+
+void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
+  const auto procedure = procedures::load_procedure(of_plan.procedure, of_plan.parameters);
+  for (const logs::Criterion& c : procedure.criteria) {
+    if (c.claim.empty()) continue;
+    const std::vector<double> values = values_of(report, of_plan.name, c);
+    const double low = c.measurement->shown(c.lower);
+    const double high = c.measurement->shown(c.upper);
+    criterion_result_t limits{};
+    limits.lower_limit = low;
+    limits.upper_limit = high;
+    const auto met = std::count_if(values.begin(), values.end(),
+                                   [&](double v) { return v >= low && v <= high; });
+    const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+    const auto runs = static_cast<std::ptrdiff_t>(values.size());
+    table.rows.push_back({text(of_plan.name), text("\xE2\x80\x9C" + c.claim + "\xE2\x80\x9D"),
+                          limits_of(limits) + text(" " + c.measurement->unit),
+                          text(brief(logs::compute(logs::Statistic::p50, values))),
+                          values.empty() ? Html() : text(brief(*least) + " to " + brief(*greatest)),
+                          element("b",
+                                  met == runs && runs > 0 ? "good"
+                                  : 2 * met >= runs       ? "unsure"
+                                                          : "bad",
+                                  text(std::to_string(met) + " of " + std::to_string(runs)))});
+  }
+}
+
+}  // namespace
+
+Html claims_table(const Plan& plan, const NightReport& report) {
+  Table table;
+  table.head = {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"};
+  table.left_columns = 2;
+  for (const Case& of_plan : plan.cases) {
+    try {
+      add_rows(of_plan, report, table);
+    } catch (const InputError&) {
+      // Its runs have told what is wrong with the file.
+    }
+  }
+  return table.rows.empty() ? Html() : html_of(table);
+}
+
+}  // namespace berth::nights
