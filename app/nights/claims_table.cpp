@@ -41,7 +41,7 @@ void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
                                    [&](double v) { return v >= low && v <= high; });
     const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
     const auto runs = static_cast<std::ptrdiff_t>(values.size());
-    table.rows.push_back({text(of_plan.name), text("\xE2\x80\x9C" + c.claim + "\xE2\x80\x9D"),
+    table.rows.push_back({text(of_plan.name), text(c.claim),
                           limits_of(limits) + text(" " + c.measurement->unit),
                           text(brief(logs::compute(logs::Statistic::p50, values))),
                           values.empty() ? Html() : text(brief(*least) + " to " + brief(*greatest)),

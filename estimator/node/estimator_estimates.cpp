@@ -164,7 +164,7 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   const double margin = 0.1 * model_->canonical.half_length;
   // Asked for so many returns, a search shows but where to look; the pose is found anew.
   if (found.measured && !was_zoomed && now_.acquire_returns > 0) {
-    zoom_ = look_closer(found.measured->pose, 3 * margin);
+    zoom_ = look_closer(found.measured->pose, margin);
     if (!zoom_.empty()) {
       fill_filtered(estimate);
       estimate.reason = "seen, to be looked at with the returns asked for";

@@ -30,7 +30,7 @@ Html claim_table(const logs::Comparison& comparison) {
     const criterion_result_t& c = comparison.criteria[i];
     if (comparison.claims[i].empty()) continue;
     table.rows.push_back({element("b", class_of_result(c.result), text(text_of_claim(c.result))),
-                          text("\xE2\x80\x9C" + comparison.claims[i] + "\xE2\x80\x9D"),
+                          text(comparison.claims[i]),
                           text(c.measurement + " in " + c.phase), value_of(c),
                           limits_of(c) + text(" " + c.unit)});
   }
