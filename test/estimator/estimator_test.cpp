@@ -299,8 +299,9 @@ TEST_CASE("Tracking starts from a given pose") {
     CHECK(w.name == "edge");
     beams += w.count;
   }
-  CHECK(beams == 600);
+  CHECK(beams > 600);
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  CHECK(run.last().returns_received == Approx(600).epsilon(0.25));
   CHECK(run.last().status == Estimate::OK);
   CHECK(distance(pose_in(run.last()), start_pose) < 0.01);
 }
