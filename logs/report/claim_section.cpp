@@ -30,9 +30,8 @@ Html claim_table(const logs::Comparison& comparison) {
     const criterion_result_t& c = comparison.criteria[i];
     if (comparison.claims[i].empty()) continue;
     table.rows.push_back({element("b", class_of_result(c.result), text(text_of_claim(c.result))),
-                          text(comparison.claims[i]),
-                          text(c.measurement + " in " + c.phase), value_of(c),
-                          limits_of(c) + text(" " + c.unit)});
+                          text(comparison.claims[i]), text(c.measurement + " in " + c.phase),
+                          value_of(c), limits_of(c) + text(" " + c.unit)});
   }
   return table.rows.empty() ? Html() : html_of(table);
 }

@@ -49,7 +49,7 @@ TEST_CASE("Every strategy brings the returns asked for, from windows inside the 
     for (const RawBeam& beam : lidar.sweep(w)) hits += beam.status == BeamStatus::hit ? 1 : 0;
   }
   const int wanted = dense ? 10000 : 1000;
-  CHECK(hits <= 1.15 * wanted);
+  CHECK(hits <= 1.3 * wanted);
   // A thin target far away leaves most of its windows empty: not more than ten times the beams.
   if (beams_of(windows) < 9.9 * wanted) CHECK(hits >= 0.9 * wanted);
 }
@@ -118,7 +118,7 @@ TEST_CASE("A target larger than the field of view is scanned where it is in view
   const auto windows = planner.plan(pose, 0.005, ScanStrategy::corners_sparse, 1000);
   check_in_view(windows);
   CHECK(windows.size() > 8);
-  CHECK(beams_of(windows) == 1000);
+  CHECK(beams_of(windows) >= 1000);
 }
 
 TEST_CASE("A target out of view has no windows") {

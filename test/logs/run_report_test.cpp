@@ -66,7 +66,7 @@ void write_run(const fs::path& directory) {
       "name: made\ncriteria:\n"
       "  - {name: <i>z</i>, measurement: z_error, statistic: rms, phase: go, max: 2 mm, claim: "
       "'<b>below</b> 2 mm'}\n"
-      "  - {name: x, measurement: x_error, statistic: rms, phase: go, max: 2 mm, claim: small}\n"
+      "  - {name: x, measurement: x_error, statistic: rms, phase: go, max: 9 mm, claim: small}\n"
       "  - {name: y, measurement: y_error, statistic: rms, phase: go, max: 2 mm}\n"
       "source: A & B\n"
       "figures:\n"
