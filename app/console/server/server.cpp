@@ -27,7 +27,8 @@ using namespace std::chrono_literals;
 namespace {
 
 /// What a viewer who reads slowly may leave in our own queues; beyond it he gets fewer frames.
-constexpr int send_buffer_bytes = 128 * 1024;
+/// Small, so that a sign of life is not long behind what he has yet to read.
+constexpr int send_buffer_bytes = 16 * 1024;  // the kernel takes twice as much
 constexpr auto time_for_goodbye = 200ms;
 /// Control loops go first where processors are short.
 constexpr int niceness = 10;
