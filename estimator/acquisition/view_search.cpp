@@ -124,50 +124,6 @@ void keep_best(std::vector<Guess>& guesses, int count) {
   std::sort(guesses.begin(), guesses.end(), order);
 }
 
-/// The starts (T_model_cloud) laid on the surface, best first. Two of the steps tell which half of
-/// them is worth the others.
-std::vector<Candidate> laid(const TargetModel& model, const std::vector<Vector3d>& points,
-                            const Vector3d& centroid, const std::vector<Pose>& starts,
-                            const ViewSearchOptions& options) {
-  constexpr int first_steps = 2;
-  std::vector<Vector3d> centred = points;
-  for (Vector3d& p : centred) p -= centroid;
-  const double unit = model.distances.cut_off() / DistanceTable::most;
-  const double wide = 0.06 * model.target.length;
-  const double narrow = 0.015 * model.target.length;
-  const auto gate = [&](int step) {
-    return wide * std::pow(narrow / wide, step / std::max(1.0, options.iterations - 1.0));
-  };
-  struct Laid {
-    Pose pose;
-    double cost;
-  };
-  std::vector<Laid> all;
-  const auto lay = [&](const Pose& start, int from, int to) {
-    const Pose pose = lay_points(model.grid, centred, start, gate(from), gate(to - 1), to - from);
-    double sum = 0;
-    for (const Vector3d& p : centred) sum += model.distances.value((pose * p).cast<float>());
-    return Laid{pose, unit * sum / static_cast<double>(points.size())};
-  };
-  const auto sort = [&] {
-    std::stable_sort(all.begin(), all.end(),
-                     [](const Laid& a, const Laid& b) { return a.cost < b.cost; });
-  };
-  const int first = std::min(first_steps, options.iterations);
-  for (const Pose& start : starts) all.push_back(lay(start, 0, first));
-  sort();
-  all.resize((all.size() + 1) / 2);
-  for (Laid& one : all) {
-    if (first < options.iterations) one = lay(one.pose, first, options.iterations);
-  }
-  sort();
-  std::vector<Candidate> result;
-  for (const Laid& one : all) {
-    result.push_back({(one.pose * Pose{-centroid, Quaterniond::Identity()}).inverse(), one.cost});
-  }
-  return result;
-}
-
 }  // namespace
 
 std::vector<Candidate> search_views(const TargetModel& model, const std::vector<Vector3d>& points,
@@ -215,7 +171,21 @@ std::vector<Candidate> search_views(const TargetModel& model, const std::vector<
     if (!known) starts.push_back(pose);
   }
 
-  return laid(model, points, centroid, starts, options);
+  std::vector<Vector3d> centred = points;
+  for (Vector3d& p : centred) p -= centroid;
+  const double unit = model.distances.cut_off() / DistanceTable::most;
+  std::vector<Candidate> result;
+  for (const Pose& start : starts) {
+    const Pose laid = lay_points(model.grid, centred, start, 0.06 * model.target.length,
+                                 0.015 * model.target.length, options.iterations);
+    double sum = 0;
+    for (const Vector3d& p : centred) sum += model.distances.value((laid * p).cast<float>());
+    const Pose to_model = laid * Pose{-centroid, Quaterniond::Identity()};
+    result.push_back({to_model.inverse(), unit * sum / static_cast<double>(points.size())});
+  }
+  std::stable_sort(result.begin(), result.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  return result;
 }
 
 }  // namespace berth::estimator
