@@ -534,9 +534,9 @@ void TestbedNode::publish_state(bool if_changed) {
 
 std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus,
                                         Loop& loop) {
-  const std::filesystem::path layout = run.config / "layouts" / (run.layout + ".yaml");
+  const std::filesystem::path layout = run.layout_file();
   const std::filesystem::path settings = run.config / "testbed.yaml";
-  Cell cell = load_cell(layout, load_target(run.target, run.target_length));
+  Cell cell = load_cell(run);
   // what truth rests on: the layout, its arms, and the sigmas
   std::string hashes = sha256_of_file(layout) + sha256_of_file(settings);
   Config files = Config::load(layout);

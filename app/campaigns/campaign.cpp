@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/campaigns/campaign.h"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "app/host_name.h"
 #include "app/utc.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -72,12 +71,6 @@ Places keep(const Places& places, const fs::path& directory) {
     fs::copy_file(places.target, kept.target, fs::copy_options::overwrite_existing);
   }
   return kept;
-}
-
-std::string machine_name() {
-  char name[256] = "";
-  gethostname(name, sizeof name - 1);
-  return name;
 }
 
 ordered_json units_of(const Manifest& manifest) {
@@ -151,7 +144,7 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
                {{"schema", "berth-campaign-1"},
                 {"name", manifest.name},
                 {"created", utc_text(std::time(nullptr))},
-                {"machine", machine_name()},
+                {"machine", host_name()},
                 {"trials", trials},
                 {"points", manifest.points()},
                 {"seed", manifest.seed},

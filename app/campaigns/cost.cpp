@@ -4,19 +4,19 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/host_name.h"
 #include "common/core/text.h"
 
 namespace berth::campaigns {
 
 void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs) {
-  char machine[256] = "";
-  gethostname(machine, sizeof machine - 1);
-  const nlohmann::ordered_json line = {{"machine", machine},    {"jobs", jobs},
-                                       {"trials", cost.trials}, {"wall_s", cost.wall_s},
-                                       {"user_s", cost.user_s}, {"system_s", cost.system_s}};
+  const nlohmann::ordered_json line = {{"machine", host_name()}, {"jobs", jobs},
+                                       {"trials", cost.trials},  {"wall_s", cost.wall_s},
+                                       {"user_s", cost.user_s},  {"system_s", cost.system_s}};
   const std::string text = line.dump() + "\n";
   // In one write: the jobs of a cluster may all have come to their end now.
   const int out = open((campaign.directory() / "cost.jsonl").c_str(),
@@ -26,18 +26,20 @@ void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs) {
   close(out);
 }
 
-std::optional<double> measured_trial_s(const Campaign& campaign) {
-  std::ifstream lines(campaign.directory() / "cost.jsonl");
-  double trials = 0;
-  double processor_s = 0;
+CampaignCost campaign_cost(const std::filesystem::path& directory) {
+  std::ifstream lines(directory / "cost.jsonl");
+  CampaignCost all;
   for (std::string line; std::getline(lines, line);) {
     const auto cost = nlohmann::json::parse(line, nullptr, false);
-    if (!cost.is_object()) continue;  // cut short
-    trials += cost.value("trials", 0.0);
-    processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
+    if (!cost.is_object()) continue;
+    const double trials = cost.value("trials", 0.0);
+    all.trials += trials;
+    all.processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
+    const double rate = trials / std::max(cost.value("wall_s", 0.0), 1e-3);
+    if (rate > all.fastest) all.jobs = cost.value("jobs", 1);
+    all.fastest = std::max(all.fastest, rate);
   }
-  if (!(trials > 0)) return std::nullopt;
-  return processor_s / trials;
+  return all;
 }
 
 std::string text_of(const RunnerCost& cost) {

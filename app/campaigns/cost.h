@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "app/campaigns/runner.h"
@@ -13,8 +14,14 @@ namespace berth::campaigns {
 ///     {"machine":"a","jobs":2,"trials":500,"wall_s":3.1,"user_s":5.9,"system_s":0.1}
 void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs);
 
-/// Processor time of a trial, on the average of all that ran; nothing when none did.
-std::optional<double> measured_trial_s(const Campaign& campaign);
+/// What those lines say together; lines cut short are passed over.
+struct CampaignCost {
+  double trials = 0;
+  double processor_s = 0;
+  double fastest = 0;  ///< trials per s of wall time, of the fastest process
+  int jobs = 0;        ///< its workers
+};
+CampaignCost campaign_cost(const std::filesystem::path& directory);
 
 /// "500 trials in 3.1 s: 161.3 a second; 11.8 ms of processor time a trial"
 std::string text_of(const RunnerCost& cost);

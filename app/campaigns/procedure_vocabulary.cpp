@@ -4,6 +4,7 @@
 #include "app/campaigns/vocabulary.h"
 #include "app/runs/config_override.h"
 #include "common/core/error.h"
+#include "common/core/text.h"
 #include "logs/run/run_record.h"
 #include "procedures/language/procedure.h"
 
@@ -43,12 +44,6 @@ class ProcedureVocabulary : public Vocabulary {
   Places places_;
   procedures::Procedure procedure_;
 };
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 }  // namespace
 

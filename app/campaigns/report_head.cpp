@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/campaigns/cost.h"
 #include "app/campaigns/report_charts.h"
 #include "app/campaigns/report_sections.h"
 #include "common/core/file.h"
@@ -45,26 +45,12 @@ std::string missing_text(const ordered_json& summary) {
          std::to_string(summary["missing"].size()) + " blocks: the same command runs them";
 }
 
-/// From the lines that the processes which ran trials left.
-std::string speed_text(const std::filesystem::path& file) {
-  std::ifstream lines(file);
-  double trials = 0;
-  double processor_s = 0;
-  double fastest = 0;
-  int jobs = 0;
-  for (std::string line; std::getline(lines, line);) {
-    const auto cost = ordered_json::parse(line, nullptr, false);
-    if (!cost.is_object()) continue;
-    const double here = cost.value("trials", 0.0);
-    trials += here;
-    processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
-    const double rate = here / std::max(cost.value("wall_s", 0.0), 1e-3);
-    if (rate > fastest) jobs = cost.value("jobs", 1);
-    fastest = std::max(fastest, rate);
+std::string speed_text(const CampaignCost& cost) {
+  if (!(cost.processor_s > 0)) return "";
+  std::string words = brief(cost.trials / cost.processor_s, 3) + " trials a second and core";
+  if (cost.jobs > 1) {
+    words += "; " + brief(cost.fastest, 3) + " with " + std::to_string(cost.jobs) + " workers";
   }
-  if (!(processor_s > 0)) return "";
-  std::string words = brief(trials / processor_s, 3) + " trials a second and core";
-  if (jobs > 1) words += "; " + brief(fastest, 3) + " with " + std::to_string(jobs) + " workers";
   return words;
 }
 
@@ -105,7 +91,7 @@ Html campaign_head(const ReportView& view) {
                   fact("points of the grid", std::to_string(view.manifest.points())) +
                   fact("trials at each", std::to_string(view.manifest.trials)) +
                   fact("seed", std::to_string(view.manifest.seed)) + measured_facts(view) +
-                  fact("speed", speed_text(view.directory / "cost.jsonl")) +
+                  fact("speed", speed_text(campaign_cost(view.directory))) +
                   fact("version", identity.value("berth", "")) +
                   fact("begun", record.value("created", "")));
   Html html = element("div", missing.empty() ? "verdict" : "verdict unsure",

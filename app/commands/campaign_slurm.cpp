@@ -27,14 +27,18 @@ constexpr std::size_t most_listed = 10;
 double trial_time(const Campaign& campaign, const SlurmRequest& request,
                   const SlurmOptions& options) {
   if (options.trial_s > 0 || options.task_trials > 0) return options.trial_s;
-  if (const auto known = measured_trial_s(campaign)) return *known;
+  const auto trial_s = [&campaign]() -> std::optional<double> {
+    const CampaignCost cost = campaign_cost(campaign.directory());
+    if (!(cost.trials > 0)) return std::nullopt;
+    return cost.processor_s / cost.trials;
+  };
+  if (const auto known = trial_s()) return *known;
   const auto missing = campaign.missing_blocks();
   std::printf("measuring the time of a trial on %lld trials here\n",
               static_cast<long long>(missing.front().size()));
   std::fflush(stdout);
   request.run_here({missing.front()});
-  const auto known = measured_trial_s(campaign);
-  return known ? *known : 1;
+  return trial_s().value_or(1);
 }
 
 std::string text_of(const SlurmState& state, std::size_t tasks) {

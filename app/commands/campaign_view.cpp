@@ -9,6 +9,7 @@
 #include "app/campaigns/results.h"
 #include "app/utc.h"
 #include "common/core/text.h"
+#include "logs/measure/proportion.h"
 
 namespace berth::commands {
 namespace {
@@ -20,10 +21,8 @@ constexpr std::int64_t most_points_shown = 60;
 
 double median(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  std::sort(values.begin(), values.end());
+  return logs::quantile(values, 0.5);
 }
 
 void print_points(const Campaign& campaign, const std::vector<TrialResult>& results) {

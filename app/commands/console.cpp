@@ -12,6 +12,7 @@
 #include "app/console/server/credentials.h"
 #include "app/console/serving.h"
 #include "app/exit_code.h"
+#include "app/host_name.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/run_files.h"
 #include "common/bus/lcm_bus.h"
@@ -65,9 +66,7 @@ int look_at(const ActiveRun& run, const Options& options) {
 }
 
 int make_credentials(const Options& options) {
-  char own[256] = {};
-  gethostname(own, sizeof own - 1);
-  std::vector<std::string> names{own, "localhost", "127.0.0.1"};
+  std::vector<std::string> names{host_name(), "localhost", "127.0.0.1"};
   names.insert(names.end(), options.names.begin(), options.names.end());
   const auto made = console::make_credentials(options.credentials, names);
   std::printf(
@@ -78,7 +77,7 @@ int make_credentials(const Options& options) {
       "and open once, with the token of the first file: https://%s:8800/?token=...\n",
       made.token.c_str(), made.certificate.c_str(), made.key.c_str(), made.days,
       made.fingerprint.c_str(), made.token.c_str(), made.certificate.c_str(), made.key.c_str(),
-      own);
+      names.front().c_str());
   return exit_code::passed;
 }
 

@@ -50,7 +50,7 @@ int picture(const Options& options) {
   const RunFiles files = RunFiles::open(options.run);
   const Target target = load_target(files.setup.target, files.setup.target_length);
   const Cell cell =
-      load_cell(files.setup.config / "layouts" / (files.setup.layout + ".yaml"), target);
+      load_cell(files.setup.layout_file(), target);
   CellPicture picture;
   picture.replica = cell.replica.home;
   picture.sensor = cell.sensor.home;

@@ -38,8 +38,7 @@ std::string name_of(const Server& server) {
 }  // namespace
 
 Sight::Sight(const RunFiles& files)
-    : cell(load_cell(files.setup.config / "layouts" / (files.setup.layout + ".yaml"),
-                     load_target(files.setup.target, files.setup.target_length))),
+    : cell(load_cell(files.setup)),
       lidar(load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model)) {
   types.add(files.directory / "types");
 }

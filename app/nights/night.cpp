@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/nights/night.h"
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "app/nights/notify.h"
 #include "app/nights/progress.h"
 #include "app/nights/runner.h"
+#include "app/program_output.h"
 #include "app/utc.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -25,24 +25,15 @@ namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
 
-std::string quoted(const std::string& word) {
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 /// What another build says of itself.
 std::string version_of(const fs::path& program) {
-  const std::string command = "env -u BERTH_HOME " + quoted(program.string()) + " --version";
-  std::string said;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  char buffer[256];
-  while (pipe != nullptr && std::fgets(buffer, sizeof buffer, pipe) != nullptr) said += buffer;
-  const int status = pipe == nullptr ? -1 : pclose(pipe);
-  if (status != 0 || said.empty()) {
+  const ProgramOutput said =
+      run_program({"env", "-u", "BERTH_HOME", program.string(), "--version"});
+  std::fputs(said.errors.c_str(), stderr);
+  if (said.exit_code != 0 || said.text.empty()) {
     throw InputError("baseline " + program.string() + ": 'berth --version' does not work");
   }
-  return said.substr(0, said.find('\n'));
+  return said.text.substr(0, said.text.find('\n'));
 }
 
 std::string identity(const std::string& version, const fs::path& program) {

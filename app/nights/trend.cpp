@@ -5,19 +5,11 @@
 #include <map>
 
 #include "app/nights/run_values.h"
+#include "logs/measure/proportion.h"
 #include "logs/measure/statistics.h"
 
 namespace berth::nights {
 namespace {
-
-/// Interpolated between the order statistics.
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
-}
 
 /// About eight names of nights under the axis.
 std::vector<std::pair<double, std::string>> labels(const std::vector<Night>& nights) {
@@ -66,12 +58,13 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
   report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
   report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};
-  for (const auto& [night, values] : tonight) {
+  for (auto [night, values] : tonight) {
+    std::sort(values.begin(), values.end());
     const auto x = static_cast<double>(night);
-    const double middle = is_share ? mean_of(values) : quantile(values, 0.5);
+    const double middle = is_share ? mean_of(values) : logs::quantile(values, 0.5);
     band.x.push_back(x);
-    band.y.push_back(quantile(values, 0.9));
-    band.low.push_back(quantile(values, 0.1));
+    band.y.push_back(logs::quantile(values, 0.9));
+    band.low.push_back(logs::quantile(values, 0.1));
     median.x.push_back(x);
     median.y.push_back(middle);
     const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
@@ -79,9 +72,10 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     mark.x.push_back(x);
     mark.y.push_back(middle);
   }
-  for (const auto& [night, values] : baseline) {
+  for (auto [night, values] : baseline) {
+    std::sort(values.begin(), values.end());
     old.x.push_back(static_cast<double>(night));
-    old.y.push_back(is_share ? mean_of(values) : quantile(values, 0.5));
+    old.y.push_back(is_share ? mean_of(values) : logs::quantile(values, 0.5));
   }
   report::Chart chart;
   chart.title = title_of(subject);

@@ -24,9 +24,9 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   }
   if (!choice.layout.empty()) setup.layout = choice.layout;
   if (!target.empty()) setup.target = target;
-  if (!fs::exists(setup.config / "layouts" / (setup.layout + ".yaml"))) {
+  if (!fs::exists(setup.layout_file())) {
     throw InputError("layout '" + setup.layout + "': no file " +
-                     (setup.config / "layouts" / (setup.layout + ".yaml")).string());
+                     setup.layout_file().string());
   }
   if (setup.target != "radarsat2") {
     if (!fs::exists(setup.target)) {

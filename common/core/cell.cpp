@@ -158,4 +158,8 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
   return cell;
 }
 
+Cell load_cell(const RunSetup& run) {
+  return load_cell(run.layout_file(), load_target(run.target, run.target_length));
+}
+
 }  // namespace berth

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/arm_kinematics.h"
+#include "common/core/run_setup.h"
 #include "common/core/target.h"
 
 namespace berth {
@@ -54,5 +55,7 @@ struct Cell {
 /// Reads a layout; file names in it are relative to the configuration directory (its parent's
 /// parent). The mount's length follows the target's size. @throws InputError.
 Cell load_cell(const std::filesystem::path& layout_file, const Target& target);
+/// Of a run, with its target.
+Cell load_cell(const RunSetup& run);
 
 }  // namespace berth

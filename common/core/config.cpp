@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/file.h"
+#include "common/core/text.h"
 
 namespace berth {
 namespace {
@@ -152,9 +153,7 @@ std::string Config::text(const std::string& key) {
 std::string Config::choice(const std::string& key, const std::vector<std::string>& words) {
   const std::string found = text(key);
   if (std::find(words.begin(), words.end(), found) != words.end()) return found;
-  std::string list;
-  for (const auto& word : words) list += (list.empty() ? "" : ", ") + word;
-  throw error(key, "found '" + found + "', expected one of: " + list);
+  throw error(key, "found '" + found + "', expected one of: " + joined(words));
 }
 
 std::vector<double> Config::quantities(const std::string& key, Dimension dimension) {

@@ -28,7 +28,7 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
 
 LidarProfile load_lidar_profile(const RunSetup& run, const std::string& otherwise) {
   std::string name = otherwise;
-  Config::load(run.config / "layouts" / (run.layout + ".yaml")).optional("lidar", name);
+  Config::load(run.layout_file()).optional("lidar", name);
   return load_lidar_profile(run.config / "lidars" / (name + ".yaml"));
 }
 

@@ -23,6 +23,12 @@ std::string shown(double value) {
   return fixed(value, size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3);
 }
 
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
 std::string text_table(const std::vector<std::vector<std::string>>& lines,
                        std::size_t left_columns) {
   std::vector<std::size_t> width;

@@ -12,6 +12,9 @@ std::string fixed(double value, int decimals);
 /// Four significant digits, plainly written: 1234, 3.142, 0.042; "-" for NaN.
 std::string shown(double value);
 
+/// The words with ", " between them.
+std::string joined(const std::vector<std::string>& words);
+
 /// Lines of cells as columns padded to their widest cell: the first ones to the left, the others
 /// (numbers) to the right. Each line is indented by two spaces.
 std::string text_table(const std::vector<std::vector<std::string>>& lines,

@@ -479,7 +479,7 @@ std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole
   setup.device = load_devices(run.config).arm(role);
   setup.map = RegisterMap::load(run.config / "registers" / (setup.device.registers + ".yaml"));
   // Of the layout only the arm: rooms and targets are not a driver's business.
-  Config layout = Config::load(run.config / "layouts" / (run.layout + ".yaml"));
+  Config layout = Config::load(run.layout_file());
   setup.kinematics = ArmKinematics::load(run.config / layout.section(name_of(role)).text("arm"));
   return std::make_unique<ArmNode>(std::move(node), std::move(setup), bus, loop, wires);
 }

@@ -177,8 +177,7 @@ void SimulatedCell::show_counters() {
 
 SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   SimulatedCell::Setup setup;
-  setup.cell = load_cell(run.config / "layouts" / (run.layout + ".yaml"),
-                         load_target(run.target, run.target_length));
+  setup.cell = load_cell(run);
   setup.devices = load_devices(run.config);
   const auto registers = [&](const std::string& name) {
     return run.config / "registers" / (name + ".yaml");

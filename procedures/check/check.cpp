@@ -12,12 +12,6 @@
 namespace berth::procedures {
 namespace {
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 class StepCheck {
  public:
   StepCheck(const Rig& rig, std::vector<Finding>& findings) : rig_(rig), findings_(findings) {}
@@ -49,7 +43,7 @@ class StepCheck {
     estimator::ScanStrategy strategy{};
     if (track.strategy.empty() || estimator::parse_scan_strategy(track.strategy, strategy)) return;
     add(Severity::error, "found strategy '" + track.strategy + "'",
-        "one of: " + listed(estimator::scan_strategy_names()));
+        "one of: " + joined(estimator::scan_strategy_names()));
   }
 
   void look_at(const Scan& scan) {

@@ -2,17 +2,10 @@
 #include "procedures/check/rig.h"
 
 namespace berth::procedures {
-namespace {
-
-std::filesystem::path layout_of(const RunSetup& setup) {
-  return setup.config / "layouts" / (setup.layout + ".yaml");
-}
-
-}  // namespace
 
 Rig::Rig(const RunSetup& run)
     : setup(run),
-      cell(load_cell(layout_of(run), load_target(run.target, run.target_length))),
+      cell(load_cell(run)),
       settings(testbed::load_settings(run.config / "testbed.yaml", cell)),
       clearance(cell, settings.clearance),
       path_check(cell, settings.path, clearance),

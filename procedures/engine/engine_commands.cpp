@@ -3,6 +3,7 @@
 #include <berth/event_t.hpp>
 
 #include "common/core/error.h"
+#include "common/core/text.h"
 #include "procedures/engine/engine.h"
 #include "procedures/engine/operator_words.h"
 
@@ -202,9 +203,7 @@ void Engine::ask_answer(const procedure_command_t& message, Utime now) {
   const auto& choices = state_.choices;
   if (!choices.empty() &&
       std::find(choices.begin(), choices.end(), message.text) == choices.end()) {
-    std::string known;
-    for (const std::string& choice : choices) known += (known.empty() ? "" : ", ") + choice;
-    return refuse("answer", "found '" + message.text + "', expected one of: " + known);
+    return refuse("answer", "found '" + message.text + "', expected one of: " + joined(choices));
   }
   runner_->answer(message.text, message.commander);
   show_prompt(now);

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/text.h"
 
 namespace berth::procedures {
 namespace {
@@ -160,9 +161,7 @@ std::optional<Dimension> dimension_of(const std::string& value) {
 }
 
 std::string known_names(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list.empty() ? "the procedure has none" : "there are: " + list;
+  return names.empty() ? "the procedure has none" : "there are: " + joined(names);
 }
 
 std::string fill(const std::string& text, const std::string& name, const std::string& value) {

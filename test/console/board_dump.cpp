@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/console/server/board.h"
+#include "app/console/board_sink.h"
 #include "app/console/view/cell_view.h"
 #include "app/runs/run_files.h"
 #include "common/core/lidar_profile.h"
@@ -17,27 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class BoardSink : public Sink {
- public:
-  explicit BoardSink(Board& board) : board_(board) {}
-  void at(Utime utime) override { board_.at(utime); }
-  void set(const std::string& section, std::string json) override {
-    board_.set(section, std::move(json));
-  }
-  void add(const std::string& list, std::string json) override {
-    board_.add(list, std::move(json));
-  }
-  void reset(const std::string& list) override { board_.reset(list); }
-
- private:
-  Board& board_;
-};
-
 void dump(const fs::path& run, const fs::path& messages, const fs::path& meshes) {
   const RunFiles files = RunFiles::open(run);
-  const Cell cell = load_cell(files.setup.config / "layouts" / (files.setup.layout + ".yaml"),
-                              load_target(files.setup.target, files.setup.target_length));
-  const LidarProfile lidar = load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model);
+  const Cell cell = load_cell(files.setup);
+  const LidarProfile lidar =
+      load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model);
   logs::TypeCatalogue types;
   types.add(shared_files() / "lcmtypes");
   for (const auto& [path, text] : mesh_texts(drawn_bodies(cell))) {

@@ -18,11 +18,6 @@ constexpr std::size_t events_shown = 300;
 constexpr std::size_t marks_shown = 500;
 constexpr std::size_t longest_scan = 2000;  // packets
 
-Cell cell_of(const RunSetup& setup) {
-  return load_cell(setup.config / "layouts" / (setup.layout + ".yaml"),
-                   load_target(setup.target, setup.target_length));
-}
-
 /// The last of these places that is before a place, and all earlier ones.
 auto before(const std::vector<std::uint32_t>& places, std::size_t place) {
   return std::lower_bound(places.begin(), places.end(), place);
@@ -33,7 +28,7 @@ auto before(const std::vector<std::uint32_t>& places, std::size_t place) {
 RecordedRun::RecordedRun(const std::filesystem::path& directory,
                          const std::function<void(double)>& progress)
     : files_(RunFiles::open(directory)),
-      cell_(cell_of(files_.setup)),
+      cell_(load_cell(files_.setup)),
       lidar_(load_lidar_profile(files_.setup, load_devices(files_.setup.config).lidar.model)),
       index_(files_.log(), progress) {
   if (index_.empty()) throw InputError(files_.log().string() + ": holds no message");

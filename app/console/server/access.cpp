@@ -3,11 +3,11 @@
 
 #include <arpa/inet.h>
 #include <openssl/crypto.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 
+#include "app/host_name.h"
 #include "common/core/sha256.h"
 
 namespace berth::console {
@@ -33,12 +33,6 @@ bool is_address(const std::string& text) {
   std::array<unsigned char, sizeof(in6_addr)> bytes{};
   return inet_pton(AF_INET, text.c_str(), bytes.data()) == 1 ||
          inet_pton(AF_INET6, text.c_str(), bytes.data()) == 1;
-}
-
-std::string own_name() {
-  std::array<char, 256> name{};
-  gethostname(name.data(), name.size() - 1);
-  return name.data();
 }
 
 std::string cookie_name(unsigned port) { return "berth_" + std::to_string(port); }
@@ -82,7 +76,7 @@ std::string harmless(const std::string& text) {
 
 Access::Access(std::string token, std::vector<std::string> hosts, bool secure)
     : token_(std::move(token)), hosts_(std::move(hosts)), secure_(secure) {
-  hosts_.push_back(own_name());
+  hosts_.push_back(host_name());
   hosts_.push_back("localhost");
   for (std::string& host : hosts_) host = lower(host);
 }
