@@ -49,8 +49,7 @@ void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<V
 int picture(const Options& options) {
   const RunFiles files = RunFiles::open(options.run);
   const Target target = load_target(files.setup.target, files.setup.target_length);
-  const Cell cell =
-      load_cell(files.setup.layout_file(), target);
+  const Cell cell = load_cell(files.setup.layout_file(), target);
   CellPicture picture;
   picture.replica = cell.replica.home;
   picture.sensor = cell.sensor.home;

@@ -25,8 +25,7 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   if (!choice.layout.empty()) setup.layout = choice.layout;
   if (!target.empty()) setup.target = target;
   if (!fs::exists(setup.layout_file())) {
-    throw InputError("layout '" + setup.layout + "': no file " +
-                     setup.layout_file().string());
+    throw InputError("layout '" + setup.layout + "': no file " + setup.layout_file().string());
   }
   if (setup.target != "radarsat2") {
     if (!fs::exists(setup.target)) {
