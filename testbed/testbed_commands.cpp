@@ -178,28 +178,20 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
 
 std::string TestbedNode::retreat(const testbed_command_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
-  if (trail_.size() < 2) return "there is no way back: nothing has moved since the last retreat";
+  if (trail_.empty()) return "there is no way back: nothing has moved since the last retreat";
   RelativeLimits limits;
   testbed_command_t with_speed = command;
   if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
   const std::string wrong = commands_.limits_of(with_speed, limits);
   if (!wrong.empty()) return wrong;
 
-  std::vector<ArmPair> points(trail_.rbegin(), trail_.rend());
-  std::vector<double> lengths(trail_lengths_.rbegin(), trail_lengths_.rend());
   const ArmPair start = reference_joints();
-  if (largest_change(start, points.front()) > 1e-6) {
-    lengths.insert(lengths.begin(), travel_between(start, points.front()));
-    points.insert(points.begin(), start);
-  }
   if (engaged_) stream(commanded_, planning_time);
   Task task;
   task.seq = command.seq;
   task.mode = Mode::moving;
   task.retreat = true;
-  task.motion = std::make_shared<const RecordedMotion>(std::move(points), lengths, limits.speed,
-                                                       limits.acceleration,
-                                                       4 * limits.acceleration / limits.rise_time);
+  task.motion = trail_.way_back(start, limits);
   if (const auto refusal = check_.check(*task.motion, start)) return refusal->text;
   set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   start_task(std::move(task));
@@ -208,10 +200,7 @@ std::string TestbedNode::retreat(const testbed_command_t& command) {
 
 void TestbedNode::start_task(Task task) {
   commanded_ = reference_joints();
-  if (!task.retreat) {
-    trail_ = {commanded_};
-    trail_lengths_.clear();
-  }
+  if (!task.retreat) trail_.begin(commanded_);
   task_ = std::move(task);
   held_ = stopping_ = false;
   after_stop_.reset();

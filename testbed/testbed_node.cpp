@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/testbed_node.h"
 
-#include <berth/ground_truth_t.hpp>
-
 #include "common/core/sha256.h"
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
@@ -16,57 +14,6 @@ namespace {
 constexpr Utime state_period = 100 * millisecond;
 /// A late tick must not make the motion leap.
 constexpr Utime longest_tick = 50 * millisecond;
-constexpr Utime order_period = 250 * millisecond;
-constexpr Utime instant_check_period = 200 * millisecond;
-constexpr Utime history_length = 2 * second;
-/// How long set-points have to flow before the arms are expected to follow.
-constexpr Utime following_delay = second;
-/// Spacing of the trail that a retreat goes back on, in m of relative travel.
-constexpr double trail_spacing = 0.01;
-/// m of relative travel that a radian counts for on the trail.
-constexpr double lever = 1.5;
-constexpr int clearance_every = 5;  // states
-
-void set_pose(const Pose& pose, double* position, double* q_wxyz) {
-  for (int i = 0; i < 3; ++i) position[i] = pose.position[i];
-  q_wxyz[0] = pose.rotation.w();
-  q_wxyz[1] = pose.rotation.x();
-  q_wxyz[2] = pose.rotation.y();
-  q_wxyz[3] = pose.rotation.z();
-}
-
-SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
-  using State = SafetySupervisor::ArmState;
-  switch (state) {
-    case arm_state_t::IDLE:
-      return State::idle;
-    case arm_state_t::RUNNING:
-      return State::running;
-    case arm_state_t::HELD:
-      return State::held;
-    case arm_state_t::FAULT:
-      return State::fault;
-    case arm_state_t::ESTOP:
-      return State::estop;
-    default:
-      return State::offline;
-  }
-}
-
-std::string status_name(std::int8_t status) {
-  switch (status) {
-    case pose_estimate_t::ACQUIRING:
-      return "still being acquired";
-    case pose_estimate_t::OK:
-      return "good";
-    case pose_estimate_t::AMBIGUOUS:
-      return "ambiguous";
-    case pose_estimate_t::LOST:
-      return "lost";
-    default:
-      return "idle";
-  }
-}
 
 }  // namespace
 
@@ -86,7 +33,8 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
       safety_(settings_.safety),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),
-      last_tick_(loop.now()) {
+      last_tick_(loop.now()),
+      trail_(cell_) {
   verdict_ = safety_.judge(now(), false);
   bus.subscribe<arm_state_t>(
       channels::arm_state_replica, Queue::fifo(),
@@ -114,69 +62,6 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
 TestbedNode::~TestbedNode() {
   loop().cancel(tick_timer_);
   loop().cancel(state_timer_);
-}
-
-// ---- what is heard ----
-
-void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
-  if (state.session != session()) return;
-  safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
-  reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
-  if (state.valid == 0) return;
-  JointSample sample;
-  sample.utime = state.utime;
-  for (std::size_t i = 0; i < 6; ++i) {
-    sample.joints[i] = state.reported_joint[i];
-    sample.sigma[i] = state.reported_joint_sigma[i];
-  }
-  reported_.of(role) = sample.joints;
-  truth_.add(role, sample);
-
-  if (!engaged_ || now() - engaged_since_ < following_delay) return;
-  const Utime commanded_at = state.utime - settings_.dead_time;
-  const auto after =
-      std::lower_bound(command_history_.begin(), command_history_.end(), commanded_at,
-                       [](const auto& entry, Utime t) { return entry.first < t; });
-  if (after == command_history_.end()) return;
-  ArmPair commanded = after->second;
-  if (after != command_history_.begin()) {
-    const auto before = std::prev(after);
-    const double s = static_cast<double>(commanded_at - before->first) /
-                     static_cast<double>(after->first - before->first);
-    commanded = blend(before->second, after->second, s);
-  }
-  const std::string strays =
-      safety_.lag(role, *cell_.arm(role).kinematics, sample.joints, commanded.of(role));
-  if (!strays.empty()) stop_arms("arm-strays", strays);
-}
-
-void TestbedNode::on_facility(const facility_state_t& state) {
-  if (state.session != session()) return;
-  safety_.on_facility(now(), state.valid, state.estop_chain_closed, state.fence_closed,
-                      state.motion_enabled, state.reason);
-}
-
-void TestbedNode::on_estimate(const pose_estimate_t& message) {
-  if (message.session != session()) return;
-  Estimate estimate;
-  estimate.utime = message.utime;
-  estimate.usable = message.status == pose_estimate_t::OK;
-  estimate.status = status_name(message.status);
-  if (!estimate.usable && !message.reason.empty()) estimate.status += " (" + message.reason + ")";
-  estimate.pose = {
-      Vector3d(message.position_m[0], message.position_m[1], message.position_m[2]),
-      Quaterniond(message.q_wxyz[0], message.q_wxyz[1], message.q_wxyz[2], message.q_wxyz[3])};
-  if (estimate.usable &&
-      !(estimate.pose.position.allFinite() && std::abs(estimate.pose.rotation.norm() - 1) < 1e-3)) {
-    estimate.usable = false;
-    estimate.status = "not a pose";
-  }
-  // An attitude that may be anything leads nowhere: only the position is steered by.
-  double variance = 0;
-  for (int i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
-  estimate.attitude_known =
-      std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
-  guidance_.on_estimate(estimate);
 }
 
 // ---- the set-point clock ----
@@ -260,44 +145,6 @@ void TestbedNode::stop_arms(const std::string& code, const std::string& reason) 
   if (stopping_) end_task(false);
 }
 
-void TestbedNode::run_start(double dt) {
-  const Utime t = now();
-  if (stopping_) return end_task(false);
-  if (held_ && !rejoining_) return;
-  if (!rejoining_) {
-    bool running = true;
-    for (const ArmRole role : both_arms) {
-      const auto& arm = safety_.arm(role);
-      running = running && arm && arm->state == SafetySupervisor::ArmState::running;
-    }
-    if (!running || order_sent_ == 0 || t - order_sent_ < order_period / 2) {
-      if (t - start_begun_ > settings_.start_time_limit) {
-        stop_arms("start-failed", "the arms' controllers did not start");
-      } else if (order_sent_ == 0 || (!running && t - order_sent_ >= order_period)) {
-        order(arm_command_t::START);
-        order_sent_ = t;
-      }
-      return;
-    }
-    rejoining_ = true;
-    rejoin_from_ = reported_;
-    rejoin_time_ = 0;
-    const double away = largest_change(rejoin_from_, commanded_);
-    rejoin_ = SmoothTravel(away, settings_.rejoin_speed, settings_.rejoin_speed,
-                           4 * settings_.rejoin_speed);
-    engaged_ = true;
-    engaged_since_ = t;
-    command_history_.clear();
-  }
-  rejoin_time_ += dt;
-  const double s = rejoin_.length() > 0 ? rejoin_.position(rejoin_time_) / rejoin_.length() : 1.0;
-  stream(blend(rejoin_from_, commanded_, s), settings_.setpoint_lifetime);
-  if (rejoin_time_ < rejoin_.duration()) return;
-  rejoining_ = false;
-  mode_ = task_.mode;
-  guidance_.set_held(held_);
-}
-
 void TestbedNode::run_motion(double dt, bool wait) {
   scale_.set_target(held_ || stopping_ || wait ? 0 : override_);
   task_.time = std::min(task_.time + scale_.advance(dt), task_.motion->duration());
@@ -305,50 +152,9 @@ void TestbedNode::run_motion(double dt, bool wait) {
   const auto joints = task_.motion->at(task_.time, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
   stream(*joints, settings_.setpoint_lifetime);
-  remember(*joints);
+  if (!task_.retreat) trail_.add(*joints);
   if (stopping_ && scale_.at_rest()) return end_task(false);
   if (task_.time >= task_.motion->duration()) end_task(!stopping_);
-}
-
-void TestbedNode::run_closed_loop(double dt) {
-  guidance_.set_held(held_ || stopping_ || verdict_.level != Level::good);
-  const Guidance::Output output = guidance_.step(now(), dt);
-  std::string reason;
-  const auto joints =
-      task_.allocation->joints(output.commanded, output.progress, commanded_, &reason);
-  if (!joints) return stop_arms("motion-failed", reason);
-  if (largest_change(*joints, commanded_) > settings_.path.largest_step) {
-    return stop_arms("motion-failed", "an arm would have to change its configuration");
-  }
-  // Where the estimate leads was not known when the path was checked.
-  if (now() >= next_instant_check_) {
-    next_instant_check_ = now() + instant_check_period;
-    if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
-  }
-  stream(*joints, settings_.setpoint_lifetime);
-  remember(*joints);
-  if (stopping_) {
-    if (guidance_.at_rest()) end_task(false);
-    return;
-  }
-  const std::string before = guidance_reason_;
-  guidance_reason_ = output.phase == Guidance::Phase::holding ? output.reason : "";
-  if (before.empty() != guidance_reason_.empty()) {
-    if (guidance_reason_.empty()) {
-      event(event_t::NOTICE, "goes-on", "the estimate is good again");
-    } else {
-      event(event_t::WARNING, "holding", guidance_reason_);
-    }
-  }
-  if (output.phase == Guidance::Phase::gave_up && !held_) {
-    held_ = true;
-    hold_reason_ = output.reason;
-    event(event_t::ERROR, "gave-up", output.reason);
-  }
-  if (output.phase == Guidance::Phase::done) {
-    if (!output.reason.empty()) event(event_t::WARNING, "not-settled", output.reason);
-    end_task(true);
-  }
 }
 
 /// finished: carried out to its end; otherwise given up on request.
@@ -361,10 +167,7 @@ void TestbedNode::end_task(bool finished) {
     if (finished) finished_seq_ = task_.seq;
     event(event_t::INFO, finished ? "motion-finished" : "motion-abandoned",
           "command " + std::to_string(task_.seq));
-    if (task_.retreat && finished) {
-      trail_.clear();
-      trail_lengths_.clear();
-    }
+    if (task_.retreat && finished) trail_.clear();
   }
   mode_ = Mode::idle;
   task_ = {};
@@ -384,24 +187,9 @@ void TestbedNode::end_task(bool finished) {
   if (!reason.empty()) refuse(next, reason);
 }
 
-double TestbedNode::travel_between(const ArmPair& a, const ArmPair& b) const {
-  const Pose from = relative(a);
-  const Pose to = relative(b);
-  return std::max({distance(from, to), lever * angle_between(from, to), 1e-6});
-}
-
-void TestbedNode::remember(const ArmPair& joints) {
-  if (task_.retreat) return;
-  const double length = travel_between(trail_.back(), joints);
-  if (length < trail_spacing) return;
-  trail_.push_back(joints);
-  trail_lengths_.push_back(length);
-}
-
 void TestbedNode::stream(const ArmPair& joints, Utime lifetime) {
   if (mode_ != Mode::starting) commanded_ = joints;
-  command_history_.emplace_back(now(), joints);
-  while (command_history_.front().first < now() - history_length) command_history_.pop_front();
+  command_history_.add(now(), joints);
   for (const ArmRole role : both_arms) {
     send(role, arm_command_t::STREAM, joints.of(role), lifetime);
   }
@@ -425,111 +213,6 @@ void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, U
   bus().publish(
       role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor,
       command);
-}
-
-// ---- what is told ----
-
-void TestbedNode::publish_truth(const Truth& truth) {
-  ground_truth_t message{};
-  message.utime = truth.utime;
-  message.seq = ++truth_seq_;
-  message.session = session();
-  set_pose(truth.pose, message.position_m, message.q_wxyz);
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) {
-      message.covariance[6 * row + column] = truth.covariance(row, column);
-    }
-  }
-  for (int i = 0; i < 3; ++i) {
-    message.linear_velocity_m_s[i] = truth.velocity.linear[i];
-    message.angular_velocity_rad_s[i] = truth.velocity.angular[i];
-  }
-  message.basis = "nominal";
-  message.calibration_hash = calibration_hash_;
-  bus().publish(channels::ground_truth, message);
-}
-
-testbed_state_t TestbedNode::current_state() const {
-  testbed_state_t state{};
-  state.utime = now();
-  state.session = session();
-  if (verdict_.level == Level::fault) {
-    state.state = testbed_state_t::FAULT;
-    state.reason = verdict_.reason;
-  } else if (mode_ != Mode::idle && held_) {
-    state.state = testbed_state_t::HELD;
-    state.reason = hold_reason_;
-  } else if (mode_ != Mode::idle && (verdict_.level != Level::good || !guidance_reason_.empty())) {
-    state.state = testbed_state_t::HOLDING;
-    state.reason = verdict_.level != Level::good ? verdict_.reason : guidance_reason_;
-  } else if (mode_ == Mode::idle) {
-    state.state =
-        verdict_.level == Level::good ? testbed_state_t::IDLE : testbed_state_t::NOT_READY;
-    state.reason = verdict_.reason;
-  } else {
-    state.state =
-        mode_ == Mode::closed_loop ? testbed_state_t::CLOSED_LOOP : testbed_state_t::MOVING;
-  }
-  if (lease_.held(now())) {
-    state.lease_holder = lease_.holder();
-    state.lease_utime_expires = lease_.expires();
-  }
-  state.command_seq = command_seq_;
-  state.finished_seq = finished_seq_;
-  state.refused_seq = refused_seq_;
-  state.refusal = refusal_;
-  return state;
-}
-
-/// At its period, or when something changed that somebody may wait for.
-void TestbedNode::publish_state(bool if_changed) {
-  testbed_state_t state = current_state();
-  if (if_changed && state.state == published_.state &&
-      state.lease_holder == published_.lease_holder && override_ == published_.speed_override &&
-      state.command_seq == published_.command_seq &&
-      state.finished_seq == published_.finished_seq &&
-      state.refused_seq == published_.refused_seq) {
-    return;
-  }
-  state.seq = ++state_seq_;
-  if (mode_ == Mode::closed_loop) {
-    state.progress = guidance_.progress();
-    state.remaining_s = guidance_.remaining() / override_;
-  } else if (task_.motion && task_.motion->duration() > 0) {
-    state.progress = task_.time / task_.motion->duration();
-    state.remaining_s = (task_.motion->duration() - task_.time) / override_;
-  }
-  state.speed_override = override_;
-  if (!if_changed && --clearance_countdown_ < 0 && reported_valid_[0] && reported_valid_[1]) {
-    clearance_countdown_ = clearance_every - 1;
-    constexpr double beyond = 10;
-    const double least = clearance_.least_distance(reported_, beyond);
-    clearance_m_ = least < beyond ? least : -1;
-  }
-  state.clearance_m = clearance_m_;
-  const auto age = guidance_.estimate_age(now());
-  state.estimate_age_s = age ? seconds(*age) : -1;
-  set_pose(relative(commanded_), state.commanded_position_m, state.commanded_q_wxyz);
-  for (int i = 0; i < 3; ++i) {
-    state.commanded_velocity_m_s[i] = commanded_velocity_.linear[i];
-    state.commanded_angular_velocity_rad_s[i] = commanded_velocity_.angular[i];
-  }
-  published_ = state;
-  bus().publish(channels::testbed_state, state);
-  count("truth_skipped", static_cast<double>(truth_.skipped()));
-  switch (state.state) {
-    case testbed_state_t::NOT_READY:
-      return report(node_status_t::STARTING, state.reason);
-    case testbed_state_t::FAULT:
-      return report(node_status_t::FAULT, state.reason);
-    case testbed_state_t::HOLDING:
-    case testbed_state_t::HELD:
-      return report(node_status_t::DEGRADED, state.reason);
-    case testbed_state_t::IDLE:
-      return report(node_status_t::READY);
-    default:
-      return report(node_status_t::RUNNING);
-  }
 }
 
 std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus,

@@ -8,16 +8,15 @@
 #include <berth/pose_estimate_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "common/bus/node.h"
 #include "common/core/lease.h"
 #include "common/core/run_setup.h"
 #include "testbed/command_planner.h"
+#include "testbed/trail.h"
 
 namespace berth {
 
@@ -82,8 +81,6 @@ class TestbedNode final : public Node {
   void stream(const testbed::ArmPair& joints, Utime lifetime);
   void order(std::int8_t action);
   void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
-  void remember(const testbed::ArmPair& joints);
-  double travel_between(const testbed::ArmPair& a, const testbed::ArmPair& b) const;
   testbed::ArmPair reference_joints() const;
   Pose relative(const testbed::ArmPair& joints) const;
 
@@ -111,7 +108,7 @@ class TestbedNode final : public Node {
   testbed::ArmPair commanded_;
   bool engaged_ = false;  // both arms follow our set-points
   Utime engaged_since_ = 0;
-  std::deque<std::pair<Utime, testbed::ArmPair>> command_history_;
+  testbed::CommandHistory command_history_;
   Velocity commanded_velocity_;
 
   Mode mode_ = Mode::idle;
@@ -132,8 +129,7 @@ class TestbedNode final : public Node {
   testbed::SmoothTravel rejoin_;
   double rejoin_time_ = 0;
 
-  std::vector<testbed::ArmPair> trail_;  // of the motion under way or last done
-  std::vector<double> trail_lengths_;
+  testbed::Trail trail_;  // of the motion under way or last done
 
   std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
   std::int64_t command_seq_ = 0;

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the arms and the facility say, and whether the arms follow.
+#include "testbed/testbed_node.h"
+
+namespace berth {
+
+using namespace testbed;
+
+namespace {
+
+/// How long set-points have to flow before the arms are expected to follow.
+constexpr Utime following_delay = second;
+
+SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
+  using State = SafetySupervisor::ArmState;
+  switch (state) {
+    case arm_state_t::IDLE:
+      return State::idle;
+    case arm_state_t::RUNNING:
+      return State::running;
+    case arm_state_t::HELD:
+      return State::held;
+    case arm_state_t::FAULT:
+      return State::fault;
+    case arm_state_t::ESTOP:
+      return State::estop;
+    default:
+      return State::offline;
+  }
+}
+
+}  // namespace
+
+void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
+  if (state.session != session()) return;
+  safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
+  reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
+  if (state.valid == 0) return;
+  JointSample sample;
+  sample.utime = state.utime;
+  for (std::size_t i = 0; i < 6; ++i) {
+    sample.joints[i] = state.reported_joint[i];
+    sample.sigma[i] = state.reported_joint_sigma[i];
+  }
+  reported_.of(role) = sample.joints;
+  truth_.add(role, sample);
+
+  if (!engaged_ || now() - engaged_since_ < following_delay) return;
+  const Utime commanded_at = state.utime - settings_.dead_time;
+  const auto commanded = command_history_.at(commanded_at);
+  if (!commanded) return;
+  const std::string strays =
+      safety_.lag(role, *cell_.arm(role).kinematics, sample.joints, commanded->of(role));
+  if (!strays.empty()) stop_arms("arm-strays", strays);
+}
+
+void TestbedNode::on_facility(const facility_state_t& state) {
+  if (state.session != session()) return;
+  safety_.on_facility(now(), state.valid, state.estop_chain_closed, state.fence_closed,
+                      state.motion_enabled, state.reason);
+}
+
+}  // namespace berth
