@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "common/core/error.h"
+#include "common/core/random.h"
 
 namespace berth {
 
@@ -66,7 +67,10 @@ struct Simulation::Impl {
   };
 
   Impl(Simulation& simulation, Options given)
-      : options(given), wires(simulation), readiness(epoll_create1(EPOLL_CLOEXEC)) {
+      : options(given),
+        wires(simulation),
+        readiness(epoll_create1(EPOLL_CLOEXEC)),
+        loss_random(given.loss_seed, "packet loss") {
     if (readiness < 0) throw std::system_error(errno, std::generic_category(), "epoll_create1");
   }
   ~Impl() { ::close(readiness); }
@@ -122,6 +126,7 @@ struct Simulation::Impl {
   std::vector<std::ptrdiff_t> noticed;
   std::unordered_map<std::string, std::vector<Subscription>> subscriptions;
   std::vector<Recorder> recorders;
+  Random loss_random;
   std::vector<std::unique_ptr<SimulatedLoop>> loops;
   std::vector<std::unique_ptr<SimulatedBus>> buses;
 };
@@ -146,7 +151,11 @@ bool Simulation::run_until(const std::function<bool()>& done, Utime limit) {
         impl_->timers.erase(event.timer);
       }
     }
-    event.task();
+    if (event.loop == nullptr || !event.loop->stopped_) {
+      event.task();
+    } else if (event.period == 0) {
+      event.loop->waiting_.push_back(std::move(event.task));
+    }
     ++events_run_;
     // Once before the clock moves on: what is written now is seen a latency from now.
     const bool moves_on = impl_->events.empty() || impl_->events.begin()->first.first > now_;
@@ -169,6 +178,29 @@ SimulatedBus& Simulation::make_bus(Utime compute_delay) {
 }
 
 Wires& Simulation::wires() { return impl_->wires; }
+
+void Simulation::stop(SimulatedLoop& loop, SimulatedBus& bus) {
+  loop.stopped_ = bus.stopped_ = true;
+}
+
+void Simulation::go_on(SimulatedLoop& loop, SimulatedBus& bus) {
+  loop.stopped_ = bus.stopped_ = false;
+  for (auto* waiting : {&bus.waiting_, &loop.waiting_}) {
+    for (auto& task : *waiting) impl_->add(now_, &loop, 0, std::move(task));
+    waiting->clear();
+  }
+}
+
+void Simulation::kill(SimulatedLoop& loop, SimulatedBus& bus) {
+  stop(loop, bus);
+  for (auto& [channel, subscriptions] : impl_->subscriptions) {
+    std::erase_if(subscriptions, [&](const auto& s) { return s.bus == &bus; });
+  }
+  loop.waiting_.clear();
+  bus.waiting_.clear();
+}
+
+void Simulation::set_bus_loss(double share) { impl_->options.bus_loss = share; }
 
 void Simulation::record(Recorder recorder) { impl_->recorders.push_back(std::move(recorder)); }
 
@@ -223,6 +255,13 @@ void SimulatedBus::send(const std::string& channel, Bytes bytes) {
              const auto found = impl.subscriptions.find(channel);
              if (found == impl.subscriptions.end()) return;
              for (const auto& subscription : found->second) {
+               const double loss = impl.options.bus_loss;
+               if (loss > 0 && impl.loss_random.uniform() < loss) continue;
+               if (subscription.bus->stopped_) {
+                 subscription.bus->waiting_.push_back(
+                     [handler = subscription.handler, copy] { handler(copy); });
+                 continue;
+               }
                ++subscription.bus->counters_.received;
                subscription.handler(copy);
              }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
@@ -22,6 +23,8 @@ class Simulation {
     Utime start = 1735689600 * second;  ///< 2025-01-01T00:00:00Z
     Utime wire_latency = 200;           ///< us from bytes written to bytes seen
     Utime bus_latency = 100;            ///< us from publish to handler
+    double bus_loss = 0;                ///< 0..1: share of the packets that a receiver never gets
+    std::uint64_t loss_seed = 1;
   };
 
   Simulation() : Simulation(Options{}) {}
@@ -43,7 +46,17 @@ class Simulation {
   /// Socket pairs between dial and listen of the same address, all inside this Simulation.
   Wires& wires();
 
-  /// Sees every message at the time at which it is delivered, in order.
+  /// As SIGSTOP does to a process: from now on nothing of the node runs. What comes meanwhile
+  /// waits, connections stay open.
+  void stop(SimulatedLoop& loop, SimulatedBus& bus);
+  /// As SIGCONT: what has waited comes at once, in its order; timers skip the beats they missed.
+  void go_on(SimulatedLoop& loop, SimulatedBus& bus);
+  /// As SIGKILL, once the node is destroyed: nothing is delivered to it any more.
+  void kill(SimulatedLoop& loop, SimulatedBus& bus);
+  /// Of the packets sent from now on.
+  void set_bus_loss(double share);
+
+  /// Sees every message at the time at which it is delivered, in order, the lost ones too.
   using Recorder = std::function<void(Utime, const std::string& channel, Bytes)>;
   void record(Recorder recorder);
 
@@ -71,6 +84,8 @@ class SimulatedLoop final : public Loop {
   friend class Simulation;
   explicit SimulatedLoop(Simulation& simulation) : simulation_(simulation) {}
   Simulation& simulation_;
+  bool stopped_ = false;
+  std::vector<Task> waiting_;
 };
 
 /// Handlers run inline, in the order of subscription: no queue can overflow.
@@ -85,6 +100,8 @@ class SimulatedBus final : public Bus {
       : simulation_(simulation), compute_delay_(compute_delay) {}
   Simulation& simulation_;
   Utime compute_delay_;
+  bool stopped_ = false;
+  std::vector<std::function<void()>> waiting_;
 };
 
 }  // namespace berth

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
 namespace berth {
 namespace {
@@ -109,6 +110,7 @@ void ModbusServer::on_accepted(int fd) {
   }
   auto connection = std::make_unique<Connection>();
   connection->fd = fd;
+  connection->id = ++last_id_;
   connection->last_heard = loop_.now();
   connections_.push_back(std::move(connection));
   loop_.watch(fd, [this, fd] { on_readable(fd); });
@@ -126,14 +128,34 @@ void ModbusServer::on_readable(int fd) {
     if (damaged) return drop(fd);
     if (frame.empty()) return;
     connection.last_heard = loop_.now();
-    if (!silent_ && !answer(fd, frame)) return drop(fd);
+    if (!take(connection, frame)) return drop(fd);
   }
+}
+
+bool ModbusServer::take(const Connection& connection, std::span<const std::uint8_t> frame) {
+  if (faults_.silent) return true;
+  if (faults_.garbage) {
+    std::array<std::uint8_t, 32> noise{};  // no length field in it is one of Modbus
+    noise.fill(0xa5);
+    return ::write(connection.fd, noise.data(), noise.size()) > 0;
+  }
+  if (faults_.delay == 0) return answer(connection.fd, frame);
+  loop_.after(faults_.delay, [this, alive = std::weak_ptr<bool>(alive_), id = connection.id,
+                              bytes = std::vector<std::uint8_t>(frame.begin(), frame.end())] {
+    if (alive.expired()) return;
+    const auto found = std::find_if(connections_.begin(), connections_.end(),
+                                    [&](const auto& c) { return c->id == id; });
+    if (found != connections_.end() && !answer((*found)->fd, bytes)) drop((*found)->fd);
+  });
+  return true;
 }
 
 bool ModbusServer::answer(int fd, std::span<const std::uint8_t> frame) {
   modbus_set_socket(context_.get(), fd);
   const Access access = inspect(frame, *image_.mapping());
-  const int exception = frame[6] != options_.unit ? gateway_target : access.exception;
+  const int exception = frame[6] != options_.unit ? gateway_target
+                        : faults_.exception != 0  ? faults_.exception
+                                                  : access.exception;
   if (exception != 0) {
     return modbus_reply_exception(context_.get(), frame.data(), static_cast<unsigned>(exception)) >
            0;
@@ -153,6 +175,10 @@ void ModbusServer::drop(int fd) {
 
 void ModbusServer::drop_connections() {
   while (!connections_.empty()) drop(connections_.front()->fd);
+}
+
+void ModbusServer::half_open() {
+  for (const auto& connection : connections_) loop_.unwatch(connection->fd);
 }
 
 void ModbusServer::drop_idle() {

@@ -17,6 +17,14 @@ namespace berth {
 
 enum class ModbusTable { registers, coils, inputs };
 
+/// What is wrong with a simulated server; each lasts until it is taken back.
+struct ModbusFaults {
+  bool silent = false;   ///< takes requests, carries out and answers none
+  int exception = 0;     ///< carries out nothing, answers with this exception code
+  bool garbage = false;  ///< carries out nothing, answers with bytes that are no Modbus
+  Utime delay = 0;       ///< carries out and answers so much later
+};
+
 /// Serves an image over Modbus TCP: functions 1, 2, 3, 5, 6, 15 and 16. Connections beyond the
 /// limit are closed at once, silent ones after a while, and those that send anything but Modbus
 /// too.
@@ -41,12 +49,15 @@ class ModbusServer {
 
   int connections() const { return static_cast<int>(connections_.size()); }
   void drop_connections();
-  /// A silent server takes requests and answers none.
-  void set_silent(bool silent) { silent_ = silent; }
+  /// Present connections go deaf as after a peer's power cut: nothing is heard or said on them, and
+  /// nobody is told; they count until they have been idle too long. New ones are as they should be.
+  void half_open();
+  ModbusFaults& faults() { return faults_; }
 
  private:
   struct Connection {
     int fd = -1;
+    std::uint64_t id = 0;
     Utime last_heard = 0;
     ModbusFrames frames;
   };
@@ -54,6 +65,7 @@ class ModbusServer {
   void on_accepted(int fd);
   void on_readable(int fd);
   /// @return false when the connection cannot go on.
+  bool take(const Connection& connection, std::span<const std::uint8_t> frame);
   bool answer(int fd, std::span<const std::uint8_t> frame);
   void drop(int fd);
   void drop_idle();
@@ -65,7 +77,8 @@ class ModbusServer {
   Hook after_write_;
   ModbusContext context_;
   std::vector<std::unique_ptr<Connection>> connections_;
-  bool silent_ = false;
+  std::uint64_t last_id_ = 0;
+  ModbusFaults faults_;
   Loop::TimerId idle_timer_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

@@ -6,53 +6,66 @@ namespace {
 
 using Value = FaultTable::Value;
 
+/// Of a Modbus server, whosever.
+void add_wire(FaultTable& table, const std::string& device, ModbusServer& server) {
+  const auto fault = [&](const char* name, Value kind, double least, double greatest, auto set) {
+    table.add({device, name, kind, least, greatest, [&server, set](double v) { set(server, v); },
+               [&server, set] { set(server, 0); }});
+  };
+  const auto moment = [&](const char* name, void (ModbusServer::*happens)()) {
+    table.add(
+        {device, name, Value::none, 0, 0, [&server, happens](double) { (server.*happens)(); }, {}});
+  };
+  const auto flag = [&](const char* name, bool ModbusFaults::*member) {
+    table.add({device, name, Value::none, 0, 0,
+               [&server, member](double) { server.faults().*member = true; },
+               [&server, member] { server.faults().*member = false; }});
+  };
+  flag("silent", &ModbusFaults::silent);
+  flag("garbage", &ModbusFaults::garbage);
+  fault("exception", Value::number, 1, 11,
+        [](ModbusServer& s, double code) { s.faults().exception = static_cast<int>(code); });
+  fault("delayed", Value::time, 0, 10,
+        [](ModbusServer& s, double delay) { s.faults().delay = utime_from_seconds(delay); });
+  moment("half_open", &ModbusServer::half_open);
+  moment("drop_connection", &ModbusServer::drop_connections);
+}
+
 void add_arm(FaultTable& table, const std::string& device, SimulatedController& arm) {
-  const auto all_joints = [](double rate) {
-    Joints joints;
-    joints.fill(rate);
-    return joints;
+  const auto flag = [&](const char* name, void (SimulatedController::*set)(bool)) {
+    table.add({device, name, Value::none, 0, 0, [&arm, set](double) { (arm.*set)(true); },
+               [&arm, set] { (arm.*set)(false); }});
   };
-  const auto flag = [&](const char* name, auto set) {
-    table.add({device, name, Value::none, 0, 0, [&arm, set](double) { set(arm, true); },
-               [&arm, set] { set(arm, false); }});
+  const auto all_joints = [&](const char* name, Value kind, double most,
+                              void (SimulatedController::*set)(const Joints&)) {
+    table.add({device, name, kind, -most, most,
+               [&arm, set](double value) {
+                 Joints joints;
+                 joints.fill(value);
+                 (arm.*set)(joints);
+               },
+               [&arm, set] { (arm.*set)({}); }});
   };
-  const auto moment = [&](const char* name, auto happens) {
-    table.add({device, name, Value::none, 0, 0, [&arm, happens](double) { happens(arm); }, {}});
-  };
-  flag("stall", [](SimulatedController& a, bool on) { a.freeze(on); });
-  flag("silent", [](SimulatedController& a, bool on) { a.silence(on); });
-  flag("invalid_position", [](SimulatedController& a, bool on) { a.invalidate_joints(on); });
-  table.add({device, "report_drift", Value::rate, -0.1, 0.1,
-             [&arm, all_joints](double rate) { arm.drift(all_joints(rate)); },
-             [&arm] { arm.drift({}); }});
-  table.add({device, "creep", Value::rate, -0.1, 0.1,
-             [&arm, all_joints](double rate) { arm.run_away(all_joints(rate)); },
-             [&arm] { arm.run_away({}); }});
-  moment("drop_connection", [](SimulatedController& a) { a.drop_connections(); });
-  moment("reboot", [](SimulatedController& a) { a.reboot(); });
+  flag("stall", &SimulatedController::freeze);
+  flag("invalid_position", &SimulatedController::invalidate_joints);
+  all_joints("report_drift", Value::rate, 0.1, &SimulatedController::drift);
+  all_joints("report_jump", Value::angle, 0.1, &SimulatedController::offset);
+  all_joints("creep", Value::rate, 0.1, &SimulatedController::creep);
+  all_joints("runaway", Value::rate, 1, &SimulatedController::run_away);
+  table.add({device, "reboot", Value::none, 0, 0, [&arm](double) { arm.reboot(); }, {}});
+  add_wire(table, device, arm.server());
 }
 
 void add_plc(FaultTable& table, SimulatedPlc& plc) {
-  const auto flag = [&](const char* name, auto set) {
-    table.add({"plc", name, Value::none, 0, 0, [&plc, set](double) { set(plc, true); },
-               [&plc, set] { set(plc, false); }});
+  const auto add = [&](const char* name, Value kind, double most, void (SimulatedPlc::*set)(bool)) {
+    table.add({"plc", name, kind, 0, most, [&plc, set](double) { (plc.*set)(true); },
+               [&plc, set] { (plc.*set)(false); }});
   };
-  flag("silent", [](SimulatedPlc& p, bool on) { p.silence(on); });
-  flag("estop", [](SimulatedPlc& p, bool on) { p.press_estop(on); });
-  flag("fence", [](SimulatedPlc& p, bool on) { p.open_fence(on); });
-  const auto later = [&](const char* name, auto set) {
-    table.add({"plc", name, Value::delay, 0, 3600, [&plc, set](double) { set(plc, true); },
-               [&plc, set] { set(plc, false); }});
-  };
-  later("estop_after", [](SimulatedPlc& p, bool on) { p.press_estop(on); });
-  later("fence_after", [](SimulatedPlc& p, bool on) { p.open_fence(on); });
-  table.add({"plc",
-             "drop_connection",
-             Value::none,
-             0,
-             0,
-             [&plc](double) { plc.drop_connections(); },
-             {}});
+  add("estop", Value::none, 0, &SimulatedPlc::press_estop);
+  add("fence", Value::none, 0, &SimulatedPlc::open_fence);
+  add("estop_after", Value::delay, 3600, &SimulatedPlc::press_estop);
+  add("fence_after", Value::delay, 3600, &SimulatedPlc::open_fence);
+  add_wire(table, "plc", plc.server());
 }
 
 void add_lidar(FaultTable& table, SimulatedLidar& lidar) {

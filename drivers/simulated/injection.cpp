@@ -23,9 +23,13 @@ std::string shown(FaultTable::Value kind, double value) {
     case FaultTable::Value::length:
       std::snprintf(text, sizeof text, " %.4g mm", 1e3 * value);
       break;
+    case FaultTable::Value::angle:
+      std::snprintf(text, sizeof text, " %.4g rad", value);
+      break;
     case FaultTable::Value::rate:
       std::snprintf(text, sizeof text, " %.4g rad/s", value);
       break;
+    case FaultTable::Value::time:
     case FaultTable::Value::delay:
       std::snprintf(text, sizeof text, " %.4g s", value);
       break;

@@ -20,7 +20,9 @@ class FaultTable {
     share,  ///< 0..1
     number,
     length,  ///< m
+    angle,   ///< rad or m, per joint
     rate,    ///< rad/s or m/s, per joint
+    time,    ///< s
     delay    ///< s from the injection until it begins
   };
   struct Fault {

@@ -71,7 +71,7 @@ Joints SimulatedController::reported(const Joints& encoders) const {
   Joints joints = encoders;
   const double drifting = seconds(loop_.now() - drift_since_);
   for (std::size_t i = 0; i < 6; ++i) {
-    joints[i] += drift_[i] + drift_rate_[i] * drifting;
+    joints[i] += offset_[i] + drift_[i] + drift_rate_[i] * drifting;
     const double quantum = arm_.kinematics->is_linear(static_cast<int>(i))
                                ? options_.linear_quantum
                                : options_.rotary_quantum;
@@ -185,6 +185,11 @@ void SimulatedController::drift(const Joints& rate) {
   for (std::size_t i = 0; i < 6; ++i) drift_[i] += drift_rate_[i] * drifted;
   drift_rate_ = rate;
   drift_since_ = loop_.now();
+}
+
+void SimulatedController::creep(const Joints& rate) {
+  advance();
+  robot_.creep(rate);
 }
 
 void SimulatedController::run_away(const Joints& rate) {

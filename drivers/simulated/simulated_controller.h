@@ -41,17 +41,21 @@ class SimulatedController {
   /// What the PLC's chain says.
   void set_safety(bool estop_closed, bool fence_closed);
 
-  // Faults, for tests: each lasts until it is taken back.
-  /// Connections stay open, nothing is answered.
-  void silence(bool silent) { server_.set_silent(silent); }
+  /// What is wrong with its wire.
+  ModbusServer& server() { return server_; }
+
+  // Faults: each lasts until it is taken back.
   /// The program stops calculating: tick and position stand still in the registers, the arm brakes.
   void freeze(bool frozen);
   void invalidate_joints(bool invalid) { joints_invalid_ = invalid; }
   /// The reported joints wander away from the true ones (rad/s, m/s per joint).
   void drift(const Joints& rate);
+  /// The reported joints stand beside the true ones by this much at once (rad, m).
+  void offset(const Joints& offset) { offset_ = offset; }
   /// The arm itself creeps.
+  void creep(const Joints& rate);
+  /// The program leaves its set-points.
   void run_away(const Joints& rate);
-  void drop_connections() { server_.drop_connections(); }
   /// Clock and counters start anew, the program is aborted, all connections are gone.
   void reboot();
 
@@ -87,6 +91,7 @@ class SimulatedController {
   bool joints_invalid_ = false;
   Joints drift_rate_{};
   Joints drift_{};
+  Joints offset_{};
   Utime drift_since_ = 0;
 
   ModbusServer server_;

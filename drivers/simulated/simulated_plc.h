@@ -35,9 +35,8 @@ class SimulatedPlc {
   double sun_azimuth() const { return sun_azimuth_; }
   double sun_elevation() const { return sun_elevation_; }
 
-  // Faults, for tests.
-  void silence(bool silent) { server_.set_silent(silent); }
-  void drop_connections() { server_.drop_connections(); }
+  /// What is wrong with its wire.
+  ModbusServer& server() { return server_; }
 
  private:
   struct Lamp {

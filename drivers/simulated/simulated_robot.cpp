@@ -91,14 +91,23 @@ void SimulatedRobot::step() {
   const Utime next = tick_ + options_.interpolation_period;
   const Motors& here = at_tick(ticks_);
   if (state_ == ControllerState::running && !frozen_) {
-    velocity_ = follow(desired(tick_), desired(next));
+    const Motors before = astray_;
+    astray_ += seconds(options_.interpolation_period) * astray_rate_;
+    velocity_ = follow(desired(tick_) + before, desired(next) + astray_);
     while (setpoints_.size() > 2 && setpoints_[1].play <= tick_) setpoints_.pop_front();
   } else {
     velocity_ = braked(state_ == ControllerState::emergency_stop ? options_.emergency_braking : 1);
   }
   const double dt = seconds(options_.interpolation_period);
   history_[static_cast<std::size_t>(ticks_ + 1) % history_size] =
-      here + dt * (velocity_ + to_motors(run_away_));
+      here + dt * (state_ == ControllerState::emergency_stop
+                       ? velocity_
+                       : Motors(velocity_ + to_motors(creep_)));
+}
+
+void SimulatedRobot::run_away(const Joints& rate) {
+  astray_rate_ = to_motors(rate);
+  if (astray_rate_.isZero()) astray_.setZero();
 }
 
 SimulatedRobot::Motors SimulatedRobot::desired(Utime t) const {

@@ -71,8 +71,12 @@ class SimulatedRobot {
   // Faults, for tests: each lasts until it is taken back.
   /// The program stops calculating; the robot brakes.
   void freeze(bool frozen) { frozen_ = frozen; }
-  /// The axes creep by themselves (rad/s, m/s), whatever the state.
-  void run_away(const Joints& rate) { run_away_ = rate; }
+  /// A drive's fault: the axes creep by themselves (rad/s, m/s), whatever the program does; an
+  /// emergency stop, which cuts the power and lets the brakes fall, ends it.
+  void creep(const Joints& rate) { creep_ = rate; }
+  /// The program's fault: while it runs, it goes away from its set-points at this rate (rad/s,
+  /// m/s).
+  void run_away(const Joints& rate);
 
  private:
   using Motors = Eigen::Matrix<double, 6, 1>;
@@ -106,7 +110,9 @@ class SimulatedRobot {
   bool estop_closed_ = true;
   bool fence_closed_ = true;
   bool frozen_ = false;
-  Joints run_away_{};
+  Joints creep_{};
+  Motors astray_rate_ = Motors::Zero();  // of the motors
+  Motors astray_ = Motors::Zero();       // from the set-points
   double speed_limit_ = 1;
   Utime last_heartbeat_ = 0;
 

@@ -155,3 +155,63 @@ TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
   CHECK(statuses[0].configuration_hash == "hash");
   CHECK_FALSE(statuses[0].version.empty());
 }
+
+TEST_CASE("a stopped node hears what has waited when it goes on, a killed one nothing any more") {
+  Simulation simulation;
+  SimulatedBus& ears = simulation.make_bus();
+  int beats = 0;
+  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                              [&](const heartbeat_t&) { ++beats; });
+  SimulatedBus& bus = simulation.make_bus();
+  SimulatedLoop& loop = simulation.make_loop();
+  auto node = std::make_unique<Probe>(NodeSetup{"probe", 42, ""}, bus, loop);
+  int heard = 0;
+  bool fired = false;
+  bus.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                               [&](const node_status_t&) { ++heard; });
+  simulation.stop(loop, bus);
+  loop.after(100 * millisecond, [&] { fired = true; });
+  ears.publish(channels::node_status, node_status_t{});
+  simulation.run_for(second);
+  CHECK(beats == 0);
+  CHECK(heard == 0);
+  CHECK_FALSE(fired);
+  simulation.go_on(loop, bus);
+  simulation.run_for(210 * millisecond);
+  CHECK(heard == 1);
+  CHECK(fired);
+  CHECK(beats == 4);
+  simulation.kill(loop, bus);
+  node.reset();
+  ears.publish(channels::node_status, node_status_t{});
+  simulation.run_for(second);
+  CHECK(heard == 1);
+  CHECK(beats == 4);
+}
+
+TEST_CASE("packets are lost for each receiver by itself, in the share asked for") {
+  Simulation simulation;
+  SimulatedBus& sender = simulation.make_bus();
+  int heard[2] = {0, 0};
+  int both = 0;
+  bool first = false;
+  simulation.make_bus().subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                                               [&](const heartbeat_t&) {
+                                                 ++heard[0];
+                                                 first = true;
+                                               });
+  simulation.make_bus().subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                                               [&](const heartbeat_t&) {
+                                                 ++heard[1];
+                                                 both += first ? 1 : 0;
+                                               });
+  simulation.set_bus_loss(0.2);
+  for (int i = 0; i < 10000; ++i) {
+    first = false;
+    sender.publish(channels::heartbeat, heartbeat_t{});
+    simulation.run_for(millisecond);
+  }
+  CHECK(heard[0] == Approx(8000).margin(200));  // five sigma
+  CHECK(heard[1] == Approx(8000).margin(200));
+  CHECK(both == Approx(6400).margin(250));
+}

@@ -269,18 +269,18 @@ TEST_CASE("a controller that answers nothing is offline, and back when it answer
   ArmBench bench;
   bench.start_driver();
   bench.simulation.run_for(second);
-  bench.controller->silence(true);
+  bench.controller->server().faults().silent = true;
   bench.simulation.run_for(300 * millisecond);
   CHECK(bench.last().state == arm_state_t::OFFLINE);
   CHECK_FALSE(bench.last().valid);
   CHECK(bench.last().reason == "no answer within 50 ms");
   CHECK(bench.saw("arm-disconnected"));
-  bench.controller->silence(false);
+  bench.controller->server().faults().silent = false;
   bench.simulation.run_for(3 * second);
   CHECK(bench.last().state == arm_state_t::IDLE);
   CHECK(bench.last().valid);
 
-  bench.controller->drop_connections();
+  bench.controller->server().drop_connections();
   bench.simulation.run_for(20 * millisecond);
   CHECK(bench.last().state == arm_state_t::OFFLINE);
   bench.simulation.run_for(second);
@@ -379,7 +379,7 @@ TEST_CASE("drift shows in the report, not in the truth; running away in both") {
   CHECK(bench.last().reported_joint[0] == Approx(0.11).margin(3e-4));
   CHECK(bench.controller->true_joints(bench.simulation.now())[0] == Approx(0.1));
   bench.controller->drift({});
-  bench.controller->run_away({0, 0.02, 0, 0, 0, 0});
+  bench.controller->creep({0, 0.02, 0, 0, 0, 0});
   bench.simulation.run_for(second);
   CHECK(bench.controller->true_joints(bench.simulation.now())[1] == Approx(0.22).margin(1e-3));
   CHECK(bench.last().reported_joint[1] == Approx(0.22).margin(1e-3));

@@ -125,13 +125,13 @@ TEST_CASE("an open chain or fence is on the bus within 60 ms, and handed on to t
 
 TEST_CASE("a PLC that does not answer is not taken for a closed chain") {
   Facility f;
-  f.plc->silence(true);
+  f.plc->server().faults().silent = true;
   f.simulation.run_for(500 * millisecond);
   CHECK_FALSE(f.state.valid);
   CHECK_FALSE(f.state.estop_chain_closed);
   CHECK(f.state.reason == "no answer within 100 ms");
   CHECK(f.saw("plc-lost"));
-  f.plc->silence(false);
+  f.plc->server().faults().silent = false;
   f.simulation.run_for(3 * second);
   CHECK(f.state.valid);
   CHECK(f.state.estop_chain_closed);

@@ -180,6 +180,37 @@ TEST_CASE("the faults of an arm") {
     CHECK(distance(after, rig.nominal.relative_pose(rig.reported(ArmRole::replica),
                                                     rig.reported(ArmRole::sensor))) < 1e-4);
   }
+  SECTION("creep: an emergency stop ends it") {
+    rig.inject("arm-replica", "creep", 0.05);
+    rig.inject("plc", "estop");
+    rig.simulation.run_for(second);
+    const Pose before = rig.cell->true_relative_pose(rig.simulation.now());
+    rig.simulation.run_for(second);
+    CHECK(distance(before, rig.cell->true_relative_pose(rig.simulation.now())) == 0);
+  }
+  SECTION("report jump: at once, and back") {
+    const Joints reported = rig.reported(ArmRole::sensor);
+    rig.inject("arm-sensor", "report_jump", 0.05, 1);
+    rig.simulation.run_for(100 * millisecond);
+    CHECK(rig.reported(ArmRole::sensor)[2] - reported[2] == Approx(0.05).margin(1e-4));
+    rig.simulation.run_for(2 * second);
+    CHECK(rig.reported(ArmRole::sensor)[2] == Approx(reported[2]).margin(1e-6));
+  }
+  SECTION("runaway: the arm leaves its set-points while it runs, and a hold stops it") {
+    rig.move(0.5);
+    rig.inject("arm-replica", "runaway", 0.1);
+    const Joints commanded = rig.nominal.replica.home;
+    for (int i = 0; i < 60; ++i) {
+      rig.command(ArmRole::replica, arm_command_t::STREAM, commanded);
+      rig.simulation.run_for(16 * millisecond);
+    }
+    CHECK(rig.reported(ArmRole::replica)[1] - commanded[1] > 0.05);
+    rig.command(ArmRole::replica, arm_command_t::HOLD);
+    rig.simulation.run_for(second);
+    const Joints stopped = rig.reported(ArmRole::replica);
+    rig.simulation.run_for(second);
+    CHECK(rig.reported(ArmRole::replica) == stopped);
+  }
 }
 
 TEST_CASE("clear of a device, and of all") {

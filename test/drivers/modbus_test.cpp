@@ -128,7 +128,7 @@ TEST_CASE("a silent device is given up after the time-out and dialled anew") {
   Pair pair;
   pair.serve();
   pair.simulation.run_for(second);
-  pair.server->set_silent(true);
+  pair.server->faults().silent = true;
   pair.act([&] {
     pair.client->read_registers(1, 1, pair.keep());
     pair.client->read_registers(2, 1, pair.keep());
@@ -139,11 +139,56 @@ TEST_CASE("a silent device is given up after the time-out and dialled anew") {
   CHECK(pair.answers == 2);  // the one under way, and the one behind it
   CHECK(pair.error == "no answer within 50 ms");
   CHECK_FALSE(pair.client->connected());
-  pair.server->set_silent(false);
+  pair.server->faults().silent = false;
   pair.simulation.run_for(second);
   CHECK(pair.client->connected());
   pair.act([&] { pair.client->read_registers(1, 1, pair.keep()); });
   CHECK(pair.error.empty());
+}
+
+TEST_CASE("a device that answers exceptions, garbage, too late or on a dead socket") {
+  Pair pair;
+  pair.serve();
+  pair.simulation.run_for(second);
+  const auto ask = [&](Utime patience) {
+    pair.act([&] { pair.client->read_registers(1, 1, pair.keep()); });
+    pair.simulation.run_for(patience);
+  };
+  SECTION("exception: told, and the connection lives on") {
+    pair.server->faults().exception = MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
+    ask(second);
+    CHECK(pair.exception == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY);
+    CHECK(pair.losses == 0);
+  }
+  SECTION("garbage: the connection is made anew") {
+    pair.server->faults().garbage = true;
+    ask(0);
+    CHECK(pair.error == "the device sent bytes that are not Modbus");
+    CHECK(pair.losses == 1);
+  }
+  SECTION("late, but in time") {
+    pair.server->faults().delay = 30 * millisecond;
+    ask(100 * millisecond);
+    CHECK(pair.error.empty());
+    CHECK(pair.answers == 1);
+  }
+  SECTION("too late") {
+    pair.server->faults().delay = 70 * millisecond;
+    ask(100 * millisecond);
+    CHECK(pair.error == "no answer within 50 ms");
+  }
+  SECTION("half open: nobody is told; a new connection works, the dead one holds its place") {
+    pair.server->half_open();
+    ask(40 * millisecond);
+    CHECK(pair.error == "no answer within 50 ms");
+    pair.simulation.run_for(second);
+    ask(0);
+    CHECK(pair.error.empty());
+    CHECK(pair.server->connections() == 2);
+    pair.simulation.run_for(3 * second);  // the idle time-out of this server
+    pair.simulation.run_for(3 * second);
+    CHECK(pair.server->connections() <= 1);
+  }
 }
 
 TEST_CASE("the client waits for a device that starts later, asking ever more rarely") {
