@@ -20,6 +20,7 @@ void add_console(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_estimate(CLI::App& app, int& exit_code);
+void add_kinematics(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nightly(CLI::App& app, int& exit_code);
 void add_spy(CLI::App& app, int& exit_code);

@@ -18,6 +18,10 @@ constexpr double limit_tolerance = 1e-9;
 constexpr double singular_sine = 1e-9;
 constexpr double singular_radius = 1e-9;
 
+bool within(double value, double low, double high) {
+  return value >= low - limit_tolerance && value <= high + limit_tolerance;
+}
+
 double wrapped(double angle) { return std::remainder(angle, 2 * pi); }
 
 std::string reach_text(double distance, const std::string& verb, double limit) {
@@ -25,6 +29,12 @@ std::string reach_text(double distance, const std::string& verb, double limit) {
   text += fixed(distance, 3) + " m from the shoulder, the arm " + verb + " ";
   text += fixed(limit, 3) + " m";
   return text;
+}
+
+std::string no_turn_text(int joint, double angle, const JointLimit& limit) {
+  return "out of limits: J" + std::to_string(joint + 1) + " = " + fixed(degrees(angle), 2) +
+         " deg, at no whole turn within " + fixed(degrees(limit.low), 2) + " to " +
+         fixed(degrees(limit.high), 2) + " deg";
 }
 
 /// before * Rz(theta) Tz(d) Tx(a) Rx(alpha), the twist given as a quaternion (tw, tx, 0, 0). A
@@ -123,15 +133,21 @@ std::array<Pose, 7> SphericalWristArm::link_poses(const Joints& joints) const {
 
 Pose SphericalWristArm::forward(const Joints& joints) const { return link_poses(joints)[6]; }
 
-std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
-    const Vector3d& wrist, std::string& reason) const {
-  std::vector<Placement> placements;
+template <class Found, class Closed>
+void SphericalWristArm::place_wrist(const Vector3d& wrist, const Found& found,
+                                    const Closed& closed) const {
   const double radius = std::hypot(wrist.x(), wrist.y());
-  if (radius < singular_radius) {
-    reason = "singular: the wrist centre lies on the axis of J1";
-    return placements;
-  }
+  const auto close_elbows = [&](bool front, const auto& text) {
+    for (const bool up : {true, false}) closed(front, up, text);
+  };
   for (const bool front : {true, false}) {
+    if (radius < singular_radius) {
+      close_elbows(front, [] {
+        return std::string(
+            "singular: the wrist centre lies on the axis of J1, so that J1 may be any angle");
+      });
+      continue;
+    }
     const double j1 = wrapped(std::atan2(wrist.y(), wrist.x()) + (front ? 0.0 : pi));
     // the triangle of shoulder, elbow and wrist, in the plane that J1 turns
     const double x = (front ? radius : -radius) - geometry_.a1;
@@ -140,11 +156,11 @@ std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
     const double longest = geometry_.a2 + forearm_;
     const double shortest = std::abs(geometry_.a2 - forearm_);
     if (reach > longest * (1 + 1e-12)) {
-      if (reason.empty()) reason = reach_text(reach, "reaches", longest);
+      close_elbows(front, [&] { return reach_text(reach, "reaches", longest); });
       continue;
     }
     if (reach < shortest * (1 - 1e-12) || reach < singular_radius) {
-      if (reason.empty()) reason = reach_text(reach, "folds to", shortest);
+      close_elbows(front, [&] { return reach_text(reach, "folds to", shortest); });
       continue;
     }
     const double cosine = (geometry_.a2 * geometry_.a2 + reach * reach - forearm_ * forearm_) /
@@ -156,79 +172,117 @@ std::vector<SphericalWristArm::Placement> SphericalWristArm::place_wrist(
       const double elbow_x = geometry_.a2 * std::cos(link);
       const double elbow_z = geometry_.a2 * std::sin(link);
       const double line = std::atan2(z - elbow_z, x - elbow_x);
-      const Joints base{j1, wrapped(pi / 2 - link), 0, 0, 0, 0};
-      for (const double j3 : Turns(wrapped(line - forearm_angle_), limits_[2])) {
-        Placement placement{base, front, up};
-        placement.joints[2] = j3;
-        placements.push_back(placement);
+      Placement placement{{j1, wrapped(pi / 2 - link), 0, 0, 0, 0}, front, up};
+      const double j3 = wrapped(line - forearm_angle_);
+      const Turns turns(j3, limits_[2]);
+      for (const double turned : turns) {
+        placement.joints[2] = turned;
+        found(placement);
       }
+      if (turns.empty()) closed(front, up, [&] { return no_turn_text(2, j3, limits_[2]); });
     }
   }
-  return placements;
 }
 
-std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
-                                                        std::string* reason) const {
-  std::string why;
-  std::vector<InverseSolution> solutions;
-  solutions.reserve(32);
+/// found(solution) for each that is within the limits; closed(flip, up, front, text) for each way
+/// that is not open, where text() says why.
+template <class Found, class Closed>
+void SphericalWristArm::solve(const Pose& flange, const Found& found, const Closed& closed) const {
   Matrix3d wanted = flange.rotation.toRotationMatrix();
   wanted.rightCols<2>() *= -1;  // the last twist undone
   const Vector3d wrist = flange.position - geometry_.d6 * (flange.rotation * Vector3d::UnitZ());
-  std::string singular;
-  for (const Placement& placement : place_wrist(wrist, why)) {
+  const auto turn_wrist = [&](const Placement& placement) {
     // what is left for the wrist: Rz(J4) Ry(-J5) Rz(J6)
     const Matrix3d m = forearm_frame(placement.joints).transpose() * wanted;
     const double sine = std::hypot(m(0, 2), m(1, 2));
-    if (sine < singular_sine) {
-      singular = "singular: J5 is 0, so that J4 and J6 turn about one axis";
-      continue;
-    }
     for (const bool flip : {false, true}) {
+      if (sine < singular_sine) {
+        closed(flip, placement.up, placement.front, [] {
+          return std::string("singular: J5 is 0, so that J4 and J6 turn about one axis");
+        });
+        continue;
+      }
       Joints joints = placement.joints;
       const double sign = flip ? 1.0 : -1.0;  // of J5
       const double j4 = std::atan2(-sign * m(1, 2), -sign * m(0, 2));
       joints[4] = std::atan2(sign * sine, m(2, 2));
       const double j6 = std::atan2(-sign * m(2, 1), sign * m(2, 0));
-      const Turns of_j1(joints[0], limits_[0]);
-      const Turns of_j4(j4, limits_[3]);
-      const Turns of_j6(j6, limits_[5]);
-      for (const double q1 : of_j1) {
-        for (const double q4 : of_j4) {
-          for (const double q6 : of_j6) {
+      for (const auto& [joint, value] : {std::pair{0, joints[0]}, {3, j4}, {5, j6}}) {
+        const JointLimit& limit = limits_[static_cast<std::size_t>(joint)];
+        if (!Turns(value, limit).empty()) continue;
+        closed(flip, placement.up, placement.front,
+               [&, joint = joint, value = value] { return no_turn_text(joint, value, limit); });
+      }
+      for (const double q1 : Turns(joints[0], limits_[0])) {
+        for (const double q4 : Turns(j4, limits_[3])) {
+          for (const double q6 : Turns(j6, limits_[5])) {
             joints[0] = q1;
             joints[3] = q4;
             joints[5] = q6;
-            const std::string violation = limit_violation(joints);
-            if (!violation.empty()) {
-              if (why.empty() || why.starts_with("unreachable"))
-                why = "out of limits: " + violation;
+            if (!within_limits(joints)) {
+              closed(flip, placement.up, placement.front,
+                     [&] { return "out of limits: " + limit_violation(joints); });
               continue;
             }
-            solutions.push_back({joints,
-                                 {flip,
-                                  placement.up,
-                                  placement.front,
-                                  {turn_number(q4), turn_number(joints[4]), turn_number(q6)}}});
+            found(InverseSolution{joints,
+                                  {flip,
+                                   placement.up,
+                                   placement.front,
+                                   {turn_number(q4), turn_number(joints[4]), turn_number(q6)}}});
           }
         }
       }
-      if (of_j1.empty() || of_j4.empty() || of_j6.empty()) {
-        why = "out of limits: no turn of J1, J4 or J6 is within its limits";
-      }
     }
-  }
-  if (reason != nullptr) {
-    if (!solutions.empty()) {
-      why.clear();
-    } else if (!singular.empty()) {
-      why = singular;
-    } else if (why.empty()) {
-      why = "out of limits: no turn of J3 is within its limits";
+  };
+  place_wrist(wrist, turn_wrist, [&](bool front, bool up, const auto& text) {
+    for (const bool flip : {false, true}) closed(flip, up, front, text);
+  });
+}
+
+std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
+                                                        std::string* reason) const {
+  std::vector<InverseSolution> solutions;
+  solutions.reserve(32);
+  solve(
+      flange, [&](const InverseSolution& solution) { solutions.push_back(solution); },
+      [](bool, bool, bool, const auto&) {});
+  if (reason == nullptr) return solutions;
+  reason->clear();
+  if (!solutions.empty()) return solutions;
+  // the way that comes nearest to being one: it ends at a singularity, at a limit, out of reach
+  const std::vector<Branch> all = branches(flange);
+  for (const char* kind : {"singular", "out of limits", "unreachable"}) {
+    for (const Branch& branch : all) {
+      if (reason->empty() && branch.obstacle.starts_with(kind)) *reason = branch.obstacle;
     }
-    *reason = why;
   }
   return solutions;
+}
+
+std::vector<SphericalWristArm::Branch> SphericalWristArm::branches(const Pose& flange) const {
+  std::vector<Branch> all;
+  for (const bool front : {true, false}) {
+    for (const bool up : {true, false}) {
+      for (const bool flip : {false, true}) all.push_back({{flip, up, front, {}}, {}, ""});
+    }
+  }
+  const auto branch = [&](bool flip, bool up, bool front) -> Branch& {
+    return all[(front ? 0U : 4U) + (up ? 0U : 2U) + (flip ? 1U : 0U)];
+  };
+  solve(
+      flange,
+      [&](const InverseSolution& solution) {
+        const ArmConfiguration& c = solution.configuration;
+        branch(c.flip, c.up, c.front).solutions.push_back(solution);
+      },
+      [&](bool flip, bool up, bool front, const auto& text) {
+        Branch& closed = branch(flip, up, front);
+        if (closed.obstacle.empty()) closed.obstacle = text();
+      });
+  for (Branch& one : all) {
+    if (!one.solutions.empty()) one.obstacle.clear();
+  }
+  return all;
 }
 
 Matrix6d SphericalWristArm::jacobian(const Joints& joints) const {
@@ -257,10 +311,14 @@ Joints SphericalWristArm::motor_joints(const Joints& joints) const {
   return motors;
 }
 
+bool SphericalWristArm::within_limits(const Joints& joints) const {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (!within(joints[i], limits_[i].low, limits_[i].high)) return false;
+  }
+  return within(joints[1] + joints[2], sum_low_, sum_high_);
+}
+
 std::string SphericalWristArm::limit_violation(const Joints& joints) const {
-  const auto within = [](double value, double low, double high) {
-    return value >= low - limit_tolerance && value <= high + limit_tolerance;
-  };
   const auto violation = [](std::string what, double value, double low, double high) {
     const bool above = !(value < low);
     what += " = " + fixed(degrees(value), 2) + " deg is " + (above ? "above" : "below");

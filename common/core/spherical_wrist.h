@@ -44,6 +44,16 @@ class SphericalWristArm final : public ArmKinematics {
 
   ArmConfiguration configuration(const Joints& joints) const;
 
+  /// One of the eight ways to hold the flange: F/N, U/D, T/B.
+  struct Branch {
+    ArmConfiguration configuration;          ///< turns 0
+    std::vector<InverseSolution> solutions;  ///< one for each set of turns within the limits
+    /// Why there is none: "singular: ...", "out of limits: ..." or "unreachable: ...".
+    std::string obstacle;
+  };
+  /// All eight, for a person: what inverse() returns and what it leaves out.
+  std::vector<Branch> branches(const Pose& flange) const;
+
  private:
   /// One way to place the wrist centre; J4 to J6 still 0.
   struct Placement {
@@ -51,7 +61,11 @@ class SphericalWristArm final : public ArmKinematics {
     bool front = true;
     bool up = true;
   };
-  std::vector<Placement> place_wrist(const Vector3d& wrist, std::string& reason) const;
+  template <class Found, class Closed>
+  void place_wrist(const Vector3d& wrist, const Found& found, const Closed& closed) const;
+  template <class Found, class Closed>
+  void solve(const Pose& flange, const Found& found, const Closed& closed) const;
+  bool within_limits(const Joints& joints) const;
 
   Geometry geometry_;
   double forearm_ = 0;        // elbow to wrist centre
