@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "common/core/corrected_kinematics.h"
 #include "common/core/random.h"
-#include "drivers/simulated/perturbed_kinematics.h"
 
 namespace berth {
 namespace {
@@ -60,7 +60,8 @@ Cell perturbed_cell(const Cell& nominal, const ArmErrors& replica, const ArmErro
       return link.position.isZero(0) && link.rotation.vec().isZero(0);
     };
     if (!std::all_of(errors.links.begin(), errors.links.end(), is_none)) {
-      arm.kinematics = std::make_shared<PerturbedKinematics>(arm.kinematics, errors.links);
+      arm.kinematics = std::make_shared<CorrectedKinematics>(
+          arm.kinematics, KinematicCorrections{{}, errors.links});
     }
   };
   perturb(world.replica, replica);

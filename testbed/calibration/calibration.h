@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "testbed/arm_pair.h"
+#include "testbed/calibration/parameters.h"
+
+namespace berth::testbed {
+
+/// How well the calibrated cell explains one kind of measurement.
+struct CalibrationResidual {
+  std::string kind;  ///< "scan position"
+  std::int64_t count = 0;
+  double rms = 0;  ///< m, rad or s
+  double worst = 0;
+  std::string where;  ///< the worst was met
+};
+
+/// By how much a cell departs from its files, and how well that is known. Written by
+/// `berth calibrate`, or nominal: nothing known but the files' own sigmas.
+struct Calibration {
+  std::string basis = "nominal";  ///< what it rests on: nominal, scans, tracker
+  std::string made;               ///< UTC, "2026-11-21T21:30:00Z"; nominal: empty
+  std::string layout;
+  std::string target;                ///< name
+  std::string target_hash;           ///< another one is on another mount
+  std::string geometry_hash;         ///< of the nominal layout and arm files
+  std::vector<std::string> sources;  ///< the runs and tracker files that it was made from
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(calibration_size);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(calibration_size, calibration_size);
+  std::vector<std::string> unobservable;  ///< "replica.zero.1 against base.rz", fixed by the prior
+  std::vector<CalibrationResidual> residuals;
+  double chi2_per_dof = 0;
+  std::string hash;  ///< SHA-256 of the file; of a nominal one: of what truth rests on
+
+  double value(const std::string& name) const { return values[parameter_index(name)]; }
+  double sigma(const std::string& name) const;
+  /// True time minus the time stamped on a reading of the arm's joints, s.
+  double arm_time(ArmRole role) const { return values[time_index(role)]; }
+  double lidar_time() const { return values[lidar_time_index()]; }
+};
+
+/// The cell as the parameters say it is. Its kinematics take reported joints.
+Cell apply_calibration(const Cell& nominal, const Eigen::VectorXd& values);
+
+using CalibrationJacobian = Eigen::Matrix<double, 6, calibration_size>;
+
+/// d T_sensor_model / d parameters, as perturbed() has it, at reported joints. The columns of time
+/// need the joints' rates (per second); that of the LIDAR is the way the target goes meanwhile.
+/// @param calibrated what apply_calibration gave
+CalibrationJacobian calibration_jacobian(const Cell& calibrated, const ArmPair& joints,
+                                         const ArmPair& rates = {});
+
+/// Covariance of T_sensor_model that is the calibration's.
+Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
+                                const ArmPair& joints, const ArmPair& rates = {});
+
+}  // namespace berth::testbed
