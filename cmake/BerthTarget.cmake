@@ -27,6 +27,10 @@ endif()
 
 # A target whose flags differ from the precompiled headers' compiles without them.
 set(CMAKE_PCH_WARN_INVALID OFF)
+# gcc 12 forgets what a system header is when it comes precompiled, and warns about std::string.
+if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
+  target_compile_options(berth_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+endif()
 
 # berth_library(NAME SOURCES... [LINK...]): a static library of the house.
 function(berth_library name)

@@ -20,8 +20,8 @@ struct PlannerOptions {
   double least_share_in_view = 0.4;  ///< of a window; less and it is left out
   double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
   double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
-  double equal_share = 1;            ///< of the beams on corners or edges: to all alike; the rest to
-                                     ///< those that add most to the information about the pose
+  double equal_share = 1;  ///< of the beams on corners or edges: to all alike; the rest to
+                           ///< those that add most to the information about the pose
   // Information planning.
   double spread_share = 0.1;  ///< of the beams, over the surface whatever they add: the model, or
                               ///< the prediction, may be wrong where it matters most
