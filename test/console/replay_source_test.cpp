@@ -74,6 +74,7 @@ TEST_CASE("after a jump the page shows what it would have shown when played to t
   }
   CHECK(played.board.lists["returns"] == jumped.board.lists["returns"]);
   CHECK(played.board.lists["events"] == jumped.board.lists["events"]);
+  for (const auto& node : jumped.board.sections["nodes"]) CHECK(node.at("gaps") == 0);
 }
 
 TEST_CASE("play, pause, rate, step, loop") {

@@ -147,7 +147,7 @@ void RecordedRun::build(CellView& view, std::size_t place) const {
   }
   // What run it is, is told before its message comes.
   const Places& infos = places_of(channels::run_info);
-  if (!infos.empty()) taken.push_back(infos.front());
+  if (!infos.empty() && infos.front() >= run_up_place) taken.push_back(infos.front());
   std::sort(taken.begin(), taken.end());
   taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
   view.reset();
