@@ -5,8 +5,9 @@
 . "$(dirname "$0")/../system/common.sh"
 
 cluster=$(dirname "$0")/cluster.sh
-eval "$("$cluster" up "$work/cluster")"
 trap 'status=$?; "$cluster" down "$work/cluster"; [ $status = 0 ] && rm -rf "$work" || echo "left in $work"' EXIT
+up=$("$cluster" up "$work/cluster")
+eval "$up"
 
 cat >"$work/acquisition.yaml" <<'END'
 name: cluster test

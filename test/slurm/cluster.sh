@@ -36,6 +36,15 @@ until_true() {
   done
 }
 
+# start NAME COMMAND...: a daemon that forks itself; what it says goes to its log.
+start() {
+  local name=$1
+  shift
+  "$@" 2>>"$directory/$name.log" && return
+  tail -n 5 "$directory/$name.log" >&2
+  fail "$name does not start; see $directory/$name.log"
+}
+
 free_port() {
   local port=$1
   while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do port=$((port + 10)); done
@@ -102,13 +111,12 @@ up() {
     write_configuration
     [ -f "$directory/munge/key" ] || (umask 077 && head -c 1024 /dev/urandom >"$directory/munge/key")
     # --force: munged would rather not run as root, nor read a key outside of /etc.
-    munged --force --key-file="$directory/munge/key" --socket="$directory/munge/munge.socket" \
-      --pid-file="$directory/munged.pid" --log-file="$directory/munged.log" --seed-file="$directory/munge/seed" \
-      2>>"$directory/munged.log"
+    start munged munged --force --key-file="$directory/munge/key" --socket="$directory/munge/munge.socket" \
+      --pid-file="$directory/munged.pid" --log-file="$directory/munged.log" --seed-file="$directory/munge/seed"
     until_true 10 munged munge --socket="$directory/munge/munge.socket" --no-input
-    slurmctld -f "$SLURM_CONF" 2>>"$directory/slurmctld.log"
+    start slurmctld slurmctld -f "$SLURM_CONF"
     until_true 20 slurmctld scontrol ping
-    slurmd -f "$SLURM_CONF" -N "$(hostname -s)" 2>>"$directory/slurmd.log"
+    start slurmd slurmd -f "$SLURM_CONF" -N "$(hostname -s)"
     until_true 30 "the node" node_is_idle
   fi
   echo "export SLURM_CONF=$SLURM_CONF"
