@@ -81,8 +81,14 @@ Settings load_settings(const std::filesystem::path& file) {
   s.safety.arm_silence = microseconds(safety, "arm_silence");
   s.safety.heartbeat_silence = microseconds(safety, "heartbeat_silence");
   s.safety.facility_silence = microseconds(safety, "facility_silence");
+  s.safety.scan_silence = microseconds(safety, "scan_silence");
   s.safety.watched_nodes = safety.texts("watched_nodes");
+  s.safety.watched_in_closed_loop = safety.texts("watched_in_closed_loop");
   s.safety.largest_lag = positive(safety, "largest_lag", Dimension::angle);
+  s.estimate_watch.margin = positive(safety, "largest_estimate_error", Dimension::length);
+  s.estimate_watch.margin_share =
+      positive(safety, "largest_estimate_error_share", Dimension::number);
+  s.least_clearance = positive(safety, "least_clearance", Dimension::length);
   s.lease_lifetime = microseconds(safety, "lease_lifetime");
   safety.finish();
 

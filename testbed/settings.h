@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "testbed/clearance.h"
+#include "testbed/estimate_watch.h"
 #include "testbed/ground_truth.h"
 #include "testbed/guidance.h"
 #include "testbed/path_check.h"
@@ -29,6 +30,8 @@ struct Settings {
   Clearance::Limits clearance;
   Guidance::Settings guidance;
   SafetySupervisor::Settings safety;
+  EstimateWatch::Settings estimate_watch;
+  double least_clearance = 0.05;  ///< m between bodies of different parties, for arms that move
   std::int64_t lease_lifetime = 2000000;
   GroundTruth::Settings truth;
 };

@@ -36,6 +36,7 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
   reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
   if (state.valid == 0) return;
+  look_at_report(role, state);
   JointSample sample;
   sample.utime = state.utime;
   for (std::size_t i = 0; i < 6; ++i) {

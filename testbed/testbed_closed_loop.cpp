@@ -48,6 +48,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   estimate.attitude_known =
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
   guidance_.on_estimate(estimate);
+  look_at_estimate(message, estimate);
 }
 
 void TestbedNode::run_closed_loop(double dt) {

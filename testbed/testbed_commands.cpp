@@ -125,12 +125,12 @@ void TestbedNode::begin(const testbed_command_t& command) {
 std::string TestbedNode::resume(const testbed_command_t& command) {
   if (mode_ == Mode::idle) return "nothing is held";
   if (verdict_.level >= Level::held) return verdict_.reason;
+  if (task_.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
+    return estimate_watch_.contradiction()->text;
+  }
   if (!engaged_ && mode_ != Mode::starting) {
     // The arms were stopped: started anew, they first go back to the path.
-    mode_ = Mode::starting;
-    start_begun_ = now();
-    order_sent_ = 0;
-    rejoining_ = false;
+    begin_start();
   }
   if (mode_ == Mode::starting) start_begun_ = now();
   set_override(command.speed_override);
@@ -154,6 +154,9 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
     return "command " + std::to_string(task_.seq) + " is still being carried out: STOP it first";
   }
   if (verdict_.level != Level::good) return verdict_.reason;
+  if (is_closed_loop(command) && estimate_watch_.contradiction()) {
+    return estimate_watch_.contradiction()->text;
+  }
   // planning may take longer than a set-point lasts
   if (engaged_) stream(commanded_, planning_time);
   Task task;
@@ -202,7 +205,7 @@ void TestbedNode::start_task(Task task) {
   commanded_ = reference_joints();
   if (!task.retreat) trail_.begin(commanded_);
   task_ = std::move(task);
-  held_ = stopping_ = false;
+  held_ = stopping_ = paused_ = false;
   after_stop_.reset();
   hold_reason_.clear();
   guidance_reason_.clear();
@@ -210,10 +213,7 @@ void TestbedNode::start_task(Task task) {
   if (engaged_) {
     mode_ = task_.mode;
   } else {
-    mode_ = Mode::starting;
-    start_begun_ = now();
-    order_sent_ = 0;
-    rejoining_ = false;
+    begin_start();
   }
   event(event_t::INFO, "motion-begins", "command " + std::to_string(task_.seq));
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/testbed_node.h"
 
+#include <berth/lidar_state_t.hpp>
+#include <berth/scan_packet_t.hpp>
+
 #include "common/core/sha256.h"
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
@@ -31,11 +34,14 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
       truth_(cell_, settings_.truth, [this](const Truth& truth) { publish_truth(truth); }),
       guidance_(target_, settings_.guidance),
       safety_(settings_.safety),
+      report_watch_{{"the replica arm", *cell_.replica.kinematics},
+                    {"the sensor arm", *cell_.sensor.kinematics}},
+      estimate_watch_(settings_.estimate_watch),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),
       last_tick_(loop.now()),
       trail_(cell_) {
-  verdict_ = safety_.judge(now(), false);
+  verdict_ = safety_.judge(now(), {});
   bus.subscribe<arm_state_t>(
       channels::arm_state_replica, Queue::fifo(),
       [this](const arm_state_t& state) { on_arm_state(ArmRole::replica, state); });
@@ -51,6 +57,18 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
                              });
   bus.subscribe<pose_estimate_t>(channels::pose_estimate, Queue::latest(),
                                  [this](const pose_estimate_t& message) { on_estimate(message); });
+  bus.subscribe<lidar_state_t>(
+      channels::lidar_state, Queue::latest(), [this](const lidar_state_t& state) {
+        const bool lost =
+            state.state == lidar_state_t::OFFLINE || state.state == lidar_state_t::FAULT;
+        const std::string why = state.reason.empty() ? "the LIDAR is lost" : state.reason;
+        if (state.session == session()) safety_.on_lidar(lost ? why : "");
+      });
+  bus.subscribe<scan_packet_t>(
+      channels::scan_data, Queue::fifo(), [this](const scan_packet_t& packet) {
+        if (packet.session != session()) return;
+        safety_.on_scan(now(), packet.scan_status == scan_packet_t::RUNNING);
+      });
   bus.subscribe<testbed_command_t>(
       channels::testbed_command, Queue::fifo(100),
       [this](const testbed_command_t& command) { on_command(command); });
@@ -83,7 +101,11 @@ void TestbedNode::tick() {
       hold_reason_ = "the commander is silent";
     }
   }
-  supervise(safety_.judge(t, engaged_));
+  supervise();
+  go_on_when_good();
+  insist_on_standing();
+  watch_clearance();
+  watch_rest();
   const Pose before = relative(commanded_);
   const bool wait = verdict_.level != Level::good;
   switch (mode_) {
@@ -113,38 +135,6 @@ void TestbedNode::tick() {
   publish_state(true);
 }
 
-void TestbedNode::supervise(const Verdict& verdict) {
-  const bool changed = verdict.level != verdict_.level || verdict.code != verdict_.code;
-  if (changed && verdict.level >= Level::hold) {
-    const bool serious = verdict.level >= Level::held;
-    if (!serious || engaged_ || mode_ == Mode::idle) {
-      event(serious ? event_t::ERROR : event_t::WARNING, verdict.code, verdict.reason);
-    }
-  }
-  if (changed && verdict.level == Level::good && verdict_.level >= Level::hold) {
-    event(event_t::NOTICE, "good-again", "the cell is as it should be again");
-  }
-  verdict_ = verdict;
-  if (verdict_.level >= Level::held && (engaged_ || mode_ == Mode::starting)) {
-    stop_arms("", verdict_.reason);
-  }
-}
-
-/// Both controllers stop by themselves, at once.
-void TestbedNode::stop_arms(const std::string& code, const std::string& reason) {
-  order(arm_command_t::HOLD);
-  engaged_ = false;
-  rejoining_ = false;
-  scale_.stop();
-  guidance_.set_held(true);
-  if (!code.empty()) event(event_t::ERROR, code, reason);
-  if (mode_ == Mode::idle) return;
-  held_ = true;
-  hold_reason_ = reason;
-  mode_ = task_.mode;
-  if (stopping_) end_task(false);
-}
-
 void TestbedNode::run_motion(double dt, bool wait) {
   scale_.set_target(held_ || stopping_ || wait ? 0 : override_);
   task_.time = std::min(task_.time + scale_.advance(dt), task_.motion->duration());
@@ -171,7 +161,7 @@ void TestbedNode::end_task(bool finished) {
   }
   mode_ = Mode::idle;
   task_ = {};
-  held_ = stopping_ = rejoining_ = false;
+  held_ = stopping_ = rejoining_ = paused_ = false;
   hold_reason_.clear();
   guidance_reason_.clear();
   scale_.stop();

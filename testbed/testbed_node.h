@@ -16,6 +16,7 @@
 #include "common/core/lease.h"
 #include "common/core/run_setup.h"
 #include "testbed/command_planner.h"
+#include "testbed/report_watch.h"
 #include "testbed/trail.h"
 
 namespace berth {
@@ -25,10 +26,13 @@ namespace berth {
 /// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell when the supervisor says so.
 ///
 /// How it stops:
-/// - HOLD, a lapsed lease, a stale or lost estimate, silent partners: both arms come to rest on the
-///   path. The last two go on by themselves (HOLDING), the first two wait for RESUME (HELD).
-/// - E-stop, fence, a controller that faults, stops or does not follow: ARM_COMMAND HOLD at once.
-///   RESUME starts the arms again, brings them back to the path and goes on.
+/// - HOLD, a lapsed lease, a stale or lost estimate: both arms come to rest on the path. The last
+///   goes on by itself (HOLDING), the first two wait for RESUME (HELD).
+/// - Silent partners: ARM_COMMAND HOLD at once. When all are heard again the arms are started anew,
+///   brought back to the path and go on by themselves (HOLDING).
+/// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
+///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
+///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
 /// HOLD and STOP are obeyed from anybody of the session; everything else only from the lease
 /// holder, whose KEEP_LEASE may also change the speed override of the motion under way.
 class TestbedNode final : public Node {
@@ -76,13 +80,25 @@ class TestbedNode final : public Node {
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
   void end_task(bool finished);
-  void stop_arms(const std::string& code, const std::string& reason);
-  void supervise(const Verdict& verdict);
+  void begin_start();
   void stream(const testbed::ArmPair& joints, Utime lifetime);
   void order(std::int8_t action);
   void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
   testbed::ArmPair reference_joints() const;
   Pose relative(const testbed::ArmPair& joints) const;
+
+  // safety
+  void supervise();
+  void stop_arms(const std::string& code, const std::string& reason);
+  void pause_arms();
+  void leave_motion();
+  void go_on_when_good();
+  void insist_on_standing();
+  bool both_reported() const;
+  void watch_clearance();
+  void watch_rest();
+  void look_at_report(ArmRole role, const arm_state_t& state);
+  void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
   void publish_truth(const testbed::Truth& truth);
   void publish_state(bool if_changed);
@@ -99,6 +115,8 @@ class TestbedNode final : public Node {
   testbed::GroundTruth truth_;
   testbed::Guidance guidance_;
   testbed::SafetySupervisor safety_;
+  testbed::ReportWatch report_watch_[2];  // replica, sensor
+  testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;
   Verdict verdict_;
@@ -113,7 +131,13 @@ class TestbedNode final : public Node {
 
   Mode mode_ = Mode::idle;
   Task task_;
-  bool held_ = false;                            // waits for RESUME
+  bool held_ = false;    // waits for RESUME
+  bool paused_ = false;  // stopped, goes on when all are heard again
+  Utime good_since_ = 0;
+  Utime hold_ordered_ = 0;
+  Utime looked_ahead_ = 0;
+  testbed::ArmPair looked_from_;
+  std::optional<testbed::ArmPair> rest_;         // where the arms came to rest
   bool stopping_ = false;                        // comes to rest to be abandoned
   std::optional<testbed_command_t> after_stop_;  // STOP to finish or RETREAT to begin
   std::string hold_reason_;

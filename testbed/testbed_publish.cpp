@@ -24,6 +24,7 @@ void set_pose(const Pose& pose, double* position, double* q_wxyz) {
 }  // namespace
 
 void TestbedNode::publish_truth(const Truth& truth) {
+  estimate_watch_.on_truth(truth);
   ground_truth_t message{};
   message.utime = truth.utime;
   message.seq = ++truth_seq_;
@@ -53,9 +54,12 @@ testbed_state_t TestbedNode::current_state() const {
   } else if (mode_ != Mode::idle && held_) {
     state.state = testbed_state_t::HELD;
     state.reason = hold_reason_;
-  } else if (mode_ != Mode::idle && (verdict_.level != Level::good || !guidance_reason_.empty())) {
+  } else if (mode_ != Mode::idle &&
+             (verdict_.level != Level::good || paused_ || !guidance_reason_.empty())) {
     state.state = testbed_state_t::HOLDING;
-    state.reason = verdict_.level != Level::good ? verdict_.reason : guidance_reason_;
+    state.reason = verdict_.level != Level::good ? verdict_.reason
+                   : paused_                     ? "all are heard again: going on in a moment"
+                                                 : guidance_reason_;
   } else if (mode_ == Mode::idle) {
     state.state =
         verdict_.level == Level::good ? testbed_state_t::IDLE : testbed_state_t::NOT_READY;

@@ -12,6 +12,13 @@ constexpr Utime order_period = 250 * millisecond;
 
 }  // namespace
 
+void TestbedNode::begin_start() {
+  mode_ = Mode::starting;
+  start_begun_ = now();
+  order_sent_ = 0;
+  rejoining_ = paused_ = false;
+}
+
 void TestbedNode::run_start(double dt) {
   const Utime t = now();
   if (stopping_) return end_task(false);

@@ -52,6 +52,8 @@ class FakeArm final : public Node {
   bool silent = false;
   bool valid = true;
   bool stuck = false;
+  Utime controller_time = 0;
+  double jump = 0;  ///< rad that it reports its joints beside where they are
   int holds = 0;
   int starts = 0;
   int setpoints = 0;
@@ -107,6 +109,8 @@ class FakeArm final : public Node {
     message.state = state;
     const Joints q = joints();
     std::copy(q.begin(), q.end(), message.reported_joint);
+    for (double& joint : message.reported_joint) joint += jump;
+    message.controller_time_us = controller_time;
     std::fill(std::begin(message.reported_joint_sigma), std::end(message.reported_joint_sigma),
               3.5e-5);
     bus().publish(
@@ -192,6 +196,12 @@ class FakeEstimator final : public Node {
   std::int64_t seq_ = 0;
 };
 
+/// A heartbeat.
+class FakeLidar final : public Node {
+ public:
+  using Node::Node;
+};
+
 /// The testbed node with ideal partners on the twin's bus, and a commander who keeps his lease.
 class FakeCell {
  public:
@@ -206,6 +216,8 @@ class FakeCell {
           std::make_unique<FakeEstimator>(cell, *replica, *sensor, simulation.make_bus(), loop);
     }
     SimulatedLoop& loop = simulation.make_loop();
+    lidar = std::make_unique<FakeLidar>(NodeSetup{"lidar-driver", test_session, ""},
+                                        simulation.make_bus(), loop);
     RunSetup run;
     run.config = "config";
     run.layout = layout;
@@ -279,6 +291,7 @@ class FakeCell {
   std::unique_ptr<FakeArm> sensor;
   std::unique_ptr<FakeFacility> facility;
   std::unique_ptr<FakeEstimator> estimator;
+  std::unique_ptr<FakeLidar> lidar;
   std::unique_ptr<Node> node;
   testbed_state_t state{};
   std::vector<ground_truth_t> truths;

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/safety.h"
 
+#include "common/bus/loop.h"
 #include "common/core/lease.h"
 #include "test/catch.h"
+#include "testbed/estimate_watch.h"
+#include "testbed/report_watch.h"
+#include "testbed/stopping.h"
 
 namespace berth::testbed {
 namespace {
@@ -24,7 +28,7 @@ struct Watch {
     supervisor.on_heartbeat("arm-driver-replica", now);
     supervisor.on_facility(now, true, true, true, true, "");
   }
-  Level level(bool engaged = true) { return supervisor.judge(now, engaged).level; }
+  Level level(bool engaged = true) { return supervisor.judge(now, {engaged, false}).level; }
 };
 
 TEST_CASE("nothing moves before everybody has been heard") {
@@ -51,12 +55,12 @@ TEST_CASE("silence holds after its limit, and only then") {
   CHECK(watch.level() == Level::good);
   watch.now = heard + 150001;
   CHECK(watch.level() == Level::hold);
-  CHECK(watch.supervisor.judge(watch.now, true).code == "arm-silent");
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "heartbeat-lost");
+  watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "arm-silent");
   for (const ArmRole role : both_arms) {
     watch.supervisor.on_arm(role, {watch.now, true, ArmState::running, ""});
   }
-  CHECK(watch.supervisor.judge(watch.now, true).code == "heartbeat-lost");
-  watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);
   CHECK(watch.level() == Level::good);
   watch.supervisor.on_heartbeat("somebody else", watch.now - 10000000);
   CHECK(watch.level() == Level::good);
@@ -67,13 +71,13 @@ TEST_CASE("what must be put right by hand outranks silence") {
   watch.all_well();
   watch.supervisor.on_facility(watch.now, true, false, true, true, "");
   watch.now += 10000000;
-  CHECK(watch.supervisor.judge(watch.now, true).code == "estop");
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "estop");
   watch.all_well();
   watch.supervisor.on_facility(watch.now, true, true, false, true, "");
-  CHECK(watch.supervisor.judge(watch.now, true).code == "fence");
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "fence");
   watch.all_well();
   watch.supervisor.on_arm(ArmRole::sensor, {watch.now, true, ArmState::fault, "SRVO-001"});
-  const auto verdict = watch.supervisor.judge(watch.now, true);
+  const auto verdict = watch.supervisor.judge(watch.now, {true, false});
   CHECK(verdict.level == Level::fault);
   CHECK_THAT(verdict.reason, Catch::Matchers::Contains("SRVO-001"));
 }
@@ -84,6 +88,157 @@ TEST_CASE("a controller that does not run matters only while set-points flow") {
   watch.supervisor.on_arm(ArmRole::replica, {watch.now, true, ArmState::held, ""});
   CHECK(watch.level(false) == Level::good);
   CHECK(watch.level(true) == Level::held);
+}
+
+TEST_CASE("while the estimate steers, the sensor and the estimator are watched too") {
+  SafetySupervisor::Settings settings;
+  settings.watched_in_closed_loop = {"estimator"};
+  SafetySupervisor supervisor(settings);
+  Utime now = 1000 * second;
+  const auto code = [&](bool closed_loop) {
+    for (const ArmRole role : both_arms)
+      supervisor.on_arm(role, {now, true, ArmState::running, ""});
+    supervisor.on_facility(now, true, true, true, true, "");
+    return supervisor.judge(now, {true, closed_loop}).code;
+  };
+  CHECK(code(false).empty());
+  CHECK(code(true) == "heartbeat-unknown");
+  supervisor.on_heartbeat("estimator", now);
+  CHECK(code(true).empty());
+  SECTION("silent estimator") {
+    now += 151 * millisecond;
+    CHECK(code(true) == "heartbeat-lost");
+    CHECK(code(false).empty());
+  }
+  SECTION("a scan that stops half way, and one that is over") {
+    const auto wait = [&](Utime time) {
+      now += time;
+      supervisor.on_heartbeat("estimator", now);
+    };
+    supervisor.on_scan(now, true);
+    wait(25 * millisecond);
+    supervisor.on_scan(now, true);
+    wait(200 * millisecond);
+    CHECK(code(true).empty());
+    wait(1 * millisecond);
+    CHECK(code(true) == "scan-silent");
+    supervisor.on_scan(now, false);
+    wait(10 * second);
+    CHECK(code(true).empty());
+  }
+  SECTION("a slow LIDAR is not a silent one") {
+    const auto wait = [&](Utime time) {
+      now += time;
+      supervisor.on_heartbeat("estimator", now);
+    };
+    supervisor.on_scan(now, true);
+    wait(500 * millisecond);
+    supervisor.on_scan(now, true);
+    wait(1400 * millisecond);
+    CHECK(code(true).empty());
+    wait(200 * millisecond);
+    CHECK(code(true) == "scan-silent");
+  }
+  SECTION("a LIDAR that is gone") {
+    supervisor.on_lidar("no answer");
+    CHECK(code(true) == "lidar-lost");
+    CHECK(code(false).empty());
+    supervisor.on_lidar("");
+    CHECK(code(true).empty());
+  }
+}
+
+TEST_CASE("a PLC that does not answer holds at once, with its reason") {
+  Watch watch;
+  watch.all_well();
+  watch.supervisor.on_facility(watch.now, false, false, false, false, "no answer within 100 ms");
+  const auto verdict = watch.supervisor.judge(watch.now, {true, false});
+  CHECK(verdict.level == Level::hold);
+  CHECK_THAT(verdict.reason, Catch::Matchers::Contains("no answer within 100 ms"));
+}
+
+TEST_CASE("reports that cannot be") {
+  const auto arm = ArmKinematics::load("config/arms/m710ic_50.yaml");
+  ReportWatch watch("the arm", *arm);
+  ReportWatch::Report report;
+  report.utime = report.controller_time = 100 * second;
+  CHECK_FALSE(watch.look(report));
+  const auto next = [&](Utime later, std::size_t joint, double step) {
+    report.utime += later;
+    report.controller_time += later;
+    report.joints[joint] += step;
+    return watch.look(report);
+  };
+  SECTION("as fast as the motors can is believed, on any grid of time") {
+    for (const Utime later : {8 * millisecond, 16 * millisecond, 500 * millisecond}) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        const double step = arm->limits()[i].speed * seconds(later);
+        // joint 3 of the pendant moves its motor together with joint 2
+        CHECK_FALSE(next(later, i, (i == 1 || i == 2) ? 0.5 * step : step));
+      }
+    }
+  }
+  SECTION("further is not") {
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto wrong = next(8 * millisecond, i, 0.15);
+      REQUIRE(wrong);
+      CHECK(wrong->code == "arm-jumped");
+    }
+  }
+  SECTION("after a long silence nothing is said of the way") {
+    CHECK_FALSE(next(5 * second, 0, 1.5));
+  }
+  SECTION("a clock that goes back") {
+    report.controller_time = 0;
+    report.utime += 8 * millisecond;
+    const auto wrong = watch.look(report);
+    REQUIRE(wrong);
+    CHECK(wrong->code == "arm-restarted");
+    CHECK_FALSE(next(8 * millisecond, 0, 0));
+  }
+}
+
+TEST_CASE("an estimate is measured against truth of its time, with the uncertainty of both") {
+  EstimateWatch watch({0.1, 0.01});
+  Truth truth;
+  truth.covariance = 1e-6 * Matrix6d::Identity();
+  for (int i = 0; i < 1000; ++i) {  // the replica comes nearer at 100 mm/s
+    truth.utime = 100 * second + i * 8 * millisecond;
+    truth.pose.position = Vector3d(0, 0, 5 - 0.0008 * i);
+    watch.on_truth(truth);
+  }
+  const auto wrong_by = [&](double away, double sigma) {
+    EstimateWatch::Position estimate;
+    estimate.utime = truth.utime - second;
+    estimate.position = Vector3d(0, away, truth.pose.position.z() + 0.1);
+    estimate.covariance = sigma * sigma * Matrix3d::Identity();
+    watch.on_estimate(estimate);
+    return watch.contradiction().has_value();
+  };
+  CHECK_FALSE(wrong_by(0.10, 0.005));
+  CHECK(wrong_by(0.13, 0.005));
+  CHECK_FALSE(wrong_by(0.13, 0.02));  // it says so itself
+  CHECK(wrong_by(0.5, 0.02));
+  watch.forget();
+  CHECK_FALSE(watch.contradiction());
+  SECTION("truth of another time says nothing") {
+    EstimateWatch::Position estimate;
+    estimate.utime = truth.utime + second;
+    watch.on_estimate(estimate);
+    CHECK_FALSE(watch.contradiction());
+  }
+}
+
+TEST_CASE("where arms would stand: a reaction further, and the way to brake") {
+  const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  ArmPair before{cell.replica.home, cell.sensor.home};
+  ArmPair now = before;
+  now.replica[0] += 0.02;
+  const ArmPair place = standing_place(cell, before, now, 0.1, 0.1);
+  const double a = cell.replica.kinematics->limits()[0].acceleration;
+  CHECK(place.replica[0] - now.replica[0] == Approx(0.2 * 0.1 + 0.2 * 0.2 / (2 * a)));
+  CHECK(place.sensor == now.sensor);
+  CHECK(place.replica[1] == now.replica[1]);
 }
 
 TEST_CASE("the lease is for one, as long as he is heard") {

@@ -317,13 +317,32 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     CHECK(cell.state.state == testbed_state_t::HOLDING);
     CHECK_THAT(cell.state.reason, Contains("ambiguous"));
   }
-  SECTION("confidently wrong by half a metre: not believed") {
+  SECTION("confidently wrong by half a metre: truth contradicts, and so long nothing goes on") {
     cell.estimator->offset << 0, 0, 0.5, 0, 0, 0;
     const Pose before = cell.relative();
     cell.run_for(10.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(cell.events["estimate-wrong"] == 1);
+    CHECK_THAT(cell.state.reason, Contains("away from ground truth"));
+    CHECK(distance(before, cell.relative()) < 0.06);  // the way until the estimate came
+    cell.send(testbed_command_t::RESUME);
+    cell.run_for(1.0);
+    CHECK_THAT(cell.state.refusal, Contains("away from ground truth"));
+    cell.estimator->offset.setZero();
+    cell.run_for(3.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    cell.send(testbed_command_t::RESUME);
+    cell.run_for(3.0);
+    CHECK(cell.state.state == testbed_state_t::CLOSED_LOOP);
+  }
+  SECTION("the LIDAR's driver dies: both arms stop at once") {
+    cell.lidar.reset();
+    const Utime died = cell.now();
+    cell.run_for(0.5);
     CHECK(cell.state.state == testbed_state_t::HOLDING);
-    CHECK_THAT(cell.state.reason, Contains("mm"));
-    CHECK(distance(before, cell.relative()) < 0.15);
+    CHECK_THAT(cell.state.reason, Contains("lidar-driver"));
+    CHECK(cell.replica->last_hold - died < 200 * millisecond);
+    CHECK(cell.replica->last_hold > died);
   }
 }
 
@@ -467,15 +486,19 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK_THAT(cell.state.reason, Contains("replica arm stopped by itself"));
     CHECK(goes_on_after_resume());
   }
-  SECTION("an arm falls silent for a while: rest on the path, then on by itself") {
+  SECTION("an arm falls silent for a while: both stop at once, then go on by themselves") {
     cell.replica->silent = true;
+    const Utime silent_since = cell.now();
     cell.run_for(0.35);
     CHECK(cell.state.state == testbed_state_t::HOLDING);
     CHECK_THAT(cell.state.reason, Contains("replica arm"));
+    CHECK(cell.sensor->holds == 1);
+    CHECK(cell.sensor->last_hold - silent_since < 180 * millisecond);
     cell.run_for(1.5);
-    CHECK(cell.replica->holds == 0);
+    CHECK(cell.replica->holds > 1);  // as far as is known he still moves
     cell.replica->silent = false;
-    cell.run_for(0.5);
+    cell.run_for(1.5);
+    INFO(cell.state.reason);
     CHECK(cell.state.state == testbed_state_t::MOVING);
     CHECK(cell.finished(seq, 60));
   }
@@ -489,6 +512,33 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     cell.run_for(0.35);
     CHECK(cell.state.state == testbed_state_t::HOLDING);
     CHECK_THAT(cell.state.reason, Contains("heartbeat of facility-driver"));
+  }
+  SECTION("a controller starts anew: a person has to look") {
+    cell.sensor->controller_time = 3600 * second;
+    cell.run_for(0.1);
+    cell.sensor->controller_time = 0;
+    cell.run_for(0.1);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK_THAT(cell.state.reason, Contains("sensor arm's controller was started anew"));
+    CHECK(cell.replica->holds == 1);
+    CHECK(goes_on_after_resume());
+  }
+  SECTION("joints that no motor could reach so soon") {
+    cell.replica->jump = 0.2;
+    cell.run_for(0.1);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK_THAT(cell.state.reason, Contains("replica arm's joint"));
+    CHECK(cell.events["arm-jumped"] == 1);
+  }
+  SECTION("an arm moves although it was told to stand") {
+    cell.send(testbed_command_t::HOLD);
+    cell.facility->estop_closed = false;
+    cell.run_for(2.0);
+    for (int i = 0; i < 20; ++i) {
+      cell.replica->jump += 0.002;
+      cell.run_for(0.1);
+    }
+    CHECK(cell.events["arm-creeps"] > 0);
   }
   SECTION("an arm does not follow") {
     cell.sensor->stuck = true;
