@@ -150,8 +150,9 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_sensor(std::int
   const std::int64_t allowed = std::max(settings_.scan_silence, 3 * scan_interval_);
   const std::int64_t silence = now - scan_received_;
   if (silence <= allowed) return std::nullopt;
-  return Verdict{Level::hold, "scan-silent",
-                 "a scan has stopped half way: no returns for " + milliseconds(silence)};
+  return Verdict{
+      Level::hold, "scan-silent",
+      "the LIDAR is silent in the midst of a scan: no returns for " + milliseconds(silence)};
 }
 
 }  // namespace berth::testbed

@@ -3,6 +3,7 @@
 
 #include <berth/lidar_state_t.hpp>
 #include <berth/scan_packet_t.hpp>
+#include <berth/scan_request_t.hpp>
 
 #include "common/core/sha256.h"
 #include "common/core/text.h"
@@ -64,6 +65,11 @@ TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
         const std::string why = state.reason.empty() ? "the LIDAR is lost" : state.reason;
         if (state.session == session()) safety_.on_lidar(lost ? why : "");
       });
+  bus.subscribe<scan_request_t>(channels::scan_request, Queue::fifo(),
+                                [this](const scan_request_t& request) {
+                                  if (request.session != session()) return;
+                                  safety_.on_scan(now(), request.action != scan_request_t::CANCEL);
+                                });
   bus.subscribe<scan_packet_t>(
       channels::scan_data, Queue::fifo(), [this](const scan_packet_t& packet) {
         if (packet.session != session()) return;
