@@ -25,7 +25,7 @@ const std::vector<std::pair<const char*, const char*>>& always_shown() {
   static const std::vector<std::pair<const char*, const char*>> list = {
       {"position_error", "rms"}, {"attitude_error", "rms"},
       {"velocity_error", "rms"}, {"angular_velocity_error", "rms"},
-      {"nees", "mean"},          {"time_offset", "value"},
+      {"nees", "mean"},          {"estimate_delay", "value"},
       {"update_rate", "value"},  {passed_measurement, "value"}};
   return list;
 }

@@ -79,40 +79,48 @@ TEST_CASE("a time stamp wrong by a millisecond shows at 200 mm/s, whatever the o
     const Pose earlier = to_and_fro(t - 1e-3);
     made::put_pose(earlier, estimate);
     shift(estimate, Vector3d(5 * mm, -3 * mm, 0) + random.normal_vector(1 * mm));
+    Vector3d::Map(estimate.measured_position_m) = earlier.position + random.normal_vector(2 * mm);
   };
-  const Measured m = measured(flown(to_and_fro, 200, late), "time_offset");
-  CHECK(m.uncertainty < 0.4 * mm);
-  CHECK(std::abs(m.value - -1 * mm) < 3 * m.uncertainty);
-  CHECK(std::abs(m.value) > 2 * m.uncertainty);
+  const RunRecord record = flown(to_and_fro, 200, late);
+  const Measured filtered = measured(record, "estimate_delay");
+  CHECK(filtered.uncertainty < 0.4 * mm);
+  CHECK(std::abs(filtered.value - 1 * mm) < 3 * filtered.uncertainty);
+  CHECK(std::abs(filtered.value) > 2 * filtered.uncertainty);
+  CHECK(filtered.reason.empty());
+  const Measured scans = measured(record, "lidar_to_arms_delay");
+  CHECK(scans.uncertainty == Approx(2 * filtered.uncertainty).epsilon(0.4));
+  CHECK(std::abs(scans.value - 1 * mm) < 3 * scans.uncertainty);
 }
 
-TEST_CASE("on a steady course an offset of truth's could be a time: that doubt is told") {
-  const Measured m = measured(flown(straight_on, 20), "time_offset");
+TEST_CASE("on a steady course an offset of truth's could be a delay: that doubt is told") {
+  const Measured m = measured(flown(straight_on, 20), "lidar_to_arms_delay");
   CHECK(m.value == Approx(0).margin(1e-4));
   CHECK(m.uncertainty == Approx(1 * mm / 0.2).epsilon(0.1));  // 1 mm at 200 mm/s
+  const Measured doubtful = measured(flown(straight_on, 20, {}, 10 * mm), "lidar_to_arms_delay");
+  CHECK(doubtful.uncertainty == Approx(10 * mm / 0.2).epsilon(0.1));
+  CHECK_THAT(doubtful.reason, Catch::Contains("needs motion of 9") && Catch::Contains("mm/s"));
 }
 
-TEST_CASE("truth's own clock is in the doubt about a time offset") {
-  RunRecord record;
-  constexpr double clock = 2e-3;
-  for (double t = 0; t <= 40; t += 0.008) {
-    auto truth = made::truth(made::start + utime_from_seconds(t), to_and_fro(t));
-    const Vector3d v = t < 1 ? Vector3d::Zero() : velocity_on(to_and_fro, t).linear;
-    Vector3d::Map(truth.linear_velocity_m_s) = v;
-    truth.covariance[0] += clock * clock * v.x() * v.x();
-    record.add(truth);
-  }
-  for (double t = 1.25; t < 40; t += 0.5) {
-    record.add(made::estimate(made::start + utime_from_seconds(t), to_and_fro(t)));
-  }
-  record.add(made::state({{"go", 1, 39.9}}));
-  CHECK(measured(record, "time_offset").uncertainty == Approx(clock).epsilon(0.05));
+TEST_CASE("truth that is wrong in proportion to the way gone does not pretend to be a delay") {
+  Random random(4, "scale");
+  const auto scaled = [&](double t, pose_estimate_t& estimate) {
+    Pose pose = to_and_fro(t);
+    pose.position.x() *= 1.002;
+    pose.position.z() += 0.01 * pose.position.x();
+    made::put_pose(pose, estimate);
+    shift(estimate, random.normal_vector(0.1 * mm));
+  };
+  const Measured m = measured(flown(to_and_fro, 60, scaled), "estimate_delay");
+  CHECK(std::abs(m.value) < 3 * m.uncertainty);
+  CHECK(m.uncertainty < 0.2 * mm);
 }
 
-TEST_CASE("a time offset needs motion") {
-  const Measured m = measured(flown(resting, 20), "time_offset");
+TEST_CASE("a delay needs motion, of whatever kind") {
+  const Measured m = measured(flown(resting, 20), "lidar_to_arms_delay");
   CHECK(std::isnan(m.value));
-  CHECK(m.reason == "the target does not move");
+  CHECK_THAT(m.reason, Catch::Contains("not observable") && Catch::Contains("rests"));
+  const auto late = [](double t, pose_estimate_t& e) { made::put_pose(tumbling(t - 0.05), e); };
+  CHECK(measured(flown(tumbling, 60, late), "estimate_delay").value == Approx(0.05).epsilon(1e-3));
 }
 
 TEST_CASE("an angular velocity with one sign wrong cannot hide") {

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "logs/latency/estimate_delay.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/text.h"
+#include "logs/measure/truth_velocity.h"
+
+namespace berth::logs {
+namespace {
+
+constexpr int nuisances = 21;
+/// Slower than both a target rests, but for truth's noise.
+constexpr double slowest_speed = 1e-3;          // m/s
+constexpr double slowest_turn = radians(0.05);  // rad/s
+
+const Pose& pose_of(const EstimateSample& estimate, EstimatePose which) {
+  return which == EstimatePose::measured ? estimate.measured : estimate.pose;
+}
+
+struct Place {
+  EstimateSample estimate;
+  TruthSample truth;
+};
+
+/// Estimates of the phase beside truth at their times less the delay.
+std::vector<Place> places(const Measurer& measurer, const Phase& phase, double delay) {
+  std::vector<Place> list;
+  const TruthTrack& track = measurer.record().truth();
+  for (const ComparedEstimate& c : measurer.compared()) {
+    if (!phase.contains(c.estimate.utime)) continue;
+    auto truth = track.at(c.estimate.utime - utime_from_seconds(delay));
+    if (!truth) continue;
+    truth->velocity = truth_velocity(track, *truth).velocity;
+    list.push_back({c.estimate, *truth});
+  }
+  return list;
+}
+
+/// What truth's calibration may have wrong: an offset; a turn; both once more in the model's frame;
+/// and nine numbers by which the offset grows along the way.
+DelaySample::Design design(const Pose& truth, const Vector3d& middle) {
+  const Matrix3d turn = truth.rotation.toRotationMatrix();
+  const Vector3d gone = truth.position - middle;
+  DelaySample::Design x = DelaySample::Design::Zero(6, nuisances);
+  x.block<3, 3>(0, 0).setIdentity();
+  x.block<3, 3>(3, 3).setIdentity();
+  x.block<3, 3>(0, 6) = turn;
+  x.block<3, 3>(3, 9) = turn;
+  for (int i = 0; i < 3; ++i) x.block<3, 3>(0, 12 + 3 * i) = gone(i) * Matrix3d::Identity();
+  return x;
+}
+
+/// 1 sigma of each of them, from truth's own covariance: an offset may be of either mount.
+Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places) {
+  Matrix6d covariance = Matrix6d::Zero();
+  for (const Place& p : places) covariance += p.truth.covariance;
+  covariance /= static_cast<double>(std::max<std::size_t>(places.size(), 1));
+  // A floor, so that a truth that claims to be perfect can still be asked.
+  const double position = std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3 + 1e-14);
+  const double rotation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3 + 1e-14);
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(nuisances, rotation);
+  sigma.segment<3>(0).setConstant(position);
+  sigma.segment<3>(6).setConstant(position);
+  sigma.head<12>() /= std::sqrt(2.0);
+  return sigma;
+}
+
+std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePose which) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Place& p : places) middle += p.truth.pose.position;
+  if (!places.empty()) middle /= static_cast<double>(places.size());
+  std::vector<DelaySample> samples;
+  for (const Place& p : places) {
+    const Eigen::LLT<Matrix6d> factor(p.estimate.covariance);
+    if (!p.estimate.covariance.allFinite() || factor.info() != Eigen::Success) continue;
+    DelaySample sample;
+    sample.utime = p.estimate.utime;
+    sample.error = difference(p.truth.pose, pose_of(p.estimate, which));
+    sample.rate << p.truth.velocity.linear, p.truth.velocity.angular;
+    sample.information = factor.solve(Matrix6d::Identity());
+    sample.nuisances = design(p.truth.pose, middle);
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+/// How far from observable, in words.
+std::string why_not(const EstimateDelay& d) {
+  if (d.fit.samples < DelayFit::fewest_samples) {
+    return "not observable: fewer than five estimates that truth brackets";
+  }
+  if (d.fit.half_width <= widest_delay_interval) return "";
+  std::string text = "not observable: needs motion";
+  // The interval narrows as the speed grows.
+  const double more = d.fit.half_width / widest_delay_interval;
+  const auto faster = [more](double rate, double unit, const char* name) {
+    return " of " + fixed(std::ceil(rate / unit * more), 0) + " " + name + " or more (there was " +
+           fixed(rate / unit, 1) + ")";
+  };
+  if (!std::isfinite(more)) return text + ", the target rests";
+  text += d.speed > slowest_speed ? faster(d.speed, 1e-3, "mm/s")
+                                  : faster(d.angular_speed, radians(1.0), "deg/s");
+  return text + "; to and fro tells most";
+}
+
+}  // namespace
+
+EstimateDelay estimate_delay(const Measurer& measurer, const Phase& phase, EstimatePose which) {
+  const std::vector<Place> stamped = places(measurer, phase, 0);
+  DelayProblem problem;
+  problem.nuisance_sigma = nuisance_sigma(stamped);
+  problem.samples = [&](double delay) {
+    return samples_of(delay == 0 ? stamped : places(measurer, phase, delay), which);
+  };
+  EstimateDelay result;
+  for (const Place& p : stamped) {
+    result.speed += p.truth.velocity.linear.squaredNorm();
+    result.angular_speed += p.truth.velocity.angular.squaredNorm();
+  }
+  const auto count = static_cast<double>(std::max<std::size_t>(stamped.size(), 1));
+  result.speed = std::sqrt(result.speed / count);
+  result.angular_speed = std::sqrt(result.angular_speed / count);
+  if (result.speed > slowest_speed || result.angular_speed > slowest_turn) {
+    result.fit = fit_delay(problem);
+  } else {
+    result.fit.samples = stamped.size();
+  }
+  result.not_observable = why_not(result);
+  return result;
+}
+
+}  // namespace berth::logs
