@@ -1,49 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/ground_truth.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace berth::testbed {
 namespace {
 
-/// Jacobian of a point of an arm's tool, in the cell frame, by the arm's joints.
-Matrix6d point_jacobian(const PlacedArm& arm, const Joints& joints, const Vector3d& point) {
-  const Pose flange = arm.base * arm.kinematics->forward(joints);
-  const Matrix3d to_cell = arm.base.rotation.toRotationMatrix();
-  const Matrix6d in_base = arm.kinematics->jacobian(joints);
-  Matrix6d jacobian;
-  jacobian.bottomRows<3>() = to_cell * in_base.bottomRows<3>();
-  jacobian.topRows<3>() =
-      to_cell * in_base.topRows<3>() - skew(point - flange.position) * jacobian.bottomRows<3>();
-  return jacobian;
-}
+double seconds(std::int64_t microseconds) { return static_cast<double>(microseconds) * 1e-6; }
 
-Vector6d squared(const Joints& sigma) {
-  Vector6d variance;
-  for (std::size_t i = 0; i < 6; ++i) {
-    variance[static_cast<Eigen::Index>(i)] = sigma[i] * sigma[i];
-  }
-  return variance;
+/// Joints per second between two samples.
+double rate(const JointSample& from, const JointSample& to, std::size_t joint) {
+  return (to.joints[joint] - from.joints[joint]) / seconds(to.utime - from.utime);
 }
 
 }  // namespace
 
-Matrix6d joint_covariance(const Cell& cell, const ArmPair& joints, const ArmPair& sigma) {
-  const Pose sensor = cell.sensor.tool_pose(joints.sensor);
-  const Vector3d model = cell.replica.tool_pose(joints.replica).position;
-  // The sensor arm moves the model in the sensor frame as if the model moved the other way with it.
-  const Matrix6d by_replica = point_jacobian(cell.replica, joints.replica, model);
-  const Matrix6d by_sensor = point_jacobian(cell.sensor, joints.sensor, model);
-  const Matrix6d in_cell =
-      by_replica * squared(sigma.replica).asDiagonal() * by_replica.transpose() +
-      by_sensor * squared(sigma.sensor).asDiagonal() * by_sensor.transpose();
-  const Matrix3d to_sensor = sensor.rotation.conjugate().toRotationMatrix();
-  Matrix6d turn = Matrix6d::Zero();
-  turn.topLeftCorner<3, 3>() = to_sensor;
-  turn.bottomRightCorner<3, 3>() = to_sensor;
-  return turn * in_cell * turn.transpose();
-}
-
-GroundTruth::GroundTruth(const Cell& cell, const Settings& settings, Publish publish)
-    : cell_(cell), settings_(settings), publish_(std::move(publish)) {}
+GroundTruth::GroundTruth(const Cell& cell, const Calibration& calibration, const Settings& settings,
+                         Publish publish)
+    : cell_(cell),
+      covariance_(cell, calibration),
+      settings_(settings),
+      publish_(std::move(publish)) {}
 
 std::deque<JointSample>& GroundTruth::of(ArmRole role) {
   return role == ArmRole::replica ? replica_ : sensor_;
@@ -55,7 +33,7 @@ void GroundTruth::add(ArmRole role, const JointSample& sample) {
   samples.push_back(sample);
   if (replica_.empty() || sensor_.empty()) {
     // keep what may still be the earlier neighbour of a grid time
-    while (samples.size() > 2) samples.pop_front();
+    while (samples.size() > 3) samples.pop_front();
     return;
   }
   const std::int64_t period = settings_.period;
@@ -63,8 +41,8 @@ void GroundTruth::add(ArmRole role, const JointSample& sample) {
   if (next_ < first) next_ = (first + period - 1) / period * period;
   const std::int64_t last = std::min(replica_.back().utime, sensor_.back().utime);
   for (; next_ <= last; next_ += period) {
-    Interpolated replica;
-    Interpolated sensor;
+    ArmMoment replica;
+    ArmMoment sensor;
     if (interpolate_at(ArmRole::replica, next_, replica) &&
         interpolate_at(ArmRole::sensor, next_, sensor)) {
       publish(next_, replica, sensor);
@@ -74,34 +52,45 @@ void GroundTruth::add(ArmRole role, const JointSample& sample) {
   }
   for (const ArmRole role_of_queue : both_arms) {
     std::deque<JointSample>& queue = of(role_of_queue);
-    while (queue.size() > 1 && queue[1].utime <= next_) queue.pop_front();
+    // one more than is interpolated between: it shows the acceleration
+    while (queue.size() > 2 && queue[2].utime <= next_) queue.pop_front();
   }
 }
 
-bool GroundTruth::interpolate_at(ArmRole role, std::int64_t utime, Interpolated& result) {
+bool GroundTruth::interpolate_at(ArmRole role, std::int64_t utime, ArmMoment& result) {
   const std::deque<JointSample>& samples = of(role);
   std::size_t i = 0;
   while (i + 1 < samples.size() && samples[i + 1].utime <= utime) ++i;
   const JointSample& before = samples[i];
   if (before.utime > utime) return false;
-  if (before.utime == utime) {
-    result = {before.joints, before.sigma};
+  const bool exact = before.utime == utime;
+  if (i + 1 == samples.size()) {
+    if (!exact) return false;
+    result = {before.joints, {}, before.sigma, before.time_sigma};
+    for (std::size_t k = 0; k < 6 && i > 0; ++k) result.rate[k] = rate(samples[i - 1], before, k);
     return true;
   }
-  if (i + 1 == samples.size()) return false;
   const JointSample& after = samples[i + 1];
-  if (after.utime - before.utime > settings_.largest_gap) return false;
-  const double s =
-      static_cast<double>(utime - before.utime) / static_cast<double>(after.utime - before.utime);
+  if (!exact && after.utime - before.utime > settings_.largest_gap) return false;
+  const double gap = seconds(after.utime - before.utime);
+  const double s = seconds(utime - before.utime) / gap;
   for (std::size_t k = 0; k < 6; ++k) {
     result.joints[k] = before.joints[k] + s * (after.joints[k] - before.joints[k]);
-    result.sigma[k] = std::max(before.sigma[k], after.sigma[k]);
+    result.rate[k] = rate(before, after, k);
+    double bow = 0;
+    if (i > 0) {
+      const JointSample& earlier = samples[i - 1];
+      const double acceleration = (result.rate[k] - rate(earlier, before, k)) /
+                                  (0.5 * seconds(after.utime - earlier.utime));
+      bow = 0.5 * acceleration * s * (1 - s) * gap * gap;
+    }
+    result.sigma[k] = std::hypot(std::max(before.sigma[k], after.sigma[k]), bow);
   }
+  result.time_sigma = std::max(before.time_sigma, after.time_sigma);
   return true;
 }
 
-void GroundTruth::publish(std::int64_t utime, const Interpolated& replica,
-                          const Interpolated& sensor) {
+void GroundTruth::publish(std::int64_t utime, const ArmMoment& replica, const ArmMoment& sensor) {
   Truth truth;
   truth.utime = utime;
   truth.pose = cell_.relative_pose(replica.joints, sensor.joints);
@@ -109,18 +98,10 @@ void GroundTruth::publish(std::int64_t utime, const Interpolated& replica,
     recent_.pop_front();
   }
   if (!recent_.empty()) {
-    truth.velocity = velocity_between(recent_.front().pose, truth.pose,
-                                      static_cast<double>(utime - recent_.front().utime) * 1e-6);
+    truth.velocity =
+        velocity_between(recent_.front().pose, truth.pose, seconds(utime - recent_.front().utime));
   }
-  truth.covariance =
-      joint_covariance(cell_, {replica.joints, sensor.joints}, {replica.sigma, sensor.sigma});
-  Vector6d rate;
-  rate << truth.velocity.linear, truth.velocity.angular;
-  truth.covariance += settings_.time_sigma * settings_.time_sigma * rate * rate.transpose();
-  for (int i = 0; i < 3; ++i) {
-    truth.covariance(i, i) += settings_.position_sigma * settings_.position_sigma;
-    truth.covariance(i + 3, i + 3) += settings_.rotation_sigma * settings_.rotation_sigma;
-  }
+  truth.covariance = covariance_.at(replica, sensor);
   recent_.push_back(truth);
   publish_(truth);
 }

@@ -5,7 +5,7 @@
 #include <deque>
 #include <functional>
 
-#include "testbed/arm_pair.h"
+#include "testbed/truth_covariance.h"
 
 namespace berth::testbed {
 
@@ -13,7 +13,8 @@ namespace berth::testbed {
 struct JointSample {
   std::int64_t utime = 0;
   Joints joints{};
-  Joints sigma{};  ///< 1 sigma of each
+  Joints sigma{};         ///< 1 sigma of each
+  double time_sigma = 0;  ///< s, of utime
 };
 
 /// Where the replica was in the sensor frame.
@@ -27,34 +28,35 @@ struct Truth {
 /// Interpolates both arms' reported joints to one time, on a fixed grid of time: never
 /// extrapolated, and not across a gap in the readings. A grid time is given out as soon as both
 /// arms have a later sample.
+///
+/// Its covariance is the sum of what is uncertain by itself: the calibration; each encoder; the
+/// time of each arm's readings, times its joints' velocity; and the motion between two readings,
+/// which a straight line misses by a s (1 - s) h^2 / 2 at the share s of the gap h, with the
+/// acceleration a that this and the reading before show.
 class GroundTruth {
  public:
   struct Settings {
     std::int64_t period = 8000;            ///< us of the grid
     std::int64_t largest_gap = 60000;      ///< us between two samples that may be bridged
     std::int64_t velocity_window = 64000;  ///< us
-    double position_sigma = 1e-3;          ///< m, of the calibration, each axis
-    double rotation_sigma = 3.5e-4;        ///< rad
-    double time_sigma = 1e-3;              ///< s between the arms' clocks and the host's
   };
   using Publish = std::function<void(const Truth&)>;
 
-  GroundTruth(const Cell& cell, const Settings& settings, Publish publish);
+  /// Cell, calibrated, and calibration must outlive it.
+  GroundTruth(const Cell& cell, const Calibration& calibration, const Settings& settings,
+              Publish publish);
 
   /// Samples of one arm come in the order of their times; older ones are dropped.
   void add(ArmRole role, const JointSample& sample);
   std::int64_t skipped() const { return skipped_; }
 
  private:
-  struct Interpolated {
-    Joints joints{};
-    Joints sigma{};
-  };
   std::deque<JointSample>& of(ArmRole role);
-  bool interpolate_at(ArmRole role, std::int64_t utime, Interpolated& result);
-  void publish(std::int64_t utime, const Interpolated& replica, const Interpolated& sensor);
+  bool interpolate_at(ArmRole role, std::int64_t utime, ArmMoment& result);
+  void publish(std::int64_t utime, const ArmMoment& replica, const ArmMoment& sensor);
 
   const Cell& cell_;
+  TruthCovariance covariance_;
   Settings settings_;
   Publish publish_;
   std::deque<JointSample> replica_;
@@ -63,8 +65,5 @@ class GroundTruth {
   std::int64_t next_ = 0;
   std::int64_t skipped_ = 0;
 };
-
-/// Covariance of T_sensor_model from independent errors of both arms' joints (1 sigma each).
-Matrix6d joint_covariance(const Cell& cell, const ArmPair& joints, const ArmPair& sigma);
 
 }  // namespace berth::testbed

@@ -96,9 +96,6 @@ Settings load_settings(const std::filesystem::path& file) {
   s.truth.period = period(truth, "rate");
   s.truth.largest_gap = microseconds(truth, "largest_gap");
   s.truth.velocity_window = microseconds(truth, "velocity_window");
-  s.truth.position_sigma = positive(truth, "position_sigma", Dimension::length);
-  s.truth.rotation_sigma = positive(truth, "rotation_sigma", Dimension::angle);
-  s.truth.time_sigma = positive(truth, "time_sigma", Dimension::time);
   truth.finish();
 
   config.finish();

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the arms and the facility say, and whether the arms follow.
+#include <cmath>
+
 #include "testbed/testbed_node.h"
 
 namespace berth {
@@ -29,6 +31,13 @@ SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   }
 }
 
+/// Of utime, s. It comes from the controller's clock; where a driver knows none, all that is known
+/// is that the joints were read between sending and receiving.
+double time_sigma_of(const arm_state_t& state) {
+  if (state.clock_offset_sigma_s > 0) return state.clock_offset_sigma_s;
+  return seconds(state.utime_received - state.utime_sent) / std::sqrt(12.0);
+}
+
 }  // namespace
 
 void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
@@ -38,11 +47,12 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   if (state.valid == 0) return;
   look_at_report(role, state);
   JointSample sample;
-  sample.utime = state.utime;
+  sample.utime = state.utime + utime_from_seconds(calibration_.arm_time(role));
   for (std::size_t i = 0; i < 6; ++i) {
     sample.joints[i] = state.reported_joint[i];
     sample.sigma[i] = state.reported_joint_sigma[i];
   }
+  sample.time_sigma = time_sigma_of(state);
   reported_.of(role) = sample.joints;
   truth_.add(role, sample);
 

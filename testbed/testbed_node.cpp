@@ -5,7 +5,6 @@
 #include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 
-#include "common/core/sha256.h"
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
 
@@ -21,18 +20,19 @@ constexpr Utime longest_tick = 50 * millisecond;
 
 }  // namespace
 
-TestbedNode::TestbedNode(NodeSetup setup, Cell cell, Settings settings,
-                         std::string calibration_hash, Bus& bus, Loop& loop)
+TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings, Bus& bus,
+                         Loop& loop)
     : Node(std::move(setup), bus, loop),
-      cell_(std::move(cell)),
+      cell_(std::move(cell.cell)),
       settings_(std::move(settings)),
-      calibration_hash_(std::move(calibration_hash)),
+      calibration_(std::move(cell.calibration)),
       target_(cell_.target.mesh),
       clearance_(cell_, settings_.clearance),
       check_(cell_, settings_.path, clearance_),
       planner_(cell_, check_),
       commands_(cell_, settings_, planner_),
-      truth_(cell_, settings_.truth, [this](const Truth& truth) { publish_truth(truth); }),
+      truth_(cell_, calibration_, settings_.truth,
+             [this](const Truth& truth) { publish_truth(truth); }),
       guidance_(target_, settings_.guidance),
       safety_(settings_.safety),
       report_watch_{{"the replica arm", *cell_.replica.kinematics},
@@ -213,18 +213,10 @@ void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, U
 
 std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus,
                                         Loop& loop) {
-  const std::filesystem::path layout = run.layout_file();
-  const std::filesystem::path settings = run.config / "testbed.yaml";
-  Cell cell = load_cell(run);
-  // what truth rests on: the layout, its arms, and the sigmas
-  std::string hashes = sha256_of_file(layout) + sha256_of_file(settings);
-  Config files = Config::load(layout);
-  for (const ArmRole role : both_arms) {
-    hashes += sha256_of_file(run.config / files.section(name_of(role)).text("arm"));
-  }
-  Settings limits = load_settings(settings, cell);
-  return std::make_unique<TestbedNode>(std::move(setup), std::move(cell), std::move(limits),
-                                       sha256(hashes), bus, loop);
+  CalibratedCell cell = load_calibrated_cell(run);
+  Settings settings = load_settings(run.config / "testbed.yaml", cell.cell);
+  return std::make_unique<TestbedNode>(std::move(setup), std::move(cell), std::move(settings), bus,
+                                       loop);
 }
 
 }  // namespace berth

@@ -15,6 +15,7 @@
 #include "common/bus/node.h"
 #include "common/core/lease.h"
 #include "common/core/run_setup.h"
+#include "testbed/calibration/calibrated_cell.h"
 #include "testbed/command_planner.h"
 #include "testbed/report_watch.h"
 #include "testbed/trail.h"
@@ -37,8 +38,8 @@ namespace berth {
 /// holder, whose KEEP_LEASE may also change the speed override of the motion under way.
 class TestbedNode final : public Node {
  public:
-  TestbedNode(NodeSetup setup, Cell cell, testbed::Settings settings, std::string calibration_hash,
-              Bus& bus, Loop& loop);
+  TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
+              Loop& loop);
   ~TestbedNode() override;
 
  private:
@@ -106,7 +107,7 @@ class TestbedNode final : public Node {
 
   Cell cell_;
   testbed::Settings settings_;
-  std::string calibration_hash_;
+  testbed::Calibration calibration_;
   RayCaster target_;
   testbed::Clearance clearance_;
   testbed::PathCheck check_;
@@ -171,7 +172,7 @@ class TestbedNode final : public Node {
   Loop::TimerId state_timer_;
 };
 
-/// Reads the run's layout, target and config/testbed.yaml. @throws InputError.
+/// Reads the run's layout, target, calibration and config/testbed.yaml. @throws InputError.
 std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
 
 }  // namespace berth

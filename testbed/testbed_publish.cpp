@@ -39,8 +39,8 @@ void TestbedNode::publish_truth(const Truth& truth) {
     message.linear_velocity_m_s[i] = truth.velocity.linear[i];
     message.angular_velocity_rad_s[i] = truth.velocity.angular[i];
   }
-  message.basis = "nominal";
-  message.calibration_hash = calibration_hash_;
+  message.basis = calibration_.basis;
+  message.calibration_hash = calibration_.hash;
   bus().publish(channels::ground_truth, message);
 }
 

@@ -20,16 +20,13 @@ void set_motion(Message& message, const Pose& pose, const Velocity& velocity) {
   Vector3d::Map(message.angular_velocity_rad_s) = velocity.angular;
 }
 
-/// Of truth: calibration and the clocks; the encoders add little.
-Matrix6d covariance_of(const testbed::GroundTruth::Settings& truth, const Velocity& velocity) {
-  Vector6d rate;
-  rate << velocity.linear, velocity.angular;
-  Matrix6d covariance = truth.time_sigma * truth.time_sigma * rate * rate.transpose();
-  for (int i = 0; i < 3; ++i) {
-    covariance(i, i) += truth.position_sigma * truth.position_sigma;
-    covariance(i + 3, i + 3) += truth.rotation_sigma * truth.rotation_sigma;
-  }
-  return covariance;
+/// One arm on its way between two moments. The encoders add little to what the calibration leaves
+/// in doubt.
+testbed::ArmMoment moment_of(const Joints& before, const Joints& joints, double dt) {
+  testbed::ArmMoment moment;
+  moment.joints = joints;
+  for (std::size_t i = 0; i < 6 && dt > 0; ++i) moment.rate[i] = (joints[i] - before[i]) / dt;
+  return moment;
 }
 
 pose_estimate_t right_estimate(const Moment& moment, const Velocity& velocity,
@@ -77,6 +74,7 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
   record.add(info);
   record.add(state_of(rehearsal));
 
+  testbed::TruthCovariance doubt(rig.cell, rig.calibration);
   const auto& moments = rehearsal.moments();
   double next_estimate = 0;
   std::int64_t seq = 0;
@@ -86,7 +84,9 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
     const double dt = moment.time - before.time;
     if (i > 0 && utime_of(moment.time) == utime_of(before.time)) continue;
     const Velocity velocity = dt > 0 ? velocity_between(before.pose, moment.pose, dt) : Velocity{};
-    const Matrix6d covariance = covariance_of(rig.settings.truth, velocity);
+    const Matrix6d covariance =
+        doubt.at(moment_of(before.joints.replica, moment.joints.replica, dt),
+                 moment_of(before.joints.sensor, moment.joints.sensor, dt));
     ground_truth_t truth{};
     truth.utime = utime_of(moment.time);
     truth.seq = static_cast<std::int64_t>(i);

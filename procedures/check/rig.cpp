@@ -3,9 +3,10 @@
 
 namespace berth::procedures {
 
-Rig::Rig(const RunSetup& run)
+Rig::Rig(const RunSetup& run, testbed::CalibratedCell calibrated)
     : setup(run),
-      cell(load_cell(run)),
+      calibration(std::move(calibrated.calibration)),
+      cell(std::move(calibrated.cell)),
       settings(testbed::load_settings(run.config / "testbed.yaml", cell)),
       clearance(cell, settings.clearance),
       path_check(cell, settings.path, clearance),

@@ -5,6 +5,7 @@
 #include "common/core/ray_caster.h"
 #include "common/core/run_setup.h"
 #include "estimator/estimator_options.h"
+#include "testbed/calibration/calibrated_cell.h"
 #include "testbed/command_planner.h"
 
 namespace berth::procedures {
@@ -13,11 +14,12 @@ namespace berth::procedures {
 /// the nodes read and build them.
 struct Rig {
   /// @throws InputError.
-  explicit Rig(const RunSetup& setup);
+  explicit Rig(const RunSetup& run) : Rig(run, testbed::load_calibrated_cell(run)) {}
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
   RunSetup setup;
+  testbed::Calibration calibration;
   Cell cell;
   testbed::Settings settings;
   testbed::Clearance clearance;
@@ -33,6 +35,9 @@ struct Rig {
   double scan_period(int returns) const;
   /// s that an acquisition scans when the first look finds the target.
   double acquisition_time() const;
+
+ private:
+  Rig(const RunSetup& run, testbed::CalibratedCell calibrated);
 };
 
 }  // namespace berth::procedures

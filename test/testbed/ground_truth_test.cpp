@@ -2,6 +2,7 @@
 #include "testbed/ground_truth.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "common/core/random.h"
 #include "test/catch.h"
@@ -12,6 +13,12 @@ namespace {
 const Cell& range_cell() {
   static const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
   return cell;
+}
+
+/// Nothing of the cell is in doubt.
+const Calibration& certain() {
+  static const Calibration calibration;
+  return calibration;
 }
 
 /// Both arms move at constant joint rates, so that linear interpolation is exact.
@@ -39,7 +46,7 @@ TEST_CASE("truth is exact between samples however they come, and never ahead of 
     std::int64_t last[2] = {0, 0};
     std::int64_t newest = -1;
     int published = 0;
-    GroundTruth truth(range_cell(), {}, [&](const Truth& t) {
+    GroundTruth truth(range_cell(), certain(), {}, [&](const Truth& t) {
       ++published;
       CHECK(t.utime % 8000 == 0);
       CHECK(t.utime <= std::min(last[0], last[1]));
@@ -61,7 +68,7 @@ TEST_CASE("truth is exact between samples however they come, and never ahead of 
 
 TEST_CASE("a gap in one arm's samples is not bridged") {
   std::vector<std::int64_t> times;
-  GroundTruth truth(range_cell(), {}, [&](const Truth& t) { times.push_back(t.utime); });
+  GroundTruth truth(range_cell(), certain(), {}, [&](const Truth& t) { times.push_back(t.utime); });
   for (std::int64_t t = 0; t <= 1000000; t += 10000) {
     truth.add(ArmRole::replica, sample_at(ArmRole::replica, t));
     if (t <= 400000 || t >= 600000) truth.add(ArmRole::sensor, sample_at(ArmRole::sensor, t));
@@ -73,7 +80,7 @@ TEST_CASE("a gap in one arm's samples is not bridged") {
 
 TEST_CASE("samples out of order or repeated change nothing") {
   int published = 0;
-  GroundTruth truth(range_cell(), {}, [&](const Truth&) { ++published; });
+  GroundTruth truth(range_cell(), certain(), {}, [&](const Truth&) { ++published; });
   for (std::int64_t t = 0; t <= 100000; t += 10000) {
     for (const ArmRole role : both_arms) {
       truth.add(role, sample_at(role, t));
@@ -86,7 +93,7 @@ TEST_CASE("samples out of order or repeated change nothing") {
 
 TEST_CASE("velocity is that of the relative pose") {
   Truth last;
-  GroundTruth truth(range_cell(), {}, [&](const Truth& t) { last = t; });
+  GroundTruth truth(range_cell(), certain(), {}, [&](const Truth& t) { last = t; });
   for (std::int64_t t = 0; t <= 500000; t += 10000) {
     for (const ArmRole role : both_arms) truth.add(role, sample_at(role, t));
   }
@@ -100,25 +107,35 @@ TEST_CASE("velocity is that of the relative pose") {
   CHECK((last.velocity.angular - expected.angular).norm() < 0.02 * expected.angular.norm());
 }
 
-TEST_CASE("the joints' covariance is what random joint errors make of the relative pose") {
+TEST_CASE("the readings' covariance is what random errors of joints and times make of the pose") {
+  ArmMoment replica;
+  ArmMoment sensor;
   const ArmPair joints = joints_at(300000);
-  ArmPair sigma;
+  replica.joints = joints.replica;
+  sensor.joints = joints.sensor;
   for (std::size_t i = 0; i < 6; ++i) {
-    sigma.replica[i] = 1e-4 * static_cast<double>(i + 1);
-    sigma.sensor[i] = 2e-4;
+    replica.sigma[i] = 1e-4 * static_cast<double>(i + 1);
+    sensor.sigma[i] = 2e-4;
+    replica.rate[i] = 0.1 * std::cos(static_cast<double>(i));
+    sensor.rate[i] = -0.2;
   }
-  const Matrix6d covariance = joint_covariance(range_cell(), joints, sigma);
+  replica.time_sigma = 2e-3;
+  sensor.time_sigma = 1e-3;
+  const Matrix6d covariance =
+      reading_covariance(relative_jacobian(range_cell(), joints), replica, sensor);
   Random random(2, "joint errors");
   const Pose mean = range_cell().relative_pose(joints.replica, joints.sensor);
   Matrix6d sum = Matrix6d::Zero();
   constexpr int trials = 20000;
+  const auto drawn = [&](const ArmMoment& arm) {
+    Joints q = arm.joints;
+    const double late = random.normal(arm.time_sigma);
+    for (std::size_t i = 0; i < 6; ++i) q[i] += random.normal(arm.sigma[i]) + late * arm.rate[i];
+    return q;
+  };
   for (int n = 0; n < trials; ++n) {
-    ArmPair q = joints;
-    for (std::size_t i = 0; i < 6; ++i) {
-      q.replica[i] += random.normal(sigma.replica[i]);
-      q.sensor[i] += random.normal(sigma.sensor[i]);
-    }
-    const Vector6d d = difference(mean, range_cell().relative_pose(q.replica, q.sensor));
+    const Joints q = drawn(replica);
+    const Vector6d d = difference(mean, range_cell().relative_pose(q, drawn(sensor)));
     sum += d * d.transpose();
   }
   sum /= trials;
@@ -127,6 +144,35 @@ TEST_CASE("the joints' covariance is what random joint errors make of the relati
   CHECK(solver.eigenvalues().minCoeff() > 0);
   const Matrix6d root = solver.operatorInverseSqrt();
   CHECK((root * sum * root - Matrix6d::Identity()).cwiseAbs().maxCoeff() < 0.06);
+}
+
+TEST_CASE("what a straight line between readings misses is in truth's covariance") {
+  // Joint 1 of the replica arm speeds up; everything else is known well.
+  constexpr double acceleration = 2;  // rad/s^2
+  const auto turned = [&](std::int64_t utime) {
+    const double t = 1e-6 * static_cast<double>(utime);
+    Joints joints = range_cell().replica.home;
+    joints[0] += 0.5 * acceleration * t * t;
+    return joints;
+  };
+  int between = 0;
+  GroundTruth truth(range_cell(), certain(), {}, [&](const Truth& t) {
+    if (t.utime < 100000) return;  // the first readings show no acceleration yet
+    const Pose right = range_cell().relative_pose(turned(t.utime), range_cell().sensor.home);
+    const double error = distance(right, t.pose);
+    const double sigma = std::sqrt(t.covariance.topLeftCorner<3, 3>().trace());
+    CHECK(sigma == Approx(error).epsilon(0.02).margin(1e-8));
+    if (error > 1e-4) ++between;
+  });
+  for (std::int64_t t = 0; t <= 500000; t += 50000) {
+    for (const ArmRole role : both_arms) {
+      JointSample sample;
+      sample.utime = t;
+      sample.joints = role == ArmRole::replica ? turned(t) : range_cell().sensor.home;
+      truth.add(role, sample);
+    }
+  }
+  CHECK(between > 20);
 }
 
 }  // namespace

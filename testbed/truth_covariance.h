@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "testbed/calibration/calibration.h"
+
+namespace berth::testbed {
+
+/// One arm at a time between two of its readings.
+struct ArmMoment {
+  Joints joints{};
+  Joints rate{};          ///< per second
+  Joints sigma{};         ///< 1 sigma of each joint by itself: encoder and interpolation
+  double time_sigma = 0;  ///< s, of the time at which the joints were so
+};
+
+/// Columns: the replica arm's joints, then the sensor arm's.
+using RelativeJacobian = Eigen::Matrix<double, 6, 12>;
+
+/// How T_sensor_model changes with both arms' joints; see perturbed() for its rows.
+RelativeJacobian relative_jacobian(const Cell& cell, const ArmPair& joints);
+
+/// Covariance of T_sensor_model from what is uncertain in two readings: each joint by itself, and
+/// each arm's time, which is one error for all of its joints.
+Matrix6d reading_covariance(const RelativeJacobian& jacobian, const ArmMoment& replica,
+                            const ArmMoment& sensor);
+
+/// Covariance of T_sensor_model with what the calibration leaves in doubt: geometry and the arms'
+/// time offsets, with how the two hang together. The geometry's part changes slowly with the
+/// joints and is worked out anew when one has moved far enough to change it by about half a
+/// per cent.
+class TruthCovariance {
+ public:
+  /// Both must outlive it.
+  TruthCovariance(const Cell& calibrated, const Calibration& calibration);
+
+  Matrix6d at(const ArmMoment& replica, const ArmMoment& sensor);
+
+ private:
+  using ByTime = Eigen::Matrix<double, 6, 2>;  // replica, sensor
+  void look(const ArmPair& joints);
+
+  const Cell& cell_;
+  const Calibration& calibration_;
+  Eigen::Matrix2d time_;
+  bool looked_ = false;
+  ArmPair looked_at_;
+  Matrix6d geometry_;
+  ByTime geometry_with_time_;
+};
+
+}  // namespace berth::testbed
