@@ -2,6 +2,8 @@
 #include "testbed/command_planner.h"
 
 #include "common/core/text.h"
+#include "testbed/guidance/forecast.h"
+#include "testbed/guidance/outside.h"
 
 namespace berth::testbed {
 namespace {
@@ -26,6 +28,36 @@ class HeldPath final : public RelativePath {
   Pose pose_;
 };
 
+/// Waypoints that make a path from `start`, or why they do not. what: for messages.
+std::variant<std::shared_ptr<const WaypointPath>, std::string> path_of(
+    const std::vector<waypoint_t>& list, const Pose& start, const std::string& what,
+    const std::string& beginning) {
+  std::vector<WaypointPath::Waypoint> waypoints;
+  for (const waypoint_t& waypoint : list) {
+    const auto pose = pose_of(waypoint.position_m, waypoint.q_wxyz);
+    const std::string name = "waypoint " + std::to_string(waypoints.size() + 1);
+    if (!pose) return name + " is not a pose";
+    if (waypoints.empty() && waypoint.time_s > 0) waypoints.push_back({0, start});
+    if (!(waypoint.time_s >= 0) ||
+        (!waypoints.empty() && waypoint.time_s <= waypoints.back().time)) {
+      return name + " is not later than the one before";
+    }
+    if (waypoints.empty()) {
+      constexpr double near_m = 0.005;
+      constexpr double near_rad = 0.01;
+      if (distance(start, *pose) > near_m || angle_between(start, *pose) > near_rad) {
+        return what + " begins " + fixed(1e3 * distance(start, *pose), 0) + " mm and " +
+               fixed(degrees(angle_between(start, *pose)), 1) + " deg away from " + beginning;
+      }
+      waypoints.push_back({0, start});
+    } else {
+      waypoints.push_back({waypoint.time_s, *pose});
+    }
+  }
+  if (waypoints.size() < 2) return what + " needs a waypoint with a time above 0";
+  return std::make_shared<const WaypointPath>(std::move(waypoints));
+}
+
 std::string text_of(const Refusal& refusal, double speed) {
   if (refusal.passing_rate <= 0) return refusal.text;
   return refusal.text + "; it passes at " + fixed(100 * refusal.passing_rate, 1) +
@@ -36,13 +68,13 @@ std::string text_of(const Refusal& refusal, double speed) {
 }  // namespace
 
 bool is_motion(const testbed_command_t& command) {
-  return command.command >= testbed_command_t::MOVE &&
-         command.command <= testbed_command_t::STATION_KEEP;
+  return command.command >= testbed_command_t::MOVE && command.command <= testbed_command_t::GUIDED;
 }
 
 bool is_closed_loop(const testbed_command_t& command) {
   return command.command == testbed_command_t::APPROACH ||
-         command.command == testbed_command_t::STATION_KEEP;
+         command.command == testbed_command_t::STATION_KEEP ||
+         command.command == testbed_command_t::GUIDED;
 }
 
 std::string CommandPlanner::limits_of(const testbed_command_t& command,
@@ -70,13 +102,20 @@ CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, co
   }
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
   const bool by_estimate = is_closed_loop(command);
-  Path path = by_estimate ? closed_loop(command, from, now, guidance)
+  Plan plan;
+  Path path = by_estimate ? closed_loop(command, from, now, guidance, plan)
               : command.command == testbed_command_t::MOVE ? move(command, from)
                                                            : trajectory(command, from);
-  if (const auto* refusal = std::get_if<std::string>(&path)) return *refusal;
+  if (const auto* refusal = std::get_if<std::string>(&path)) {
+    if (by_estimate) guidance.stop();
+    return *refusal;
+  }
   MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
                                                start, static_cast<FrozenArm>(command.frozen_arm));
-  if (auto* plan = std::get_if<MotionPlanner::Plan>(&result)) return std::move(*plan);
+  if (auto* arms = std::get_if<MotionPlanner::Plan>(&result)) {
+    plan.arms = std::move(*arms);
+    return plan;
+  }
   if (by_estimate) guidance.stop();
   return text_of(std::get<Refusal>(result), command.speed_m_s);
 }
@@ -93,46 +132,42 @@ CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
 
 CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
                                                 const Pose& from) const {
-  std::vector<WaypointPath::Waypoint> waypoints;
-  for (const waypoint_t& waypoint : command.waypoints) {
-    const auto pose = pose_of(waypoint.position_m, waypoint.q_wxyz);
-    const std::string name = "waypoint " + std::to_string(waypoints.size() + 1);
-    if (!pose) return name + " is not a pose";
-    if (waypoints.empty() && waypoint.time_s > 0) waypoints.push_back({0, from});
-    if (!(waypoint.time_s >= 0) ||
-        (!waypoints.empty() && waypoint.time_s <= waypoints.back().time)) {
-      return name + " is not later than the one before";
-    }
-    if (waypoints.empty()) {
-      constexpr double near_m = 0.005;
-      constexpr double near_rad = 0.01;
-      if (distance(from, *pose) > near_m || angle_between(from, *pose) > near_rad) {
-        return "the trajectory begins " + fixed(1e3 * distance(from, *pose), 0) + " mm and " +
-               fixed(degrees(angle_between(from, *pose)), 1) +
-               " deg away from where the arms are: move there first";
-      }
-      waypoints.push_back({0, from});
-    } else {
-      waypoints.push_back({waypoint.time_s, *pose});
-    }
-  }
-  if (waypoints.size() < 2) return "a trajectory needs a waypoint with a time above 0";
-  return std::make_shared<const WaypointPath>(std::move(waypoints));
+  auto path =
+      path_of(command.waypoints, from, "the trajectory", "where the arms are: move there first");
+  if (auto* wrong = std::get_if<std::string>(&path)) return std::move(*wrong);
+  return std::get<std::shared_ptr<const WaypointPath>>(path);
 }
 
 CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& command,
                                                  const Pose& commanded, std::int64_t now,
-                                                 Guidance& guidance) const {
+                                                 Guidance& guidance, Plan& plan) const {
   RelativeLimits limits;
   const std::string wrong = limits_of(command, limits);
   if (!wrong.empty()) return wrong;
-  if (command.command == testbed_command_t::STATION_KEEP) {
+  if (!command.waypoints.empty()) {
+    auto motion =
+        path_of(command.waypoints, Pose{}, "the target's own motion", "where the target is");
+    if (auto* bad = std::get_if<std::string>(&motion)) return std::move(*bad);
+    plan.target_motion = std::get<std::shared_ptr<const WaypointPath>>(std::move(motion));
+  }
+  const auto with_motion = [&](std::shared_ptr<const RelativePath> path) -> Path {
+    if (!plan.target_motion) return path;
+    return std::make_shared<const MovingTargetPath>(std::move(path), plan.target_motion);
+  };
+  if (command.command == testbed_command_t::GUIDED) {
+    plan.steering = std::make_shared<OutsideFlight>(
+        command.guidance.empty() ? command.commander : command.guidance, limits, commanded);
+    return with_motion(std::make_shared<const HeldPath>(commanded));
+  }
+  const bool keep = command.command == testbed_command_t::STATION_KEEP;
+  if (!keep && !(command.standoff_m > 0)) return "the standoff must be positive";
+  if (!command.guidance.empty()) return flight(command, commanded, now, guidance, limits, plan);
+  if (keep) {
     const auto wanted = pose_of(command.position_m, command.q_wxyz);
     if (!wanted) return "the pose to keep is not a pose";
     if (const auto reason = guidance.keep(now, commanded, *wanted, limits)) return *reason;
-    return std::make_shared<const HeldPath>(commanded);
+    return with_motion(std::make_shared<const HeldPath>(commanded));
   }
-  if (!(command.standoff_m > 0)) return "the standoff must be positive";
   // A place in front of the sensor is the docking interface's at the end.
   std::optional<Docking> docking;
   if (command.position_m[2] > 0) {
@@ -144,7 +179,41 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& comman
   if (const auto reason = guidance.approach(now, commanded, command.standoff_m, limits, docking)) {
     return *reason;
   }
-  return std::make_shared<const StraightPath>(commanded, guidance.predicted_end(), limits);
+  return with_motion(
+      std::make_shared<const StraightPath>(commanded, guidance.predicted_end(), limits));
+}
+
+CommandPlanner::Path CommandPlanner::flight(const testbed_command_t& command, const Pose& commanded,
+                                            std::int64_t now, const Guidance& guidance,
+                                            const RelativeLimits& limits, Plan& plan) const {
+  const auto profile = settings_.profiles.find(command.guidance);
+  if (profile == settings_.profiles.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, other] : settings_.profiles) names.push_back(name);
+    return "config/guidance has no '" + command.guidance + "'; it has " + joined(names);
+  }
+  Flight::Order order;
+  order.limits = limits;
+  if (command.command == testbed_command_t::STATION_KEEP) {
+    const auto wanted = pose_of(command.position_m, command.q_wxyz);
+    if (!wanted) return "the pose to keep is not a pose";
+    order.keep = true;
+    order.pose = *wanted;
+  } else {
+    order.standoff = command.standoff_m;
+    order.dock = command.position_m[2] > 0;
+  }
+  const ApproachTarget target{&surface_, cell_.target.has_docking_interface, cell_.target.docking};
+  auto begun = Flight::begin(profile->second, target, settings_.guidance, order, now, commanded,
+                             guidance.history(), guidance.estimate());
+  if (auto* reason = std::get_if<std::string>(&begun)) return std::move(*reason);
+  auto steering = std::get<std::shared_ptr<Flight>>(std::move(begun));
+  auto path = forecast(*steering, plan.target_motion, now, settings_.dead_time);
+  if (auto* reason = std::get_if<std::string>(&path)) return std::move(*reason);
+  auto flown = std::get<std::shared_ptr<const RelativePath>>(std::move(path));
+  steering->expect(flown->duration());
+  plan.steering = std::move(steering);
+  return flown;
 }
 
 }  // namespace berth::testbed

@@ -7,6 +7,8 @@
 #include <variant>
 
 #include "testbed/guidance.h"
+#include "testbed/guidance/steering.h"
+#include "testbed/guidance/target_motion.h"
 #include "testbed/motion_planner.h"
 #include "testbed/settings.h"
 
@@ -17,12 +19,18 @@ namespace berth::testbed {
 class CommandPlanner {
  public:
   CommandPlanner(const Cell& cell, const Settings& settings, const MotionPlanner& planner)
-      : cell_(cell), settings_(settings), planner_(planner) {}
+      : cell_(cell), settings_(settings), planner_(planner), surface_(cell.target.mesh) {}
 
-  using Result = std::variant<MotionPlanner::Plan, std::string>;
+  struct Plan {
+    MotionPlanner::Plan arms;
+    std::shared_ptr<Steering> steering;  ///< closed loop but by the testbed's own guidance
+    TargetMotion target_motion;          ///< closed loop
+  };
+  using Result = std::variant<Plan, std::string>;
 
-  /// MOVE, TRAJECTORY, APPROACH or STATION_KEEP, from where the arms stand. The last two begin in
-  /// guidance, which is stopped again when they are refused; their motion is the one predicted.
+  /// Any motion, from where the arms stand. Closed loops by the testbed's own guidance begin in it,
+  /// and it is stopped again when they are refused; those by a profile are flown to their end
+  /// first, with perfect estimates. Their motion is the one predicted.
   /// @param now us, on guidance's clock
   Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
               Guidance& guidance) const;
@@ -36,16 +44,19 @@ class CommandPlanner {
   Path move(const testbed_command_t& command, const Pose& from) const;
   Path trajectory(const testbed_command_t& command, const Pose& from) const;
   Path closed_loop(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
-                   Guidance& guidance) const;
+                   Guidance& guidance, Plan& plan) const;
+  Path flight(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+              const Guidance& guidance, const RelativeLimits& limits, Plan& plan) const;
 
   const Cell& cell_;
   const Settings& settings_;
   const MotionPlanner& planner_;
+  RayCaster surface_;  // of the target, model frame
 };
 
 /// Whether the command is one of those that plan() takes.
 bool is_motion(const testbed_command_t& command);
-/// APPROACH and STATION_KEEP.
+/// APPROACH, STATION_KEEP and GUIDED.
 bool is_closed_loop(const testbed_command_t& command);
 
 }  // namespace berth::testbed

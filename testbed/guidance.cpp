@@ -65,6 +65,10 @@ std::optional<Pose> Guidance::commanded_at(std::int64_t t) const {
   return interpolate(before->second, after->second, s);
 }
 
+void Guidance::note_target_moved(const Pose& moved) {
+  for (auto& [time, pose] : history_) pose = pose * moved;
+}
+
 std::optional<std::int64_t> Guidance::estimate_age(std::int64_t now) const {
   if (!estimate_) return std::nullopt;
   return now - estimate_->utime;
@@ -211,6 +215,24 @@ double Guidance::progress() const {
 
 double Guidance::remaining() const { return std::max(0.0, travel_.duration() - time_); }
 
+GuidanceReport Guidance::report() const {
+  using Does = GuidanceReport::Phase;
+  GuidanceReport report;
+  report.law = "kinematic";
+  if (!active_) return report;
+  const Pose expected = reference(travel_.position(time_));
+  report.phase = !reason_.empty() ? Does::holding
+                 : keeping_       ? Does::station_keeping
+                                  : Does::approaching;
+  report.reason = reason_;
+  report.range = keeping_ ? surface_distance(expected) : distance_to_go(expected) + standoff_;
+  report.wanted_closing_speed = travel_.speed(time_);
+  report.closing_speed = scale_.rate() * report.wanted_closing_speed;
+  report.misalignment = (filtered_ - bias_).tail<3>().norm();
+  report.orbit_time = time_;
+  return report;
+}
+
 Guidance::Output Guidance::step(std::int64_t now, double dt) {
   Output output;
   std::string reason = unusable(now);
@@ -223,6 +245,7 @@ Guidance::Output Guidance::step(std::int64_t now, double dt) {
   } else if (holding_since_ == 0) {
     holding_since_ = now;
   }
+  reason_ = reason;
   scale_.set_target(reason.empty() && !held_ ? override_ : 0);
   time_ += scale_.advance(dt);
   if (reason.empty() && !held_) {

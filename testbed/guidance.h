@@ -8,19 +8,11 @@
 
 #include "common/core/pose.h"
 #include "common/core/ray_caster.h"
+#include "testbed/guidance/steering.h"
 #include "testbed/motion_profile.h"
 #include "testbed/relative_path.h"
 
 namespace berth::testbed {
-
-/// What the estimator says, as far as guidance cares.
-struct Estimate {
-  std::int64_t utime = 0;
-  Pose pose;                   ///< T_sensor_model
-  bool usable = false;         ///< status OK
-  std::string status;          ///< why not, for the operator
-  bool attitude_known = true;  ///< well enough to be steered by
-};
 
 /// Where an approach is to end other than by the nearest surface: a point of the target, model
 /// frame, at a place in the sensor frame.
@@ -65,6 +57,12 @@ class Guidance {
       : target_(target), settings_(settings), scale_(settings.hold_settling) {}
 
   void on_estimate(const Estimate& estimate);
+  const std::optional<Estimate>& estimate() const { return estimate_; }
+  /// What was commanded lately, T_sensor_model, oldest first.
+  const std::deque<std::pair<std::int64_t, Pose>>& history() const { return history_; }
+  /// The target has moved by itself, to this pose in its frame before; at rest again.
+  void note_target_moved(const Pose& moved);
+  GuidanceReport report() const;
   /// Age of the last estimate, us; nothing before the first.
   std::optional<std::int64_t> estimate_age(std::int64_t now) const;
 
@@ -129,6 +127,7 @@ class Guidance {
   std::int64_t holding_since_ = 0;        // 0: not holding
   std::int64_t arrived_ = 0;              // 0: not yet
   std::string disbelief_;
+  std::string reason_;  // of holding
 };
 
 }  // namespace berth::testbed

@@ -23,6 +23,18 @@ std::int64_t period(Config& config, const std::string& key) {
   return std::llround(1e6 / positive(config, key, Dimension::frequency));
 }
 
+/// Every profile of the folder, by name.
+std::map<std::string, GuidanceProfile> load_profiles(const std::filesystem::path& folder) {
+  std::map<std::string, GuidanceProfile> profiles;
+  if (!std::filesystem::is_directory(folder)) return profiles;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".yaml") continue;
+    GuidanceProfile profile = load_guidance_profile(entry.path());
+    profiles.emplace(profile.name, std::move(profile));
+  }
+  return profiles;
+}
+
 }  // namespace
 
 Settings load_settings(const std::filesystem::path& file) {
@@ -76,6 +88,7 @@ Settings load_settings(const std::filesystem::path& file) {
   s.guidance.largest_angular_correction =
       positive(guidance, "largest_angular_correction", Dimension::angle);
   guidance.finish();
+  s.profiles = load_profiles(file.parent_path() / "guidance");
 
   Config safety = config.section("safety");
   s.safety.arm_silence = microseconds(safety, "arm_silence");

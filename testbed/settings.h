@@ -2,17 +2,21 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "testbed/clearance.h"
 #include "testbed/estimate_watch.h"
 #include "testbed/ground_truth.h"
 #include "testbed/guidance.h"
+#include "testbed/guidance/profile.h"
 #include "testbed/path_check.h"
 #include "testbed/safety.h"
 
 namespace berth::testbed {
 
-/// Everything in config/testbed.yaml. Times in us, the rest SI.
+/// Everything in config/testbed.yaml, and the profiles of config/guidance. Times in us, the rest
+/// SI.
 struct Settings {
   std::int64_t setpoint_period = 16667;
   std::int64_t dead_time = 150000;
@@ -29,6 +33,7 @@ struct Settings {
   PathLimits path;
   Clearance::Limits clearance;
   Guidance::Settings guidance;
+  std::map<std::string, GuidanceProfile> profiles;  ///< by name
   SafetySupervisor::Settings safety;
   EstimateWatch::Settings estimate_watch;
   double least_clearance = 0.05;  ///< m between bodies of different parties, for arms that move

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Estimates in, guided set-points out.
+// The closed loop: estimates and outside set-points in, guided poses out.
+#include <cmath>
+
+#include "common/core/text.h"
+#include "testbed/guidance/outside.h"
 #include "testbed/testbed_node.h"
 
 namespace berth {
@@ -9,6 +13,9 @@ using namespace testbed;
 namespace {
 
 constexpr Utime instant_check_period = 200 * millisecond;
+/// What an estimate's own covariance does not know of: calibration, timing.
+constexpr double least_position_sigma = 0.002;
+constexpr double least_rotation_sigma = radians(0.05);
 
 std::string status_name(std::int8_t status) {
   switch (status) {
@@ -47,16 +54,75 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   for (int i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
   estimate.attitude_known =
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
+  estimate.rotation_sigma = std::max(least_rotation_sigma, std::sqrt(variance));
+  variance = 0;
+  for (int i = 0; i < 3; ++i) variance = std::max(variance, message.covariance[7 * i]);
+  estimate.position_sigma = std::max(least_position_sigma, std::sqrt(variance));
   guidance_.on_estimate(estimate);
+  if (task_.steering) task_.steering->on_estimate(estimate);
   look_at_estimate(message, estimate);
 }
 
+/// Who may steer: the commander that the GUIDED command named, within its session and its time.
+void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
+  const auto outside = std::dynamic_pointer_cast<OutsideFlight>(task_.steering);
+  std::string wrong;
+  OutsideSetpoint obeyed{setpoint.utime_expires,
+                         {Vector3d::Map(setpoint.linear_velocity_m_s),
+                          Vector3d::Map(setpoint.angular_velocity_rad_s)}};
+  if (setpoint.session != session()) {
+    wrong = "belongs to session " + std::to_string(setpoint.session);
+  } else if (!outside) {
+    return;  // nobody asked
+  } else if (setpoint.commander != outside->commander()) {
+    wrong = "is not from '" + outside->commander() + "', who steers";
+  } else if (now() > setpoint.utime_expires) {
+    wrong = "came " + fixed(seconds(now() - setpoint.utime_expires), 1) + " s too late";
+  } else if (!obeyed.velocity.linear.allFinite() || !obeyed.velocity.angular.allFinite()) {
+    wrong = "has a velocity that is not a number";
+  } else {
+    refused_setpoint_.clear();
+    return outside->obey(obeyed);
+  }
+  count("setpoints_refused", ++setpoints_refused_);
+  wrong = "a set-point of '" + setpoint.commander + "' " + wrong + " and moves nothing";
+  if (setpoint.commander == refused_setpoint_) return;  // said once
+  refused_setpoint_ = setpoint.commander;
+  event(event_t::WARNING, "setpoint-refused", wrong);
+}
+
 void TestbedNode::run_closed_loop(double dt) {
-  guidance_.set_held(held_ || stopping_ || verdict_.level != Level::good);
-  const Guidance::Output output = guidance_.step(now(), dt);
+  const bool rest = held_ || stopping_ || verdict_.level != Level::good;
+  scale_.set_target(rest ? 0 : override_);
+  const double flown = scale_.advance(dt);
+  task_.time += flown;
+  Pose wanted;
+  double progress = 0;
+  Steering::Phase phase = Steering::Phase::flying;
+  std::string why;
+  if (task_.steering) {
+    Steering::Output output = task_.steering->step(now(), flown);
+    wanted = output.commanded;
+    progress = output.progress;
+    phase = output.phase;
+    why = std::move(output.reason);
+  } else {
+    guidance_.set_held(rest);
+    Guidance::Output output = guidance_.step(now(), dt);
+    wanted = output.commanded;
+    progress = output.progress;
+    why = std::move(output.reason);
+    if (output.phase == Guidance::Phase::holding) phase = Steering::Phase::holding;
+    if (output.phase == Guidance::Phase::done) phase = Steering::Phase::done;
+    if (output.phase == Guidance::Phase::gave_up && !held_) {
+      held_ = true;
+      hold_reason_ = why;
+      event(event_t::ERROR, "gave-up", why);
+    }
+  }
+  wanted = wanted * target_at(task_.target_motion, task_.time);
   std::string reason;
-  const auto joints =
-      task_.allocation->joints(output.commanded, output.progress, commanded_, &reason);
+  const auto joints = task_.allocation->joints(wanted, progress, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
   if (largest_change(*joints, commanded_) > settings_.path.largest_step) {
     return stop_arms("motion-failed", "an arm would have to change its configuration");
@@ -68,27 +134,33 @@ void TestbedNode::run_closed_loop(double dt) {
   }
   stream(*joints, settings_.setpoint_lifetime);
   trail_.add(*joints);
+  follow_guidance(phase, why);
+}
+
+/// What guidance says of the closed loop: it holds by itself, is done, or has given it up.
+void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
-    if (guidance_.at_rest()) end_task(false);
+    const bool at_rest = task_.steering ? scale_.at_rest() : guidance_.at_rest();
+    if (at_rest) end_task(false);
     return;
   }
   const std::string before = guidance_reason_;
-  guidance_reason_ = output.phase == Guidance::Phase::holding ? output.reason : "";
+  guidance_reason_ = phase == Steering::Phase::holding ? reason : "";
   if (before.empty() != guidance_reason_.empty()) {
     if (guidance_reason_.empty()) {
-      event(event_t::NOTICE, "goes-on", "the estimate is good again");
+      event(event_t::NOTICE, "goes-on", "guidance goes on");
     } else {
       event(event_t::WARNING, "holding", guidance_reason_);
     }
   }
-  if (output.phase == Guidance::Phase::gave_up && !held_) {
-    held_ = true;
-    hold_reason_ = output.reason;
-    event(event_t::ERROR, "gave-up", output.reason);
-  }
-  if (output.phase == Guidance::Phase::done) {
-    if (!output.reason.empty()) event(event_t::WARNING, "not-settled", output.reason);
+  if (phase == Steering::Phase::done) {
+    if (!reason.empty()) event(event_t::WARNING, "not-settled", reason);
     end_task(true);
+  }
+  if (phase == Steering::Phase::aborted) {
+    stopping_ = true;
+    abort_reason_ = "the approach was given up, and the chaser is back from the target: " + reason;
+    event(event_t::ERROR, "approach-aborted", reason);
   }
 }
 

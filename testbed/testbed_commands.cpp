@@ -166,11 +166,19 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   const ArmPair start = reference_joints();
   const auto result = commands_.plan(command, start, now(), guidance_);
   if (const auto* refusal = std::get_if<std::string>(&result)) return *refusal;
-  const auto& plan = std::get<MotionPlanner::Plan>(result);
-  task.motion = plan.motion;
+  const auto& plan = std::get<CommandPlanner::Plan>(result);
+  task.motion = plan.arms.motion;
+  task.steering = plan.steering;
+  task.target_motion = plan.target_motion;
   task.allocation = std::make_shared<const ArmAllocation>(
-      cell_, plan.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
-  if (task.mode == Mode::closed_loop) {
+      cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+  if (task.mode == Mode::closed_loop && task.steering) {
+    const GuidanceReport report = task.steering->report();
+    event(event_t::INFO, "closed-loop",
+          "law " + report.law + ", " + report.profile + "; 1 m of the cell is " +
+              shown(report.length_scale) + " m of orbit, 1 s is " + shown(report.time_scale) +
+              " s; forecast " + fixed(task.steering->remaining(), 0) + " s");
+  } else if (task.mode == Mode::closed_loop) {
     event(event_t::INFO, "closed-loop",
           "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");

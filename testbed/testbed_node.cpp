@@ -75,6 +75,9 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
         if (packet.session != session()) return;
         safety_.on_scan(now(), packet.scan_status == scan_packet_t::RUNNING);
       });
+  bus.subscribe<guidance_setpoint_t>(
+      channels::guidance_setpoint, Queue::fifo(),
+      [this](const guidance_setpoint_t& setpoint) { on_setpoint(setpoint); });
   bus.subscribe<testbed_command_t>(
       channels::testbed_command, Queue::fifo(100),
       [this](const testbed_command_t& command) { on_command(command); });
@@ -134,7 +137,8 @@ void TestbedNode::tick() {
       break;
   }
   if (!engaged_ && mode_ == Mode::idle) commanded_ = reported_;
-  if (mode_ != Mode::closed_loop || !engaged_) guidance_.note_commanded(t, relative(commanded_));
+  const bool notes_itself = mode_ == Mode::closed_loop && engaged_ && !task_.steering;
+  if (!notes_itself) guidance_.note_commanded(t, relative(commanded_));
   commanded_velocity_ = dt > 0 && engaged_ && mode_ != Mode::idle
                             ? velocity_between(before, relative(commanded_), dt)
                             : Velocity{};
@@ -160,6 +164,14 @@ void TestbedNode::end_task(bool finished) {
     engaged_ = false;
   }
   if (mode_ != Mode::idle) {
+    if (task_.mode == Mode::closed_loop) {
+      if (!task_.steering) guidance_.note_target_moved(target_at(task_.target_motion, task_.time));
+      publish_guidance({});
+    }
+    if (!abort_reason_.empty()) {
+      refused_seq_ = task_.seq;
+      refusal_ = abort_reason_;
+    }
     if (finished) finished_seq_ = task_.seq;
     event(event_t::INFO, finished ? "motion-finished" : "motion-abandoned",
           "command " + std::to_string(task_.seq));
@@ -170,6 +182,7 @@ void TestbedNode::end_task(bool finished) {
   held_ = stopping_ = rejoining_ = paused_ = false;
   hold_reason_.clear();
   guidance_reason_.clear();
+  abort_reason_.clear();
   scale_.stop();
   guidance_.stop();
   if (!after_stop_) return;

@@ -4,6 +4,7 @@
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
 #include <berth/facility_state_t.hpp>
+#include <berth/guidance_setpoint_t.hpp>
 #include <berth/heartbeat_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/testbed_command_t.hpp>
@@ -53,15 +54,18 @@ class TestbedNode final : public Node {
     std::int64_t seq = 0;
     Mode mode = Mode::idle;                            // moving or closed_loop
     std::shared_ptr<const testbed::ArmMotion> motion;  // moving
-    double time = 0;                                   // along the motion
+    double time = 0;                                   // along the motion, or of flight
     bool retreat = false;
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
+    std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
+    testbed::TargetMotion target_motion;                       // closed_loop
   };
 
   // messages
   void on_arm_state(ArmRole role, const arm_state_t& state);
   void on_facility(const facility_state_t& state);
   void on_estimate(const pose_estimate_t& message);
+  void on_setpoint(const guidance_setpoint_t& setpoint);
   void on_command(const testbed_command_t& command);
   bool on_lease_command(const testbed_command_t& command);
 
@@ -80,6 +84,7 @@ class TestbedNode final : public Node {
   void run_start(double dt);
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
+  void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
   void end_task(bool finished);
   void begin_start();
   void stream(const testbed::ArmPair& joints, Utime lifetime);
@@ -104,6 +109,7 @@ class TestbedNode final : public Node {
   void publish_truth(const testbed::Truth& truth);
   void publish_state(bool if_changed);
   testbed_state_t current_state() const;
+  void publish_guidance(testbed::GuidanceReport report);
 
   Cell cell_;
   testbed::Settings settings_;
@@ -143,6 +149,7 @@ class TestbedNode final : public Node {
   std::optional<testbed_command_t> after_stop_;  // STOP to finish or RETREAT to begin
   std::string hold_reason_;
   std::string guidance_reason_;  // holds by itself
+  std::string abort_reason_;     // comes to rest because guidance gave it up
   double override_ = 1;
   Utime last_tick_ = 0;
   Utime next_instant_check_ = 0;
@@ -167,6 +174,9 @@ class TestbedNode final : public Node {
   std::int64_t arm_command_seq_[2] = {0, 0};  ///< replica, sensor: each channel counts its own
   std::int64_t truth_seq_ = 0;
   std::int64_t state_seq_ = 0;
+  std::int64_t guidance_seq_ = 0;
+  double setpoints_refused_ = 0;
+  std::string refused_setpoint_;  // whose
   testbed_state_t published_{};
   Loop::TimerId tick_timer_;
   Loop::TimerId state_timer_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is told: GROUND_TRUTH, TESTBED_STATE, NODE_STATUS.
 #include <berth/ground_truth_t.hpp>
+#include <berth/guidance_state_t.hpp>
 
 #include "lcmtypes/channels.h"
 #include "testbed/testbed_node.h"
@@ -42,6 +43,32 @@ void TestbedNode::publish_truth(const Truth& truth) {
   message.basis = calibration_.basis;
   message.calibration_hash = calibration_.hash;
   bus().publish(channels::ground_truth, message);
+}
+
+void TestbedNode::publish_guidance(GuidanceReport report) {
+  guidance_state_t state{};
+  state.utime = now();
+  state.seq = ++guidance_seq_;
+  state.session = session();
+  state.command_seq = task_.seq;
+  state.profile = std::move(report.profile);
+  state.law = std::move(report.law);
+  state.phase = static_cast<std::int8_t>(report.phase);  // in the message's order
+  state.reason = std::move(report.reason);
+  state.length_scale = report.length_scale;
+  state.time_scale = report.time_scale;
+  state.orbit_time_s = report.orbit_time;
+  state.range_m = report.range;
+  state.closing_speed_m_s = report.closing_speed;
+  state.wanted_closing_speed_m_s = report.wanted_closing_speed;
+  state.corridor_offset_m = report.corridor_offset;
+  state.corridor_limit_m = report.corridor_limit;
+  state.misalignment_rad = report.misalignment;
+  state.hold_point = report.hold_point;
+  Vector3d::Map(state.acceleration_orbit_m_s2) = report.acceleration_orbit;
+  state.delta_v_orbit_m_s = report.delta_v_orbit;
+  state.propellant_kg = report.propellant;
+  bus().publish(channels::guidance_state, state);
 }
 
 testbed_state_t TestbedNode::current_state() const {
@@ -90,7 +117,11 @@ void TestbedNode::publish_state(bool if_changed) {
     return;
   }
   state.seq = ++state_seq_;
-  if (mode_ == Mode::closed_loop) {
+  if (mode_ == Mode::closed_loop && task_.steering) {
+    state.remaining_s = task_.steering->remaining() / override_;
+    const double total = task_.time + task_.steering->remaining();
+    state.progress = total > 0 ? task_.time / total : 0;
+  } else if (mode_ == Mode::closed_loop) {
     state.progress = guidance_.progress();
     state.remaining_s = guidance_.remaining() / override_;
   } else if (task_.motion && task_.motion->duration() > 0) {
@@ -114,6 +145,9 @@ void TestbedNode::publish_state(bool if_changed) {
   }
   published_ = state;
   bus().publish(channels::testbed_state, state);
+  if (!if_changed && mode_ == Mode::closed_loop) {
+    publish_guidance(task_.steering ? task_.steering->report() : guidance_.report());
+  }
   count("truth_skipped", static_cast<double>(truth_.skipped()));
   switch (state.state) {
     case testbed_state_t::NOT_READY:

@@ -39,6 +39,9 @@ struct CourseOf {
   Course operator()(const Annotate&) const { return {}; }
   Course operator()(const Wait& wait) const { return {wait.duration, false, ""}; }
   Course operator()(const Hold& hold) const { return {hold.duration, false, ""}; }
+  Course operator()(const Guided& guided) const {
+    return {guided.duration, true, "where '" + guided.by + "' will steer is not known"};
+  }
   Course operator()(const Acquire&) const {
     return {rig.acquisition_time(), true, "found at the first look"};
   }
@@ -84,7 +87,7 @@ const StepForecast& Rehearsal::perform(const Step& step) {
     move(*command, forecast);
   }
   const Course course = std::visit(CourseOf{rig_}, step.verb);
-  stay(course.duration);
+  stay(std::max(0.0, course.duration - (now_.time - forecast.start)));
   forecast.guessed = forecast.guessed || course.guessed;
   if (!course.remark.empty()) forecast.remark = course.remark;
   if (!step.gates.empty()) forecast.remark = "if " + step.gates.back().condition.text;
@@ -125,7 +128,7 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
     return;
   }
   if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends where it was told to
-  const auto& motion = *std::get<testbed::MotionPlanner::Plan>(result).motion;
+  const auto& motion = *std::get<testbed::CommandPlanner::Plan>(result).arms.motion;
   forecast.guessed = testbed::is_closed_loop(command);
   if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
   forecast.moves = true;

@@ -23,6 +23,21 @@ testbed_command_t command_of(std::int8_t what) {
   return command;
 }
 
+void set_waypoints(const testbed::Waypoints& waypoints, testbed_command_t& command) {
+  for (const auto& w : waypoints) {
+    waypoint_t waypoint{};
+    waypoint.time_s = w.time;
+    set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
+    command.waypoints.push_back(waypoint);
+  }
+  command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
+}
+
+/// The target's own motion begins in the frame that the model has at the start.
+void set_target_motion(const std::optional<Trajectory>& motion, testbed_command_t& command) {
+  if (motion) set_waypoints(motion->waypoints(Pose{}), command);
+}
+
 struct Maker {
   const Pose& here;
 
@@ -36,13 +51,7 @@ struct Maker {
 
   std::optional<testbed_command_t> operator()(const Trajectory& trajectory) const {
     testbed_command_t command = command_of(testbed_command_t::TRAJECTORY);
-    for (const auto& w : trajectory.waypoints(here)) {
-      waypoint_t waypoint{};
-      waypoint.time_s = w.time;
-      set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
-      command.waypoints.push_back(waypoint);
-    }
-    command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
+    set_waypoints(trajectory.waypoints(here), command);
     return command;
   }
 
@@ -52,6 +61,8 @@ struct Maker {
     if (approach.dock) command.position_m[2] = approach.standoff;
     command.speed_m_s = approach.speed;
     command.angular_speed_rad_s = turn;
+    command.guidance = approach.loop.guidance;
+    set_target_motion(approach.loop.target_motion, command);
     return command;
   }
 
@@ -61,6 +72,17 @@ struct Maker {
     set_pose(here, command.position_m, command.q_wxyz);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
+    command.guidance = hold.loop.guidance;
+    set_target_motion(hold.loop.target_motion, command);
+    return command;
+  }
+
+  std::optional<testbed_command_t> operator()(const Guided& guided) const {
+    testbed_command_t command = command_of(testbed_command_t::GUIDED);
+    command.speed_m_s = guided.speed;
+    command.angular_speed_rad_s = guided.angular_speed;
+    command.guidance = guided.by;
+    set_target_motion(guided.target_motion, command);
     return command;
   }
 

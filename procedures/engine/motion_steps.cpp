@@ -71,13 +71,15 @@ class MotionRunner final : public StepRunner {
   Verb verb_;
 };
 
-/// Steers to keep the relative pose for a time, then stops.
-class StationKeepRunner final : public StepRunner {
+/// A closed loop without an end of its own: lasts for a time, or until a condition is met; then it
+/// is stopped.
+class StoppedRunner final : public StepRunner {
  public:
-  explicit StationKeepRunner(const Hold& hold) : hold_(hold) {}
+  StoppedRunner(Verb verb, double duration, std::optional<Condition> until)
+      : verb_(std::move(verb)), duration_(duration), until_(std::move(until)) {}
 
   void begin(Bench& bench, Utime now) override {
-    bench.testbed.command(*motion_command(hold_, commanded_pose(bench)), now);
+    bench.testbed.command(*motion_command(verb_, commanded_pose(bench)), now);
   }
 
   StepResult poll(Bench& bench, Utime now, Utime active) override {
@@ -87,8 +89,12 @@ class StationKeepRunner final : public StepRunner {
       return StepResult::error;
     }
     if (!stopping_) {
-      detail_ = fixed(seconds(active), 0) + " of " + fixed(hold_.duration, 0) + " s";
-      if (seconds(active) < hold_.duration) return StepResult::running;
+      detail_ = fixed(seconds(active), 0) + " of " + fixed(duration_, 0) + " s";
+      const auto& state = bench.testbed.state();
+      if (state && state->state == testbed_state_t::HOLDING && !state->reason.empty()) {
+        detail_ += ", holding: " + state->reason;
+      }
+      if (seconds(active) < duration_ && !is_met(bench, now)) return StepResult::running;
       stopping_ = true;
       testbed_command_t command{};
       command.command = testbed_command_t::STOP;
@@ -100,7 +106,20 @@ class StationKeepRunner final : public StepRunner {
   }
 
  private:
-  Hold hold_;
+  bool is_met(Bench& bench, Utime now) {
+    std::string found;
+    if (!until_ || !until_->met(bench.live, found)) {
+      since_ = 0;
+      return false;
+    }
+    if (since_ == 0) since_ = now;
+    return seconds(now - since_) >= until_->duration;
+  }
+
+  Verb verb_;
+  double duration_;
+  std::optional<Condition> until_;
+  Utime since_ = 0;
   bool stopping_ = false;
 };
 
@@ -117,8 +136,11 @@ std::unique_ptr<StepRunner> make(const Approach& approach) {
   return std::make_unique<MotionRunner>(approach);
 }
 std::unique_ptr<StepRunner> make(const Hold& hold) {
-  if (hold.closed_loop) return std::make_unique<StationKeepRunner>(hold);
+  if (hold.closed_loop) return std::make_unique<StoppedRunner>(hold, hold.duration, std::nullopt);
   return make(Wait{hold.duration});
+}
+std::unique_ptr<StepRunner> make(const Guided& guided) {
+  return std::make_unique<StoppedRunner>(guided, guided.duration, guided.until);
 }
 
 }  // namespace berth::procedures

@@ -15,6 +15,7 @@ std::unique_ptr<StepRunner> make(const Acquire& acquire);
 std::unique_ptr<StepRunner> make(const Track& track);
 std::unique_ptr<StepRunner> make(const Approach& approach);
 std::unique_ptr<StepRunner> make(const Hold& hold);
+std::unique_ptr<StepRunner> make(const Guided& guided);
 std::unique_ptr<StepRunner> make(const Wait& wait);
 std::unique_ptr<StepRunner> make(const WaitUntil& wait);
 std::unique_ptr<StepRunner> make(const Dwell& dwell);

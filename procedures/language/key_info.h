@@ -25,6 +25,7 @@ enum class Kind {
   pose,         ///< [x, y, z, w, p, r] in mm and degrees
   poses,        ///< list of poses
   gate,         ///< [near, far]
+  trajectory,   ///< map with one rule of trajectory_keys()
   waypoints,    ///< list of {at, pose}
   lengths,      ///< list of lengths
   vector,       ///< [x, y, z]

@@ -24,7 +24,8 @@ bool needs_tracking(const Step& step) {
 /// Steps that wait for somebody or something would keep the cell from coming to rest.
 bool may_never_end(const Step& step) {
   return needs_tracking(step) || std::holds_alternative<Acquire>(step.verb) ||
-         std::holds_alternative<Prompt>(step.verb) || std::holds_alternative<Inject>(step.verb);
+         std::holds_alternative<Guided>(step.verb) || std::holds_alternative<Prompt>(step.verb) ||
+         std::holds_alternative<Inject>(step.verb);
 }
 
 void check_order(const Procedure& procedure) {

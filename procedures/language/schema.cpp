@@ -105,6 +105,8 @@ json value_of(const KeyInfo& info) {
       return list_of(ref("pose"));
     case Kind::gate:
       return list_of(ref("length"), 2);
+    case Kind::trajectory:
+      return object_of(trajectory_keys());
     case Kind::waypoints:
       return list_of(object({{"at", ref("time")}, {"pose", ref("pose")}}, {"at", "pose"}));
     case Kind::condition:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <berth/scan_window_t.hpp>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -45,17 +46,35 @@ struct Track {
   int settle = 3;
 };
 
+/// How a closed loop flies, and what the target does meanwhile.
+struct ClosedLoop {
+  std::string guidance;                     ///< of config/guidance; empty: the testbed's own
+  std::optional<Trajectory> target_motion;  ///< in the frame the model has at the start
+};
+
 /// Closed loop, by the estimate alone, until the nearest surface is this far from the sensor.
 struct Approach {
   double standoff = 0;
   double speed = 0;
   bool dock = false;  ///< the docking interface on the boresight, at the standoff
+  ClosedLoop loop = {};
 };
 
 /// Stays where it is while tracking goes on; closed loop: steers to keep the relative pose.
 struct Hold {
   double duration = 0;
   bool closed_loop = false;
+  ClosedLoop loop = {};
+};
+
+/// Closed loop, by an outside GNC's set-points.
+struct Guided {
+  std::string by;  ///< its name as commander
+  double duration = 0;
+  double speed = 0;
+  double angular_speed = 0;
+  std::optional<Condition> until;  ///< done earlier
+  std::optional<Trajectory> target_motion;
 };
 
 struct Wait {
@@ -115,8 +134,8 @@ struct ClearInjections {
 struct StopTracking {};
 
 using Verb =
-    std::variant<Lights, Move, Trajectory, Acquire, Track, Approach, Hold, Wait, WaitUntil, Dwell,
-                 Scan, Prompt, Annotate, Record, Inject, ClearInjections, StopTracking>;
+    std::variant<Lights, Move, Trajectory, Acquire, Track, Approach, Hold, Guided, Wait, WaitUntil,
+                 Dwell, Scan, Prompt, Annotate, Record, Inject, ClearInjections, StopTracking>;
 
 /// What follows when a step fails, runs out of time or is at fault.
 struct OnFailure {

@@ -252,8 +252,8 @@ const std::vector<KeyInfo>& trajectory_keys() {
   return keys;
 }
 
-Trajectory read_trajectory(Config& step) {
-  Config config = step.section("trajectory");
+Trajectory read_trajectory(Config& step, const std::string& key) {
+  Config config = step.section(key);
   std::string known;
   const Rule* found = nullptr;
   for (const Rule& rule : rules()) {
@@ -265,12 +265,12 @@ Trajectory read_trajectory(Config& step) {
     }
     found = &rule;
   }
-  for (const std::string& key : config.keys()) {
+  for (const std::string& name : config.keys()) {
     const bool is_rule = std::any_of(rules().begin(), rules().end(),
-                                     [&](const Rule& rule) { return rule.key.key == key; });
-    if (!is_rule) throw config.error(key, "is no rule of a trajectory; rules are: " + known);
+                                     [&](const Rule& rule) { return rule.key.key == name; });
+    if (!is_rule) throw config.error(name, "is no rule of a trajectory; rules are: " + known);
   }
-  if (found == nullptr) throw step.error("trajectory", "expected one of: " + known);
+  if (found == nullptr) throw step.error(key, "expected one of: " + known);
   if (found->key.kind != Kind::map) return found->read(config);
   Config rule = config.section(found->key.key);
   Trajectory trajectory = found->read(rule);

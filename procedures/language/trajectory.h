@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "common/core/config.h"
@@ -17,9 +18,9 @@ struct Trajectory {
   double duration = 0;  ///< s; 0: it depends on where it begins
 };
 
-/// Reads the map `trajectory` of a step: one rule with its keys.
+/// Reads a map of a step, such as `trajectory`: one rule with its keys.
 /// @throws InputError "file:line: key ...: found ..., expected ..."
-Trajectory read_trajectory(Config& step);
+Trajectory read_trajectory(Config& step, const std::string& key = "trajectory");
 
 /// The rules that read_trajectory knows, for the schema and the documentation.
 const std::vector<KeyInfo>& trajectory_keys();

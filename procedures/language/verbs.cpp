@@ -72,22 +72,59 @@ Read read_track(Config& config) {
   return {track, 60};
 }
 
+void optional_target_motion(Config& config, std::optional<Trajectory>& motion) {
+  if (config.has("target_motion")) motion = read_trajectory(config, "target_motion");
+}
+
+ClosedLoop read_loop(Config& config) {
+  ClosedLoop loop;
+  config.optional("guidance", loop.guidance);
+  optional_target_motion(config, loop.target_motion);
+  return loop;
+}
+
 Read read_approach(Config& config) {
   Approach approach;
   approach.standoff = positive(config, "standoff", Dimension::length);
   approach.speed = positive(config, "speed", Dimension::speed);
   config.optional("dock", approach.dock);
+  approach.loop = read_loop(config);
   return {approach, 600};
 }
 
 Read read_hold(Config& step) {
   const double duration = positive(step, "hold", Dimension::time);
-  return {Hold{duration, false}, duration + 30};
+  return {Hold{duration, false, {}}, duration + 30};
 }
 
 Read read_station_keep(Config& step) {
   const double duration = positive(step, "station_keep", Dimension::time);
-  return {Hold{duration, true}, duration + 30};
+  return {Hold{duration, true, {}}, duration + 30};
+}
+
+Read read_station_keep_map(Config& config) {
+  const double duration = positive(config, "for", Dimension::time);
+  return {Hold{duration, true, read_loop(config)}, duration + 30};
+}
+
+Read read_guided(Config& config) {
+  Guided guided;
+  guided.by = config.text("by");
+  guided.duration = positive(config, "for", Dimension::time);
+  guided.speed = positive(config, "speed", Dimension::speed);
+  guided.angular_speed = radians(5);
+  config.optional("turn", Dimension::angular_speed, guided.angular_speed);
+  if (guided.angular_speed <= 0) throw config.error("turn", "must be greater than zero");
+  if (config.has("until")) {
+    try {
+      guided.until = parse_condition(config.text("until"));
+    } catch (const InputError& e) {
+      throw config.error("until", e.what());
+    }
+  }
+  optional_target_motion(config, guided.target_motion);
+  const double timeout = guided.duration + 30;
+  return {std::move(guided), timeout};
 }
 
 Read read_wait(Config& step) {
@@ -203,6 +240,12 @@ const KeyInfo returns_key = {"returns", Kind::count, false, "the estimator's own
 const KeyInfo acquire_returns_key = {"returns", Kind::count, false, "as they come",
                                      "returns wanted of the scan in which it is found"};
 
+const KeyInfo guidance_key = {"guidance", Kind::text, false, "the testbed's own",
+                              "profile of config/guidance, without its ending"};
+const KeyInfo target_motion_key = {"target_motion", Kind::trajectory, false, "none",
+                                   "the target's own motion meanwhile: a rule of trajectories, in "
+                                   "the frame that the model has at the start"};
+
 std::vector<VerbInfo> make_verbs() {
   return {
       {"lights",
@@ -251,7 +294,9 @@ std::vector<VerbInfo> make_verbs() {
        {{"standoff", Kind::length, true, "", "from the sensor to the nearest surface"},
         {"speed", Kind::speed, true, "", "of the approach"},
         {"dock", Kind::boolean, false, "false",
-         "the docking interface on the boresight, at the standoff"}},
+         "the docking interface on the boresight, at the standoff"},
+        guidance_key,
+        target_motion_key},
        read_approach},
       {"hold",
        "stays where it is while tracking goes on",
@@ -263,10 +308,20 @@ std::vector<VerbInfo> make_verbs() {
       {"station_keep",
        "closed loop: steers to keep the relative pose",
        "its time and 30 s",
-       {},
-       nullptr,
+       {{"for", Kind::time, true, "", "how long"}, guidance_key, target_motion_key},
+       read_station_keep_map,
        Kind::time,
        read_station_keep},
+      {"guided",
+       "closed loop: the set-points of a GNC outside of Berth are flown",
+       "its time and 30 s",
+       {{"by", Kind::text, true, "", "the outside GNC's name, as its set-points say"},
+        {"for", Kind::time, true, "", "at most"},
+        {"speed", Kind::speed, true, "", "greatest of the chaser"},
+        {"turn", Kind::angular_speed, false, "5 deg/s", "greatest of the chaser"},
+        {"until", Kind::condition, false, "its time is over", "done when it is met"},
+        target_motion_key},
+       read_guided},
       {"wait", "lets time pass", "its time and 30 s", {}, nullptr, Kind::time, read_wait},
       {"wait_until",
        "until a condition is met",

@@ -42,6 +42,8 @@ std::string example(const KeyInfo& key) {
       return "[0, 0, 5000, 0, 0, 0]";
     case Kind::poses:
       return "[[0, 0, 5000, 0, 0, 0]]";
+    case Kind::trajectory:
+      return "{drift: {duration: 10 s}}";
     case Kind::gate:
       return "[3 m, 8 m]";
     case Kind::values:

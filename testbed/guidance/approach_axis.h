@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/ray_caster.h"
+#include "testbed/guidance/profile.h"
+#include "testbed/guidance/steering.h"
+
+namespace berth::testbed {
+
+/// What an approach has to do with its target: the surface that is come to, and the interface.
+struct ApproachTarget {
+  const RayCaster* surface = nullptr;  ///< model frame; must outlive the flight
+  bool has_docking_interface = false;
+  Pose docking;  ///< T_model_docking, z outwards
+};
+
+/// The line along which a target is approached, and the pose wanted at a distance along it.
+class ApproachAxis {
+ public:
+  /// dock: ranges are of the docking interface, otherwise of the nearest surface.
+  /// sensor, target: T_N_sensor, T_N_model at the start.
+  ApproachAxis(const ApproachTarget& target, GuidanceProfile::Align align, bool dock,
+               const Pose& sensor, const Pose& model);
+
+  /// Where and how fast the sensor is wanted, all in frame N.
+  struct Wanted {
+    Pose pose;  ///< T_N_sensor
+    Velocity velocity;
+    Vector3d acceleration = Vector3d::Zero();
+  };
+  /// along: m from the aim point; speed, acceleration: its rates.
+  Wanted wanted(const Pose& model, const Velocity& moving, double along, double speed,
+                double acceleration) const;
+  /// For a pose that is kept against the target. @return its distance from the aim point, m
+  double keep(const Pose& sensor, const Pose& model);
+
+  struct Place {
+    double along = 0;   ///< m from the aim point
+    double offset = 0;  ///< m from the axis
+    double range = 0;   ///< m from the sensor to the interface or the nearest surface
+  };
+  Place place(const Pose& sensor, const Pose& model) const;
+  /// Frame N, unit, away from the target.
+  Vector3d direction(const Pose& model) const;
+
+ private:
+  bool turning() const { return align_ == GuidanceProfile::Align::docking_axis; }
+
+  ApproachTarget target_;
+  GuidanceProfile::Align align_;
+  bool dock_;
+  Vector3d aim_ = Vector3d::Zero();    // model frame
+  Vector3d axis_ = Vector3d::UnitZ();  // outwards: model frame when turning, else frame N
+  Quaterniond attitude_;               // of the sensor, in the model when turning, else in N
+};
+
+}  // namespace berth::testbed

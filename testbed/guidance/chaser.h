@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "testbed/guidance/clohessy_wiltshire.h"
+#include "testbed/guidance/profile.h"
+#include "testbed/relative_path.h"
+
+namespace berth::testbed {
+
+/// The vehicle that the cell stands in for, its sensor at its centre of mass, in the frame N: the
+/// target's at the start of the flight; it goes with the target's origin and does not turn against
+/// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by
+/// thrusters along its body axes; under `kinematic` it goes where it is told within its limits.
+/// Attitude is turned within limits in both. Units of the cell.
+class Chaser {
+ public:
+  /// start: T_N_sensor, at rest against the target.
+  Chaser(const GuidanceProfile& profile, const RelativeLimits& limits, const Pose& start);
+
+  /// Flies on for dt seconds. acceleration: what it should have in all, frame N, m/s^2; what
+  /// thrusters cannot give is cut off axis by axis. angular_acceleration: rad/s^2, frame N.
+  void step(double dt, const Vector3d& acceleration, const Vector3d& angular_acceleration);
+  /// The same, with thrusters that give this and nothing else.
+  void coast(double dt, const Vector3d& thrust_acceleration, const Vector3d& angular_acceleration);
+
+  const Pose& pose() const { return pose_; }              ///< T_N_sensor
+  const Velocity& velocity() const { return velocity_; }  ///< frame N
+  /// By thrusters, frame N, m/s^2.
+  const Vector3d& thrust() const { return thrust_; }
+  /// Greatest acceleration along each body axis, m/s^2.
+  double greatest_acceleration() const { return greatest_; }
+  const RelativeLimits& limits() const { return limits_; }
+
+  /// Seconds of orbit since the start.
+  double orbit_time() const { return orbit_time_; }
+  /// By thrusters, sensor frame, m/s^2 of orbit.
+  const Vector3d& thrust_orbit() const { return thrust_orbit_; }
+  double delta_v_orbit() const { return delta_v_; }  ///< m/s of orbit, all axes together
+  double propellant() const { return propellant_; }  ///< kg
+  /// Position and velocity in orbit.
+  HillState hill() const;
+  /// The least burn to a passively safe drift away (retreat.h), m/s, frame N.
+  Vector3d safe_burn(double least_speed) const;
+  /// A vector of the Hill frame, in frame N.
+  Vector3d from_hill(const Vector3d& v) const { return hill_from_n_.conjugate() * v; }
+
+ private:
+  Vector3d natural() const;  // acceleration without thrust, frame N, m/s^2
+  void push(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration);
+
+  GuidanceProfile::Law law_;
+  GuidanceProfile::Orbit orbit_;
+  RelativeLimits limits_;
+  double greatest_;
+  double specific_impulse_;
+  double mass_;
+  Quaterniond hill_from_n_;
+  Pose pose_;
+  Velocity velocity_;
+  Vector3d thrust_ = Vector3d::Zero();   // acceleration, frame N
+  Vector3d turning_ = Vector3d::Zero();  // angular acceleration, frame N
+  double orbit_time_ = 0;
+  Vector3d thrust_orbit_ = Vector3d::Zero();
+  double delta_v_ = 0;
+  double propellant_ = 0;
+};
+
+}  // namespace berth::testbed

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "common/core/pose.h"
+
+namespace berth::testbed {
+
+/// A chaser near a target on a circular orbit, in the target's Hill frame: x radial, away from the
+/// Earth; y along the velocity (V-bar); z along the orbit's momentum. m and m/s.
+struct HillState {
+  Vector3d position = Vector3d::Zero();
+  Vector3d velocity = Vector3d::Zero();
+};
+
+/// rad/s on a circular orbit around the Earth, altitude in m above its mean equatorial radius.
+double mean_motion(double altitude);
+
+/// What acts on a chaser without thrust, m/s^2: x'' = 3 n^2 x + 2 n y', y'' = -2 n x', z'' = -n^2 z
+/// (Clohessy and Wiltshire 1960).
+Vector3d relative_gravity(const HillState& state, double mean_motion);
+
+/// The state dt seconds later under a constant acceleration by thrusters (m/s^2); exact.
+HillState propagated(const HillState& state, const Vector3d& acceleration, double mean_motion,
+                     double dt);
+
+}  // namespace berth::testbed

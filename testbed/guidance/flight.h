@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "testbed/guidance.h"
+#include "testbed/guidance/approach_axis.h"
+#include "testbed/guidance/chaser.h"
+#include "testbed/guidance/target_filter.h"
+
+namespace berth::testbed {
+
+/// A flight by a profile: down a corridor to a standoff, or keeping a pose. It navigates in the
+/// frame N of the target at the start, where it knows its own motion from its own commands; every
+/// estimate, taken back to the command that was being carried out when the scan was made (dead
+/// time, scan time and computing are all in between), says where the target is in N and how it
+/// moves. What it flies by is that, carried on to the time at which the next command takes effect.
+class Flight final : public Steering {
+ public:
+  struct Order {
+    bool keep = false;  ///< a pose, instead of an approach
+    Pose pose;          ///< to keep, T_sensor_model
+    double standoff = 0;
+    bool dock = false;  ///< standoff and ranges are of the docking interface
+    RelativeLimits limits;
+  };
+  /// What was commanded before, T_sensor_model, oldest first, us.
+  using Commands = std::deque<std::pair<std::int64_t, Pose>>;
+  using Result = std::variant<std::shared_ptr<Flight>, std::string>;
+
+  /// Begins at the pose commanded now. @return the flight, or why there can be none.
+  static Result begin(const GuidanceProfile& profile, const ApproachTarget& target,
+                      const Guidance::Settings& settings, const Order& order, std::int64_t now,
+                      const Pose& commanded, const Commands& before,
+                      const std::optional<Estimate>& estimate);
+
+  void on_estimate(const Estimate& estimate) override;
+  Output step(std::int64_t now, double dt) override;
+  GuidanceReport report() const override { return report_; }
+  double remaining() const override { return std::max(0.0, expected_ - time_); }
+  /// s that it will take, as forecast.
+  void expect(double duration) { expected_ = duration; }
+  bool keeps() const { return order_.keep; }
+  /// T_sensor_model, had the target not moved by itself.
+  Pose commanded() const { return chaser_.pose().inverse(); }
+  /// What the estimate said at the start against what was commanded.
+  const Pose& first_sight() const { return first_sight_; }
+
+ private:
+  using Phase = GuidanceReport::Phase;
+
+  /// What was commanded when.
+  struct Command {
+    std::int64_t utime = 0;
+    double time = 0;  // of flight
+    Pose pose;        // T_N_sensor
+  };
+
+  Flight(const GuidanceProfile& profile, const ApproachTarget& target,
+         const Guidance::Settings& settings, const Order& order, std::int64_t now,
+         const Pose& commanded, const Commands& before, const Estimate& estimate);
+
+  std::string refusal() const;
+  TargetFilter::Seen seen(const Estimate& estimate) const;
+  std::string trouble(std::int64_t now) const;
+  void look(std::int64_t now, double dt, const Pose& model);
+  double wanted_closing(double to_go) const;
+  void proceed(double dt);
+  void wait_at_hold_point(double dt);
+  void settle(double dt);
+  void fly(double dt, const Pose& model);
+  void start_retreat(const std::string& reason);
+  void retreat(double dt);
+  void tell(const Pose& model);
+
+  GuidanceProfile profile_;
+  Guidance::Settings settings_;
+  Order order_;
+  Chaser chaser_;
+  std::deque<Command> commands_;
+  Estimate estimate_;
+  TargetFilter filter_;
+  Pose first_sight_;  // T_N_model
+  ApproachAxis axis_;
+  std::vector<GuidanceProfile::HoldPoint> stops_;  // still ahead
+  int passed_stops_ = 0;                           // of the profile's
+
+  double time_ = 0;      // of flight, s
+  double expected_ = 0;  // of flight, s
+  Phase phase_ = Phase::approaching;
+  std::string reason_;
+  double along_ = 0;  // wanted, m from the aim point
+  double closing_ = 0;
+  double closing_rate_ = 0;
+  ApproachAxis::Place place_;
+  double misalignment_ = 0;
+  double corridor_ = -1;  // half width here
+  bool in_corridor_ = false;
+  double waiting_ = 0;   // s for the conditions of going on
+  double dwelt_ = 0;     // s within them
+  double troubled_ = 0;  // s
+  int good_in_a_row_ = 0;
+  std::string disbelief_;
+  std::optional<double> arrived_;  // time of flight
+  bool done_ = false;
+  bool aborted_ = false;
+
+  Vector3d retreat_out_ = Vector3d::Zero();  // frame N
+  Pose retreat_model_;                       // where the target was last
+  Vector3d burn_ = Vector3d::Zero();         // still to come, m/s
+  double retreat_time_ = 0;
+  GuidanceReport report_;
+};
+
+}  // namespace berth::testbed
