@@ -48,6 +48,26 @@ Series docking_offset(const Measurer& measurer, const Phase& phase) {
   return docking_series(measurer, phase, Vector3d(1, 1, 0));
 }
 
+/// Between the interface's axis, which should look at the sensor, and the boresight.
+Value axis_angle(const TruthSample& truth, const Pose& docking) {
+  const Vector3d axis = truth.pose.rotation * docking.rotation * Vector3d::UnitZ();
+  const Vector3d wanted = -Vector3d::UnitZ();
+  const Vector3d turn = wanted.cross(axis);
+  // Turning about the axis itself changes nothing.
+  const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose();
+  const Matrix3d covariance = across * truth.covariance.bottomRightCorner<3, 3>() * across;
+  return {std::atan2(turn.norm(), wanted.dot(axis)), length_of(turn, covariance).truth_sigma};
+}
+
+Series docking_angle(const Measurer& measurer, const Phase& phase) {
+  Series series;
+  series.reason = "the target has no docking interface";
+  if (!measurer.docking()) return series;
+  return truth_series(
+      [&](const TruthSample& truth) { return axis_angle(truth, *measurer.docking()); }, measurer,
+      phase);
+}
+
 /// The interface at the moment of the phase in which it was nearest to the sensor's origin.
 struct Contact {
   const TruthSample* truth = nullptr;
@@ -92,16 +112,7 @@ Value contact_offset(const Contact& c, const Pose&) {
                    across * point_covariance(c.truth->covariance, c.lever) * across);
 }
 
-/// Between the interface's axis, which should look at the sensor, and the boresight.
-Value contact_angle(const Contact& c, const Pose& docking) {
-  const Vector3d axis = c.truth->pose.rotation * docking.rotation * Vector3d::UnitZ();
-  const Vector3d wanted = -Vector3d::UnitZ();
-  const Vector3d turn = wanted.cross(axis);
-  // Turning about the axis itself changes nothing.
-  const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose();
-  const Matrix3d covariance = across * c.truth->covariance.bottomRightCorner<3, 3>() * across;
-  return {std::atan2(turn.norm(), wanted.dot(axis)), length_of(turn, covariance).truth_sigma};
-}
+Value contact_angle(const Contact& c, const Pose& docking) { return axis_angle(*c.truth, docking); }
 
 }  // namespace
 
@@ -114,6 +125,8 @@ void add_approach(std::vector<Measurement>& table) {
                 "true distance from the sensor to the docking interface");
   family.series("docking_offset", length, docking_offset,
                 "true distance of the docking interface from the boresight");
+  family.series("docking_angle", berth::Dimension::angle, docking_angle,
+                "true angle between the docking interface's axis and the boresight");
   family.number("contact_range", length, at_contact<contact_range>,
                 "true distance of the docking interface at closest approach");
   family.number("contact_offset", length, at_contact<contact_offset>,

@@ -17,6 +17,7 @@ std::vector<Measurement> make_measurements() {
   add_steps(table);
   add_timing(table);
   add_mount(table);
+  add_following(table);
   add_approach(table);
   return table;
 }

@@ -53,6 +53,7 @@ void add_scans(std::vector<Measurement>& table);
 void add_steps(std::vector<Measurement>& table);
 void add_timing(std::vector<Measurement>& table);
 void add_mount(std::vector<Measurement>& table);
+void add_following(std::vector<Measurement>& table);
 void add_approach(std::vector<Measurement>& table);
 
 }  // namespace berth::logs

@@ -80,6 +80,13 @@ void RunRecord::add(const estimator_diagnostics_t& message) {
   }
 }
 
+void RunRecord::add(const testbed_state_t& message) {
+  if (message.state == testbed_state_t::NOT_READY) return;  // nothing has been commanded yet
+  insert(commanded_,
+         CommandedSample{message.utime, message.seq,
+                         pose_of(message.commanded_position_m, message.commanded_q_wxyz)});
+}
+
 void RunRecord::add(const procedure_state_t& message) {
   if (!state_ || order(*state_) < order(message)) state_ = message;
 }
@@ -143,6 +150,8 @@ class Filler {
       add<run_info_t>(event);
     } else if (event.channel == channels::event) {
       add<event_t>(event);
+    } else if (event.channel == channels::testbed_state) {
+      add<testbed_state_t>(event);
     }
   }
 

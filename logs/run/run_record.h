@@ -7,6 +7,7 @@
 #include <berth/pose_estimate_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
+#include <berth/testbed_state_t.hpp>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -36,6 +37,13 @@ struct EstimateSample {
 };
 
 EstimateSample sample_of(const pose_estimate_t& message);
+
+/// The relative pose that the arms were told to take, in nominal kinematics.
+struct CommandedSample {
+  Utime utime = 0;  ///< at which they were told; they are there a dead time later
+  std::int64_t seq = 0;
+  Pose pose;  ///< T_sensor_model
+};
 
 /// How long one estimate took, as the estimator's node tells it.
 struct LatencySample {
@@ -74,9 +82,11 @@ class RunRecord {
   void add(const procedure_state_t& message);
   void add(const run_info_t& message);
   void add(const event_t& message);
+  void add(const testbed_state_t& message);
 
   const std::vector<EstimateSample>& estimates() const { return estimates_; }
   const std::vector<LatencySample>& latencies() const { return latencies_; }
+  const std::vector<CommandedSample>& commanded() const { return commanded_; }
   const TruthTrack& truth() const { return truth_; }
   const std::vector<event_t>& events() const { return events_; }
   /// The newest; nothing when there was none.
@@ -91,6 +101,7 @@ class RunRecord {
  private:
   std::vector<EstimateSample> estimates_;
   std::vector<LatencySample> latencies_;
+  std::vector<CommandedSample> commanded_;
   TruthTrack truth_;
   std::vector<event_t> events_;
   std::optional<procedure_state_t> state_;

@@ -104,6 +104,7 @@ void Engine::start(Utime now) {
 // Messages ----------------------------------------------------------------------------------------
 
 void Engine::on(const testbed_state_t& message, Utime now) {
+  record_.add(message);
   bench_.testbed.on(message);
   bench_.live.on(message);
   if (message.state != testbed_state_t::NOT_READY) {

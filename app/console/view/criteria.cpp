@@ -74,6 +74,8 @@ void Criteria::take(const logs::LogEvent& event) {
     add(logs::decode<pose_estimate_t>(event.data));
   } else if (event.channel == channels::estimator_diagnostics) {
     add(logs::decode<estimator_diagnostics_t>(event.data));
+  } else if (event.channel == channels::testbed_state) {
+    add(logs::decode<testbed_state_t>(event.data));
   } else if (event.channel == channels::procedure_state) {
     add(logs::decode<procedure_state_t>(event.data));
   }

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <limits>
+
+#include "common/core/config.h"
+#include "logs/measure/series.h"
+
+namespace berth::logs {
+namespace {
+
+/// The testbed's dead time in the run's own configuration; nothing when the log does not hold it.
+std::optional<Utime> dead_time(const RunRecord& record) {
+  if (!record.info()) return std::nullopt;
+  for (const attachment_t& file : record.info()->attachments) {
+    if (file.name != "testbed.yaml" || file.content.empty()) continue;
+    Config config = Config::parse(file.content, file.name);
+    Config setpoints = config.section("setpoints");
+    return utime_from_seconds(setpoints.quantity("dead_time", Dimension::time));
+  }
+  return std::nullopt;
+}
+
+using OfDifference = Value (*)(const Vector6d&, const Matrix6d&);
+
+/// True pose against the one that was commanded a dead time before.
+template <OfDifference value>
+Series following(const Measurer& measurer, const Phase& phase) {
+  Series series;
+  const auto dead = dead_time(measurer.record());
+  if (!dead) {
+    series.reason = "the log does not hold the testbed's configuration";
+    return series;
+  }
+  for (const CommandedSample& commanded : measurer.record().commanded()) {
+    const Utime at = commanded.utime + *dead;
+    if (!phase.contains(at)) continue;
+    const auto truth = measurer.record().truth().at(at);
+    if (!truth) {
+      ++series.without_truth;
+      continue;
+    }
+    const Value v = value(difference(commanded.pose, truth->pose), truth->covariance);
+    series.utime.push_back(at);
+    series.value.push_back(v.value);
+    series.truth_sigma.push_back(v.truth_sigma);
+  }
+  return series;
+}
+
+Value position(const Vector6d& away, const Matrix6d& covariance) {
+  return length_of(away.head<3>(), covariance.topLeftCorner<3, 3>());
+}
+Value attitude(const Vector6d& away, const Matrix6d& covariance) {
+  return length_of(away.tail<3>(), covariance.bottomRightCorner<3, 3>());
+}
+
+}  // namespace
+
+void add_following(std::vector<Measurement>& table) {
+  Family family("commanded and achieved", table);
+  family.series("achieved_position_error", berth::Dimension::length, following<position>,
+                "true position against the one the arms were commanded to a dead time before");
+  family.series("achieved_attitude_error", berth::Dimension::angle, following<attitude>,
+                "true attitude against the one commanded a dead time before");
+}
+
+}  // namespace berth::logs
