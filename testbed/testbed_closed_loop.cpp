@@ -140,8 +140,8 @@ void TestbedNode::run_closed_loop(double dt) {
 /// What guidance says of the closed loop: it holds by itself, is done, or has given it up.
 void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
-    const bool at_rest = task_.steering ? scale_.at_rest() : guidance_.at_rest();
-    if (at_rest) end_task(false);
+    const bool at_rest = scale_.at_rest() && (task_.steering || guidance_.at_rest());
+    if (at_rest) end_task(task_.done);
     return;
   }
   const std::string before = guidance_reason_;
@@ -155,7 +155,8 @@ void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reas
   }
   if (phase == Steering::Phase::done) {
     if (!reason.empty()) event(event_t::WARNING, "not-settled", reason);
-    end_task(true);
+    if (!task_.steering && !task_.target_motion) return end_task(true);
+    task_.done = stopping_ = true;  // the target may be turning still
   }
   if (phase == Steering::Phase::aborted) {
     stopping_ = true;

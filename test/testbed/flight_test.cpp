@@ -249,7 +249,7 @@ TEST_CASE("an estimate that comes back in time lets the flight go on") {
   bench.fly(12);
   bench.status = "lost";
   REQUIRE(bench.fly_until(Doing::holding, 3));
-  bench.fly(2);
+  bench.fly(0.5);
   bench.status.clear();
   REQUIRE(bench.fly_until(Doing::approaching, 4));
   bench.fly(100);
