@@ -21,6 +21,7 @@ int main(int argc, char* argv[]) {
   commands::add_up(app, code);
   commands::add_runs(app, code);
   commands::add_attach(app, code);
+  commands::add_calibrate(app, code);
   commands::add_campaign(app, code);
   commands::add_stop(app, code);
   commands::add_check(app, code);

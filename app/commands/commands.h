@@ -13,6 +13,7 @@ void add_runs(CLI::App& app, int& exit_code);
 void add_up(CLI::App& app, int& exit_code);
 void add_attach(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
+void add_calibrate(CLI::App& app, int& exit_code);
 void add_campaign(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_command(CLI::App& app, int& exit_code);

@@ -1,118 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <signal.h>
-
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <thread>
 
+#include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
 #include "app/commands/run_options.h"
-#include "app/console/serving.h"
 #include "app/exit_code.h"
-#include "app/hosts/supervisor.h"
-#include "app/hosts/twin_host.h"
-#include "app/runs/active_runs.h"
 #include "app/runs/arms_now.h"
+#include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
-#include "app/runs/verdict.h"
-#include "app/terminal/monitor.h"
-#include "app/terminal/terminal_view.h"
-#include "common/bus/lcm_bus.h"
-#include "common/core/error.h"
 #include "procedures/check/check.h"
 
 namespace berth::commands {
 namespace {
-
-struct Options {
-  RunRequest request;
-  std::vector<std::string> set;
-  std::string target_length;
-  bool twin = false;
-  bool hardware = false;
-  bool detach = false;
-  bool no_check = false;
-  bool no_console = false;
-  std::vector<std::string> answers;
-};
-
-void add_cell_options(CLI::App& command, Options& options) {
-  command.add_option("--layout", options.request.layout,
-                     "Layout of config/layouts (range, contact, free)");
-  command.add_option("--target", options.request.target,
-                     "Target: 'radarsat2', or a mesh (PLY, STL, OBJ)");
-  command.add_option("--target-length", options.target_length,
-                     "Scale the target so that its longest side is this long, in metres");
-  command.add_option("--seed", options.request.seed, "Seed of everything simulated")
-      ->capture_default_str();
-  command
-      .add_option("--out", options.request.out, "The run directory is made under this directory")
-      ->capture_default_str();
-  command.add_option("--config", options.request.config,
-                     "Configuration directory instead of the one shipped");
-  command.add_option("--operator", options.request.operator_name,
-                     "Who runs it, for the record; default: BERTH_OPERATOR, or the user's name");
-  command.add_option("--lcm-url", options.request.url,
-                     "LCM URL, e.g. udpm://239.255.76.67:7667?ttl=0; testbeds side by side need "
-                     "ports of their own");
-  command.add_flag("--hardware", options.hardware,
-                   "The devices of config/devices.yaml are real: do not simulate them");
-  command.add_flag("--no-console", options.no_console,
-                   "Do not serve the operator's page; see berth console");
-  command.add_flag("--detach", options.detach, "Do not wait; see berth attach and berth stop");
-}
-
-void complete(Options& options) {
-  RunRequest& request = options.request;
-  if (!options.target_length.empty()) {
-    request.target_length = target_length_of(options.target_length);
-  }
-  request.parameters = overrides_of(options.set);
-  if (options.twin && options.hardware)
-    throw InputError("--twin and --hardware exclude each other");
-  if (!options.answers.empty() && !options.twin) {
-    throw InputError(
-        "--answer is for --twin; elsewhere prompts are answered by key or by berth command");
-  }
-  request.host = options.twin ? "twin" : options.hardware ? "cell" : "simulated-cell";
-  if (options.twin) return;
-  request.url = bus_url(request.url);
-  for (const auto& run : active_runs()) {
-    if (run.url != request.url) continue;
-    const bool is_cell = !RunFiles::open(run.directory).has_procedure;
-    if (!is_cell || request.procedure.empty()) {
-      throw InputError(run.directory.string() + " runs on " + request.url +
-                       ": berth attach, berth stop, or another --lcm-url");
-    }
-    request.joins = run.directory;
-  }
-}
-
-std::atomic<bool> interrupted = false;
-
-int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>& answers) {
-  std::printf("twin %s\n", files.directory.c_str());
-  signal(SIGINT, [](int) { interrupted = true; });
-  terminal::TerminalView view;
-  const TwinResult result = run_twin(
-      files,
-      [&](const std::string& channel, Bytes bytes) {
-        view.take(channel, bytes);
-        view.refresh();
-      },
-      [] { return interrupted.load(); }, answers);
-  const int code = write_verdict(files, result.exit_code);
-  view.clear_panel();
-  terminal::show_verdict(files);
-  std::printf("simulated %.1f s in %.2f s: %.0f times real time (and %.2f s to prepare)\n",
-              result.simulated_s, result.wall_s, result.simulated_s / result.wall_s,
-              result.preparation_s);
-  return code;
-}
 
 /// What berth check would say, before anything starts. @return whether it may.
 bool passes_check(const RunRequest& request) {
@@ -124,7 +26,9 @@ bool passes_check(const RunRequest& request) {
   if (request.joins.empty()) {
     setup = choose_setup({request.config, request.layout, request.target, request.target_length},
                          &procedure);
-    setup.config = changed.emplace(setup.config, request.parameters).directory();
+    setup.config =
+        changed.emplace(setup.config, request.parameters, setup.layout, request.calibration)
+            .directory();
   } else {
     setup = RunFiles::open(request.joins).setup;
     start = arms_now(request.url, setup.session);
@@ -140,48 +44,16 @@ bool passes_check(const RunRequest& request) {
   return report.good();
 }
 
-/// Until the console that was started with the run has said where it serves, or some seconds.
-void announce_console(const RunFiles& files, pid_t supervisor) {
-  constexpr int most_tenths = 100;
-  for (int tenth = 0; tenth < most_tenths && is_alive(supervisor); ++tenth) {
-    if (const auto address = console::console_address(files.directory)) {
-      std::printf("console %s\n", address->c_str());
-      return;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-}
-
-int run_in_processes(const RunFiles& files, const Options& options) {
-  const bool with_console =
-      !options.no_console && !files.joins && console::load_console_config(files.setup.config).start;
-  std::printf("run %s\n", files.directory.c_str());
-  std::fflush(stdout);
-  const pid_t supervisor = supervise_in_background(files, with_console);
-  if (options.detach) {
-    if (with_console) announce_console(files, supervisor);
-    return exit_code::passed;
-  }
-  return monitor({supervisor, files.directory, bus_url(files.url)});
-}
-
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("run", "Run a procedure to its verdict");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CellOptions>();
   command
       ->add_option("procedure", options->request.procedure,
                    "Procedure, e.g. procedures/approach.yaml")
       ->required();
-  command->add_flag(
-      "--twin", options->twin,
-      "In one process on a simulated clock: deterministic, far faster than real time");
-  command
-      ->add_option("--set", options->set,
-                   "A parameter of the procedure, or a key of a configuration file as "
-                   "simulation_lidar.yaml:noise_scale")
-      ->type_name("NAME=VALUE");
+  add_twin_options(*command, *options);
   command->add_flag("--no-check", options->no_check,
                     "Start although berth check may have something against it");
   command
@@ -206,7 +78,7 @@ void add_run(CLI::App& app, int& exit_code) {
 void add_up(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "up", "Bring a cell up without a procedure; berth run then runs procedures in it");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CellOptions>();
   add_cell_options(*command, *options);
   command->callback([options, &exit_code] {
     complete(*options);

@@ -141,13 +141,21 @@ void check_override(const fs::path& config, const std::string& parameter,
   overridden(place_of(config, parameter), parameter, value);
 }
 
+void put_calibration(const fs::path& config, const std::string& layout, const fs::path& file) {
+  if (file.empty()) return;
+  const std::string text = read_file(file);
+  fs::create_directories(config / "calibration");
+  write_file(config / "calibration" / (layout + ".yaml"), text);
+}
+
 ChangedConfiguration::ChangedConfiguration(const fs::path& config,
-                                           const std::map<std::string, std::string>& parameters)
+                                           const std::map<std::string, std::string>& parameters,
+                                           const std::string& layout, const fs::path& calibration)
     : directory_(config) {
   const bool changes = std::any_of(parameters.begin(), parameters.end(), [](const auto& item) {
     return names_configuration(item.first);
   });
-  if (!changes) return;
+  if (!changes && calibration.empty()) return;
   std::string name = (fs::temp_directory_path() / "berth-config-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw InputError(name + ": cannot be made");
   directory_ = name;
@@ -155,6 +163,7 @@ ChangedConfiguration::ChangedConfiguration(const fs::path& config,
   try {
     fs::copy(config, directory_, fs::copy_options::recursive);
     override_configuration(directory_, parameters);
+    put_calibration(directory_, layout, calibration);
   } catch (...) {
     fs::remove_all(directory_);
     throw;

@@ -25,13 +25,20 @@ void override_configuration(const std::filesystem::path& config,
 void check_override(const std::filesystem::path& config, const std::string& parameter,
                     const std::string& value);
 
-/// A configuration directory with some keys changed; where none are it is the one given, else a
-/// copy that goes with this object.
+/// Makes a calibration file the one of a layout; an empty name changes nothing.
+/// @throws InputError when it cannot be read.
+void put_calibration(const std::filesystem::path& config, const std::string& layout,
+                     const std::filesystem::path& file);
+
+/// A configuration directory with some keys changed, or a calibration; where none are it is the one
+/// given, else a copy that goes with this object.
 class ChangedConfiguration {
  public:
   /// @throws InputError as override_configuration
   ChangedConfiguration(const std::filesystem::path& config,
-                       const std::map<std::string, std::string>& parameters);
+                       const std::map<std::string, std::string>& parameters,
+                       const std::string& layout = "",
+                       const std::filesystem::path& calibration = "");
   ~ChangedConfiguration();
   ChangedConfiguration(const ChangedConfiguration&) = delete;
   ChangedConfiguration& operator=(const ChangedConfiguration&) = delete;

@@ -111,7 +111,10 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
                const Description& description) {
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
   fs::copy(config, directory / "config", fs::copy_options::recursive);
-  if (!description.joins) override_configuration(directory / "config", request.parameters);
+  if (!description.joins) {
+    override_configuration(directory / "config", request.parameters);
+    put_calibration(directory / "config", description.layout, request.calibration);
+  }
   if (description.host == "simulated-cell" && !description.joins) {
     choose_free_ports(directory / "config" / "devices.yaml");
   }
@@ -158,6 +161,9 @@ RunFiles join(const RunRequest& request) {
     throw InputError("a cell is up with its configuration: '" + name + "' cannot be set any more");
   }
   procedures::load_procedure(request.procedure, of_procedure(request.parameters));
+  if (!request.calibration.empty()) {
+    throw InputError("a cell is up with its calibration: it cannot be given another any more");
+  }
   if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
       (!request.target.empty() &&
        fs::path(request.target).filename() != fs::path(cell.setup.target).filename()) ||

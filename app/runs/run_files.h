@@ -21,6 +21,7 @@ struct RunRequest {
   std::string url;                      ///< LCM URL; empty in the twin
   std::filesystem::path joins;          ///< run directory of a cell that is up already
   std::filesystem::path config;         ///< configuration to copy; empty: the one shipped
+  std::filesystem::path calibration;    ///< file that this cell has; empty: the configuration's own
   std::filesystem::path out = "runs";   ///< the run directory is made under it
   std::string operator_name;            ///< empty: default_operator()
 };

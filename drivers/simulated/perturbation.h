@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <string>
 
 #include "common/bus/loop.h"
 #include "common/core/cell.h"
@@ -23,10 +25,12 @@ struct PerturbationSizes {
   double controller_clock = 0;  ///< s
   double controller_drift = 0;  ///< parts of one
   double report_lag = 0;        ///< s
+  double lidar_clock = 0;       ///< s
+  double lidar_range = 0;       ///< m
 };
 
-/// Reads the section `perturbation`. @throws InputError.
-PerturbationSizes read_perturbation(Config config);
+/// Reads a file of config/worlds. @throws InputError.
+PerturbationSizes load_perturbation(const std::filesystem::path& file);
 
 /// One arm as it really is.
 struct ArmErrors {
@@ -36,11 +40,23 @@ struct ArmErrors {
   std::array<Pose, 6> links{};  ///< behind each link, in its frame
   Utime clock = 0;              ///< controller clock minus the cell's
   double drift = 0;             ///< of the controller clock
-  Utime report_lag = 0;         ///< on top of the controller's own
+  Utime report_lag = 0;         ///< on top of the controller's own; reports come from no future
 };
 
 /// The same seed and role draw the same errors.
 ArmErrors draw_errors(const PerturbationSizes& sizes, const PlacedArm& arm, std::uint64_t seed);
+
+/// The LIDAR as it really is.
+struct LidarErrors {
+  Utime clock = 0;   ///< device clock minus the cell's
+  double range = 0;  ///< m in every range
+};
+
+/// The same seed draws the same errors.
+LidarErrors draw_lidar_errors(const PerturbationSizes& sizes, std::uint64_t seed);
+
+/// What was drawn, as YAML for tests and reports.
+std::string text_of(const ArmErrors& replica, const ArmErrors& sensor, const LidarErrors& lidar);
 
 /// The cell as it really is: bases, tools and link geometry with their errors. Its kinematics take
 /// true joints.

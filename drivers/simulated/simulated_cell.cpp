@@ -3,6 +3,7 @@
 
 #include <berth/injection_state_t.hpp>
 
+#include "common/core/file.h"
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
 
@@ -16,6 +17,15 @@ std::string text_of(const std::vector<std::string>& faults) {
   std::string text;
   for (const std::string& fault : faults) text += (text.empty() ? "" : "; ") + fault;
   return text.empty() ? "none" : text;
+}
+
+/// The LIDAR with what the world has made of it.
+SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
+  SimulatedLidarSettings lidar = setup.lidar;
+  const LidarErrors errors = draw_lidar_errors(setup.settings.perturbation, setup.seed);
+  lidar.clock_offset += errors.clock;
+  lidar.range_bias += errors.range;
+  return lidar;
 }
 
 }  // namespace
@@ -37,17 +47,29 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
       scene_(
           world_, [this](Utime t) { return replica_.true_joints(t); },
           [this](Utime t) { return sensor_.true_joints(t); }, setup.lidar.scene),
-      lidar_(setup.devices.lidar.address, setup.lidar_profile, setup.lidar, setup.seed, loop, wires,
-             scene_),
+      lidar_(setup.devices.lidar.address, setup.lidar_profile, as_it_is(setup), setup.seed, loop,
+             wires, scene_),
       faults_(cell_faults(replica_, sensor_, plc_, lidar_, scene_)) {
   scene_.set_sun_lamp([this] {
     return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation()};
   });
   bus.subscribe<injection_t>(channels::injection, Queue::fifo(),
                              [this](const injection_t& injection) { on_injection(injection); });
-  if (!setup.world_truth.empty()) {
-    truth_.emplace(setup.world_truth);
+  if (!setup.out.empty()) {
+    write_file(setup.out / "world.yaml",
+               text_of(replica_errors_, sensor_errors_,
+                       draw_lidar_errors(setup.settings.perturbation, setup.seed)));
+    truth_.emplace(setup.out / "world_truth.lcm");
     truth_timer_ = loop.every(truth_period, [this] { write_truth(); });
+    if (setup.settings.tracker.write) {
+      tracker_.emplace(
+          setup.tracker, setup.settings.tracker, setup.seed,
+          [this](ArmRole role, Utime t) {
+            return role == ArmRole::replica ? world_.replica.tool_pose(replica_.true_joints(t))
+                                            : world_.sensor.tool_pose(sensor_.true_joints(t));
+          },
+          loop, setup.out / "tracker.csv");
+    }
   }
   counter_timer_ = loop.every(second, [this] {
     show_counters();
@@ -189,7 +211,8 @@ SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   setup.lidar_profile = load_lidar_profile(run, setup.devices.lidar.model);
   setup.lidar = load_simulated_lidar(run.config / "simulation_lidar.yaml");
   setup.seed = run.seed;
-  if (!run.out.empty()) setup.world_truth = run.out / "world_truth.lcm";
+  setup.tracker = load_tracker_setup(run.config / "tracker.yaml");
+  setup.out = run.out;
   return setup;
 }
 

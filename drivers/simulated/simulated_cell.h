@@ -40,7 +40,8 @@ class SimulatedCell final : public Node {
     LidarProfile lidar_profile;
     SimulatedLidarSettings lidar;
     std::uint64_t seed = 1;
-    std::filesystem::path world_truth;  ///< empty: none is written
+    TrackerSetup tracker;
+    std::filesystem::path out;  ///< where the world's truth is written; empty: nowhere
   };
 
   /// @throws InputError when an address cannot be listened on.
@@ -81,6 +82,7 @@ class SimulatedCell final : public Node {
   std::int64_t fault_state_seq_ = 0;
   Loop::TimerId fault_timer_ = 0;
   std::optional<WorldTruthLog> truth_;
+  std::optional<SimulatedTracker> tracker_;
   std::int64_t truth_seq_ = 0;
   Loop::TimerId truth_timer_ = 0;
   Loop::TimerId counter_timer_ = 0;

@@ -42,6 +42,17 @@ SimulatedPlc::Options read_plc(Config config) {
   return options;
 }
 
+SimulatedTracker::Options read_tracker(Config config) {
+  SimulatedTracker::Options options;
+  options.write = config.boolean("write");
+  const double rate = config.quantity("rate", Dimension::frequency);
+  if (!(rate > 0 && rate <= 1000)) throw config.error("rate", "expected up to 1 kHz");
+  options.period = utime_from_seconds(1 / rate);
+  options.place = config.pose("place");
+  config.finish();
+  return options;
+}
+
 }  // namespace
 
 SimulationSettings load_simulation(const std::filesystem::path& file) {
@@ -49,7 +60,9 @@ SimulationSettings load_simulation(const std::filesystem::path& file) {
   SimulationSettings settings;
   settings.controller = read_controller(config.section("controller"));
   settings.plc = read_plc(config.section("plc"));
-  settings.perturbation = read_perturbation(config.section("perturbation"));
+  settings.perturbation =
+      load_perturbation(file.parent_path() / "worlds" / (config.text("world") + ".yaml"));
+  settings.tracker = read_tracker(config.section("tracker"));
   config.finish();
   return settings;
 }

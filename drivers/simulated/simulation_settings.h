@@ -6,6 +6,7 @@
 #include "drivers/simulated/perturbation.h"
 #include "drivers/simulated/simulated_controller.h"
 #include "drivers/simulated/simulated_plc.h"
+#include "drivers/simulated/simulated_tracker.h"
 
 namespace berth {
 
@@ -14,6 +15,7 @@ struct SimulationSettings {
   SimulatedController::Options controller;
   SimulatedPlc::Options plc;
   PerturbationSizes perturbation;
+  SimulatedTracker::Options tracker;
 };
 
 /// @throws InputError.

@@ -46,6 +46,7 @@ struct Maker {
     set_pose(move.to, command.position_m, command.q_wxyz);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
+    command.frozen_arm = static_cast<std::int8_t>(move.frozen_arm);
     return command;
   }
 

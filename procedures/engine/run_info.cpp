@@ -15,14 +15,16 @@ namespace fs = std::filesystem;
 /// Leaves room in the 60 kB of a message for everything that is not an attachment's content.
 constexpr std::size_t most_content_bytes = 50000;
 
-/// The configuration's files by their names in it, in order; of the layouts only the run's own.
+/// The configuration's files by their names in it, in order; of layouts and their calibrations only
+/// the run's own.
 std::vector<fs::path> configuration_files(const RunSetup& setup) {
   std::vector<fs::path> files;
   if (!fs::is_directory(setup.config)) return files;
   for (const auto& entry : fs::recursive_directory_iterator(setup.config)) {
     if (!entry.is_regular_file() || entry.path().extension() != ".yaml") continue;
     const fs::path name = fs::relative(entry.path(), setup.config);
-    if (name.parent_path() == "layouts" && name.stem() != setup.layout) continue;
+    const bool of_layouts = name.parent_path() == "layouts" || name.parent_path() == "calibration";
+    if (of_layouts && name.stem() != setup.layout) continue;
     files.push_back(name);
   }
   std::sort(files.begin(), files.end());

@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "common/core/error.h"
+#include "common/core/text.h"
 #include "procedures/language/procedure.h"
 #include "procedures/language/step_options.h"
 #include "procedures/language/sweep.h"
@@ -275,6 +276,22 @@ class Unroller {
     block.optional("settle", Dimension::time, dwell.settle);
     if (dwell.settle < 0) throw block.error("settle", "must not be negative");
     const auto poses = read_poses(block, "poses");
+    std::vector<int> frozen(poses.size(), move.frozen_arm);
+    if (block.has("frozen")) {
+      const auto words = block.texts("frozen");
+      if (words.size() != poses.size()) {
+        throw block.error("frozen", "found " + std::to_string(words.size()) +
+                                        " arms, expected one for each of the " +
+                                        std::to_string(poses.size()) + " poses");
+      }
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        frozen[i] = frozen_arm_of(words[i]);
+        if (frozen[i] < 0) {
+          throw block.error("frozen", "found '" + words[i] +
+                                          "', expected one of: " + berth::joined(frozen_arms()));
+        }
+      }
+    }
     finish_keys(block, find_in(blocks(), "calibrate")->keys, "calibrate");
     Step step;
     step.on_failure = around.on_failure;
@@ -286,6 +303,7 @@ class Unroller {
       const std::string which = joined(
           around.label, "pose " + std::to_string(i + 1) + " of " + std::to_string(poses.size()));
       move.to = poses[i];
+      move.frozen_arm = frozen[i];
       step.verb = move;
       step.name = "move (" + which + ")";
       step.phase = phase + " motion";
@@ -335,6 +353,8 @@ const std::vector<VerbInfo>& blocks() {
        "goes to each pose, and waits at rest for good estimates; only the waiting is in its phase",
        "3 min for each motion and each wait",
        {{"poses", Kind::poses, true, "", "poses of the target in the sensor frame"},
+        {"frozen", Kind::texts, false, "none",
+         "for each pose the arm that stands still on the way there: none, replica or sensor"},
         {"estimates", Kind::count, false, "20", "good ones at each pose"},
         {"settle", Kind::time, false, "1 s", "at rest before the first scan counts"},
         {"speed", Kind::speed, true, "", "of the motions"},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/language/step_options.h"
 
+#include <algorithm>
 #include <regex>
 
 #include "common/core/error.h"
@@ -48,6 +49,17 @@ const std::vector<KeyInfo>& step_keys() {
        "abort, continue, hold, 'retry N times', or 'retry N times, then continue' (or hold)"},
   };
   return keys;
+}
+
+const std::vector<std::string>& frozen_arms() {
+  static const std::vector<std::string> words = {"none", "replica", "sensor"};
+  return words;
+}
+
+int frozen_arm_of(const std::string& word) {
+  const auto& words = frozen_arms();
+  const auto found = std::find(words.begin(), words.end(), word);
+  return found == words.end() ? -1 : static_cast<int>(found - words.begin());
 }
 
 }  // namespace berth::procedures

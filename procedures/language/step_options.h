@@ -18,4 +18,9 @@ OnFailure read_on_failure(Config& step, OnFailure standard);
 /// The key `if`; nothing where there is none.
 std::optional<Condition> read_if(Config& step);
 
+/// The words for an arm that stands still: none, replica, sensor.
+const std::vector<std::string>& frozen_arms();
+/// As in testbed_command_t::frozen_arm; -1: no such word.
+int frozen_arm_of(const std::string& word);
+
 }  // namespace berth::procedures

@@ -28,6 +28,7 @@ struct Move {
   Pose to;
   double speed = 0;
   double angular_speed = 0;
+  int frozen_arm = 0;  ///< as in testbed_command_t: 0 none, 1 replica, 2 sensor
 };
 
 /// Looks for the target; done with the first good estimate.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "procedures/language/parameters.h"
+#include "procedures/language/step_options.h"
 
 namespace berth::procedures {
 namespace {
@@ -46,6 +47,9 @@ Read read_move(Config& config) {
   move.angular_speed = radians(10);
   config.optional("turn", Dimension::angular_speed, move.angular_speed);
   if (move.angular_speed <= 0) throw config.error("turn", "must be greater than zero");
+  if (config.has("frozen")) {
+    move.frozen_arm = frozen_arm_of(config.choice("frozen", frozen_arms()));
+  }
   return {move, 180};
 }
 
@@ -261,7 +265,8 @@ std::vector<VerbInfo> make_verbs() {
        "3 min",
        {{"to", Kind::pose, true, "", "pose of the target in the sensor frame"},
         {"speed", Kind::speed, true, "", "greatest relative speed"},
-        {"turn", Kind::angular_speed, false, "10 deg/s", "greatest relative turn rate"}},
+        {"turn", Kind::angular_speed, false, "10 deg/s", "greatest relative turn rate"},
+        {"frozen", Kind::words, false, "none", "the arm that stands still", frozen_arms()}},
        read_move},
       {"trajectory", "along a path made by one of these rules, open loop", "its end and 2 min",
        trajectory_keys(), nullptr, std::nullopt, read_trajectory_step},

@@ -19,7 +19,8 @@ namespace berth {
 /// The simulated cell of a layout with its three Modbus drivers, in the twin.
 struct Rig {
   explicit Rig(const std::string& layout, std::uint64_t seed = 1,
-               const PerturbationSizes& perturbation = {}, const std::filesystem::path& out = {}) {
+               const PerturbationSizes& perturbation = {}, const std::filesystem::path& out = {},
+               bool tracker = false) {
     run.config = "config";
     run.layout = layout;
     run.seed = seed;
@@ -27,6 +28,7 @@ struct Rig {
     run.out = out;
     SimulatedCell::Setup setup = load_simulated_cell(run);
     setup.settings.perturbation = perturbation;
+    setup.settings.tracker.write = tracker;
     cell = std::make_unique<SimulatedCell>(NodeSetup{"simulated-cell", 5, ""}, setup,
                                            simulation.make_bus(), simulation.make_loop(),
                                            simulation.wires());

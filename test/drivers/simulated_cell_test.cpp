@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <berth/ground_truth_t.hpp>
 #include <cmath>
 #include <ctime>
@@ -134,6 +135,25 @@ TEST_CASE("the world's truth is a stock log at 100 Hz, and none of it is on the 
                           truth.linear_velocity_m_s[2]);
   CHECK(velocity.norm() > 0.1);
   CHECK(velocity.norm() < 0.5);
+}
+
+TEST_CASE("what the world drew stands beside the run, and what a tracker saw of it") {
+  TemporaryDirectory directory;
+  PerturbationSizes sizes;
+  sizes.base_position = 0.005;
+  sizes.lidar_range = 0.005;
+  {
+    Rig rig("range", 4, sizes, directory.path, true);
+    rig.move(1);
+  }
+  const std::string world = bytes_of(directory.path / "world.yaml");
+  CHECK(world.find("report_lag: 0.000 ms") != std::string::npos);
+  CHECK(world.find("range: 0.000 mm") == std::string::npos);
+  const std::string seen = bytes_of(directory.path / "tracker.csv");
+  CHECK(seen.find("time,point,x,y,z\n") == 0);
+  CHECK(std::count(seen.begin(), seen.end(), '\n') > 30);  // 20 Hz
+  CHECK(seen.find(",S1,") != std::string::npos);
+  CHECK(seen.find(",R4,") != std::string::npos);
 }
 
 TEST_CASE("an emergency stop at the PLC stops both arms") {

@@ -181,6 +181,23 @@ TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") 
             .find("needs an 'acquire' before it") != std::string::npos);
 }
 
+TEST_CASE("an arm can be told to stand still, in a move and on the way to each calibration pose") {
+  const Procedure p = parsed(
+      "  - acquire: {}\n"
+      "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s, frozen: sensor}\n"
+      "  - calibrate:\n"
+      "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0]]\n"
+      "      frozen: [replica, none]\n"
+      "      speed: 100 mm/s\n");
+  CHECK(std::get<Move>(p.steps[1].verb).frozen_arm == 2);
+  CHECK(std::get<Move>(p.steps[2].verb).frozen_arm == 1);
+  CHECK(std::get<Move>(p.steps[4].verb).frozen_arm == 0);
+  const std::string start =
+      "  - acquire: {}\n  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s, frozen: ";
+  CHECK(complaint(start + "[left]}\n").find("found 'left'") != std::string::npos);
+  CHECK(complaint(start + "[none, none]}\n").find("found 2 arms") != std::string::npos);
+}
+
 TEST_CASE("the other verbs are read") {
   const Procedure p = parsed(
       "  - prompt: {text: Ready for it, choices: [go, no], go_on: [go], default: go}\n"

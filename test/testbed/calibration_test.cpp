@@ -93,7 +93,7 @@ TEST_CASE("a calibration file gives back what was written, whatever cannot be to
   calibration.geometry_hash = "abcd";
   calibration.sources = {"run-1"};
   calibration.unobservable = {"replica.zero.1 against base.rz"};
-  calibration.residuals = {{"scan position", 60, 1e-3, 2e-3, "pose 7"}};
+  calibration.residuals = {{"scans, position", 60, 1e-3, 2e-3, "rest 7, S1"}};
   calibration.values = drawn(random, 1);
   calibration.covariance =
       prior_covariance(nominal_cell(), load_calibration_settings("config/calibration.yaml").search);

@@ -162,6 +162,18 @@ CalibrationJacobian calibration_jacobian(const Cell& calibrated, const ArmPair& 
   return jacobian;
 }
 
+PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints& joints,
+                             const Joints& rates, const Vector3d& place) {
+  CalibrationJacobian jacobian;
+  jacobian.setZero();
+  const PlacedArm& arm = calibrated.arm(role);
+  const Vector3d point = arm.tool_pose(joints) * place;
+  Columns columns(jacobian, Pose{}, point, 1);
+  if (role == ArmRole::replica) columns.pose(0, arm.base);
+  add_arm(arm, joints, rates, columns, point);
+  return jacobian.topRows<3>();
+}
+
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates) {
   CalibrationJacobian jacobian = calibration_jacobian(calibrated, joints, rates);

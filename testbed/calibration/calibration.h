@@ -50,6 +50,11 @@ using CalibrationJacobian = Eigen::Matrix<double, 6, calibration_size>;
 CalibrationJacobian calibration_jacobian(const Cell& calibrated, const ArmPair& joints,
                                          const ArmPair& rates = {});
 
+/// d point in the cell / d parameters, of a point fixed to the arm's tool (m, tool frame).
+using PointJacobian = Eigen::Matrix<double, 3, calibration_size>;
+PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints& joints,
+                             const Joints& rates, const Vector3d& place);
+
 /// Covariance of T_sensor_model that is the calibration's.
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates = {});

@@ -76,9 +76,9 @@ std::string text_of(const Calibration& c) {
   for (const CalibrationResidual& r : c.residuals) {
     const bool angle = r.kind.find("attitude") != std::string::npos;
     const Dimension dimension = angle ? Dimension::angle : Dimension::length;
-    text += "  - {kind: " + r.kind + ", count: " + std::to_string(r.count) +
+    text += "  - {kind: \"" + r.kind + "\", count: " + std::to_string(r.count) +
             ", rms: " + quantity(r.rms, dimension, 4) +
-            ", worst: " + quantity(r.worst, dimension, 4) + ", where: " + r.where + "}\n";
+            ", worst: " + quantity(r.worst, dimension, 4) + ", where: \"" + r.where + "\"}\n";
   }
   char number[40];
   std::snprintf(number, sizeof number, "%.4g", c.chi2_per_dof);

@@ -219,8 +219,9 @@ void SimulatedLidar::add_faults(lidar::BeamReturn& measured) {
     measured.status = lidar::BeamStatus::miss;
     measured.intensity = 0;
     measured.range_m = 0;
-  } else if (measured.status == lidar::BeamStatus::hit && faults_.range_bias != 0) {
-    const double range = double{measured.range_m} + faults_.range_bias;
+  } else if (const double bias = settings_.range_bias + faults_.range_bias;
+             measured.status == lidar::BeamStatus::hit && bias != 0) {
+    const double range = double{measured.range_m} + bias;
     measured.range_m = static_cast<float>(std::max(range, 0.0));
   }
 }

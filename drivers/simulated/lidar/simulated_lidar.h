@@ -26,6 +26,7 @@ struct SimulatedLidarSettings {
   int beams_per_packet = 50;
   std::int64_t clock_offset = 0;   ///< device clock minus host clock at the start, us
   double clock_drift = 0;          ///< parts of one
+  double range_bias = 0;           ///< m, in every range, as long as the instrument lives
   double noise_scale = 1;          ///< on the profile's three sigmas; 0: none
   double full_scale_range_m = 10;  ///< a white surface, square to the beam, gives 4095 here
   int least_intensity = 0;         ///< weaker returns are lost (MISS)

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "common/core/reflectors.h"
+#include "testbed/calibration/measurements.h"
+
+namespace berth {
+
+/// What a recorded run holds for calibration: estimates while the arms rested, as one pose each
+/// with the scatter of its scans, those while they moved steadily one by one, and what a tracker
+/// saw meanwhile. Estimates lag behind an acceleration: those scans say nothing of the clocks.
+/// @param nominal tells accelerations
+/// @param tracker_file empty: none
+/// @throws InputError when the log cannot be read or holds nothing of the kind.
+testbed::CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell& nominal,
+                                             const TrackerSetup& setup,
+                                             const std::filesystem::path& tracker_file);
+
+}  // namespace berth

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/runs/run_files.h"
+
+namespace CLI {
+class App;
+}
+
+namespace berth::commands {
+
+/// What commands that run something in a cell are told of it.
+struct CellOptions {
+  RunRequest request;
+  std::vector<std::string> set;
+  std::string target_length;
+  bool twin = false;
+  bool hardware = false;
+  bool detach = false;
+  bool no_check = false;
+  bool no_console = false;
+  std::vector<std::string> answers;  ///< to prompts, in the twin
+};
+
+/// Options of the cell and of how it is brought up.
+void add_cell_options(CLI::App& command, CellOptions& options);
+/// --twin and --set.
+void add_twin_options(CLI::App& command, CellOptions& options);
+
+/// What follows from the options: completes the request. @throws InputError.
+void complete(CellOptions& options);
+
+/// Runs to the verdict in this process, on a simulated clock. @return the run's exit code.
+int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>& answers = {});
+/// The same with processes, shown in this terminal.
+int run_in_processes(const RunFiles& files, const CellOptions& options);
+
+}  // namespace berth::commands

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "testbed/arm_pair.h"
+
+namespace berth::testbed {
+
+/// The reported joints of one arm over a run.
+class JointTrack {
+ public:
+  /// In order of time; others are dropped.
+  void add(double t, const Joints& joints);
+  struct State {
+    Joints joints{};
+    Joints rates{};  ///< per second
+  };
+  /// Between two readings, at most 0.1 s apart; nothing elsewhere.
+  std::optional<State> at(double t) const;
+  bool empty() const { return times_.empty(); }
+
+ private:
+  std::vector<double> times_;
+  std::vector<Joints> joints_;
+};
+
+/// What is known of a run by which the cell is calibrated. Times in s from one beginning, as they
+/// were stamped.
+struct CalibrationRun {
+  JointTrack replica;
+  JointTrack sensor;
+
+  /// Where the estimator saw the target.
+  struct Scan {
+    std::string where;  ///< "pose 7"
+    double time = 0;
+    Pose pose;            ///< T_sensor_model
+    Matrix6d covariance;  ///< see perturbed()
+    bool moving = false;
+  };
+  std::vector<Scan> scans;
+
+  /// Where a tracker saw a reflector.
+  struct Reading {
+    std::string where;
+    double time = 0;
+    ArmRole on = ArmRole::replica;
+    Vector3d place;    ///< of the reflector on the replica or the sensor
+    Vector3d point;    ///< m, in the tracker's frame
+    double sigma = 0;  ///< m per axis
+    bool moving = false;
+  };
+  std::vector<Reading> readings;
+
+  const JointTrack& arm(ArmRole role) const { return role == ArmRole::replica ? replica : sensor; }
+};
+
+}  // namespace berth::testbed

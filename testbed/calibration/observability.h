@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "testbed/calibration/parameters.h"
+
+namespace berth::testbed {
+
+/// One way in which the parameters can change together without any measurement noticing.
+struct Unobservable {
+  std::vector<std::string> parameters;  ///< those that change, the strongest first
+  std::string text;                     ///< for a person
+};
+
+/// What measurements tell nothing of: the directions in which they know less than the prior,
+/// brought to a form in which each names few parameters.
+/// @param information of the measurements alone
+/// @param prior covariance
+std::vector<Unobservable> find_unobservable(const Eigen::MatrixXd& information,
+                                            const Eigen::MatrixXd& prior);
+
+}  // namespace berth::testbed

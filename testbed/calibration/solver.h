@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "testbed/calibration/calibration.h"
+#include "testbed/calibration/measurements.h"
+
+namespace berth::testbed {
+
+/// What is to be solved.
+struct CalibrationProblem {
+  Cell nominal;
+  Eigen::MatrixXd prior;             ///< covariance of the parameters about the nominal cell
+  std::vector<CalibrationRun> runs;  ///< a tracker stood somewhere else in each of them
+  double tracker_time_sigma = 0;     ///< s, between the trackers' clocks and the host's
+};
+
+struct CalibrationSolution {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd information;  ///< of the measurements alone
+  std::vector<CalibrationResidual> residuals;
+  double chi2_per_dof = 0;  ///< of what rested, before its sigmas were made to agree with it
+  int iterations = 0;
+  bool with_tracker = false;
+  /// With a tracker: by how much the scans differ from it, [m; rad] in the sensor frame.
+  Vector6d scan_bias = Vector6d::Zero();
+  Matrix6d scan_bias_covariance = Matrix6d::Zero();
+};
+
+/// The parameters that explain the measurements best, given the prior: Gauss-Newton with
+/// Levenberg's damping, far-off measurements counted less (Huber). Where a kind of measurement
+/// scatters more than its sigmas say, its sigmas are raised until it does not. With tracker
+/// readings the tracker's place is solved for with each run, and the scans may be off by a constant
+/// pose: what the sensor makes of the target is not what the cell is judged by.
+/// @throws InputError when there is too little to solve from, or it does not converge.
+CalibrationSolution solve_calibration(const CalibrationProblem& problem);
+
+}  // namespace berth::testbed
