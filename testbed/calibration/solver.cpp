@@ -174,9 +174,10 @@ class Solver {
     for (const Term& term : terms_) {
       if (!row_of(term, cell, state, row)) continue;
       const double size = static_cast<double>(row.residual.size());
-      const double far = row.residual.norm() / (scale_[term.kind] * std::sqrt(size / 3));
-      const double weight = far > huber ? huber / far : 1;
-      sums.cost += weight * row.residual.squaredNorm() / (scale_[term.kind] * scale_[term.kind]);
+      const double far = row.residual.norm() / scale_[term.kind];
+      const double limit = huber * std::sqrt(size / 3);
+      const double weight = far > limit ? limit / far : 1;
+      sums.cost += far > limit ? 2 * limit * far - limit * limit : far * far;
       sums.chi2[term.kind] += weight * row.residual.squaredNorm();
       sums.count[term.kind] += weight * size;
       sums.squares[term.kind].push_back(row.residual.squaredNorm() / size);
@@ -218,6 +219,7 @@ class Solver {
 
   /// @return iterations
   int converge() {
+    constexpr double enough = 1e-3;  // of chi2: a thirtieth of a sigma
     double damping = 1e-6;
     for (int i = 1; i <= most_iterations; ++i) {
       const Sums sums = add_up(state_, true);
@@ -237,7 +239,7 @@ class Solver {
           damping *= 10;
         }
       }
-      if (!better || promised < 1e-4) return i;
+      if (!better || promised < enough) return i;
     }
     throw InputError(
         "the calibration does not converge: are the cell's files and the run's the "
