@@ -154,7 +154,7 @@ int estimate(const Options& options) {
     nlohmann::ordered_json report;
     try {
       const std::int64_t start = stopwatch();
-      const Cloud cloud = read_cloud(file);
+      const clouds::Cloud cloud = clouds::read_cloud(file);
       const CleanScan scan = preprocess(cloud.beams, gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
       SingleScanResult result = method.estimate(scan, initial);

@@ -31,6 +31,7 @@ namespace {
 struct Options {
   RunRequest request;
   std::vector<std::string> set;
+  std::string lidar;
   std::string target_length;
   bool twin = false;
   bool hardware = false;
@@ -59,6 +60,9 @@ void add_cell_options(CLI::App& command, Options& options) {
   command.add_option("--lcm-url", options.request.url,
                      "LCM URL, e.g. udpm://239.255.76.67:7667?ttl=0; testbeds side by side need "
                      "ports of their own");
+  command.add_option("--lidar", options.lidar,
+                     "Recorded scans instead of the LIDAR: a directory of clouds (PCD, PLY, PTX, "
+                     "XYZ) or one, a run directory, or a .lcm log; see docs/lidar.md");
   command.add_flag("--hardware", options.hardware,
                    "The devices of config/devices.yaml are real: do not simulate them");
   command.add_flag("--no-console", options.no_console,
@@ -72,6 +76,7 @@ void complete(Options& options) {
     request.target_length = target_length_of(options.target_length);
   }
   request.parameters = overrides_of(options.set);
+  if (!options.lidar.empty()) request.parameters.merge(recorded_lidar(options.lidar));
   if (options.twin && options.hardware)
     throw InputError("--twin and --hardware exclude each other");
   if (!options.answers.empty() && !options.twin) {
@@ -87,6 +92,10 @@ void complete(Options& options) {
     if (!is_cell || request.procedure.empty()) {
       throw InputError(run.directory.string() + " runs on " + request.url +
                        ": berth attach, berth stop, or another --lcm-url");
+    }
+    if (!options.lidar.empty()) {
+      throw InputError("--lidar: the cell of " + run.directory.string() +
+                       " is up already: give the option to berth up");
     }
     request.joins = run.directory;
   }

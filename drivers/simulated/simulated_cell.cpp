@@ -41,7 +41,7 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
              scene_),
       faults_(cell_faults(replica_, sensor_, plc_, lidar_, scene_)) {
   scene_.set_sun_lamp([this] {
-    return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation()};
+    return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation(), plc_.albedo_lamp()};
   });
   bus.subscribe<injection_t>(channels::injection, Queue::fifo(),
                              [this](const injection_t& injection) { on_injection(injection); });

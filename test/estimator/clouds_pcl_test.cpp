@@ -6,15 +6,15 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/clouds/cloud.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "common/core/random.h"
-#include "estimator/clouds/cloud.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 using Catch::Contains;
 
 namespace {

@@ -2,18 +2,18 @@
 #include <cstring>
 #include <fstream>
 
+#include "common/clouds/cloud.h"
+#include "common/clouds/ptx_cloud.h"
+#include "common/clouds/xyz_cloud.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "common/core/random.h"
-#include "estimator/clouds/cloud.h"
-#include "estimator/clouds/ptx_cloud.h"
-#include "estimator/clouds/xyz_cloud.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 #include "test/estimator/cloud_files.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 using Catch::Contains;
 
 namespace {

@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "common/clouds/ptx_cloud.h"
+#include "common/clouds/xyz_cloud.h"
 #include "common/core/error.h"
-#include "estimator/clouds/ptx_cloud.h"
-#include "estimator/clouds/xyz_cloud.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 
 namespace {
 

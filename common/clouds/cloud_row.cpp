@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include "common/clouds/cloud.h"
 #include "common/core/beam_model.h"
-#include "estimator/clouds/cloud.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 void add_row(Cloud& cloud, const CloudRow& row) {
   ++cloud.counts.points;
@@ -32,4 +32,4 @@ void add_row(Cloud& cloud, const CloudRow& row) {
   ++cloud.counts.hits;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/core/pose.h"
-#include "estimator/scan/scan.h"
+#include "common/core/raw_beam.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// Where every point of a file went: points is the sum of all others.
 struct CloudCounts {
@@ -40,6 +40,11 @@ struct Cloud {
 /// @throws InputError naming file, for text also the line, what was found and what was expected.
 Cloud read_cloud(const std::filesystem::path& path);
 
+/// Whether a file's extension is one that read_cloud knows.
+bool is_cloud(const std::filesystem::path& path);
+/// ".pcd, .ply, ...", for messages.
+std::string known_extensions();
+
 /// One row of a cloud.
 struct CloudRow {
   Vector3d point = Vector3d::Zero();  ///< m
@@ -50,4 +55,4 @@ struct CloudRow {
 /// Takes a row in as a hit, or counts why not.
 void add_row(Cloud& cloud, const CloudRow& row);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds
