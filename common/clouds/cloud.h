@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "common/core/pose.h"
-#include "common/core/raw_beam.h"
 
 namespace berth::clouds {
 
@@ -22,9 +22,19 @@ struct CloudCounts {
   std::size_t bad_sigma = 0;   ///< negative: dropped
 };
 
+/// One beam, as far as a cloud tells it.
+struct CloudBeam {
+  std::int64_t utime = 0;  ///< us; 0 where the file has no times
+  bool hit = false;        ///< else nothing came back
+  double range = 0;        ///< m; 0 unless hit
+  double azimuth = 0;      ///< rad, to the right
+  double elevation = 0;    ///< rad, up
+  double range_sigma = 0;  ///< m; 0: not said
+};
+
 /// A cloud file as the beams that made it. Sensor frame, m.
 struct Cloud {
-  std::vector<RawBeam> beams;  ///< hits and misses, in the file's order
+  std::vector<CloudBeam> beams;  ///< hits and misses, in the file's order
   CloudCounts counts;
   bool has_misses = false;  ///< the format tells empty beams
   bool has_times = false;

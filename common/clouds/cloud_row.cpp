@@ -22,11 +22,11 @@ void add_row(Cloud& cloud, const CloudRow& row) {
     ++cloud.counts.bad_sigma;
     return;
   }
-  RawBeam beam;
+  CloudBeam beam;
   beam.utime = std::llround(row.utime);
   beam.range = range;
   beam_angles(row.point, beam.azimuth, beam.elevation);
-  beam.status = BeamStatus::hit;
+  beam.hit = true;
   beam.range_sigma = row.sigma;
   cloud.beams.push_back(beam);
   ++cloud.counts.hits;

@@ -77,7 +77,7 @@ Cloud parse_ptx(std::string_view text, const std::string& file) {
       ++cloud.counts.undirected;
       continue;
     }
-    RawBeam miss;
+    CloudBeam miss;
     beam_angles(direction, miss.azimuth, miss.elevation);
     cloud.beams.push_back(miss);
     ++cloud.counts.misses;

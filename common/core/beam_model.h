@@ -23,12 +23,6 @@ struct BeamModel {
   double range_variance(double range, double incidence) const;
   /// Width of the beam on a surface square to it, m.
   double footprint(double range) const { return aperture_m + divergence_rad * range; }
-  /// Variance (rad^2, along one axis) of where in the footprint light falls, seen from the
-  /// instrument: an even disc.
-  double footprint_variance(double range) const {
-    const double angle = footprint(range) / range;
-    return angle * angle / 16;
-  }
 };
 
 /// Direction of a beam in the sensor frame (x right, y down, z boresight):

@@ -22,15 +22,7 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
   profile.beams_max = static_cast<int>(config.integer("beams_max"));
   if (profile.beams_max < 1) throw config.error("beams_max", "expected at least 1");
   profile.beam = read_beam_model(config.section("beam"));
-  config.optional("range_max_reflectivity", profile.range_max_reflectivity);
-  if (!(profile.range_max_reflectivity >= 0 && profile.range_max_reflectivity <= 1)) {
-    throw config.error("range_max_reflectivity", "expected 0 to 1");
-  }
-  config.optional("pulse_length", Dimension::length, profile.pulse_length_m);
-  if (!(profile.pulse_length_m > 0)) throw config.error("pulse_length", "expected more than 0");
-  if (config.has("returns")) {
-    profile.last_return = config.choice("returns", {"first", "last"}) == "last";
-  }
+  if (config.has("receiver")) config.section("receiver");  // what only the simulator needs
   config.finish();
   return profile;
 }

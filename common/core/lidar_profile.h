@@ -19,11 +19,6 @@ struct LidarProfile {
   double minimum_step_rad = 0;      ///< between neighbouring beams
   int beams_max = 0;                ///< in one scan
   BeamModel beam;
-  /// Of a diffuse surface, square to the beam, that is just seen at the beam's range_max; 0: the
-  /// range alone decides.
-  double range_max_reflectivity = 0;
-  double pulse_length_m = 0.5;  ///< nearer to each other than this, two surfaces make one echo
-  bool last_return = false;     ///< of several echoes the last is reported, not the first
 };
 
 /// @throws InputError.

@@ -38,7 +38,7 @@ std::optional<RecordedScan> CloudRecording::next() {
   scan.name = file.filename().string();
   scan.timed = cloud.has_times;
   scan.beams.reserve(cloud.beams.size());
-  for (const RawBeam& raw : cloud.beams) {
+  for (const clouds::CloudBeam& raw : cloud.beams) {
     RecordedBeam beam;
     beam.utime = cloud.has_times
                      ? raw.utime
@@ -46,7 +46,7 @@ std::optional<RecordedScan> CloudRecording::next() {
     beam.beam.range_m = static_cast<float>(raw.range);
     beam.beam.azimuth_rad = static_cast<float>(raw.azimuth);
     beam.beam.elevation_rad = static_cast<float>(raw.elevation);
-    beam.beam.status = static_cast<BeamStatus>(raw.status);
+    beam.beam.status = raw.hit ? BeamStatus::hit : BeamStatus::miss;
     scan.beams.push_back(beam);
   }
   std::stable_sort(scan.beams.begin(), scan.beams.end(),

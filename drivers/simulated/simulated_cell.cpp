@@ -188,6 +188,9 @@ SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   setup.settings = load_simulation(run.config / "simulation.yaml");
   setup.lidar_profile = load_lidar_profile(run, setup.devices.lidar.model);
   setup.lidar = load_simulated_lidar(run.config / "simulation_lidar.yaml");
+  const std::string& lidar = setup.cell.lidar;
+  const std::string model = lidar.empty() ? setup.devices.lidar.model : lidar;
+  read_receiver(run.config / "lidars" / (model + ".yaml"), setup.lidar.receiver);
   setup.seed = run.seed;
   if (!run.out.empty()) setup.world_truth = run.out / "world_truth.lcm";
   return setup;

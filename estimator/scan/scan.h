@@ -6,12 +6,21 @@
 #include <vector>
 
 #include "common/core/pose.h"
-#include "common/core/raw_beam.h"
 
 namespace berth::estimator {
 
-using berth::BeamStatus;
-using berth::RawBeam;
+/// What the LIDAR says of one beam, as in scan_packet_t.
+enum class BeamStatus : std::int8_t { hit, miss, too_near, too_far, saturated };
+
+/// One beam as the LIDAR reports it.
+struct RawBeam {
+  std::int64_t utime = 0;  ///< us since the epoch
+  double range = 0;        ///< m; 0 unless hit
+  double azimuth = 0;      ///< rad, to the right
+  double elevation = 0;    ///< rad, up
+  BeamStatus status = BeamStatus::miss;
+  double range_sigma = 0;  ///< m, where the sensor says it of each beam; 0: the beam model's
+};
 
 /// A rectangle in azimuth and elevation, swept with count beams.
 struct Window {

@@ -250,7 +250,8 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
 
 TEST_CASE("weak returns drop out when the device is so set") {
   SimulatedLidarSettings settings = perfect();
-  settings.full_scale_range_m = 5;  // the plate, half as bright as white: 2048 on the boresight
+  settings.receiver.full_scale_range_m =
+      5;  // the plate, half as bright as white: 2048 on the boresight
   settings.least_intensity = 2000;
   Bench bench(settings);
   bench.greet();
@@ -330,6 +331,16 @@ TEST_CASE("its configuration file is read strictly") {
   CHECK(settings.start_delay == 5 * millisecond);
   CHECK(settings.clock_offset == 12500000);
   CHECK(settings.scene.room.reflectivity == 0.6);
+  CHECK(settings.scene.parts.at("radarsat2").at(0).name == "bus");
+  ReceiverSettings receiver;
+  read_receiver("config/lidars/short_range.yaml", receiver);
+  CHECK(receiver.pulse_length_m == 0.15);
+  CHECK(receiver.range_max_reflectivity == 0.2);
+  for (const auto& file : std::filesystem::directory_iterator("config/lidars")) {
+    INFO(file.path());
+    CHECK_NOTHROW(read_receiver(file.path(), receiver));
+    CHECK_NOTHROW(load_lidar_profile(file.path()));
+  }
 }
 
 TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
@@ -425,11 +436,10 @@ TEST_CASE("the lamp behind what is scanned blinds the beams towards it, and only
 TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not") {
   // The plate's edges are at 1 m to both sides, 5 m away; the wall is `depth` behind it.
   const auto scan = [](double depth, bool last) {
-    LidarProfile profile = ilris();
-    profile.last_return = last;
     SimulatedLidarSettings settings;
     settings.noise_scale = 0;
-    Bench bench(settings, 1, profile);
+    settings.receiver.last_return = last;
+    Bench bench(settings);
     bench.scene.wall_behind = depth;
     bench.greet();
     // A line across the right edge: 1 mm between beams, 60 mm in all.
@@ -477,10 +487,10 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
 
 TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when far") {
   LidarProfile profile = ilris();
-  profile.range_max_reflectivity = 0.2;
   profile.beam.range_max_m = 100;
   SimulatedLidarSettings settings;
   settings.mixed_pixels = false;
+  settings.receiver.range_max_reflectivity = 0.2;
   Bench bench(settings, 1, profile);
   bench.greet();
   std::int64_t id = 0;

@@ -30,6 +30,22 @@ const std::array<std::pair<double, double>, on_ring>& ring_places() {
 
 }  // namespace
 
+void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings) {
+  Config file = Config::load(profile);
+  if (!file.has("receiver")) return;
+  Config config = file.section("receiver");
+  config.optional("range_max_reflectivity", settings.range_max_reflectivity);
+  if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
+    throw config.error("range_max_reflectivity", "expected 0 to 1");
+  }
+  config.optional("pulse_length", Dimension::length, settings.pulse_length_m);
+  if (!(settings.pulse_length_m > 0)) throw config.error("pulse_length", "expected more than 0");
+  if (config.has("returns")) {
+    settings.last_return = config.choice("returns", {"first", "last"}) == "last";
+  }
+  config.finish();
+}
+
 std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const BeamModel& beam) {
   const double level = std::max(1e-9, std::hypot(direction.x(), direction.z()));
   const Vector3d right(direction.z() / level, 0, -direction.x() / level);

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <span>
 
-#include "common/core/lidar_profile.h"
+#include "common/core/beam_model.h"
 #include "common/core/random.h"
 #include "drivers/simulated/scene.h"
 
@@ -29,16 +30,21 @@ struct Echo {
 
 struct ReceiverSettings {
   double full_scale_range_m = 10;  ///< see Echo::power
-  double pulse_length_m = 0.5;     ///< echoes nearer to each other than this are one
   double least_echo = 0.25;        ///< of the strongest of a beam: weaker ones are not seen
-  bool last_return = false;        ///< the last echo is reported, not the first
+  // Section `receiver` of a LIDAR's profile (config/lidars).
+  double pulse_length_m = 0.5;        ///< echoes nearer to each other than this are one
+  bool last_return = false;           ///< the last echo is reported, not the first
+  double range_max_reflectivity = 0;  ///< of a surface just seen at the greatest range; 0: all are
 };
+
+/// Reads what a profile says of its receiver. @throws InputError.
+void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings);
 
 /// Light that comes back from the rays of one beam, parted by range into echoes a pulse's length
 /// long; of these the first, or last, that is not too weak.
 /// @param glitter draws how the mirrors of rough surfaces happen to lie: exponential, as for few of
 /// many mirrors
 std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<const SceneHit> hits,
-                            Random& glitter);
+                                  Random& glitter);
 
 }  // namespace berth

@@ -18,8 +18,6 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
                                Wires& wires, Scene& scene)
     : profile_(std::move(profile)),
       settings_(std::move(settings)),
-      receiver_{settings_.full_scale_range_m, profile_.pulse_length_m, settings_.least_echo,
-                profile_.last_return},
       random_(seed, "lidar"),
       glitter_random_(seed, "lidar glitter"),
       sun_random_(seed, "lidar sun"),
@@ -27,8 +25,8 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
       loop_(loop),
       scene_(scene),
       started_(loop.now()) {
-  const double falloff = settings_.full_scale_range_m / profile_.beam.range_max_m;
-  least_power_ = std::max(profile_.range_max_reflectivity * falloff * falloff,
+  const double falloff = settings_.receiver.full_scale_range_m / profile_.beam.range_max_m;
+  least_power_ = std::max(settings_.receiver.range_max_reflectivity * falloff * falloff,
                           (settings_.least_intensity - 0.5) / full_scale);
   wires.listen(address, [this](int fd) { accept(fd); });
 }
@@ -191,7 +189,7 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
   if (echo && echo->range < beam.range_min_m) {
     measured.status = lidar::BeamStatus::too_near;
   } else if (echo && echo->power >= least_power_) {
-    const double distance = echo->range / settings_.full_scale_range_m;
+    const double distance = echo->range / settings_.receiver.full_scale_range_m;
     const bool dazzles = echo->power * distance * distance > settings_.saturation;
     measured.status = dazzles ? lidar::BeamStatus::saturated : lidar::BeamStatus::hit;
     measured.intensity =
@@ -209,10 +207,10 @@ std::optional<Echo> SimulatedLidar::echo_of(const Vector3d& direction, Utime t) 
   if (settings_.mixed_pixels && beam.footprint(1) > 0) {
     const auto rays = rays_of_beam(direction, beam);
     scene_.cast(t, rays, beam.range_max_m, hits);
-    return received_echo(receiver_, hits, glitter_random_);
+    return received_echo(settings_.receiver, hits, glitter_random_);
   }
   scene_.cast(t, direction, beam.range_max_m, hits[0]);
-  return received_echo(receiver_, {hits.data(), 1}, glitter_random_);
+  return received_echo(settings_.receiver, {hits.data(), 1}, glitter_random_);
 }
 
 void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& direction,
@@ -281,7 +279,7 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   time("clock_offset", settings.clock_offset);
   config.optional("clock_drift", settings.clock_drift);
   config.optional("noise_scale", settings.noise_scale);
-  config.optional("full_scale_range", Dimension::length, settings.full_scale_range_m);
+  config.optional("full_scale_range", Dimension::length, settings.receiver.full_scale_range_m);
   config.optional("least_intensity", settings.least_intensity);
   if (settings.start_delay < 0) throw config.error("start_delay", "must not be negative");
   if (settings.beams_per_packet < 1 ||
@@ -293,8 +291,8 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   }
   if (settings.noise_scale < 0) throw config.error("noise_scale", "must not be negative");
   config.optional("mixed_pixels", settings.mixed_pixels);
-  config.optional("least_echo", settings.least_echo);
-  if (!(settings.least_echo >= 0 && settings.least_echo <= 1)) {
+  config.optional("least_echo", settings.receiver.least_echo);
+  if (!(settings.receiver.least_echo >= 0 && settings.receiver.least_echo <= 1)) {
     throw config.error("least_echo", "expected 0 to 1");
   }
   config.optional("saturation", settings.saturation);

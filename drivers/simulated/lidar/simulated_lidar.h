@@ -26,13 +26,12 @@ struct SimulatedLidarSettings {
   Utime start_delay = 5 * millisecond;  ///< from a scan order to the first beam
   MirrorSettings mirror;                ///< between the windows of a scan, and before the first
   int beams_per_packet = 50;
-  std::int64_t clock_offset = 0;   ///< device clock minus host clock at the start, us
-  double clock_drift = 0;          ///< parts of one
-  double noise_scale = 1;          ///< on the profile's three sigmas; 0: none
-  double full_scale_range_m = 10;  ///< a white surface, square to the beam, gives 4095 here
-  int least_intensity = 0;         ///< weaker returns are lost (MISS)
-  bool mixed_pixels = true;        ///< the beam has a width; else it is one ray
-  double least_echo = 0.25;        ///< of a beam's strongest: weaker echoes are not seen
+  std::int64_t clock_offset = 0;  ///< device clock minus host clock at the start, us
+  double clock_drift = 0;         ///< parts of one
+  double noise_scale = 1;         ///< on the profile's three sigmas; 0: none
+  ReceiverSettings receiver;
+  int least_intensity = 0;   ///< weaker returns are lost (MISS)
+  bool mixed_pixels = true;  ///< the beam has a width; else it is one ray
   double saturation =
       20;  ///< times as bright as a white surface in its place: no range (SATURATED)
   SceneSettings scene;
@@ -110,7 +109,6 @@ class SimulatedLidar {
 
   LidarProfile profile_;
   SimulatedLidarSettings settings_;
-  ReceiverSettings receiver_;
   double least_power_ = 0;
   Random random_;
   Random glitter_random_;
