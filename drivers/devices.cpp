@@ -35,6 +35,34 @@ ArmDevice read_arm(Config config) {
   return arm;
 }
 
+LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
+  LidarDevice lidar;
+  const std::string adapter =
+      config.has("adapter") ? config.choice("adapter", {"tcp", "files", "log"}) : "tcp";
+  lidar.adapter = adapter == "files" ? LidarDevice::Kind::files
+                  : adapter == "log" ? LidarDevice::Kind::log
+                                     : LidarDevice::Kind::tcp;
+  lidar.model = config.text("model");
+  std::string address;
+  std::string recording;
+  config.optional("address", address);
+  config.optional("recording", recording);
+  const bool tcp = lidar.adapter == LidarDevice::Kind::tcp;
+  if (tcp && address.empty()) lidar.address = config.text("address");
+  lidar.address = address;
+  if (!tcp && (recording.empty() || recording == "none")) {
+    throw config.error("recording", "found none, expected what adapter " + adapter + " plays");
+  }
+  if (!tcp) lidar.recording = directory / recording;  // an absolute one stays as it is
+  config.optional("repeat", lidar.repeat);
+  double gap = seconds(lidar.longest_gap);
+  config.optional("longest_gap", Dimension::time, gap);
+  if (!(gap >= 0)) throw config.error("longest_gap", "must not be negative");
+  lidar.longest_gap = utime_from_seconds(gap);
+  config.finish();
+  return lidar;
+}
+
 }  // namespace
 
 Devices load_devices(const std::filesystem::path& config_directory) {
@@ -48,10 +76,7 @@ Devices load_devices(const std::filesystem::path& config_directory) {
   devices.plc.poll_period = period(plc, "poll_rate");
   devices.plc.timeout = time(plc, "timeout");
   plc.finish();
-  Config lidar = config.section("lidar");
-  devices.lidar.address = lidar.text("address");
-  devices.lidar.model = lidar.text("model");
-  lidar.finish();
+  devices.lidar = read_lidar(config.section("lidar"), config_directory);
   config.finish();
   return devices;
 }

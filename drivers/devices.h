@@ -31,9 +31,15 @@ struct PlcDevice {
   Utime timeout = 100 * millisecond;
 };
 
+/// What stands behind the LIDAR driver (docs/lidar.md).
 struct LidarDevice {
-  std::string address;
-  std::string model;  ///< config/lidars/<model>.yaml
+  enum class Kind { tcp, files, log };
+  Kind adapter = Kind::tcp;
+  std::string address;              ///< of tcp: host:port
+  std::string model;                ///< config/lidars/<model>.yaml
+  std::filesystem::path recording;  ///< of files and log
+  bool repeat = false;              ///< a recording that is over starts anew
+  Utime longest_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
 };
 
 /// All boxes of hardware of one cell.

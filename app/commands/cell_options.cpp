@@ -62,6 +62,9 @@ void add_cell_options(CLI::App& command, CellOptions& options) {
   command.add_option("--lcm-url", options.request.url,
                      "LCM URL, e.g. udpm://239.255.76.67:7667?ttl=0; testbeds side by side need "
                      "ports of their own");
+  command.add_option("--lidar", options.lidar,
+                     "Recorded scans instead of the LIDAR: a directory of clouds (PCD, PLY, PTX, "
+                     "XYZ) or one, a run directory, or a .lcm log; see docs/lidar.md");
   command.add_flag("--hardware", options.hardware,
                    "The devices of config/devices.yaml are real: do not simulate them");
   command.add_flag("--no-console", options.no_console,
@@ -75,6 +78,7 @@ void complete(CellOptions& options) {
     request.target_length = target_length_of(options.target_length);
   }
   request.parameters = overrides_of(options.set);
+  if (!options.lidar.empty()) request.parameters.merge(recorded_lidar(options.lidar));
   if (options.twin && options.hardware)
     throw InputError("--twin and --hardware exclude each other");
   if (!options.answers.empty() && !options.twin) {
@@ -90,6 +94,10 @@ void complete(CellOptions& options) {
     if (!is_cell || request.procedure.empty()) {
       throw InputError(run.directory.string() + " runs on " + request.url +
                        ": berth attach, berth stop, or another --lcm-url");
+    }
+    if (!options.lidar.empty()) {
+      throw InputError("--lidar: the cell of " + run.directory.string() +
+                       " is up already: give the option to berth up");
     }
     request.joins = run.directory;
   }

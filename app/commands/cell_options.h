@@ -18,6 +18,7 @@ struct CellOptions {
   RunRequest request;
   std::vector<std::string> set;
   std::string target_length;
+  std::string lidar;
   bool twin = false;
   bool hardware = false;
   bool detach = false;

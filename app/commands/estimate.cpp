@@ -107,6 +107,16 @@ int code_of(SingleScanResult::Status status) {
   }
 }
 
+std::vector<RawBeam> raw_beams(const clouds::Cloud& cloud) {
+  std::vector<RawBeam> beams;
+  beams.reserve(cloud.beams.size());
+  for (const clouds::CloudBeam& beam : cloud.beams) {
+    beams.push_back({beam.utime, beam.range, beam.azimuth, beam.elevation,
+                     beam.hit ? BeamStatus::hit : BeamStatus::miss, beam.range_sigma});
+  }
+  return beams;
+}
+
 /// What a mesh in millimetres looks like to a scanner.
 void doubt_length(double length, const CleanScan& scan, SingleScanResult& result) {
   if (result.status == SingleScanResult::Status::ok || scan.points.empty()) return;
@@ -154,8 +164,8 @@ int estimate(const Options& options) {
     nlohmann::ordered_json report;
     try {
       const std::int64_t start = stopwatch();
-      const Cloud cloud = read_cloud(file);
-      const CleanScan scan = preprocess(cloud.beams, gate, beam_model);
+      const clouds::Cloud cloud = clouds::read_cloud(file);
+      const CleanScan scan = preprocess(raw_beams(cloud), gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
       SingleScanResult result = method.estimate(scan, initial);
       doubt_length(length, scan, result);

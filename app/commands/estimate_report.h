@@ -4,14 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "estimator/clouds/cloud.h"
+#include "common/clouds/cloud.h"
 #include "estimator/single_scan.h"
 
 /// What berth estimate prints of one cloud. Every report has the same keys, null where there is
 /// nothing to say.
 namespace berth::commands {
 
-nlohmann::ordered_json report_of(const std::string& file, const estimator::Cloud& cloud,
+nlohmann::ordered_json report_of(const std::string& file, const clouds::Cloud& cloud,
                                  const estimator::CleanScan& scan,
                                  const estimator::SingleScan& method,
                                  const estimator::SingleScanResult& result, std::int64_t read_us);

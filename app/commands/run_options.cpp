@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/commands/run_options.h"
 
+#include <filesystem>
+
 #include "common/core/error.h"
 #include "common/core/quantity.h"
 
@@ -21,6 +23,16 @@ std::map<std::string, std::string> assignments_of(const std::string& option,
 
 procedures::Overrides overrides_of(const std::vector<std::string>& assignments) {
   return assignments_of("--set", assignments);
+}
+
+std::map<std::string, std::string> recorded_lidar(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path found = fs::canonical(path, error);
+  if (error) throw InputError("--lidar " + path + ": no such file or directory");
+  const bool log = found.extension() == ".lcm" || fs::exists(found / "run.lcm", error);
+  return {{"devices.yaml:lidar.adapter", log ? "log" : "files"},
+          {"devices.yaml:lidar.recording", found.string()}};
 }
 
 double target_length_of(const std::string& text) {

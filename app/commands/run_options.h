@@ -17,6 +17,9 @@ std::map<std::string, std::string> assignments_of(const std::string& option,
 /// --set NAME=VALUE, any number of them. @throws InputError.
 procedures::Overrides overrides_of(const std::vector<std::string>& assignments);
 
+/// --lidar PATH as keys of devices.yaml: a recording takes the LIDAR's place. @throws InputError.
+std::map<std::string, std::string> recorded_lidar(const std::string& path);
+
 /// --target-length, in m unless it names its unit. @throws InputError.
 double target_length_of(const std::string& text);
 

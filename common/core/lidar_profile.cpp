@@ -22,6 +22,7 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
   profile.beams_max = static_cast<int>(config.integer("beams_max"));
   if (profile.beams_max < 1) throw config.error("beams_max", "expected at least 1");
   profile.beam = read_beam_model(config.section("beam"));
+  if (config.has("receiver")) config.section("receiver");  // what only the simulator needs
   config.finish();
   return profile;
 }

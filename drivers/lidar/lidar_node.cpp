@@ -6,6 +6,7 @@
 
 #include "drivers/devices.h"
 #include "drivers/lidar/limits.h"
+#include "drivers/lidar/make_adapter.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -26,25 +27,24 @@ std::vector<lidar::Window> windows_of(const scan_request_t& request) {
 
 }  // namespace
 
-LidarNode::LidarNode(NodeSetup setup, LidarNodeConfig config, Bus& bus, Loop& loop, Wires& wires)
-    : Node(std::move(setup), bus, loop),
-      config_(std::move(config)),
-      link_(config_.link, loop, wires,
-            {[this] {
-               was_ready_ = true;
-               report(node_status_t::READY);
-               event(event_t::INFO, "lidar-connected",
-                     link_.identity().model + " " + link_.identity().serial + " at " +
-                         config_.link.address);
-               publish_state();
-             },
-             [this](const lidar::Message& message) { take_message(message); },
-             [this](const std::string& reason) { lost(reason); }}) {
+LidarNode::LidarNode(NodeSetup setup, LidarNodeConfig config,
+                     std::unique_ptr<lidar::Adapter> adapter, Bus& bus, Loop& loop)
+    : Node(std::move(setup), bus, loop), config_(std::move(config)), device_(std::move(adapter)) {
   this->bus().subscribe<scan_request_t>(
       channels::scan_request, Queue::fifo(),
       [this](const scan_request_t& request) { take_request(request); });
   tick_timer_ = loop.every(state_period, [this] { tick(); });
-  report(node_status_t::STARTING, "waiting for the LIDAR at " + config_.link.address);
+  report(node_status_t::STARTING, "waiting for the LIDAR at " + device_->name());
+  device_->start({[this] {
+                    was_ready_ = true;
+                    report(node_status_t::READY);
+                    event(event_t::INFO, "lidar-connected",
+                          device_->identity().model + " " + device_->identity().serial + " at " +
+                              device_->name());
+                    publish_state();
+                  },
+                  [this](const lidar::Message& message) { take_message(message); },
+                  [this](const std::string& reason) { lost(reason); }});
 }
 
 LidarNode::~LidarNode() { loop().cancel(tick_timer_); }
@@ -68,7 +68,7 @@ void LidarNode::take_request(const scan_request_t& request) {
   if (!scan_) return start(request);
   // The newer one waits until the device has let go of the older one.
   pending_ = request;
-  if (!scan_->cancelling) link_.send(lidar::Cancel{scan_->request.scan_id});
+  if (!scan_->cancelling) device_->cancel(scan_->request.scan_id);
   scan_->cancelling = true;
 }
 
@@ -76,11 +76,11 @@ void LidarNode::cancel(const scan_request_t& request) {
   if (pending_ && pending_->scan_id == request.scan_id) pending_.reset();
   if (!scan_ || scan_->request.scan_id != request.scan_id || scan_->cancelling) return;
   scan_->cancelling = true;
-  link_.send(lidar::Cancel{request.scan_id});
+  device_->cancel(request.scan_id);
 }
 
 std::string LidarNode::refusal(const scan_request_t& request) const {
-  if (!link_.ready()) return "the LIDAR is offline: " + link_.reason();
+  if (!device_->ready()) return "the LIDAR is offline: " + device_->reason();
   if (!device_fault_.empty()) return "the LIDAR reports a fault: " + device_fault_;
   return lidar::check_windows(config_.profile, windows_of(request));
 }
@@ -89,11 +89,10 @@ void LidarNode::start(const scan_request_t& request) {
   scan_ = Scan();
   scan_->request = request;
   scan_->began = now();
-  scan_->news = now();
   const std::string why = refusal(request);
   if (!why.empty()) return finish(scan_packet_t::REFUSED, why, now());
-  scan_->clock_offset = link_.clock().offset();
-  link_.send(lidar::ScanOrder{request.scan_id, windows_of(request)});
+  scan_->clock_offset = device_->clock_offset();
+  device_->order({request.scan_id, windows_of(request)});
   publish_state();
 }
 
@@ -107,7 +106,6 @@ void LidarNode::take_message(const lidar::Message& message) {
     publish_state();
   } else if (const auto* answer = std::get_if<lidar::ScanAnswer>(&message)) {
     if (!scan_ || answer->scan_id != scan_->request.scan_id) return;
-    scan_->news = now();
     scan_->beams_total = answer->beams;
     if (!answer->accepted) {
       finish(scan_packet_t::REFUSED, "the LIDAR refuses: " + answer->reason, now());
@@ -130,9 +128,8 @@ scan_packet_t LidarNode::packet_of(const Scan& scan) const {
 
 void LidarNode::take_returns(const lidar::Returns& returns) {
   if (!scan_ || returns.scan_id != scan_->request.scan_id) return;
-  scan_->news = now();
   if (returns.beams_before != scan_->beams || returns.window >= scan_->request.windows.size()) {
-    return link_.drop("returns of the LIDAR do not follow one another");
+    return device_->drop("returns of the LIDAR do not follow one another");
   }
   for (std::size_t first = 0; first < returns.beams.size();) {
     const std::size_t count =
@@ -155,7 +152,7 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
     if (packet.utime > now() + clock_tolerance || packet.utime < scan_->began - clock_tolerance) {
       event(event_t::ERROR, "lidar-clock",
             "a beam's time stamp lies outside the scan by the mapped clock");
-      return link_.drop("time stamps of the LIDAR make no sense");
+      return device_->drop("time stamps of the LIDAR make no sense");
     }
     scan_->beams += static_cast<std::uint32_t>(count);
     ++scan_->packets;
@@ -218,10 +215,6 @@ void LidarNode::lost(const std::string& reason) {
 }
 
 void LidarNode::tick() {
-  if (scan_ && now() - scan_->news > config_.returns_silence) {
-    return link_.drop("no returns of a running scan for " +
-                      std::to_string(config_.returns_silence / millisecond) + " ms");
-  }
   if (!scan_ && last_ && now() - last_published_ >= repeat_period) {
     publish(*last_);
     last_published_ = now();
@@ -239,21 +232,21 @@ void LidarNode::publish_state() {
   state.utime = now();
   state.seq = ++state_seq_;
   state.session = session();
-  state.state = !link_.ready()           ? lidar_state_t::OFFLINE
+  state.state = !device_->ready()        ? lidar_state_t::OFFLINE
                 : !device_fault_.empty() ? lidar_state_t::FAULT
                 : scan_                  ? lidar_state_t::SCANNING
                                          : lidar_state_t::IDLE;
-  state.reason = link_.ready() ? device_fault_ : link_.reason();
+  state.reason = device_->ready() ? device_fault_ : device_->reason();
   state.model = config_.profile.model;
-  state.serial = link_.ready() ? link_.identity().serial : "";
+  state.serial = device_->ready() ? device_->identity().serial : "";
   state.scan_id = scan_ ? scan_->request.scan_id : last_ ? last_->scan_id : 0;
   state.progress = !scan_ ? last_progress_
                    : scan_->beams_total == 0
                        ? 0
                        : static_cast<double>(scan_->beams) / scan_->beams_total;
-  if (link_.ready()) {
-    state.clock_offset_s = seconds(link_.clock().offset());
-    state.clock_offset_sigma_s = link_.clock().sigma_s();
+  if (device_->ready()) {
+    state.clock_offset_s = seconds(device_->clock_offset());
+    state.clock_offset_sigma_s = device_->clock_sigma_s();
   }
   state.rate_hz = config_.profile.rate_hz;
   state.range_min_m = config_.profile.beam.range_min_m;
@@ -265,12 +258,12 @@ void LidarNode::publish_state() {
 
 std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop,
                                       Wires& wires) {
-  const Devices devices = load_devices(run.config);
+  const LidarDevice device = load_devices(run.config).lidar;
   LidarNodeConfig config;
-  config.profile = load_lidar_profile(run, devices.lidar.model);
-  config.link.address = devices.lidar.address;
-  config.link.model = config.profile.model;
-  return std::make_unique<LidarNode>(std::move(setup), std::move(config), bus, loop, wires);
+  config.profile = load_lidar_profile(run, device.model);
+  auto adapter = lidar::make_adapter(device, config.profile, loop, wires);
+  return std::make_unique<LidarNode>(std::move(setup), std::move(config), std::move(adapter), bus,
+                                     loop);
 }
 
 }  // namespace berth

@@ -10,15 +10,13 @@
 #include "common/bus/node.h"
 #include "common/core/lidar_profile.h"
 #include "common/core/run_setup.h"
-#include "drivers/lidar/lidar_link.h"
+#include "drivers/lidar/adapter.h"
 
 namespace berth {
 
 struct LidarNodeConfig {
-  lidar::LinkSettings link;
   LidarProfile profile;
-  int beams_per_packet = 50;           ///< of SCAN_DATA, one window each
-  Utime returns_silence = 1 * second;  ///< a scan without news for so long is aborted
+  int beams_per_packet = 50;  ///< of SCAN_DATA, one window each
 };
 
 /// The LIDAR driver. SCAN_REQUEST in; SCAN_DATA while the scan runs, and LIDAR_STATE out.
@@ -30,7 +28,8 @@ struct LidarNodeConfig {
 /// scan runs it is published again every second, so that a lost datagram stalls nobody.
 class LidarNode final : public Node {
  public:
-  LidarNode(NodeSetup setup, LidarNodeConfig config, Bus& bus, Loop& loop, Wires& wires);
+  LidarNode(NodeSetup setup, LidarNodeConfig config, std::unique_ptr<lidar::Adapter> adapter,
+            Bus& bus, Loop& loop);
   ~LidarNode() override;
 
  private:
@@ -41,7 +40,6 @@ class LidarNode final : public Node {
     std::uint32_t beams = 0;
     std::int32_t packets = 0;
     Utime began = 0;
-    Utime news = 0;  ///< when the device last said anything of it
     bool cancelling = false;
   };
 
@@ -61,7 +59,7 @@ class LidarNode final : public Node {
   scan_packet_t packet_of(const Scan& scan) const;
 
   LidarNodeConfig config_;
-  lidar::LidarLink link_;
+  std::unique_ptr<lidar::Adapter> device_;
   std::optional<Scan> scan_;
   std::optional<scan_request_t> pending_;
   std::int64_t last_requested_ = 0;
@@ -77,7 +75,8 @@ class LidarNode final : public Node {
   Loop::TimerId tick_timer_ = 0;
 };
 
-/// Reads devices.yaml and the LIDAR's profile from RunSetup::config. @throws InputError.
+/// Reads devices.yaml and the LIDAR's profile from RunSetup::config; behind the node is the adapter
+/// chosen there. @throws InputError, also when there is nothing to play back.
 std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop,
                                       Wires& wires);
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/protocol.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 namespace berth::lidar {
@@ -15,41 +18,24 @@ constexpr std::size_t header_size = 16;
 constexpr std::size_t beam_size = 19;
 constexpr std::size_t max_text = 255;
 
-/// CRC-32 of IEEE 802.3, reflected.
-constexpr std::array<std::uint32_t, 256> crc_table = [] {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < 256; ++i) {
-    std::uint32_t c = i;
-    for (int k = 0; k < 8; ++k) c = (c & 1U) != 0 ? 0xedb88320U ^ (c >> 1) : c >> 1;
-    table[i] = c;
-  }
-  return table;
-}();
-
-std::uint32_t crc_update(std::uint32_t crc, std::span<const std::uint8_t> bytes) {
-  for (const std::uint8_t byte : bytes) crc = crc_table[(crc ^ byte) & 0xffU] ^ (crc >> 8);
-  return crc;
-}
+static_assert(std::endian::native == std::endian::little, "numbers are copied as they stand");
 
 /// Over version, type, reserved and length of the header (bytes 4 to 11), then the payload.
 std::uint32_t frame_crc(std::span<const std::uint8_t> frame) {
-  std::uint32_t crc = 0xffffffffU;
-  crc = crc_update(crc, frame.subspan(4, 8));
-  crc = crc_update(crc, frame.subspan(header_size));
-  return ~crc;
+  const auto add = [](uLong crc, std::span<const std::uint8_t> bytes) {
+    return crc32_z(crc, bytes.data(), bytes.size());
+  };
+  return static_cast<std::uint32_t>(add(add(0, frame.subspan(4, 8)), frame.subspan(header_size)));
 }
 
 class Writer {
  public:
   template <class Value>
   void put(Value value) {
-    auto bits = static_cast<std::uint64_t>(value);
-    for (std::size_t i = 0; i < sizeof(Value); ++i, bits >>= 8) {
-      bytes.push_back(static_cast<std::uint8_t>(bits));
-    }
+    const std::size_t at = bytes.size();
+    bytes.resize(at + sizeof value);
+    std::memcpy(bytes.data() + at, &value, sizeof value);
   }
-  void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
-  void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
   void put(const std::string& text) {
     const std::size_t size = std::min(text.size(), max_text);
     put(static_cast<std::uint8_t>(size));
@@ -66,20 +52,20 @@ class Reader {
 
   template <class Value>
   Value take() {
-    if constexpr (std::is_same_v<Value, double>) {
-      return finite(std::bit_cast<double>(take<std::uint64_t>()));
-    } else if constexpr (std::is_same_v<Value, float>) {
-      return finite(std::bit_cast<float>(take<std::uint32_t>()));
-    } else {
-      if (bytes_.size() < sizeof(Value)) {
+    if (bytes_.size() < sizeof(Value)) {
+      ok_ = false;
+      return 0;
+    }
+    Value value;
+    std::memcpy(&value, bytes_.data(), sizeof value);
+    bytes_ = bytes_.subspan(sizeof value);
+    if constexpr (std::is_floating_point_v<Value>) {
+      if (!std::isfinite(value)) {
         ok_ = false;
         return 0;
       }
-      std::uint64_t bits = 0;
-      for (std::size_t i = sizeof(Value); i-- > 0;) bits = bits << 8 | bytes_[i];
-      bytes_ = bytes_.subspan(sizeof(Value));
-      return static_cast<Value>(bits);
     }
+    return value;
   }
   template <class Value>
   void take(Value& value) {
@@ -110,13 +96,6 @@ class Reader {
   bool ok() const { return ok_; }
 
  private:
-  template <class Value>
-  Value finite(Value value) {
-    if (std::isfinite(value)) return value;
-    ok_ = false;
-    return 0;
-  }
-
   std::span<const std::uint8_t> bytes_;
   bool ok_ = true;
 };

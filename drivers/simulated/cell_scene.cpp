@@ -7,30 +7,48 @@
 
 namespace berth {
 
+namespace {
+
+/// Within this time an arm's links move along straight lines, to some micrometres.
+constexpr Utime longest_span = 5 * millisecond;
+
+/// Between two poses that are close together.
+Pose blend(const Pose& a, const Pose& b, double s) {
+  const double side = a.rotation.dot(b.rotation) < 0 ? -s : s;
+  const Eigen::Vector4d mixed = (1 - s) * a.rotation.coeffs() + side * b.rotation.coeffs();
+  return {(1 - s) * a.position + s * b.position, Quaterniond(mixed.normalized())};
+}
+
+}  // namespace
+
 CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
                      const SceneSettings& settings)
     : replica_(make_arm(world.replica, std::move(replica))),
       sensor_(make_arm(world.sensor, std::move(sensor))) {
-  const SurfaceShares& diffuse = settings.reflectivity;
-  const SurfaceShares& specular = settings.specular;
   // The target first: most beams are meant for it, and a near hit spares the rest.
-  add(replica_, world.target.mesh, tool_frame, diffuse.target, specular.target, true);
+  if (!world.target.mesh.triangles.empty()) {
+    Body& target = add(replica_, world.target.mesh, tool_frame, settings.target);
+    target.target = true;
+    const auto parts = settings.parts.find(world.target.name);
+    if (parts != settings.parts.end()) set_parts(target, world.target.mesh, parts->second);
+  }
   for (const auto& v : world.target.mesh.vertices) {
     target_reach_ = std::max(target_reach_, v.norm());
   }
-  add(replica_, world.mount, flange_frame, diffuse.mount, specular.mount);
+  if (!world.mount.triangles.empty()) add(replica_, world.mount, flange_frame, settings.mount);
   for (const ArmBody& body : world.replica.kinematics->bodies()) {
-    add(replica_, body.mesh, static_cast<std::size_t>(body.link), diffuse.arm, specular.arm);
+    if (body.mesh.triangles.empty()) continue;
+    add(replica_, body.mesh, static_cast<std::size_t>(body.link), settings.arm);
   }
   for (const ArmBody& body : world.sensor.kinematics->bodies()) {
-    if (body.link == last_link) continue;
-    add(sensor_, body.mesh, static_cast<std::size_t>(body.link), diffuse.arm, specular.arm);
+    if (body.link == last_link || body.mesh.triangles.empty()) continue;
+    add(sensor_, body.mesh, static_cast<std::size_t>(body.link), settings.arm);
   }
   Mesh room;
   for (const RoomBody& body : world.room) {
     if (!body.keep_out) room.append(body.mesh);
   }
-  add(room_, room, 0, diffuse.room, specular.room);
+  if (!room.triangles.empty()) add(room_, room, 0, settings.room);
 }
 
 CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) {
@@ -45,35 +63,85 @@ CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) 
   return arm;
 }
 
-void CellScene::add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
-                    double specular, bool target) {
-  if (mesh.triangles.empty()) return;
+CellScene::Body& CellScene::add(Group& group, const Mesh& mesh, std::size_t frame,
+                                const Material& material) {
   const Vector3d centre = bounding_box(mesh).centre();
   double radius = 0;
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
   group.bodies.push_back(
-      {RayCaster(mesh), centre, radius * 1.0001, reflectivity, specular, frame, target, centre});
+      {RayCaster(mesh), centre, radius * 1.0001, frame, false, {material}, {}, centre});
+  return group.bodies.back();
 }
 
-bool CellScene::move(Arm& arm, Utime t) {
+void CellScene::set_parts(Body& body, const Mesh& mesh, const std::vector<TargetPart>& parts) {
+  for (const TargetPart& part : parts) body.materials.push_back(part.material);
+  for (const auto& t : mesh.triangles) {
+    const Vector3d centre = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
+    std::uint8_t material = 0;
+    for (std::size_t i = 0; i < parts.size() && material == 0; ++i) {
+      const Box& box = parts[i].box;
+      const bool inside =
+          (centre.array() >= box.low.array()).all() && (centre.array() <= box.high.array()).all();
+      if (inside) material = static_cast<std::uint8_t>(i + 1);
+    }
+    body.material_of.push_back(material);
+  }
+}
+
+void CellScene::find_knot(const Arm& arm, Utime t, Knot& knot) {
+  if (knot.known && knot.time == t) return;
   const Joints joints = arm.joints_at(t);
-  if (arm.placed_once && joints == arm.joints) return false;
-  arm.placed_once = true;
-  arm.joints = joints;
+  const bool same = knot.known && joints == knot.joints;
+  knot.time = t;
+  if (same) return;
+  knot.joints = joints;
+  knot.known = true;
   const ArmKinematics& kinematics = *arm.placed.kinematics;
   const auto links = kinematics.link_poses(joints);
-  std::copy(links.begin(), links.end(), arm.frames.begin());
-  arm.frames[flange_frame] =
+  std::copy(links.begin(), links.end(), knot.frames.begin());
+  knot.frames[flange_frame] =
       arm.flange_is_last_link ? links[last_link] : kinematics.forward(joints);
-  arm.frames[tool_frame] = arm.frames[flange_frame] * arm.placed.tool;
+  knot.frames[tool_frame] = knot.frames[flange_frame] * arm.placed.tool;
+}
+
+bool CellScene::move(Arm& arm, Utime t, Utime next) {
+  Knot& before = arm.before;
+  Knot& after = arm.after;
+  const bool between = before.known && before.time <= t && t <= after.time && after.time <= next;
+  if (!between) {
+    const Joints was = before.joints;
+    const bool follows = after.known && after.time <= t && t - after.time < longest_span;
+    if (follows && next > t) {
+      before = after;
+    } else {
+      find_knot(arm, t, before);
+    }
+    if (next > t) find_knot(arm, std::min(next, before.time + longest_span), after);
+    if (before.joints != was) arm.placed_once = false;
+  }
+  const bool stands = t == before.time || before.joints == after.joints;
+  if (stands && arm.placed_once) return false;
+  if (stands) {
+    arm.frames = before.frames;
+  } else {
+    const double s =
+        static_cast<double>(t - before.time) / static_cast<double>(after.time - before.time);
+    for (std::size_t i = 0; i < arm.frames.size(); ++i) {
+      arm.frames[i] = blend(before.frames[i], after.frames[i], s);
+    }
+  }
+  arm.placed_once = stands;
   for (Body& body : arm.bodies) body.place = arm.frames[body.frame] * body.centre;
   return true;
 }
 
+void CellScene::prepare(Utime last) { prepared_until_ = last; }
+
 void CellScene::move_to(Utime t) {
   if (moved_ && t == time_) return;
-  move(replica_, t);
-  if (move(sensor_, t)) sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
+  const Utime next = std::max(t, prepared_until_);
+  move(replica_, t, next);
+  if (move(sensor_, t, next)) sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
   moved_ = true;
   time_ = t;
 }
@@ -83,43 +151,81 @@ Pose CellScene::relative_pose(Utime t) {
   return sensor_pose_.inverse() * (replica_.base * replica_.frames[tool_frame]);
 }
 
-void CellScene::cast_at(const Group& group, const Ray& ray, Met& met) {
+void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) {
+  const std::size_t count = rays.size();
   const Quaterniond to_base = group.base.rotation.conjugate();
-  const Vector3d origin = to_base * (ray.origin - group.base.position);
-  const Vector3d direction = to_base * ray.direction;
+  std::array<Ray, most_rays> in_base;
+  double apart = 0;   // of the rays' origins from the first one's
+  double spread = 0;  // of their directions
+  for (std::size_t i = 0; i < count; ++i) {
+    in_base[i] = {to_base * (rays[i].origin - group.base.position), to_base * rays[i].direction};
+    apart = std::max(apart, (in_base[i].origin - in_base[0].origin).squaredNorm());
+    spread = std::max(spread, (in_base[i].direction - in_base[0].direction).squaredNorm());
+  }
+  apart = std::sqrt(apart);
+  spread = std::sqrt(spread);
+  const auto farthest = [&] {
+    double range = 0;
+    for (const Met& one : met) range = std::max(range, one.range);
+    return range;
+  };
+  double until = farthest();
   for (const Body& body : group.bodies) {
-    const Vector3d to_centre = body.place - origin;
-    const double along = to_centre.dot(direction);
-    if (along < -body.radius || along - body.radius > met.range) continue;
-    if (to_centre.squaredNorm() - along * along > body.radius * body.radius) continue;
+    const Vector3d to_centre = body.place - in_base[0].origin;
+    const double along = to_centre.dot(in_base[0].direction);
+    const double reach = body.radius + apart + spread * (std::max(along, 0.0) + body.radius);
+    if (along < -reach || along - reach > until) continue;
+    if (to_centre.squaredNorm() - along * along > reach * reach) continue;
     const Pose& frame = group.frames[body.frame];
     const Quaterniond to_body = frame.rotation.conjugate();
-    const Ray own{to_body * (origin - frame.position), to_body * direction};
-    RayHit hit;
-    if (!body.caster.cast(own, met.range, hit)) continue;
-    met.range = hit.range;
-    met.body = &body;
-    met.normal = group.base.rotation * (frame.rotation * hit.normal);
+    std::array<Ray, most_rays> own;
+    std::array<RayHit, most_rays> hits;
+    for (std::size_t i = 0; i < count; ++i) {
+      own[i] = {to_body * (in_base[i].origin - frame.position), to_body * in_base[i].direction};
+    }
+    if (count == 1) {
+      if (!body.caster.cast(own[0], until, hits[0])) continue;
+    } else {
+      body.caster.cast({own.data(), count}, until, {hits.data(), count});
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(hits[i].range < met[i].range)) continue;
+      met[i] = {hits[i].range, &body, hits[i].triangle,
+                group.base.rotation * (frame.rotation * hits[i].normal)};
+    }
+    until = farthest();
   }
 }
 
-bool CellScene::cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) {
+void CellScene::cast(Utime t, std::span<const Ray> rays, double max_range,
+                     std::span<SceneHit> hits) {
   move_to(t);
+  const std::size_t count = std::min(rays.size(), most_rays);
   const Pose& sensor = sensor_pose_;
-  const Ray ray{sensor.position, sensor.rotation * direction};
-  Met met{max_range};
-  cast_at(replica_, ray, met);
-  cast_at(sensor_, ray, met);
-  cast_at(room_, ray, met);
-  if (occlusion_ > 0 && meets_plate(sensor, direction, met.range, hit)) return true;
-  if (met.body == nullptr) return false;
-  hit.range = met.range;
-  hit.normal = sensor.rotation.conjugate() * met.normal;
-  hit.incidence = std::acos(std::clamp(-direction.dot(hit.normal), 0.0, 1.0));
-  hit.reflectivity = met.body->reflectivity;
-  hit.specular = met.body->specular;
-  hit.target = met.body->target;
-  return true;
+  std::array<Ray, most_rays> in_cell;
+  std::array<Met, most_rays> all;
+  const std::span<Met> met{all.data(), count};
+  const Matrix3d turn = sensor.rotation.toRotationMatrix();
+  for (std::size_t i = 0; i < count; ++i) {
+    in_cell[i] = {sensor.position + turn * rays[i].origin, turn * rays[i].direction};
+    met[i] = Met{max_range};
+  }
+  for (const Group* group : std::initializer_list<const Group*>{&replica_, &sensor_, &room_}) {
+    cast_at(*group, {in_cell.data(), count}, met);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    SceneHit& hit = hits[i];
+    hit = SceneHit{};
+    if (occlusion_ > 0 && meets_plate(sensor, rays[i].direction, met[i].range, hit)) continue;
+    const Body* body = met[i].body;
+    if (body == nullptr) continue;
+    hit.range = met[i].range;
+    hit.normal = turn.transpose() * met[i].normal;
+    hit.cosine = std::clamp(-rays[i].direction.dot(hit.normal), 0.0, 1.0);
+    hit.material =
+        body->materials[body->material_of.empty() ? 0 : body->material_of[met[i].triangle]];
+    hit.target = body->target;
+  }
 }
 
 bool CellScene::meets_plate(const Pose& sensor, const Vector3d& direction, double range,
@@ -139,8 +245,7 @@ bool CellScene::meets_plate(const Pose& sensor, const Vector3d& direction, doubl
   }
   hit = SceneHit{};
   hit.range = depth / direction.z();
-  hit.incidence = std::acos(direction.z());
-  hit.reflectivity = 0.5;
+  hit.cosine = direction.z();
   hit.normal = -Vector3d::UnitZ();
   return true;
 }
@@ -152,15 +257,18 @@ Vector3d SunLamp::towards() const {
 
 Sunlight CellScene::sunlight(Utime t) {
   const SunLamp lamp = sun_lamp_ ? sun_lamp_() : SunLamp{};
-  if (lamp.level <= 0) return {};
+  Sunlight sun;
+  sun.albedo = lamp.albedo;
+  if (lamp.level <= 0) return sun;
   move_to(t);
   const Pose& sensor = sensor_pose_;
   const Ray ray{sensor.position, lamp.towards()};
-  Sunlight sun{lamp.level, sensor.rotation.conjugate() * ray.direction, false};
+  sun.level = lamp.level;
+  sun.towards = sensor.rotation.conjugate() * ray.direction;
   if (sun.towards.z() <= 0) return sun;  // behind the aperture
   Met met{std::numeric_limits<double>::infinity()};
-  cast_at(replica_, ray, met);
-  cast_at(sensor_, ray, met);
+  cast_at(replica_, {&ray, 1}, {&met, 1});
+  cast_at(sensor_, {&ray, 1}, {&met, 1});
   sun.in_view = met.body == nullptr;
   return sun;
 }

@@ -16,24 +16,12 @@ namespace berth {
 /// ascending order, never ahead of the loop's clock.
 using JointsAt = std::function<Joints(Utime)>;
 
-/// A property of each kind of surface, 0..1.
-struct SurfaceShares {
-  double target = 0;
-  double mount = 0;
-  double arm = 0;
-  double room = 0;
-};
-
-struct SceneSettings {
-  SurfaceShares reflectivity{0.5, 0.3, 0.3, 0.6};
-  SurfaceShares specular{0.3, 0, 0, 0};  ///< of sunlight, as by a mirror
-};
-
-/// The sun lamp: far away in a direction of the cell.
+/// The lamps: the sun far away in a direction of the cell, the albedo all around.
 struct SunLamp {
   double level = 0;      ///< 0..1
   double azimuth = 0;    ///< rad about the cell's z, from its x: 0 shines into the sensor
   double elevation = 0;  ///< rad above the horizon
+  double albedo = 0;     ///< level of the albedo lamp, 0..1
   /// Unit, to the lamp, cell frame.
   Vector3d towards() const;
 };
@@ -48,7 +36,11 @@ class CellScene final : public Scene {
   CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
             const SceneSettings& settings = {});
 
-  bool cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) override;
+  using Scene::cast;
+  /// At most as many rays as a packet of the ray caster holds.
+  void cast(Utime t, std::span<const Ray> rays, double max_range,
+            std::span<SceneHit> hits) override;
+  void prepare(Utime last) override;
   /// The room hides no lamp: it is the room's.
   Sunlight sunlight(Utime t) override;
 
@@ -65,43 +57,56 @@ class CellScene final : public Scene {
     RayCaster caster;
     Vector3d centre;  // of a bounding sphere, own frame
     double radius;
-    double reflectivity;
-    double specular;
     std::size_t frame;  // of its arm's frames
     bool target;
-    Vector3d place;  // of the centre in the base, now
+    std::vector<Material> materials;
+    std::vector<std::uint8_t> material_of;  // each triangle; empty: the first
+    Vector3d place;                         // of the centre in the base, now
   };
+  using Frames = std::array<Pose, 9>;  // in the base: links 0..6 of the arm, its flange, its tool
   /// What moves together, and the frames in which its bodies stand.
   struct Group {
     std::vector<Body> bodies;
-    Pose base;                   // in the cell
-    std::array<Pose, 9> frames;  // in the base: links 0..6 of the arm, its flange, its tool
+    Pose base;  // in the cell
+    Frames frames;
+  };
+  /// An arm's frames at one time.
+  struct Knot {
+    Utime time = 0;
+    Joints joints{};
+    Frames frames;
+    bool known = false;
   };
   struct Arm : Group {
     PlacedArm placed;
     JointsAt joints_at;
-    Joints joints{};
-    bool placed_once = false;
+    Knot before;                       // the time asked for lies on it,
+    Knot after;                        // or between the two
     bool flange_is_last_link = false;  // true of all arms but perturbed ones
+    bool placed_once = false;          // frames are those of `before`
   };
 
   static constexpr std::size_t last_link = 6;
   static constexpr std::size_t flange_frame = 7;
   static constexpr std::size_t tool_frame = 8;
+  static constexpr std::size_t most_rays = 8;
 
   static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
-  static void add(Group& group, const Mesh& mesh, std::size_t frame, double reflectivity,
-                  double specular, bool target = false);
+  static Body& add(Group& group, const Mesh& mesh, std::size_t frame, const Material& material);
+  static void set_parts(Body& body, const Mesh& mesh, const std::vector<TargetPart>& parts);
+  static void find_knot(const Arm& arm, Utime t, Knot& knot);
+  /// @param next the farthest time that it may look ahead to
   /// @return false when it stands where it stood.
-  static bool move(Arm& arm, Utime t);
+  static bool move(Arm& arm, Utime t, Utime next);
   void move_to(Utime t);
   /// What a ray of the cell frame meets first: the body, and the normal in the cell frame.
   struct Met {
     double range;
     const Body* body = nullptr;
+    std::uint32_t triangle = 0;
     Vector3d normal = Vector3d::Zero();
   };
-  static void cast_at(const Group& group, const Ray& ray, Met& met);
+  static void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met);
   bool meets_plate(const Pose& sensor, const Vector3d& direction, double range,
                    SceneHit& hit) const;
 
@@ -114,6 +119,7 @@ class CellScene final : public Scene {
   Pose sensor_pose_;         // in the cell, now
   bool moved_ = false;
   Utime time_ = 0;
+  Utime prepared_until_ = 0;
 };
 
 }  // namespace berth

@@ -1,36 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+#include <span>
+
 #include "common/bus/loop.h"
-#include "common/core/pose.h"
+#include "common/core/ray_caster.h"
+#include "drivers/simulated/material.h"
 
 namespace berth {
 
-/// What a beam meets.
+/// What a ray meets.
 struct SceneHit {
-  double range = 0;                    ///< m along the beam
-  double incidence = 0;                ///< rad between beam and surface normal, 0..pi/2
-  double reflectivity = 0;             ///< 0..1
-  double specular = 0;                 ///< share of sunlight that is reflected as by a mirror, 0..1
-  Vector3d normal = Vector3d::Zero();  ///< unit, turned against the beam, sensor frame
-  bool target = false;                 ///< else arms, mount or room
+  double range = std::numeric_limits<double>::infinity();  ///< m along the ray; infinite: nothing
+  double cosine = 0;                   ///< of the incidence: between ray and normal, 0..1
+  Vector3d normal = Vector3d::Zero();  ///< unit, turned against the ray, sensor frame
+  Material material;
+  bool target = false;  ///< else arms, mount or room
+
+  bool met() const { return range < std::numeric_limits<double>::infinity(); }
 };
 
-/// The sun lamp as the sensor has it at one time.
+/// The lamps as the sensor has them at one time.
 struct Sunlight {
-  double level = 0;                       ///< 0 off .. 1 full
-  Vector3d towards = -Vector3d::UnitZ();  ///< unit, to the lamp, sensor frame
-  bool in_view = false;                   ///< nothing stands between aperture and lamp
+  double level = 0;                       ///< of the sun lamp, 0 off .. 1 full
+  Vector3d towards = -Vector3d::UnitZ();  ///< unit, to the sun lamp, sensor frame
+  bool in_view = false;                   ///< nothing stands between aperture and sun lamp
+  double albedo = 0;                      ///< level of the albedo lamp, which lights from all sides
+
+  bool dark() const { return level <= 0 && albedo <= 0; }
 };
 
 /// The simulated world as the LIDAR sees it.
 class Scene {
  public:
   virtual ~Scene() = default;
-  /// The first thing met at time t by a beam from the sensor's origin. Direction: unit, sensor
-  /// frame.
-  /// @return false when nothing is met nearer than max_range (m).
-  virtual bool cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) = 0;
+  /// What each of a few rays, close together, meets first at time t. Rays: sensor frame, from about
+  /// its origin. hits: as many; infinitely far where nothing is nearer than max_range (m).
+  virtual void cast(Utime t, std::span<const Ray> rays, double max_range,
+                    std::span<SceneHit> hits) = 0;
+  /// One ray from the sensor's origin. @return false when nothing is met.
+  bool cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) {
+    const Ray ray{Vector3d::Zero(), direction};
+    cast(t, {&ray, 1}, max_range, {&hit, 1});
+    return hit.met();
+  }
+  /// Rays up to this time follow, in ascending order: until then motion may be interpolated.
+  virtual void prepare(Utime /*last*/) {}
   virtual Sunlight sunlight(Utime) { return {}; }
 };
 

@@ -51,7 +51,7 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
              wires, scene_),
       faults_(cell_faults(replica_, sensor_, plc_, lidar_, scene_)) {
   scene_.set_sun_lamp([this] {
-    return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation()};
+    return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation(), plc_.albedo_lamp()};
   });
   bus.subscribe<injection_t>(channels::injection, Queue::fifo(),
                              [this](const injection_t& injection) { on_injection(injection); });
@@ -210,6 +210,9 @@ SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   setup.settings = load_simulation(run.config / "simulation.yaml");
   setup.lidar_profile = load_lidar_profile(run, setup.devices.lidar.model);
   setup.lidar = load_simulated_lidar(run.config / "simulation_lidar.yaml");
+  const std::string& lidar = setup.cell.lidar;
+  const std::string model = lidar.empty() ? setup.devices.lidar.model : lidar;
+  read_receiver(run.config / "lidars" / (model + ".yaml"), setup.lidar.receiver);
   setup.seed = run.seed;
   setup.tracker = load_tracker_setup(run.config / "tracker.yaml");
   setup.out = run.out;

@@ -6,15 +6,15 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/clouds/cloud.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "common/core/random.h"
-#include "estimator/clouds/cloud.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 using Catch::Contains;
 
 namespace {
@@ -100,11 +100,11 @@ const std::vector<std::pair<std::string, Write>>& writers() {
 void check_beams(const Cloud& cloud, const Written& w) {
   REQUIRE(cloud.beams.size() == w.points.size());
   for (std::size_t i = 0; i < cloud.beams.size(); ++i) {
-    const RawBeam& beam = cloud.beams[i];
+    const CloudBeam& beam = cloud.beams[i];
     const Vector3d point = beam.range * beam_direction(beam.azimuth, beam.elevation);
     REQUIRE((point - w.points[i]).norm() < 1e-6);
     REQUIRE(beam.range_sigma == 0.0078125);
-    REQUIRE(beam.status == BeamStatus::hit);
+    REQUIRE(beam.hit);
   }
   CHECK(cloud.beams.back().utime == 1249750000);
 }
@@ -202,7 +202,7 @@ TEST_CASE("A PLY in double precision keeps it, and a mesh's faces do not matter"
          "1.00000000001 2 3 1 2 3\n4 5 6 1 2 3\n7 8 9 1 2 3\n3 0 1 2\n";
   const Cloud cloud = read_cloud(directory / "a.ply");
   REQUIRE(cloud.beams.size() == 3);
-  const RawBeam& beam = cloud.beams[0];
+  const CloudBeam& beam = cloud.beams[0];
   const Vector3d point = beam.range * beam_direction(beam.azimuth, beam.elevation);
   CHECK(std::abs(point.x() - 1.00000000001) < 1e-14);
 }

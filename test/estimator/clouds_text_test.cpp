@@ -2,23 +2,23 @@
 #include <cstring>
 #include <fstream>
 
+#include "common/clouds/cloud.h"
+#include "common/clouds/ptx_cloud.h"
+#include "common/clouds/xyz_cloud.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "common/core/random.h"
-#include "estimator/clouds/cloud.h"
-#include "estimator/clouds/ptx_cloud.h"
-#include "estimator/clouds/xyz_cloud.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 #include "test/estimator/cloud_files.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 using Catch::Contains;
 
 namespace {
 
-Vector3d point_of(const RawBeam& beam) {
+Vector3d point_of(const CloudBeam& beam) {
   return beam.range * beam_direction(beam.azimuth, beam.elevation);
 }
 
@@ -58,9 +58,9 @@ double worst_miss(const Cloud& cloud, const NoisyGrid& grid) {
   REQUIRE(cloud.beams.size() == grid.directions.size());
   double worst = 0;
   for (std::size_t i = 0; i < cloud.beams.size(); ++i) {
-    const RawBeam& beam = cloud.beams[i];
-    REQUIRE((beam.status == BeamStatus::miss) == grid.points[i].isZero());
-    if (beam.status != BeamStatus::miss) continue;
+    const CloudBeam& beam = cloud.beams[i];
+    REQUIRE(beam.hit != grid.points[i].isZero());
+    if (beam.hit) continue;
     const Vector3d direction = beam_direction(beam.azimuth, beam.elevation);
     worst = std::max(worst, direction.cross(grid.directions[i]).norm());
     REQUIRE(direction.dot(grid.directions[i]) > 0);
@@ -80,7 +80,7 @@ TEST_CASE("XYZ: points come back as beams, whatever parts the columns") {
     REQUIRE(cloud.beams.size() == 2);
     CHECK((point_of(cloud.beams[0]) - Vector3d(1, 2, 3)).norm() < 1e-12);
     CHECK((point_of(cloud.beams[1]) - Vector3d(-4, 5, 6.5)).norm() < 1e-12);
-    CHECK(cloud.beams[0].status == BeamStatus::hit);
+    CHECK(cloud.beams[0].hit);
     CHECK_FALSE(cloud.has_misses);
     CHECK_FALSE(cloud.has_times);
   }

@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "common/clouds/ptx_cloud.h"
+#include "common/clouds/xyz_cloud.h"
 #include "common/core/error.h"
-#include "estimator/clouds/ptx_cloud.h"
-#include "estimator/clouds/xyz_cloud.h"
 
 using namespace berth;
-using namespace berth::estimator;
+using namespace berth::clouds;
 
 namespace {
 
@@ -20,8 +20,8 @@ void check(const Cloud& cloud) {
       cloud.beams.size() != n.hits + n.misses) {
     std::abort();
   }
-  for (const RawBeam& beam : cloud.beams) {
-    const bool hit = beam.status == BeamStatus::hit;
+  for (const CloudBeam& beam : cloud.beams) {
+    const bool hit = beam.hit;
     if (!std::isfinite(beam.azimuth) || !std::isfinite(beam.elevation) ||
         !std::isfinite(beam.range) || hit != (beam.range > 0) || !(beam.range_sigma >= 0)) {
       std::abort();

@@ -58,10 +58,10 @@ Vector3d towards(double x, double y, double z) { return Vector3d(x, y, z).normal
 TEST_CASE("the scene shows target, mount, arms and room, each with its distance") {
   const auto still = [](Utime) { return Joints{}; };
   SceneSettings settings;
-  settings.reflectivity.target = 0.1;
-  settings.reflectivity.mount = 0.2;
-  settings.reflectivity.arm = 0.3;
-  settings.reflectivity.room = 0.4;
+  settings.target.reflectivity = 0.1;
+  settings.mount.reflectivity = 0.2;
+  settings.arm.reflectivity = 0.3;
+  settings.room.reflectivity = 0.4;
   CellScene scene(small_cell(), still, still, settings);
   SceneHit hit;
 
@@ -69,22 +69,22 @@ TEST_CASE("the scene shows target, mount, arms and room, each with its distance"
   REQUIRE(scene.cast(0, Vector3d::UnitZ(), 100, hit));
   CHECK(hit.target);
   CHECK(hit.range == Approx(4.995).epsilon(1e-9));
-  CHECK(hit.incidence == Approx(0).margin(1e-6));
-  CHECK(hit.reflectivity == 0.1);
+  CHECK(hit.cosine == Approx(1));
+  CHECK(hit.material.reflectivity == 0.1);
 
   REQUIRE(scene.cast(0, towards(0.3, 0.2, 4.995), 100, hit));
   CHECK(hit.range == Approx(Vector3d(0.3, 0.2, 4.995).norm()).epsilon(1e-9));
-  CHECK(hit.incidence == Approx(std::acos(4.995 / hit.range)).epsilon(1e-9));
+  CHECK(hit.cosine == Approx(4.995 / hit.range).epsilon(1e-9));
 
   // Past the plate: the base of the replica's slide, 5.4 m away and half a metre down.
   REQUIRE(scene.cast(0, towards(0.0, 0.59, 5.4), 100, hit));
   CHECK_FALSE(hit.target);
-  CHECK(hit.reflectivity == 0.3);
+  CHECK(hit.material.reflectivity == 0.3);
   CHECK(hit.range == Approx(Vector3d(0, 0.59, 5.4).norm()).epsilon(1e-9));
 
   // Past everything: the wall, or nothing.
   REQUIRE(scene.cast(0, towards(1, 1, 9), 100, hit));
-  CHECK(hit.reflectivity == 0.4);
+  CHECK(hit.material.reflectivity == 0.4);
   CHECK(hit.range == Approx(std::sqrt(83.0)).epsilon(1e-9));
   CHECK_FALSE(scene.cast(0, towards(1, 1, 9), 9, hit));
   CHECK_FALSE(scene.cast(0, Vector3d::UnitX(), 100, hit));
@@ -174,7 +174,7 @@ TEST_CASE("normals come in the sensor's frame") {
     const Vector3d beam = towards(x, 0.02, 1);
     REQUIRE(scene.cast(0, beam, 100, hit));
     CHECK(hit.normal.norm() == Approx(1));
-    CHECK(hit.incidence == Approx(std::acos(-hit.normal.dot(beam))));
+    CHECK(hit.cosine == Approx(-hit.normal.dot(beam)));
   }
   REQUIRE(scene.cast(0, towards(0, 0, 1), 100, hit));
   CHECK(hit.target);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/bus/simulation.h"
+#include "drivers/lidar/tcp_adapter.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
@@ -30,16 +31,20 @@ struct Bench {
     if (with_device) make_device(std::move(settings));
     LidarNodeConfig config;
     config.profile = ilris();
-    config.link.address = "lidar:1";
-    config.link.model = "ILRIS-3D";
+    lidar::TcpSettings wire;
+    wire.address = "lidar:1";
+    wire.model = "ILRIS-3D";
     SimulatedLoop& loop = simulation.make_loop();
-    node = std::make_unique<LidarNode>(NodeSetup{"lidar-driver", 5, "hash"}, config,
-                                       simulation.make_bus(), loop, simulation.wires());
+    node = std::make_unique<LidarNode>(
+        NodeSetup{"lidar-driver", 5, "hash"}, config,
+        std::make_unique<lidar::TcpAdapter>(wire, loop, simulation.wires()), simulation.make_bus(),
+        loop);
     simulation.run_for(1 * second);
   }
   static SimulatedLidarSettings noiseless() {
     SimulatedLidarSettings settings;
     settings.noise_scale = 0;
+    settings.mixed_pixels = false;
     settings.clock_offset = 12500 * millisecond;
     return settings;
   }

@@ -69,6 +69,7 @@ struct Bench {
 SimulatedLidarSettings perfect() {
   SimulatedLidarSettings settings;
   settings.noise_scale = 0;
+  settings.mixed_pixels = false;
   return settings;
 }
 
@@ -127,6 +128,10 @@ TEST_CASE("beams come at 2000 a second, in packets of one window, while the scan
   CHECK(answer[0].beams == 240);
   const auto packets = bench.all<Returns>();
   REQUIRE(packets.size() == 6);  // 50, 50, 20 of each window
+  const ScanPattern pattern(small);
+  const BeamAngles from = pattern.beam(119);
+  const BeamAngles to = pattern.beam(0);
+  const double travel = std::hypot(to.azimuth - from.azimuth, to.elevation - from.elevation);
   std::uint32_t beams = 0;
   std::int64_t previous = 0;
   for (const Returns& packet : packets) {
@@ -135,7 +140,10 @@ TEST_CASE("beams come at 2000 a second, in packets of one window, while the scan
     CHECK(packet.window == (beams < 120 ? 0 : 1));
     for (const BeamReturn& beam : packet.beams) {
       const std::int64_t fired = packet.device_time + beam.after_us;
-      if (previous != 0) CHECK(fired - previous == (beams == 120 ? 2500 : 500));
+      // Between the windows the mirror goes back over the window's height: 500 us of settling and
+      // 2 sqrt(angle / acceleration).
+      if (previous != 0 && beams != 120) CHECK(fired - previous == 500);
+      if (beams == 120) CHECK(fired - previous == 500 + slew_time(MirrorSettings{}, travel));
       previous = fired;
       ++beams;
     }
@@ -242,7 +250,8 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
 
 TEST_CASE("weak returns drop out when the device is so set") {
   SimulatedLidarSettings settings = perfect();
-  settings.full_scale_range_m = 5;  // the plate, half as bright as white: 2048 on the boresight
+  settings.receiver.full_scale_range_m =
+      5;  // the plate, half as bright as white: 2048 on the boresight
   settings.least_intensity = 2000;
   Bench bench(settings);
   bench.greet();
@@ -264,7 +273,7 @@ TEST_CASE("one scan at a time; cancel ends it; orders outside the limits are ref
   bench.simulation.run_for(10 * millisecond);
   bench.tell(ScanOrder{2, {small}});
   bench.tell(Cancel{5});  // of another: nothing
-  bench.simulation.run_for(25 * millisecond);
+  bench.simulation.run_for(30 * millisecond);
   bench.tell(Cancel{1});
   bench.simulation.run_for(1 * second);
   bench.tell(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0}}});
@@ -321,7 +330,17 @@ TEST_CASE("its configuration file is read strictly") {
   const SimulatedLidarSettings settings = load_simulated_lidar("config/simulation_lidar.yaml");
   CHECK(settings.start_delay == 5 * millisecond);
   CHECK(settings.clock_offset == 12500000);
-  CHECK(settings.scene.reflectivity.room == 0.6);
+  CHECK(settings.scene.room.reflectivity == 0.6);
+  CHECK(settings.scene.parts.at("radarsat2").at(0).name == "bus");
+  ReceiverSettings receiver;
+  read_receiver("config/lidars/short_range.yaml", receiver);
+  CHECK(receiver.pulse_length_m == 0.15);
+  CHECK(receiver.range_max_reflectivity == 0.2);
+  for (const auto& file : std::filesystem::directory_iterator("config/lidars")) {
+    INFO(file.path());
+    CHECK_NOTHROW(read_receiver(file.path(), receiver));
+    CHECK_NOTHROW(load_lidar_profile(file.path()));
+  }
 }
 
 TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
@@ -412,4 +431,92 @@ TEST_CASE("the lamp behind what is scanned blinds the beams towards it, and only
   CHECK(lit[0] < 100);
   CHECK(lit[1] > 0.97 * dark[1]);
   CHECK(lit[2] > 10);
+}
+
+TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not") {
+  // The plate's edges are at 1 m to both sides, 5 m away; the wall is `depth` behind it.
+  const auto scan = [](double depth, bool last) {
+    SimulatedLidarSettings settings;
+    settings.noise_scale = 0;
+    settings.receiver.last_return = last;
+    Bench bench(settings);
+    bench.scene.wall_behind = depth;
+    bench.greet();
+    // A line across the right edge: 1 mm between beams, 60 mm in all.
+    const double edge = std::atan(1.0 / 5.0);
+    bench.tell(ScanOrder{1, {{edge, 0, 0.06 / 5.2, 0, Pattern::raster, 60, 0}}});
+    bench.simulation.run_for(1 * second);
+    return bench.beams();
+  };
+  const double half = 0.5 * BeamModel().footprint(5.1);
+  const auto place = [](const BeamReturn& beam) {
+    return 5 * std::tan(double{beam.azimuth_rad}) - 1;  // of the beam's middle beside the edge
+  };
+  const auto depth_of = [](const BeamReturn& beam) {
+    return double{beam.range_m} * std::cos(double{beam.azimuth_rad}) - 5;
+  };
+  int between = 0;
+  const auto blended = scan(0.2, false);
+  REQUIRE(blended.size() == 60);
+  for (const BeamReturn& beam : blended) {
+    REQUIRE(beam.status == BeamStatus::hit);
+    const bool mixed = depth_of(beam) > 0.01 && depth_of(beam) < 0.19;
+    between += mixed ? 1 : 0;
+    if (mixed) CHECK(std::abs(place(beam)) < 1.1 * half);
+    if (place(beam) < -1.1 * half) CHECK(depth_of(beam) == Approx(0).margin(1e-3));
+    if (place(beam) > 1.1 * half) CHECK(depth_of(beam) == Approx(0.2).margin(1e-3));
+  }
+  CHECK(between >= 5);
+
+  // Farther apart than a pulse: one or the other, and never between.
+  double first_ends = -1;
+  double last_begins = 1;
+  for (const bool last : {false, true}) {
+    for (const BeamReturn& beam : scan(1.0, last)) {
+      const double depth = depth_of(beam);
+      const bool on_plate = std::abs(depth) < 1e-3;
+      CHECK((on_plate || std::abs(depth - 1) < 1e-3));
+      if (on_plate && !last) first_ends = std::max(first_ends, place(beam));
+      if (!on_plate && last) last_begins = std::min(last_begins, place(beam));
+    }
+  }
+  // The first return widens the plate, the last one narrows it.
+  CHECK(first_ends > 0.001);
+  CHECK(last_begins < -0.001);
+}
+
+TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when far") {
+  LidarProfile profile = ilris();
+  profile.beam.range_max_m = 100;
+  SimulatedLidarSettings settings;
+  settings.mixed_pixels = false;
+  settings.receiver.range_max_reflectivity = 0.2;
+  Bench bench(settings, 1, profile);
+  bench.greet();
+  std::int64_t id = 0;
+  const auto shares = [&](const Material& material, double distance, double azimuth) {
+    bench.scene.material = material;
+    bench.scene.distance = distance;
+    bench.scene.half_width = 1000;
+    bench.said.clear();
+    bench.tell(ScanOrder{++id, {{azimuth, 0, 0, 0, Pattern::raster, 500, 0}}});
+    bench.simulation.run_for(2 * second);
+    std::array<double, 5> share{};
+    for (const BeamReturn& beam : bench.beams()) {
+      share[static_cast<std::size_t>(beam.status)] += 1.0 / 500;
+    }
+    return share;
+  };
+  const auto hit = static_cast<std::size_t>(BeamStatus::hit);
+  const auto miss = static_cast<std::size_t>(BeamStatus::miss);
+  const auto saturated = static_cast<std::size_t>(BeamStatus::saturated);
+  const Material paint{0.5, 0};
+  const Material glass{0.05, 0.8, radians(0.7)};
+  const Material foil{0.0, 0.6, radians(12)};
+  CHECK(shares(paint, 5, 0)[hit] == Approx(1));
+  CHECK(shares(glass, 5, 0)[saturated] > 0.8);
+  CHECK(shares(glass, 5, radians(10))[hit] == Approx(1));
+  const auto sloping = shares(foil, 40, radians(19));  // some mirrors face the beam, some do not
+  CHECK(sloping[hit] > 0.05);
+  CHECK(sloping[miss] > 0.05);
 }

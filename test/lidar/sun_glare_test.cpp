@@ -17,8 +17,7 @@ Vector3d aside(double angle) { return {std::sin(angle), 0, std::cos(angle)}; }
 SceneHit plate(double reflectivity, double specular) {
   SceneHit hit;
   hit.range = 5;
-  hit.reflectivity = reflectivity;
-  hit.specular = specular;
+  hit.material = {reflectivity, specular};
   hit.normal = -ahead;
   return hit;
 }

@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "common/bus/process_loop.h"
-#include "drivers/lidar/lidar_link.h"
+#include "drivers/lidar/tcp_adapter.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "test/catch.h"
 #include "test/lidar/lidar_fixture.h"
@@ -41,36 +41,34 @@ TEST_CASE("driver and device speak over real TCP") {
   settings.clock_offset = 5 * second;
   SimulatedLidar device(address, profile, settings, 1, loop, wires, scene);
 
-  lidar::LinkSettings link_settings;
+  lidar::TcpSettings link_settings;
   link_settings.address = address;
   link_settings.model = "ILRIS-3D";
   std::uint32_t beams = 0;
   std::optional<lidar::ScanEnd> end;
-  std::unique_ptr<lidar::LidarLink> link;
-  link = std::make_unique<lidar::LidarLink>(
-      link_settings, loop, wires,
-      lidar::LidarLink::Events{
-          [&] {
-            link->send(lidar::ScanOrder{1, {{0, 0, 0.1, 0.1, lidar::Pattern::raster, 30000, 0}}});
-          },
-          [&](const lidar::Message& message) {
-            if (const auto* returns = std::get_if<lidar::Returns>(&message)) {
-              CHECK(returns->beams_before == beams);
-              beams += static_cast<std::uint32_t>(returns->beams.size());
-            }
-            if (const auto* e = std::get_if<lidar::ScanEnd>(&message)) {
-              end = *e;
-              loop.stop();
-            }
-          },
-          [&](const std::string& reason) {
-            FAIL_CHECK(reason);
-            loop.stop();
-          }});
+  lidar::TcpAdapter link(link_settings, loop, wires);
+  link.start(lidar::Adapter::Events{
+      [&] {
+        link.order({1, {{0, 0, 0.1, 0.1, lidar::Pattern::raster, 30000, 0}}});
+      },
+      [&](const lidar::Message& message) {
+        if (const auto* returns = std::get_if<lidar::Returns>(&message)) {
+          CHECK(returns->beams_before == beams);
+          beams += static_cast<std::uint32_t>(returns->beams.size());
+        }
+        if (const auto* e = std::get_if<lidar::ScanEnd>(&message)) {
+          end = *e;
+          loop.stop();
+        }
+      },
+      [&](const std::string& reason) {
+        FAIL_CHECK(reason);
+        loop.stop();
+      }});
   loop.after(60 * second, [&] { loop.stop(); });  // a hang must not hang the test
   loop.run();
   REQUIRE(end);
   CHECK(end->result == lidar::ScanResult::complete);
   CHECK(beams == 30000);
-  CHECK(std::abs(seconds(link->clock().offset()) - 5) < 1);
+  CHECK(std::abs(seconds(link.clock_offset()) - 5) < 1);
 }

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/clouds/cloud.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "estimator/clouds/cloud.h"
 #include "logs/export/cloud_files.h"
 #include "logs/export/csv.h"
 #include "logs/export/json_text.h"
@@ -125,12 +125,11 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
   const CloudExport result = export_clouds(log.path, out.path() / "clouds", format);
   CHECK(result.scans == 20);
   CHECK(result.points == 19 * 135 + 95);
-  const auto cloud =
-      estimator::read_cloud(out.path() / ("clouds/session_7_scan_000003" + extension));
+  const auto cloud = clouds::read_cloud(out.path() / ("clouds/session_7_scan_000003" + extension));
   REQUIRE(cloud.beams.size() == 135);
   CHECK(cloud.has_times);
   for (std::size_t i = 0; i < 9; ++i) {
-    const estimator::RawBeam& beam = cloud.beams[i];
+    const clouds::CloudBeam& beam = cloud.beams[i];
     CHECK(beam.range == Approx(5 + 0.01 * static_cast<double>(i)).epsilon(1e-6));
     CHECK(beam.azimuth == Approx(0.1 + 0.001 * static_cast<double>(i)).epsilon(1e-6));
     CHECK(beam.elevation == Approx(-0.2).epsilon(1e-6));

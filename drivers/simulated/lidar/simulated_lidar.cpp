@@ -7,6 +7,11 @@
 #include "drivers/lidar/limits.h"
 
 namespace berth {
+namespace {
+
+constexpr double full_scale = 4095;
+
+}  // namespace
 
 SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
                                SimulatedLidarSettings settings, std::uint64_t seed, Loop& loop,
@@ -14,11 +19,15 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
     : profile_(std::move(profile)),
       settings_(std::move(settings)),
       random_(seed, "lidar"),
+      glitter_random_(seed, "lidar glitter"),
       sun_random_(seed, "lidar sun"),
       fault_random_(seed, "lidar faults"),
       loop_(loop),
       scene_(scene),
       started_(loop.now()) {
+  const double falloff = settings_.receiver.full_scale_range_m / profile_.beam.range_max_m;
+  least_power_ = std::max(settings_.receiver.range_max_reflectivity * falloff * falloff,
+                          (settings_.least_intensity - 0.5) / full_scale);
   wires.listen(address, [this](int fd) { accept(fd); });
 }
 
@@ -88,13 +97,20 @@ void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
   scan_ = Scan();
   scan_->id = order.scan_id;
   scan_->rate_hz = profile_.rate_hz * faults_.speed;
-  scan_->window_start = loop_.now() + settings_.start_delay;
   for (const lidar::Window& window : order.windows) {
     scan_->windows.emplace_back(window);
     answer.beams += static_cast<std::uint32_t>(scan_->windows.back().size());
   }
   send(answer);
+  aim_at_window(loop_.now() + settings_.start_delay);
   schedule_packet();
+}
+
+/// From where the mirror is to the first beam of the next window.
+void SimulatedLidar::aim_at_window(Utime from) {
+  const lidar::BeamAngles first = scan_->windows[scan_->window].beam(0);
+  const double angle = std::hypot(first.azimuth - aim_.azimuth, first.elevation - aim_.elevation);
+  scan_->window_start = from + slew_time(settings_.mirror, angle);
 }
 
 void SimulatedLidar::answer_status(std::uint32_t token) {
@@ -133,6 +149,7 @@ void SimulatedLidar::measure_packet() {
   packet_.beams_before = scan_->beams;
   packet_.device_time = device_time(first_fired);
   packet_.beams.clear();
+  scene_.prepare(fired_at(last - 1));
   const Sunlight sun = scene_.sunlight(first_fired);
   for (; scan_->next < last; ++scan_->next) {
     const Utime fired = fired_at(scan_->next);
@@ -144,9 +161,11 @@ void SimulatedLidar::measure_packet() {
   send(packet_);
 
   if (scan_->next == pattern.size()) {
-    scan_->window_start = fired_at(scan_->next) + settings_.window_delay;
+    const Utime over = fired_at(scan_->next);
+    aim_ = pattern.beam(pattern.size() - 1);
     scan_->next = 0;
     if (++scan_->window == scan_->windows.size()) return end(lidar::ScanResult::complete);
+    aim_at_window(over);
   }
   schedule_packet();
 }
@@ -166,50 +185,55 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
   measured.azimuth_rad = static_cast<float>(angles.azimuth);
   measured.elevation_rad = static_cast<float>(angles.elevation);
   const Vector3d direction = beam_direction(azimuth, elevation);
-  SceneHit hit;
-  const bool met = scene_.cast(t, direction, beam.range_max_m, hit);
-  double power = 0;
-  if (met && hit.range < beam.range_min_m) {
+  const std::optional<Echo> echo = echo_of(direction, t);
+  if (echo && echo->range < beam.range_min_m) {
     measured.status = lidar::BeamStatus::too_near;
-  } else if (met) {
-    // Received power of a diffuse surface that the beam fills.
-    const double falloff = settings_.full_scale_range_m / hit.range;
-    power = hit.reflectivity * std::cos(hit.incidence) * falloff * falloff;
-    const double intensity = std::round(4095 * std::clamp(power, 0.0, 1.0));
-    if (intensity >= settings_.least_intensity) {
-      measured.status = lidar::BeamStatus::hit;
-      measured.intensity = static_cast<std::uint16_t>(intensity);
-      measured.range_m = static_cast<float>(std::max(hit.range + range_error, 0.0));
-    }
+  } else if (echo && echo->power >= least_power_) {
+    const double distance = echo->range / settings_.receiver.full_scale_range_m;
+    const bool dazzles = echo->power * distance * distance > settings_.saturation;
+    measured.status = dazzles ? lidar::BeamStatus::saturated : lidar::BeamStatus::hit;
+    measured.intensity =
+        static_cast<std::uint16_t>(std::round(full_scale * std::min(echo->power, 1.0)));
+    if (!dazzles) measured.range_m = static_cast<float>(std::max(echo->range + range_error, 0.0));
   }
-  if (sun.level > 0) {
-    add_glare(measured, direction, sun, met ? &hit : nullptr, power, range_error);
-  }
+  if (!sun.dark()) add_glare(measured, direction, sun, echo, range_error);
   add_faults(measured);
   return measured;
 }
 
+std::optional<Echo> SimulatedLidar::echo_of(const Vector3d& direction, Utime t) {
+  const BeamModel& beam = profile_.beam;
+  std::array<SceneHit, rays_per_beam> hits;
+  if (settings_.mixed_pixels && beam.footprint(1) > 0) {
+    const auto rays = rays_of_beam(direction, beam);
+    scene_.cast(t, rays, beam.range_max_m, hits);
+    return received_echo(settings_.receiver, hits, glitter_random_);
+  }
+  scene_.cast(t, direction, beam.range_max_m, hits[0]);
+  return received_echo(settings_.receiver, {hits.data(), 1}, glitter_random_);
+}
+
 void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& direction,
-                               const Sunlight& sun, const SceneHit* hit, double power,
+                               const Sunlight& sun, const std::optional<Echo>& echo,
                                double range_error) {
   const double chance = sun_random_.uniform();
   const double where = sun_random_.uniform();
-  const Glare glare =
-      glare_of(settings_.sun, sun_background(settings_.sun, sun, direction, hit), power);
+  const SceneHit* hit = echo ? &echo->hit : nullptr;
+  const Glare glare = glare_of(settings_.sun, sun_background(settings_.sun, sun, direction, hit),
+                               echo ? echo->power : 0);
   if (chance < glare.early) {
     const double nearest = profile_.beam.range_min_m;
-    const double farthest = hit != nullptr ? std::max(nearest, hit->range)
-                                           : std::max(nearest, settings_.full_scale_range_m);
+    const double farthest = echo ? std::max(nearest, echo->range) : profile_.beam.range_max_m;
     measured.status = lidar::BeamStatus::hit;
-    measured.intensity = 1;
     measured.range_m = static_cast<float>(nearest + where * (farthest - nearest));
+    measured.intensity = 0;
   } else if (chance < glare.early + glare.lost) {
     measured.status = lidar::BeamStatus::miss;
-    measured.intensity = 0;
     measured.range_m = 0;
+    measured.intensity = 0;
   } else if (measured.status == lidar::BeamStatus::hit) {
-    const double range = hit->range + glare.sigma_scale * range_error;
-    measured.range_m = static_cast<float>(std::max(range, 0.0));
+    const double noisy = echo->range + range_error * glare.sigma_scale;
+    measured.range_m = static_cast<float>(std::max(noisy, 0.0));
   }
 }
 
@@ -242,24 +266,6 @@ void SimulatedLidar::stop() {
   if (scan_) scan_->over = true;
 }
 
-namespace {
-
-void read_surfaces(Config& config, const std::string& key, SurfaceShares& shares) {
-  if (!config.has(key)) return;
-  Config part = config.section(key);
-  const std::pair<const char*, double*> values[] = {{"target", &shares.target},
-                                                    {"mount", &shares.mount},
-                                                    {"arm", &shares.arm},
-                                                    {"room", &shares.room}};
-  for (const auto& [name, value] : values) {
-    part.optional(name, *value);
-    if (!(*value >= 0 && *value <= 1)) throw part.error(name, "expected 0 to 1");
-  }
-  part.finish();
-}
-
-}  // namespace
-
 SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   Config config = Config::load(file);
   SimulatedLidarSettings settings;
@@ -270,15 +276,13 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   };
   config.optional("serial", settings.serial);
   time("start_delay", settings.start_delay);
-  time("window_delay", settings.window_delay);
   config.optional("beams_per_packet", settings.beams_per_packet);
   time("clock_offset", settings.clock_offset);
   config.optional("clock_drift", settings.clock_drift);
   config.optional("noise_scale", settings.noise_scale);
-  config.optional("full_scale_range", Dimension::length, settings.full_scale_range_m);
+  config.optional("full_scale_range", Dimension::length, settings.receiver.full_scale_range_m);
   config.optional("least_intensity", settings.least_intensity);
   if (settings.start_delay < 0) throw config.error("start_delay", "must not be negative");
-  if (settings.window_delay < 0) throw config.error("window_delay", "must not be negative");
   if (settings.beams_per_packet < 1 ||
       settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {
     throw config.error("beams_per_packet", "expected 1 to 3000");
@@ -287,8 +291,15 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
     throw config.error("clock_drift", "expected at most 0.001");
   }
   if (settings.noise_scale < 0) throw config.error("noise_scale", "must not be negative");
-  read_surfaces(config, "reflectivity", settings.scene.reflectivity);
-  read_surfaces(config, "specular", settings.scene.specular);
+  config.optional("mixed_pixels", settings.mixed_pixels);
+  config.optional("least_echo", settings.receiver.least_echo);
+  if (!(settings.receiver.least_echo >= 0 && settings.receiver.least_echo <= 1)) {
+    throw config.error("least_echo", "expected 0 to 1");
+  }
+  config.optional("saturation", settings.saturation);
+  if (!(settings.saturation > 0)) throw config.error("saturation", "must be greater than zero");
+  if (config.has("mirror")) settings.mirror = read_mirror(config.section("mirror"));
+  read_scene_settings(config, settings.scene);
   if (config.has("sun")) settings.sun = read_sun_glare(config.section("sun"));
   config.finish();
   return settings;

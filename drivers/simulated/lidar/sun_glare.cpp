@@ -10,7 +10,7 @@ SunGlareSettings read_sun_glare(Config config) {
   SunGlareSettings settings;
   const std::pair<const char*, double*> not_negative[] = {
       {"lit_surface", &settings.lit_surface},
-      {"specular_exponent", &settings.specular_exponent},
+      {"albedo_surface", &settings.albedo_surface},
       {"in_aperture", &settings.in_aperture}};
   for (const auto& [key, value] : not_negative) {
     config.optional(key, *value);
@@ -32,24 +32,27 @@ SunGlareSettings read_sun_glare(Config config) {
 
 double sun_background(const SunGlareSettings& settings, const Sunlight& sun, const Vector3d& beam,
                       const SceneHit* hit) {
-  if (sun.level <= 0) return 0;
   double background = 0;
-  if (sun.in_view) {
+  if (sun.level > 0 && sun.in_view) {
     const double angle = std::acos(std::clamp(beam.dot(sun.towards), -1.0, 1.0));
     const double x = angle / settings.glare_half_angle;
-    background += settings.in_aperture / (1 + x * x);
+    background += sun.level * settings.in_aperture / (1 + x * x);
   }
-  if (hit != nullptr) {
-    const double facing = hit->normal.dot(sun.towards);
-    if (facing > 0) {
+  if (hit == nullptr) return background;
+  const Material& material = hit->material;
+  background += sun.albedo * settings.albedo_surface * (material.reflectivity + material.specular);
+  const double facing = hit->normal.dot(sun.towards);
+  if (sun.level > 0 && facing > 0) {
+    double reflected = facing * material.reflectivity;
+    if (material.specular > 0) {
       const Vector3d mirrored = 2 * facing * hit->normal - sun.towards;
       const double along = std::max(0.0, -beam.dot(mirrored));
-      const double lobe =
-          0.5 * (settings.specular_exponent + 2) * std::pow(along, settings.specular_exponent);
-      background += settings.lit_surface * (facing * hit->reflectivity + hit->specular * lobe);
+      const double exponent = 0.25 / (material.roughness * material.roughness);
+      reflected += material.specular * 0.5 * (exponent + 2) * std::pow(along, exponent);
     }
+    background += sun.level * settings.lit_surface * reflected;
   }
-  return sun.level * background;
+  return background;
 }
 
 Glare glare_of(const SunGlareSettings& settings, double background, double signal) {

@@ -11,7 +11,7 @@ namespace berth {
 /// beam, returns of the LIDAR's own light from the full-scale range.
 struct SunGlareSettings {
   double lit_surface = 0.005;           ///< of a white surface that faces the full lamp
-  double specular_exponent = 1500;      ///< of the lobe about the mirrored direction
+  double albedo_surface = 0.001;        ///< of a white surface, of the full albedo lamp
   double in_aperture = 100;             ///< of the full lamp, looked into
   double glare_half_angle = 0.0174533;  ///< rad from the lamp at which that has fallen to a half
   double half_lost = 10;                ///< background over signal at which half the beams are lost
@@ -30,8 +30,9 @@ struct Glare {
 
 /// Sunlight that reaches the receiver while it looks along a beam:
 /// - reflected by what the beam meets: diffuse (Lambert: the same from any range), and specular, a
-///   normalised Phong lobe about the mirrored direction of the lamp. No shadows: what faces the
-///   lamp is lit;
+///   normalised Phong lobe about the mirrored direction of the lamp, as wide as the material is
+///   rough (exponent 1 / (4 roughness^2)). No shadows: what faces the lamp is lit;
+/// - of the albedo lamp, which lights from all sides: diffuse and specular alike;
 /// - scattered in the optics while the lamp shines into the aperture: 1 / (1 + (angle / half)^2),
 ///   the slope of 2 of Harvey's law for clean optics.
 /// @param hit null when nothing is met.

@@ -5,7 +5,7 @@
 
 #include "common/core/pose.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// The directions of a scanner that sweeps columns and rows, learnt from the beams that returned:
 /// all beams of a column share a longitude, all of a row a latitude, about the scanner's y axis
@@ -31,4 +31,4 @@ class BeamGrid {
   std::vector<double> latitude_;   ///< of each row, rad; NaN: unknown
 };
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// Which columns of a table hold what a cloud is made of; -1: none does.
 struct Columns {
@@ -22,4 +22,4 @@ struct Columns {
 /// case. Other names are ignored; of two alike the first counts.
 Columns find_columns(const std::vector<std::string>& names);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

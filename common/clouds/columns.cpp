@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/columns.h"
+#include "common/clouds/columns.h"
 
 #include <algorithm>
 #include <cctype>
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 Columns find_columns(const std::vector<std::string>& names) {
   Columns columns;
@@ -26,4 +26,4 @@ Columns find_columns(const std::vector<std::string>& names) {
   return columns;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

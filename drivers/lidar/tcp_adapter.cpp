@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/lidar_link.h"
+#include "drivers/lidar/tcp_adapter.h"
 
 #include <unistd.h>
 
 namespace berth::lidar {
 
-LidarLink::LidarLink(LinkSettings settings, Loop& loop, Wires& wires, Events events)
-    : settings_(std::move(settings)),
-      loop_(loop),
-      wires_(wires),
-      events_(std::move(events)),
-      reason_("not connected yet") {
+TcpAdapter::TcpAdapter(TcpSettings settings, Loop& loop, Wires& wires)
+    : settings_(std::move(settings)), loop_(loop), wires_(wires), reason_("not connected yet") {}
+
+void TcpAdapter::start(Events events) {
+  events_ = std::move(events);
   poll_timer_ = loop_.every(settings_.status_period, [this] { poll(); });
   redial_timer_ = loop_.after(0, [this] { dial(); });
 }
 
-LidarLink::~LidarLink() {
+TcpAdapter::~TcpAdapter() {
   *alive_ = false;
   loop_.cancel(poll_timer_);
   loop_.cancel(redial_timer_);
 }
 
-void LidarLink::dial() {
+void TcpAdapter::dial() {
   wires_.dial(settings_.address, [this, alive = alive_](int fd) {
     if (*alive) {
       connected(fd);
@@ -31,7 +30,7 @@ void LidarLink::dial() {
   });
 }
 
-void LidarLink::connected(int fd) {
+void TcpAdapter::connected(int fd) {
   if (fd < 0) return drop("nobody answers at " + settings_.address);
   heard_ = loop_.now();
   connection_ = std::make_unique<Connection>(
@@ -40,11 +39,12 @@ void LidarLink::connected(int fd) {
   connection_->send(Hello{});
 }
 
-void LidarLink::drop(const std::string& reason) {
+void TcpAdapter::drop(const std::string& reason) {
   const bool news = ready_ || reason != reason_;
   connection_.reset();
   greeted_ = false;
   ready_ = false;
+  scanning_ = false;
   clock_.clear();
   queries_.clear();
   reason_ = reason;
@@ -53,12 +53,29 @@ void LidarLink::drop(const std::string& reason) {
   if (news) events_.lost(reason);
 }
 
-void LidarLink::send(const Message& message) {
+void TcpAdapter::send(const Message& message) {
   if (connection_) connection_->send(message);
 }
 
-void LidarLink::poll() {
+void TcpAdapter::order(const ScanOrder& order) {
+  scanning_ = true;
+  scan_news_ = loop_.now();
+  send(order);
+}
+
+void TcpAdapter::follow_scan(const Message& message) {
+  const auto* answer = std::get_if<ScanAnswer>(&message);
+  const bool refused = answer != nullptr && !answer->accepted;
+  if (refused || std::holds_alternative<ScanEnd>(message)) scanning_ = false;
+  if (!std::holds_alternative<Status>(message)) scan_news_ = loop_.now();
+}
+
+void TcpAdapter::poll() {
   if (!connection_) return;
+  if (scanning_ && loop_.now() - scan_news_ > settings_.returns_silence) {
+    return drop("no returns of a running scan for " +
+                std::to_string(settings_.returns_silence / millisecond) + " ms");
+  }
   if (loop_.now() - heard_ > settings_.silence) {
     return drop("nothing heard from the LIDAR for " + std::to_string(settings_.silence / second) +
                 " s");
@@ -68,17 +85,18 @@ void LidarLink::poll() {
   connection_->send(StatusQuery{token_});
 }
 
-void LidarLink::receive(const Message& message) {
+void TcpAdapter::receive(const Message& message) {
   heard_ = loop_.now();
   if (const auto* identity = std::get_if<Identity>(&message)) return greet(*identity);
   if (const auto* complaint = std::get_if<Complaint>(&message)) {
     return drop("the LIDAR complains: " + complaint->reason);
   }
   if (const auto* status = std::get_if<Status>(&message)) read_clock(*status);
+  follow_scan(message);
   if (ready_) events_.message(message);
 }
 
-void LidarLink::greet(const Identity& identity) {
+void TcpAdapter::greet(const Identity& identity) {
   if (identity.version != protocol_version) {
     return drop("the LIDAR speaks version " + std::to_string(identity.version) +
                 " of the protocol, expected " + std::to_string(protocol_version));
@@ -91,7 +109,7 @@ void LidarLink::greet(const Identity& identity) {
   poll();
 }
 
-void LidarLink::read_clock(const Status& status) {
+void TcpAdapter::read_clock(const Status& status) {
   const auto query = queries_.find(status.token);
   if (query == queries_.end()) return;
   clock_.add(query->second, status.device_time, loop_.now());

@@ -2,14 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "common/core/pose.h"
-#include "estimator/scan/scan.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// Where every point of a file went: points is the sum of all others.
 struct CloudCounts {
@@ -22,9 +22,19 @@ struct CloudCounts {
   std::size_t bad_sigma = 0;   ///< negative: dropped
 };
 
+/// One beam, as far as a cloud tells it.
+struct CloudBeam {
+  std::int64_t utime = 0;  ///< us; 0 where the file has no times
+  bool hit = false;        ///< else nothing came back
+  double range = 0;        ///< m; 0 unless hit
+  double azimuth = 0;      ///< rad, to the right
+  double elevation = 0;    ///< rad, up
+  double range_sigma = 0;  ///< m; 0: not said
+};
+
 /// A cloud file as the beams that made it. Sensor frame, m.
 struct Cloud {
-  std::vector<RawBeam> beams;  ///< hits and misses, in the file's order
+  std::vector<CloudBeam> beams;  ///< hits and misses, in the file's order
   CloudCounts counts;
   bool has_misses = false;  ///< the format tells empty beams
   bool has_times = false;
@@ -40,6 +50,11 @@ struct Cloud {
 /// @throws InputError naming file, for text also the line, what was found and what was expected.
 Cloud read_cloud(const std::filesystem::path& path);
 
+/// Whether a file's extension is one that read_cloud knows.
+bool is_cloud(const std::filesystem::path& path);
+/// ".pcd, .ply, ...", for messages.
+std::string known_extensions();
+
 /// One row of a cloud.
 struct CloudRow {
   Vector3d point = Vector3d::Zero();  ///< m
@@ -50,4 +65,4 @@ struct CloudRow {
 /// Takes a row in as a hit, or counts why not.
 void add_row(Cloud& cloud, const CloudRow& row);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

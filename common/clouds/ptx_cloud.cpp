@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/ptx_cloud.h"
+#include "common/clouds/ptx_cloud.h"
 
+#include "common/clouds/beam_grid.h"
+#include "common/clouds/text_lines.h"
 #include "common/core/beam_model.h"
 #include "common/core/text.h"
-#include "estimator/clouds/beam_grid.h"
-#include "estimator/clouds/text_lines.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 namespace {
 
@@ -77,7 +77,7 @@ Cloud parse_ptx(std::string_view text, const std::string& file) {
       ++cloud.counts.undirected;
       continue;
     }
-    RawBeam miss;
+    CloudBeam miss;
     beam_angles(direction, miss.azimuth, miss.elevation);
     cloud.beams.push_back(miss);
     ++cloud.counts.misses;
@@ -91,4 +91,4 @@ Cloud parse_ptx(std::string_view text, const std::string& file) {
   return cloud;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

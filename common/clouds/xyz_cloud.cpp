@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/xyz_cloud.h"
+#include "common/clouds/xyz_cloud.h"
 
-#include "estimator/clouds/columns.h"
-#include "estimator/clouds/text_lines.h"
+#include "common/clouds/columns.h"
+#include "common/clouds/text_lines.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 namespace {
 
@@ -61,4 +61,4 @@ Cloud parse_xyz(std::string_view text, const std::string& file) {
   return cloud;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/text_lines.h"
+#include "common/clouds/text_lines.h"
 
 #include <algorithm>
 #include <charconv>
 #include <limits>
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 namespace {
 
@@ -96,4 +96,4 @@ InputError TextLines::error(const std::string& what) const {
   return InputError(file_ + ":" + std::to_string(line_) + ": " + what);
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

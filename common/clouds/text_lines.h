@@ -7,7 +7,7 @@
 
 #include "common/core/error.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// The lines of a text file as words, and errors that name file and line.
 class TextLines {
@@ -44,4 +44,4 @@ void split_words(std::string_view line, std::vector<std::string_view>& words);
 /// "nan" and "inf" are numbers too. @return false when the word is none.
 bool parse_number(std::string_view word, double& number);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "estimator/clouds/cloud.h"
+#include "common/clouds/cloud.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// The Point Cloud Library's own format and PLY, text and binary, through the library itself.
 /// Points that are not finite are empty beams of an organised cloud: dropped, as nothing tells
@@ -13,4 +13,4 @@ namespace berth::estimator {
 Cloud read_pcd(const std::filesystem::path& path);
 Cloud read_ply(const std::filesystem::path& path);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include "estimator/clouds/cloud.h"
+#include "common/clouds/cloud.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 /// One scan in Leica's PTX: columns, rows, the scanner's position and axes, a 4x4 matrix, then a
 /// beam a line, x y z intensity [r g b], column by column. Points are taken as they stand, in the
@@ -15,4 +15,4 @@ namespace berth::estimator {
 /// taken from another place. file: for messages. @throws InputError.
 Cloud parse_ptx(std::string_view text, const std::string& file);
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include "common/clouds/cloud.h"
 #include "common/core/beam_model.h"
-#include "estimator/clouds/cloud.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 void add_row(Cloud& cloud, const CloudRow& row) {
   ++cloud.counts.points;
@@ -22,14 +22,14 @@ void add_row(Cloud& cloud, const CloudRow& row) {
     ++cloud.counts.bad_sigma;
     return;
   }
-  RawBeam beam;
+  CloudBeam beam;
   beam.utime = std::llround(row.utime);
   beam.range = range;
   beam_angles(row.point, beam.azimuth, beam.elevation);
-  beam.status = BeamStatus::hit;
+  beam.hit = true;
   beam.range_sigma = row.sigma;
   cloud.beams.push_back(beam);
   ++cloud.counts.hits;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

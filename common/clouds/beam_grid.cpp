@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/beam_grid.h"
+#include "common/clouds/beam_grid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "common/core/beam_model.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 namespace {
 
@@ -154,4 +154,4 @@ bool BeamGrid::direction(std::size_t column, std::size_t row, Vector3d& directio
   return true;
 }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/clouds/pcl_cloud.h"
+#include "common/clouds/pcl_cloud.h"
 
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
@@ -9,12 +9,12 @@
 #include <cstring>
 #include <fstream>
 
+#include "common/clouds/columns.h"
+#include "common/clouds/text_lines.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "estimator/clouds/columns.h"
-#include "estimator/clouds/text_lines.h"
 
-namespace berth::estimator {
+namespace berth::clouds {
 
 namespace {
 
@@ -202,4 +202,4 @@ Cloud read_pcd(const std::filesystem::path& path) { return read<pcl::PCDReader>(
 
 Cloud read_ply(const std::filesystem::path& path) { return read<pcl::PLYReader>(path, "PLY"); }
 
-}  // namespace berth::estimator
+}  // namespace berth::clouds

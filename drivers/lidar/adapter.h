@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/bus/loop.h"
+#include "drivers/lidar/protocol.h"
+
+namespace berth::lidar {
+
+/// A scanning LIDAR as the driver's node has it, whatever is behind: a device on a wire, or a
+/// recording. Driven by a loop; never blocks.
+class Adapter {
+ public:
+  struct Events {
+    std::function<void()> ready;
+    /// ScanAnswer, Returns, ScanEnd and Status, only while ready.
+    std::function<void(const Message&)> message;
+    /// It was ready, or why it is not is news; it tries again by itself, if that can help.
+    std::function<void(const std::string& reason)> lost;
+  };
+
+  virtual ~Adapter() = default;
+
+  /// Once, before anything else.
+  virtual void start(Events events) = 0;
+  virtual bool ready() const = 0;
+  /// Why not, when not ready.
+  virtual const std::string& reason() const = 0;
+  /// What it stands for: "127.0.0.1:15024".
+  virtual const std::string& name() const = 0;
+  /// Known once ready.
+  virtual const Identity& identity() const = 0;
+  /// Device clock minus the loop's, us, and its uncertainty, s.
+  virtual std::int64_t clock_offset() const = 0;
+  virtual double clock_sigma_s() const = 0;
+
+  virtual void order(const ScanOrder& order) = 0;
+  virtual void cancel(std::int64_t scan_id) = 0;
+  /// Gives up on what answers there: `lost` is called.
+  virtual void drop(const std::string& reason) = 0;
+};
+
+}  // namespace berth::lidar

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+
+#include "drivers/lidar/recording.h"
+
+namespace berth::lidar {
+
+/// A directory of cloud files (common/clouds: PCD, PLY, PTX, XYZ), a scan each, in the order of
+/// their names; or one file. Where a file has no times its beams follow one another at the
+/// LIDAR's rate.
+class CloudRecording final : public Recording {
+ public:
+  /// @throws InputError when there is no cloud.
+  CloudRecording(const std::filesystem::path& path, double rate_hz);
+
+  const std::string& name() const override { return name_; }
+  std::optional<RecordedScan> next() override;
+  void rewind() override { next_ = 0; }
+
+ private:
+  std::string name_;
+  double rate_hz_;
+  std::vector<std::filesystem::path> files_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace berth::lidar

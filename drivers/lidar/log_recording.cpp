@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/log_recording.h"
+
+#include <algorithm>
+#include <berth/scan_request_t.hpp>
+#include <lcm/lcm-cpp.hpp>
+
+#include "common/core/error.h"
+#include "lcmtypes/channels.h"
+
+namespace berth::lidar {
+namespace {
+
+/// Damaged length fields make generated code throw.
+template <class Message>
+std::optional<Message> decode(const lcm::LogEvent& event) {
+  try {
+    Message message{};
+    if (message.decode(event.data, 0, event.datalen) == event.datalen) return message;
+  } catch (const std::exception&) {
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+LogRecording::LogRecording(const std::filesystem::path& path)
+    : file_(std::filesystem::is_directory(path) ? path / "run.lcm" : path), name_(file_.string()) {
+  rewind();
+  if (!next()) throw InputError(name_ + ": holds no scan (SCAN_DATA)");
+  rewind();
+}
+
+LogRecording::~LogRecording() = default;
+
+void LogRecording::rewind() {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file_, error)) {
+    throw InputError(name_ + ": no such log, expected a run directory or a .lcm file");
+  }
+  log_ = std::make_unique<lcm::LogFile>(name_, "r");
+  if (!log_->good()) throw InputError(name_ + ": cannot be read");
+  asked_.clear();
+  scan_ = {};
+  ahead_.reset();
+}
+
+std::optional<RecordedScan> LogRecording::next() {
+  if (ahead_) {
+    const scan_packet_t packet = std::move(*ahead_);
+    ahead_.reset();
+    if (take(packet)) return finished(packet.reason);
+  }
+  while (const lcm::LogEvent* event = log_->readNextEvent()) {
+    if (event->channel == channels::scan_request) {
+      const auto request = decode<scan_request_t>(*event);
+      if (request) asked_.try_emplace({request->session, request->scan_id}, event->timestamp);
+    } else if (event->channel == channels::scan_data) {
+      auto packet = decode<scan_packet_t>(*event);
+      if (!packet) continue;
+      const bool other = Key{packet->session, packet->scan_id} != key_;
+      if (other && !scan_.beams.empty()) {
+        ahead_ = std::move(packet);
+        return finished("its end is not in the recording");
+      }
+      if (take(*packet) && !scan_.beams.empty()) return finished(packet->reason);
+    }
+  }
+  if (!scan_.beams.empty()) return finished("the recording ends in it");
+  return std::nullopt;
+}
+
+/// @return whether the scan ends with it.
+bool LogRecording::take(const scan_packet_t& packet) {
+  key_ = {packet.session, packet.scan_id};
+  for (std::size_t i = 0; i < packet.range_m.size(); ++i) {
+    RecordedBeam beam;
+    beam.utime = packet.utime + packet.time_us[i];
+    beam.window = static_cast<std::uint16_t>(std::max<int>(packet.window, 0));
+    beam.beam.range_m = packet.range_m[i];
+    beam.beam.azimuth_rad = packet.azimuth_rad[i];
+    beam.beam.elevation_rad = packet.elevation_rad[i];
+    beam.beam.intensity = static_cast<std::uint16_t>(std::max<int>(packet.intensity[i], 0));
+    const auto status = packet.status[i];
+    beam.beam.status = status >= scan_packet_t::HIT && status <= scan_packet_t::SATURATED
+                           ? static_cast<BeamStatus>(status)
+                           : BeamStatus::miss;
+    scan_.beams.push_back(beam);
+  }
+  return packet.scan_status != scan_packet_t::RUNNING;
+}
+
+std::optional<RecordedScan> LogRecording::finished(const std::string& failure) {
+  RecordedScan scan = std::move(scan_);
+  scan_ = {};
+  std::stable_sort(scan.beams.begin(), scan.beams.end(),
+                   [](const RecordedBeam& a, const RecordedBeam& b) { return a.utime < b.utime; });
+  scan.name = "scan " + std::to_string(key_.second);
+  scan.timed = true;
+  scan.failure = failure;
+  const auto asked = asked_.find(key_);
+  if (asked != asked_.end()) {
+    scan.delay = std::max<Utime>(0, scan.beams.front().utime - asked->second);
+    asked_.erase(asked_.begin(), std::next(asked));
+  }
+  return scan;
+}
+
+}  // namespace berth::lidar

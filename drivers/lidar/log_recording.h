@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/scan_packet_t.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "drivers/lidar/recording.h"
+
+namespace lcm {
+class LogFile;
+}
+
+namespace berth::lidar {
+
+/// The scans of a log, in their order: SCAN_DATA, with what SCAN_REQUEST tells of when they were
+/// asked for. Scans without a beam (refused ones) are passed over.
+class LogRecording final : public Recording {
+ public:
+  /// A run directory, or a log file. @throws InputError when it holds no scan.
+  explicit LogRecording(const std::filesystem::path& path);
+  ~LogRecording() override;
+
+  const std::string& name() const override { return name_; }
+  std::optional<RecordedScan> next() override;
+  void rewind() override;
+
+ private:
+  using Key = std::pair<std::int64_t, std::int64_t>;  // session, scan id
+
+  bool take(const scan_packet_t& packet);
+  std::optional<RecordedScan> finished(const std::string& failure);
+
+  std::filesystem::path file_;
+  std::string name_;
+  std::unique_ptr<lcm::LogFile> log_;
+  std::map<Key, Utime> asked_;  // when the request was recorded
+  Key key_{};                   // of the scan that is being read
+  RecordedScan scan_;
+  std::optional<scan_packet_t> ahead_;  // first of the next scan
+};
+
+}  // namespace berth::lidar

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/make_adapter.h"
+
+#include "drivers/lidar/cloud_recording.h"
+#include "drivers/lidar/log_recording.h"
+#include "drivers/lidar/playback_adapter.h"
+#include "drivers/lidar/tcp_adapter.h"
+
+namespace berth::lidar {
+
+std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
+                                      Loop& loop, Wires& wires) {
+  if (device.adapter == LidarDevice::Kind::tcp) {
+    TcpSettings settings;
+    settings.address = device.address;
+    settings.model = profile.model;
+    return std::make_unique<TcpAdapter>(std::move(settings), loop, wires);
+  }
+  std::unique_ptr<Recording> recording;
+  if (device.adapter == LidarDevice::Kind::files) {
+    recording = std::make_unique<CloudRecording>(device.recording, profile.rate_hz);
+  } else {
+    recording = std::make_unique<LogRecording>(device.recording);
+  }
+  return std::make_unique<PlaybackAdapter>(
+      std::move(recording), PlaybackSettings{device.repeat, device.longest_gap}, profile, loop);
+}
+
+}  // namespace berth::lidar

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "common/bus/loop.h"
+#include "drivers/lidar/adapter.h"
+#include "drivers/lidar/clock_map.h"
+#include "drivers/lidar/connection.h"
+
+namespace berth::lidar {
+
+struct TcpSettings {
+  std::string address;                      ///< host:port
+  std::string model;                        ///< the device must name itself so
+  Utime status_period = 250 * millisecond;  ///< of clock readings
+  Utime silence = 1 * second;               ///< after which a device is taken for dead
+  Utime redial = 500 * millisecond;
+  Utime returns_silence = 1 * second;  ///< a scan without news for so long: the same
+};
+
+/// The host's end of Berth's own protocol (PROTOCOL.md): dials, again and again; greets; checks who
+/// answers; reads the device's clock; notices silence. Ready once the device is known and its clock
+/// read.
+class TcpAdapter final : public Adapter {
+ public:
+  TcpAdapter(TcpSettings settings, Loop& loop, Wires& wires);
+  ~TcpAdapter() override;
+  TcpAdapter(const TcpAdapter&) = delete;
+  TcpAdapter& operator=(const TcpAdapter&) = delete;
+
+  void start(Events events) override;
+  bool ready() const override { return ready_; }
+  const std::string& reason() const override { return reason_; }
+  const std::string& name() const override { return settings_.address; }
+  const Identity& identity() const override { return identity_; }
+  std::int64_t clock_offset() const override { return clock_.offset(); }
+  double clock_sigma_s() const override { return clock_.sigma_s(); }
+  void order(const ScanOrder& order) override;
+  void cancel(std::int64_t scan_id) override { send(Cancel{scan_id}); }
+  /// Closes the connection and dials anew.
+  void drop(const std::string& reason) override;
+
+ private:
+  void send(const Message& message);
+  void dial();
+  void connected(int fd);
+  void receive(const Message& message);
+  void greet(const Identity& identity);
+  void read_clock(const Status& status);
+  void follow_scan(const Message& message);
+  void poll();
+
+  TcpSettings settings_;
+  Loop& loop_;
+  Wires& wires_;
+  Events events_;
+  std::unique_ptr<Connection> connection_;
+  Identity identity_;
+  bool greeted_ = false;
+  bool ready_ = false;
+  std::string reason_;
+  ClockMap clock_;
+  std::uint32_t token_ = 0;
+  std::map<std::uint32_t, Utime> queries_;  // token: when it was sent
+  Utime heard_ = 0;
+  bool scanning_ = false;
+  Utime scan_news_ = 0;  // when the device last said anything of a scan
+  Loop::TimerId poll_timer_ = 0;
+  Loop::TimerId redial_timer_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace berth::lidar

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/lidar/receiver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth {
+namespace {
+
+constexpr std::size_t on_ring = rays_per_beam - 1;
+constexpr double ring = 0.75;  // of the beam's radius: that of the ring's area, halved
+
+struct Light {
+  double range;
+  double power;
+  const SceneHit* hit;
+};
+
+const std::array<std::pair<double, double>, on_ring>& ring_places() {
+  static const auto places = [] {
+    std::array<std::pair<double, double>, on_ring> all;
+    for (std::size_t i = 0; i < on_ring; ++i) {
+      const double angle = radians(360) * static_cast<double>(i) / static_cast<double>(on_ring);
+      all[i] = {std::cos(angle), std::sin(angle)};
+    }
+    return all;
+  }();
+  return places;
+}
+
+}  // namespace
+
+void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings) {
+  Config file = Config::load(profile);
+  if (!file.has("receiver")) return;
+  Config config = file.section("receiver");
+  config.optional("range_max_reflectivity", settings.range_max_reflectivity);
+  if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
+    throw config.error("range_max_reflectivity", "expected 0 to 1");
+  }
+  config.optional("pulse_length", Dimension::length, settings.pulse_length_m);
+  if (!(settings.pulse_length_m > 0)) throw config.error("pulse_length", "expected more than 0");
+  if (config.has("returns")) {
+    settings.last_return = config.choice("returns", {"first", "last"}) == "last";
+  }
+  config.finish();
+}
+
+std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const BeamModel& beam) {
+  const double level = std::max(1e-9, std::hypot(direction.x(), direction.z()));
+  const Vector3d right(direction.z() / level, 0, -direction.x() / level);
+  const Vector3d down = direction.cross(right);
+  std::array<Ray, rays_per_beam> rays;
+  rays[0] = {Vector3d::Zero(), direction};
+  for (std::size_t i = 0; i < on_ring; ++i) {
+    const auto [x, y] = ring_places()[i];
+    const Vector3d aside = ring * (x * right + y * down);
+    rays[i + 1] = {0.5 * beam.aperture_m * aside,
+                   (direction + 0.5 * beam.divergence_rad * aside).normalized()};
+  }
+  return rays;
+}
+
+std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<const SceneHit> hits,
+                                  Random& glitter) {
+  std::array<Light, rays_per_beam> lights;
+  std::size_t count = 0;
+  const double share = 1 / static_cast<double>(hits.size());
+  for (const SceneHit& hit : hits) {
+    if (!hit.met()) continue;
+    const double falloff = settings.full_scale_range_m / hit.range;
+    const double mirrors = hit.material.specular > 0 ? -std::log(1 - glitter.uniform()) : 0;
+    const double power =
+        share * returned_share(hit.material, hit.cosine, mirrors) * falloff * falloff;
+    lights[count++] = {hit.range, power, &hit};
+  }
+  std::sort(lights.begin(), lights.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Light& a, const Light& b) { return a.range < b.range; });
+  std::array<Echo, rays_per_beam> echoes;
+  std::size_t found = 0;
+  double strongest = 0;
+  for (std::size_t i = 0; i < count;) {
+    Echo echo;
+    double sum = 0;
+    double most = -1;
+    const double first = lights[i].range;
+    for (; i < count && lights[i].range - first < settings.pulse_length_m; ++i) {
+      echo.power += lights[i].power;
+      sum += lights[i].power * (lights[i].range - first);
+      if (lights[i].power > most) {
+        most = lights[i].power;
+        echo.hit = *lights[i].hit;
+      }
+    }
+    if (!(echo.power > 0)) continue;
+    echo.range = first + sum / echo.power;
+    strongest = std::max(strongest, echo.power);
+    echoes[found++] = echo;
+  }
+  for (std::size_t i = 0; i < found; ++i) {
+    const Echo& echo = echoes[settings.last_return ? found - 1 - i : i];
+    if (echo.power >= settings.least_echo * strongest) return echo;
+  }
+  return std::nullopt;
+}
+
+}  // namespace berth
