@@ -14,6 +14,12 @@ std::string milliseconds(double seconds) {
   return std::isfinite(seconds) ? brief(1e3 * seconds, 3) : "";
 }
 
+/// Short, for below a chart: what is late.
+std::string tick_of(const std::string& name) {
+  if (name == "sensor arm behind replica arm") return "arm to arm";
+  return name.substr(0, name.find(" behind"));
+}
+
 /// Each delay as a dot in its interval.
 Chart intervals(const std::vector<logs::Latency>& latencies) {
   Chart chart;
@@ -30,7 +36,7 @@ Chart intervals(const std::vector<logs::Latency>& latencies) {
     const bool drawn = std::isfinite(l.value) && std::isfinite(l.low) && std::isfinite(l.high);
     if (l.kind != logs::Latency::Kind::delay || !drawn) continue;
     const double x = static_cast<double>(value.x.size());
-    chart.x_ticks.emplace_back(x, l.name);
+    chart.x_ticks.emplace_back(x, tick_of(l.name));
     value.x.push_back(x);
     value.y.push_back(1e3 * l.value);
     range.x.push_back(x);
