@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "logs/compare/latency_text.h"
+
 #include <cmath>
 
 #include "common/core/text.h"
@@ -10,7 +12,7 @@ namespace {
 constexpr std::size_t hash_shown = 8;
 
 std::string milliseconds(double seconds) {
-  return std::isfinite(seconds) ? fixed(1e3 * seconds, std::abs(seconds) < 10 ? 2 : 0) : "";
+  return std::isfinite(seconds) ? fixed(1e3 * seconds, 2) : "";
 }
 
 const char* basis_word(Latency::Kind kind) {
@@ -27,15 +29,29 @@ const char* basis_word(Latency::Kind kind) {
 
 }  // namespace
 
+std::vector<std::string> latency_cells(const Latency& l) {
+  const bool clock = l.kind == Latency::Kind::clock;
+  const double about = clock ? l.value : 0;
+  const std::string offset = clock ? "offset " + fixed(l.value, 6) + " s, " : "";
+  return {l.name,
+          basis_word(l.kind),
+          clock ? "" : milliseconds(l.value),
+          milliseconds(l.low - about),
+          milliseconds(l.high - about),
+          std::to_string(l.samples),
+          offset + l.remark};
+}
+
 std::string latency_table(const std::vector<Latency>& latencies) {
   if (latencies.empty()) return {};
   std::vector<std::vector<std::string>> lines = {
       {"latency", "from", "ms", "95 % low", "high", "samples"}};
   std::string remarks;
   for (const Latency& l : latencies) {
-    lines.push_back({l.name, basis_word(l.kind), milliseconds(l.value), milliseconds(l.low),
-                     milliseconds(l.high), std::to_string(l.samples)});
-    if (!l.remark.empty()) remarks += "  " + l.name + ": " + l.remark + "\n";
+    std::vector<std::string> cells = latency_cells(l);
+    if (!cells.back().empty()) remarks += "  " + l.name + ": " + cells.back() + "\n";
+    cells.pop_back();
+    lines.push_back(std::move(cells));
   }
   return text_table(lines, 2) + remarks;
 }
