@@ -15,6 +15,7 @@
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 #include "logs/file/log_writer.h"
+#include "logs/run/run_record.h"
 
 namespace berth {
 namespace {
@@ -98,6 +99,13 @@ Buffer with_configuration(const logs::LogEvent& event, const RunFiles& run) {
   return encode(*info);
 }
 
+/// The verdict rested on the recorded estimates; the new ones are counted otherwise.
+bool says_what_was_judged(const logs::LogEvent& event) {
+  if (event.channel != channels::event) return false;
+  const auto said = logs::decode<event_t>(event.data);
+  return said && said->code == logs::JudgedUpTo::event_code;
+}
+
 /// Writes the new log: recorded messages and new ones, each at its time.
 class NewLog {
  public:
@@ -173,7 +181,7 @@ Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& ne
     }
     if (event.channel == channels::run_info) {
       written.write_recorded(event, with_configuration(event, new_run));
-    } else if (!EstimatorFold::is_output(event)) {
+    } else if (!EstimatorFold::is_output(event) && !says_what_was_judged(event)) {
       written.write_recorded(event, event.data);
     }
     if (EstimatorFold::is_input(event)) {

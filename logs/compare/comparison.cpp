@@ -6,6 +6,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "logs/latency/latency_collector.h"
 #include "logs/run/target_surface.h"
 
 namespace berth::logs {
@@ -127,9 +128,30 @@ bool same_results(const std::vector<criterion_result_t>& a,
   return true;
 }
 
+namespace {
+
+double median(std::vector<double> values) {
+  return values.empty() ? 0 : compute(Statistic::p50, values);
+}
+
+void describe_truth(const RunRecord& record, Comparison& comparison) {
+  comparison.truth_bases.assign(record.truth_bases().begin(), record.truth_bases().end());
+  std::vector<double> position;
+  std::vector<double> attitude;
+  for (const TruthSample& sample : record.truth().samples()) {
+    position.push_back(std::sqrt(sample.covariance.topLeftCorner<3, 3>().trace()));
+    attitude.push_back(std::sqrt(sample.covariance.bottomRightCorner<3, 3>().trace()));
+  }
+  comparison.truth_position_sigma = median(std::move(position));
+  comparison.truth_attitude_sigma = median(std::move(attitude));
+}
+
+}  // namespace
+
 Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
                           const std::filesystem::path& directory) {
   Comparison comparison;
+  describe_truth(record, comparison);
   comparison.info = record.info();
   take_recorded_verdict(record, comparison);
   const Measurer measurer(record, nearest);
@@ -154,7 +176,11 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
 ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor) {
   ComparedRun run;
   LogSummary summary;
-  run.record = read_run(log, summary, std::nullopt, visitor);
+  LatencyCollector latencies;
+  run.record = read_run(log, summary, std::nullopt, [&](const LogEvent& event) {
+    latencies.take(event);
+    if (visitor) visitor(event);
+  });
   const RunRecord& record = run.record;
   if (!record.info() && !record.state()) {
     throw InputError(log.string() + ": holds no run: neither RUN_INFO nor PROCEDURE_STATE in " +
@@ -164,6 +190,7 @@ ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visi
   if (record.info()) run.nearest = nearest_point_of_run(*record.info(), log.parent_path(), why);
   Comparison& comparison = run.comparison;
   comparison = compare_record(record, run.nearest, log.parent_path());
+  comparison.latencies = latencies.latencies(Measurer(record, run.nearest));
   comparison.log = log.string();
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);

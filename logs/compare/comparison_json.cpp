@@ -99,6 +99,39 @@ ordered_json json_of_steps(const std::vector<procedure_step_t>& steps) {
   return list;
 }
 
+ordered_json json_of_truth(const Comparison& comparison) {
+  ordered_json bases = ordered_json::array();
+  for (const TruthBasis& b : comparison.truth_bases) {
+    bases.push_back({{"basis", b.basis}, {"calibration_hash", b.calibration_hash}});
+  }
+  return {{"rests_on", bases},
+          {"position_sigma_m", number(comparison.truth_position_sigma)},
+          {"attitude_sigma_rad", number(comparison.truth_attitude_sigma)}};
+}
+
+const char* kind_of(Latency::Kind kind) {
+  constexpr const char* names[] = {"delay", "clock", "round trip"};
+  return names[static_cast<int>(kind)];
+}
+
+ordered_json json_of_latencies(const std::vector<Latency>& latencies) {
+  ordered_json list = ordered_json::array();
+  for (const Latency& l : latencies) {
+    list.push_back({{"name", l.name},
+                    {"kind", kind_of(l.kind)},
+                    {"value_s", number(l.value)},
+                    {"low_s", number(l.low)},
+                    {"high_s", number(l.high)},
+                    {"samples", l.samples},
+                    {"remark", l.remark}});
+    if (l.kind != Latency::Kind::delay) continue;
+    list.back()["sigma_information_s"] = number(l.sigma_information);
+    list.back()["sigma_bootstrap_s"] = number(l.sigma_bootstrap);
+    list.back()["sigma_truth_offset_s"] = number(l.sigma_offset);
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string json_of(const Comparison& comparison) {
@@ -120,6 +153,8 @@ std::string json_of(const Comparison& comparison) {
       {"steps", json_of_steps(comparison.steps)},
       {"criteria", json_of_criteria(comparison)},
       {"phases", json_of_phases(comparison.phases)},
+      {"truth", json_of_truth(comparison)},
+      {"latencies", json_of_latencies(comparison.latencies)},
       {"remarks", comparison.remarks},
   };
   if (!comparison.source.empty()) json["source"] = comparison.source;

@@ -80,10 +80,13 @@ std::string text_of(const Comparison& comparison) {
             text_of_host(info.host) + ", seed " + std::to_string(info.seed) + ", version " +
             info.version + "\n";
   }
+  const std::string truth = truth_line(comparison);
+  if (!truth.empty()) text += "truth rests on: " + truth + "\n";
   text += "\n";
   for (const PhaseTable& phase : comparison.phases) {
     if (phase.phase != teardown_phase) text += phase_text(phase) + "\n";
   }
+  if (!comparison.latencies.empty()) text += latency_table(comparison.latencies) + "\n";
   if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
   return text + verdict_line(comparison) + "\n";

@@ -30,8 +30,9 @@ std::vector<Place> places(const Measurer& measurer, const Phase& phase, double d
   std::vector<Place> list;
   const TruthTrack& track = measurer.record().truth();
   for (const ComparedEstimate& c : measurer.compared()) {
-    if (!phase.contains(c.estimate.utime)) continue;
-    auto truth = track.at(c.estimate.utime - utime_from_seconds(delay));
+    const Utime utime = c.estimate.utime;
+    if (!phase.contains(utime) || measurer.record().steered(utime)) continue;
+    auto truth = track.at(utime - utime_from_seconds(delay));
     if (!truth) continue;
     truth->velocity = truth_velocity(track, *truth).velocity;
     list.push_back({c.estimate, *truth});
@@ -90,7 +91,8 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
 /// How far from observable, in words.
 std::string why_not(const EstimateDelay& d) {
   if (d.fit.samples < DelayFit::fewest_samples) {
-    return "not observable: fewer than five estimates that truth brackets";
+    return "not observable: fewer than five estimates that truth brackets while the arms were not "
+           "steered by them";
   }
   if (d.fit.half_width <= widest_delay_interval) return "";
   std::string text = "not observable: needs motion";

@@ -28,6 +28,9 @@ inline constexpr double widest_delay_interval = 0.020;  // s
 /// delay: those of both mounts, a turn, and a change in proportion to the way gone are solved for
 /// beside it, as uncertain beforehand as truth's covariance has them. So a target that goes to and
 /// fro tells the delay; one that goes steadily leaves truth's doubt in it.
+///
+/// Estimates by which the arms were steered do not count: guidance goes after their errors, so that
+/// the error makes the motion and not the motion the error.
 EstimateDelay estimate_delay(const Measurer& measurer, const Phase& phase, EstimatePose which);
 
 }  // namespace berth::logs

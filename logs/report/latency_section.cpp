@@ -4,14 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "logs/compare/latency_text.h"
 #include "logs/report/axis.h"
 #include "logs/report/sections.h"
 
 namespace berth::report {
 namespace {
 
-std::string milliseconds(double seconds) {
-  return std::isfinite(seconds) ? brief(1e3 * seconds, 3) : "";
+/// Short, for below a chart: what is late.
+std::string tick_of(const std::string& name) {
+  if (name == "sensor arm behind replica arm") return "arm to arm";
+  return name.substr(0, name.find(" behind"));
 }
 
 /// Each delay as a dot in its interval.
@@ -30,7 +33,7 @@ Chart intervals(const std::vector<logs::Latency>& latencies) {
     const bool drawn = std::isfinite(l.value) && std::isfinite(l.low) && std::isfinite(l.high);
     if (l.kind != logs::Latency::Kind::delay || !drawn) continue;
     const double x = static_cast<double>(value.x.size());
-    chart.x_ticks.emplace_back(x, l.name);
+    chart.x_ticks.emplace_back(x, tick_of(l.name));
     value.x.push_back(x);
     value.y.push_back(1e3 * l.value);
     range.x.push_back(x);
@@ -78,7 +81,7 @@ Chart slope(const RunView& view, double delay) {
   if (dots.x.empty()) return chart;
   const auto n = static_cast<double>(dots.x.size());
   Curve line;
-  line.name = "the delay of " + milliseconds(delay) + " ms";
+  line.name = "the delay of " + brief(1e3 * delay, 3) + " ms";
   line.colour = 2;
   const auto [least, most] = std::minmax_element(dots.x.begin(), dots.x.end());
   for (const double speed : {*least, *most}) {
@@ -99,11 +102,9 @@ Html latency_section(const RunView& view) {
   table.left_columns = 2;
   double scans = std::numeric_limits<double>::quiet_NaN();
   for (const logs::Latency& l : latencies) {
-    constexpr const char* from[] = {"motion", "clock map", "round trip"};
-    table.rows.push_back({text(l.name), text(from[static_cast<int>(l.kind)]),
-                          text(milliseconds(l.value)), text(milliseconds(l.low)),
-                          text(milliseconds(l.high)), text(std::to_string(l.samples)),
-                          text(l.remark)});
+    std::vector<Html> row;
+    for (const std::string& cell : logs::latency_cells(l)) row.push_back(text(cell));
+    table.rows.push_back(std::move(row));
     if (&l == &latencies.front() && l.remark.empty()) scans = l.value;
   }
   Html html;

@@ -24,6 +24,7 @@ Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
   add(page, "scans", "Scans", scan_section(view));
   add(page, "returns", "Residuals and returns", return_section(view));
   add(page, "timing", "Timing", timing_section(view));
+  add(page, "latency", "Latency", latency_section(view));
   add(page, "steps", "Steps", step_section(view));
   add(page, "events", "Events", event_section(view));
   add(page, "nodes", "Nodes", node_section(view));

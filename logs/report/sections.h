@@ -25,6 +25,8 @@ Html return_section(const RunView& view);
 Html scan_section(const RunView& view);
 /// Update rate, latency, the estimator's work.
 Html timing_section(const RunView& view);
+/// Delays between LIDAR, arms and host with their intervals.
+Html latency_section(const RunView& view);
 Html step_section(const RunView& view);
 Html event_section(const RunView& view);
 Html node_section(const RunView& view);

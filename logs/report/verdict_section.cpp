@@ -77,6 +77,8 @@ Html facts_of(const RunView& view) {
     facts.add("version", info->version);
     facts.add("configuration", info->configuration_hash.substr(0, 12));
   }
+  const std::string truth = logs::truth_line(view.comparison());
+  if (!truth.empty()) facts.add("truth rests on", truth);
   const auto& log = view.comparison().summary;
   facts.add("log", std::to_string(log.events) + " messages" +
                        (log.damaged_bytes + static_cast<std::size_t>(log.missing_events) == 0

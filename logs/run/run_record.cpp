@@ -2,6 +2,7 @@
 #include "logs/run/run_record.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <tuple>
 
 #include "lcmtypes/channels.h"
@@ -84,7 +85,8 @@ void RunRecord::add(const testbed_state_t& message) {
   if (message.state == testbed_state_t::NOT_READY) return;  // nothing has been commanded yet
   insert(commanded_,
          CommandedSample{message.utime, message.seq,
-                         pose_of(message.commanded_position_m, message.commanded_q_wxyz)});
+                         pose_of(message.commanded_position_m, message.commanded_q_wxyz),
+                         message.state == testbed_state_t::CLOSED_LOOP});
 }
 
 void RunRecord::add(const procedure_state_t& message) {
@@ -96,6 +98,57 @@ void RunRecord::add(const run_info_t& message) {
 }
 
 void RunRecord::add(const event_t& message) { insert(events_, message); }
+
+void RunRecord::add(const ground_truth_t& message) {
+  truth_.add(sample_of(message));
+  truth_bases_.insert({message.basis, message.calibration_hash});
+}
+
+std::string JudgedUpTo::text() const {
+  return "on estimates up to seq " + std::to_string(estimate_seq) + ", diagnostics up to seq " +
+         std::to_string(diagnostics_seq) + ", truth up to utime " + std::to_string(truth);
+}
+
+std::optional<JudgedUpTo> JudgedUpTo::parse(const std::string& text) {
+  JudgedUpTo judged;
+  long long estimate = 0;
+  long long diagnostics = 0;
+  long long truth = 0;
+  if (std::sscanf(text.c_str(),
+                  "on estimates up to seq %lld, diagnostics up to seq %lld, truth up to utime %lld",
+                  &estimate, &diagnostics, &truth) != 3) {
+    return std::nullopt;
+  }
+  return JudgedUpTo{estimate, diagnostics, truth};
+}
+
+JudgedUpTo RunRecord::up_to() const {
+  // An estimator that was started anew counts from one again.
+  JudgedUpTo judged;
+  for (const auto& e : estimates_) judged.estimate_seq = std::max(judged.estimate_seq, e.seq);
+  for (const auto& l : latencies_) judged.diagnostics_seq = std::max(judged.diagnostics_seq, l.seq);
+  if (!truth_.samples().empty()) judged.truth = truth_.samples().back().utime;
+  return judged;
+}
+
+void RunRecord::keep_judged() {
+  const auto last = std::find_if(events_.rbegin(), events_.rend(), [](const event_t& event) {
+    return event.code == JudgedUpTo::event_code;
+  });
+  const auto judged = last == events_.rend() ? std::nullopt : JudgedUpTo::parse(last->text);
+  if (!judged) return;
+  std::erase_if(estimates_, [&](const auto& e) { return e.seq > judged->estimate_seq; });
+  std::erase_if(latencies_, [&](const auto& l) { return l.seq > judged->diagnostics_seq; });
+  truth_.forget_after(judged->truth);
+}
+
+bool RunRecord::steered(Utime utime) const {
+  // A state holds until the next one.
+  const auto after =
+      std::upper_bound(commanded_.begin(), commanded_.end(), utime,
+                       [](Utime t, const CommandedSample& sample) { return t < sample.utime; });
+  return after != commanded_.begin() && std::prev(after)->by_estimate;
+}
 
 std::vector<Phase> RunRecord::phases() const {
   std::vector<Phase> phases;
@@ -199,6 +252,7 @@ RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
     filler.take(event);
     if (visitor) visitor(event);
   }
+  record.keep_judged();
   summary.events = reader.events();
   summary.missing_events = reader.missing_events();
   summary.damaged_bytes = reader.damaged_bytes();

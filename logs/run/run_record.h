@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,8 @@ EstimateSample sample_of(const pose_estimate_t& message);
 struct CommandedSample {
   Utime utime = 0;  ///< at which they were told; they are there a dead time later
   std::int64_t seq = 0;
-  Pose pose;  ///< T_sensor_model
+  Pose pose;                 ///< T_sensor_model
+  bool by_estimate = false;  ///< guidance goes after the estimates
 };
 
 /// How long one estimate took, as the estimator's node tells it.
@@ -54,6 +56,14 @@ struct LatencySample {
 
 /// Nothing in a message that does not tell it.
 std::optional<Utime> latency_in(const estimator_diagnostics_t& message);
+
+/// What truth rests on.
+struct TruthBasis {
+  std::string basis;  ///< nominal, scans, tracker ...
+  std::string calibration_hash;
+
+  friend auto operator<=>(const TruthBasis&, const TruthBasis&) = default;
+};
 
 /// A stretch of time under one label: all steps of the procedure that carry it.
 struct Phase {
@@ -70,13 +80,26 @@ struct Phase {
   double duration_s() const;
 };
 
+/// Up to where messages had come when a run was judged. What comes later, from a machine under
+/// load, is in the log but not in the verdict.
+struct JudgedUpTo {
+  std::int64_t estimate_seq = 0;
+  std::int64_t diagnostics_seq = 0;
+  Utime truth = 0;  ///< utime
+
+  static constexpr char event_code[] = "judged";
+  std::string text() const;
+  /// Nothing when it is not such a text.
+  static std::optional<JudgedUpTo> parse(const std::string& text);
+};
+
 /// All messages of one run that its verdict rests on. The engine fills it from the bus as the run
 /// goes, compare from the log: what comes out does not depend on the order of arrival across
 /// channels, nor on repeats.
 class RunRecord {
  public:
   void add(const pose_estimate_t& message);
-  void add(const ground_truth_t& message) { truth_.add(sample_of(message)); }
+  void add(const ground_truth_t& message);
   /// Keeps nothing of one without latency_us.
   void add(const estimator_diagnostics_t& message);
   void add(const procedure_state_t& message);
@@ -84,10 +107,20 @@ class RunRecord {
   void add(const event_t& message);
   void add(const testbed_state_t& message);
 
+  /// Of the messages so far.
+  JudgedUpTo up_to() const;
+  /// Forgets what came after the run was judged, where its events tell. The last one counts: a log
+  /// may hold several procedures of a session, and the record is of the newest.
+  void keep_judged();
+
   const std::vector<EstimateSample>& estimates() const { return estimates_; }
   const std::vector<LatencySample>& latencies() const { return latencies_; }
   const std::vector<CommandedSample>& commanded() const { return commanded_; }
   const TruthTrack& truth() const { return truth_; }
+  /// What truth rested on; more than one where the calibration changed within a session.
+  const std::set<TruthBasis>& truth_bases() const { return truth_bases_; }
+  /// Whether guidance went after the estimates at that time.
+  bool steered(Utime utime) const;
   const std::vector<event_t>& events() const { return events_; }
   /// The newest; nothing when there was none.
   const std::optional<procedure_state_t>& state() const { return state_; }
@@ -103,6 +136,7 @@ class RunRecord {
   std::vector<LatencySample> latencies_;
   std::vector<CommandedSample> commanded_;
   TruthTrack truth_;
+  std::set<TruthBasis> truth_bases_;
   std::vector<event_t> events_;
   std::optional<procedure_state_t> state_;
   std::optional<run_info_t> info_;

@@ -36,6 +36,11 @@ void TruthTrack::forget_before(Utime utime) {
                  std::lower_bound(samples_.begin(), samples_.end(), utime, earlier));
 }
 
+void TruthTrack::forget_after(Utime utime) {
+  samples_.erase(std::lower_bound(samples_.begin(), samples_.end(), utime + 1, earlier),
+                 samples_.end());
+}
+
 std::optional<TruthSample> TruthTrack::at(Utime utime) const {
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), utime, earlier);
   if (after == samples_.end()) return std::nullopt;

@@ -29,6 +29,8 @@ class TruthTrack {
   void add(const TruthSample& sample);
   /// Drops samples older than this.
   void forget_before(Utime utime);
+  /// Drops samples younger than this.
+  void forget_after(Utime utime);
 
   /// Between the samples on either side; nothing outside the samples or in a hole: truth is never
   /// extrapolated. Covariances are interpolated linearly.

@@ -98,6 +98,7 @@ void Engine::settle(Utime now) {
 void Engine::judge(Utime now) {
   state_.utime = now;
   record_.add(state_);
+  actions_.event(event_t::INFO, logs::JudgedUpTo::event_code, record_.up_to().text());
   const logs::Measurer measurer(record_, nearest_);
   state_.criteria = logs::judge(procedure_.criteria, measurer);
   state_.criterion_count = static_cast<std::int32_t>(state_.criteria.size());

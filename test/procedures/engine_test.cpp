@@ -42,6 +42,26 @@ TEST_CASE("a good run passes, and its log says the same, number for number") {
   CHECK(c.info->run == "test-run");
 }
 
+TEST_CASE("an estimate that comes after the verdict changes nothing of it") {
+  Bench bench;
+  CHECK(bench.run() == procedure_state_t::PASS);
+  // A machine under load: true while the target was tracked, heard after the run was judged.
+  pose_estimate_t late{};
+  late.utime = bench.step("hold").utime_start + 100 * millisecond;
+  late.seq = 1000000;
+  late.session = fake::session;
+  late.status = pose_estimate_t::OK;
+  late.position_m[2] = 50;
+  late.q_wxyz[0] = late.measured_q_wxyz[0] = 1;
+  for (int i = 0; i < 6; ++i) late.covariance[7 * i] = 1e-6;
+  bench.operator_bus->publish(channels::pose_estimate, late);
+  bench.run_for(0.5);
+  bench.writer->flush();
+  const logs::Comparison comparison = logs::compare_log(bench.log);
+  CHECK(comparison.outcome == procedure_state_t::PASS);
+  CHECK(comparison.agrees);
+}
+
 TEST_CASE("every command is obeyed once, in the order of the steps") {
   fake::Script script;
   script.commands_lost = 5;
