@@ -48,9 +48,6 @@ struct Measurement {
   double shown(double si) const { return si / unit_si; }
 };
 
-/// Of what is only known once something has gone wrong.
-inline constexpr char safety_family[] = "safety: how faults are answered";
-
 /// All of them, family by family.
 const std::vector<Measurement>& measurements();
 /// nullptr when there is no such measurement.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "logs/measure/safety.h"
+
 #include <algorithm>
 #include <limits>
 

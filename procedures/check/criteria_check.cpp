@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "logs/measure/safety.h"
 #include "logs/run/target_surface.h"
 #include "procedures/check/recording.h"
 

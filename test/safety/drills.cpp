@@ -29,7 +29,7 @@ std::function<void(World&)> continued(const std::string& node) {
 void cleared(World& world) { world.clear_faults(); }
 
 /// Farther from where it was told to be than a joint may.
-bool strays(World& world) { return world.lag() > radians(3.0); }
+bool strays(World& world) { return world.lag() > radians(1.0); }
 
 /// An estimate that says it is good and is not.
 bool estimate_is_wrong(World& world, double by) {
