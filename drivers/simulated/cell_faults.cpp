@@ -57,14 +57,12 @@ void add_arm(FaultTable& table, const std::string& device, SimulatedController& 
 }
 
 void add_plc(FaultTable& table, SimulatedPlc& plc) {
-  const auto add = [&](const char* name, Value kind, double most, void (SimulatedPlc::*set)(bool)) {
-    table.add({"plc", name, kind, 0, most, [&plc, set](double) { (plc.*set)(true); },
+  const auto flag = [&](const char* name, void (SimulatedPlc::*set)(bool)) {
+    table.add({"plc", name, Value::none, 0, 0, [&plc, set](double) { (plc.*set)(true); },
                [&plc, set] { (plc.*set)(false); }});
   };
-  add("estop", Value::none, 0, &SimulatedPlc::press_estop);
-  add("fence", Value::none, 0, &SimulatedPlc::open_fence);
-  add("estop_after", Value::delay, 3600, &SimulatedPlc::press_estop);
-  add("fence_after", Value::delay, 3600, &SimulatedPlc::open_fence);
+  flag("estop", &SimulatedPlc::press_estop);
+  flag("fence", &SimulatedPlc::open_fence);
   add_wire(table, "plc", plc.server());
 }
 

@@ -30,7 +30,6 @@ std::string shown(FaultTable::Value kind, double value) {
       std::snprintf(text, sizeof text, " %.4g rad/s", value);
       break;
     case FaultTable::Value::time:
-    case FaultTable::Value::delay:
       std::snprintf(text, sizeof text, " %.4g s", value);
       break;
   }
@@ -75,11 +74,9 @@ std::string FaultTable::inject(const std::string& device, const std::string& nam
   if (!(duration >= 0 && duration <= longest)) {
     return "the duration of '" + name + "' is not within 0 to 1000000 s";
   }
-  const Utime delay = fault.value == Value::delay ? utime_from_seconds(value) : 0;
-  if (delay == 0) fault.begin(value);
+  fault.begin(value);
   if (fault.end) {
-    active_[index] = {value, delay > 0 ? now + delay : 0,
-                      duration > 0 ? now + delay + utime_from_seconds(duration) : 0};
+    active_[index] = {value, duration > 0 ? now + utime_from_seconds(duration) : 0};
   }
   return "";
 }
@@ -111,25 +108,17 @@ void FaultTable::clear_all() {
 
 bool FaultTable::advance(Utime now) {
   std::vector<std::size_t> over;
-  bool changed = false;
-  for (auto& [index, active] : active_) {
-    if (active.begins != 0 && active.begins <= now) {
-      faults_[index].begin(active.value);
-      active.begins = 0;
-      changed = true;
-    }
+  for (const auto& [index, active] : active_) {
     if (active.until != 0 && active.until <= now) over.push_back(index);
   }
   for (const std::size_t index : over) end(index);
-  return changed || !over.empty();
+  return !over.empty();
 }
 
 Utime FaultTable::next_change() const {
   Utime next = 0;
   for (const auto& [index, active] : active_) {
-    for (const Utime t : {active.begins, active.until}) {
-      if (t != 0 && (next == 0 || t < next)) next = t;
-    }
+    if (active.until != 0 && (next == 0 || active.until < next)) next = active.until;
   }
   return next;
 }

@@ -22,8 +22,7 @@ class FaultTable {
     length,  ///< m
     angle,   ///< rad or m, per joint
     rate,    ///< rad/s or m/s, per joint
-    time,    ///< s
-    delay    ///< s from the injection until it begins
+    time     ///< s
   };
   struct Fault {
     std::string device;
@@ -38,27 +37,25 @@ class FaultTable {
   void add(Fault fault) { faults_.push_back(std::move(fault)); }
 
   /// A fault that is there already takes the new value and duration.
-  /// @param duration from its beginning until it clears itself, s; 0: until it is cleared.
+  /// @param duration from now until it clears itself, s; 0: until it is cleared.
   /// @return why not, naming what is known; empty: done.
   std::string inject(const std::string& device, const std::string& name, double value,
                      double duration, Utime now);
   /// An empty name: all faults of the device. @return as above; that none is there is no mistake.
   std::string clear(const std::string& device, const std::string& name);
   void clear_all();
-  /// Begins what has waited its delay and clears what has lasted its duration. @return whether
-  /// anything has changed.
+  /// Clears what has lasted its duration. @return whether anything has changed.
   bool advance(Utime now);
   /// When that is to be called again; 0: never.
   Utime next_change() const;
 
-  /// "lidar: range_bias 50 mm", in the order of the table; also what has not begun yet.
+  /// "lidar: range_bias 50 mm", in the order of the table.
   std::vector<std::string> active() const;
 
  private:
   struct Active {
     double value = 0;
-    Utime begins = 0;  // 0: it has begun
-    Utime until = 0;   // 0: until it is cleared
+    Utime until = 0;  // 0: until it is cleared
   };
 
   std::string find(const std::string& device, const std::string& name, std::size_t& index) const;

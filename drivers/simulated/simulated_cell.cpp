@@ -164,11 +164,11 @@ void SimulatedCell::carry_out(const injection_t& injection) {
   advance_faults();
 }
 
-/// Begins and clears what is due, and wakes up again for the next.
+/// Clears what is due, and wakes up again for the next.
 void SimulatedCell::advance_faults() {
   if (faults_.advance(now())) {
     event(event_t::NOTICE, "injection",
-          "a fault begins or is over; now there are: " + text_of(faults_.active()));
+          "a fault is over; now there are: " + text_of(faults_.active()));
     publish_faults();
   }
   loop().cancel(fault_timer_);

@@ -19,6 +19,7 @@ std::vector<Measurement> make_measurements() {
   add_mount(table);
   add_following(table);
   add_approach(table);
+  add_safety(table);
   return table;
 }
 

@@ -55,5 +55,6 @@ void add_timing(std::vector<Measurement>& table);
 void add_mount(std::vector<Measurement>& table);
 void add_following(std::vector<Measurement>& table);
 void add_approach(std::vector<Measurement>& table);
+void add_safety(std::vector<Measurement>& table);
 
 }  // namespace berth::logs

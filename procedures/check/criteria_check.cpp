@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "logs/measure/safety.h"
 #include "logs/run/target_surface.h"
 #include "procedures/check/recording.h"
 
@@ -64,7 +65,17 @@ class CriteriaCheck {
     });
   }
 
+  bool anything_injected() const {
+    return std::any_of(procedure_.steps.begin(), procedure_.steps.end(),
+                       [](const Step& step) { return std::holds_alternative<Inject>(step.verb); });
+  }
+
   void look_at(const logs::Criterion& criterion) {
+    if (criterion.measurement->family == logs::safety_family) {
+      // What answers a fault is not foreseen.
+      if (anything_injected()) return;
+      return add(criterion, Severity::error, "nothing is injected", "an 'inject' before it");
+    }
     const criterion_result_t result = logs::judge(criterion, measurer_);
     const criterion_result_t truth = logs::judge(criterion, truth_measurer_);
     const bool by_truth_alone = result.value == truth.value;

@@ -4,6 +4,7 @@
 #include <berth/injection_state_t.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procedures/engine/actions.h"
 
@@ -16,6 +17,8 @@ class InjectionLink {
 
   /// Under a new seq; fills in all but what it asks for.
   void command(injection_t injection, Utime now);
+  /// The same when it is due, whatever the engine does then; clearing it takes it back.
+  void command_later(injection_t injection, Utime due);
   /// accepted, refused or still pending.
   Answer answer() const { return answer_; }
   const std::string& refusal() const { return refusal_; }
@@ -28,6 +31,10 @@ class InjectionLink {
   void tick(Utime now);
 
  private:
+  struct Later {
+    injection_t injection;
+    Utime due;
+  };
   void send(Utime now);
 
   Actions& actions_;
@@ -38,6 +45,7 @@ class InjectionLink {
   Answer answer_ = Answer::none;
   std::string refusal_;
   bool used_ = false;
+  std::vector<Later> later_;
   std::optional<injection_state_t> state_;
 };
 

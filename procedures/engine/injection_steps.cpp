@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "common/core/text.h"
 #include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
@@ -6,16 +7,23 @@ namespace {
 
 class InjectionRunner final : public StepRunner {
  public:
-  explicit InjectionRunner(injection_t injection) : injection_(std::move(injection)) {}
+  InjectionRunner(injection_t injection, Utime after)
+      : injection_(std::move(injection)), after_(after) {}
 
   void begin(Bench& bench, Utime now) override {
     // Nothing to clear, be it that there is no simulated cell.
     idle_ = injection_.action != injection_t::INJECT && !bench.injections.used();
-    if (!idle_) bench.injections.command(injection_, now);
+    if (idle_) return;
+    if (after_ > 0) return bench.injections.command_later(injection_, now + after_);
+    bench.injections.command(injection_, now);
   }
 
   StepResult poll(Bench& bench, Utime, Utime active) override {
     constexpr Utime patience = 5 * second;  // the simulated cell tells its state every second
+    if (after_ > 0) {
+      detail_ = "in " + fixed(seconds(after_), 1) + " s";
+      return StepResult::passed;
+    }
     if (idle_ || bench.injections.answer() == Answer::accepted) {
       detail_.clear();
       return StepResult::passed;
@@ -33,6 +41,7 @@ class InjectionRunner final : public StepRunner {
 
  private:
   injection_t injection_;
+  Utime after_;
   bool idle_ = false;
 };
 
@@ -45,7 +54,7 @@ std::unique_ptr<StepRunner> make(const Inject& inject) {
   injection.fault = inject.fault;
   injection.value = inject.value;
   injection.duration_s = inject.duration;
-  return std::make_unique<InjectionRunner>(injection);
+  return std::make_unique<InjectionRunner>(injection, utime_from_seconds(inject.after));
 }
 
 std::unique_ptr<StepRunner> make(const ClearInjections& clear) {
@@ -53,7 +62,7 @@ std::unique_ptr<StepRunner> make(const ClearInjections& clear) {
   injection.action = clear.device.empty() ? injection_t::CLEAR_ALL : injection_t::CLEAR;
   injection.device = clear.device;
   injection.fault = clear.fault;
-  return std::make_unique<InjectionRunner>(injection);
+  return std::make_unique<InjectionRunner>(injection, 0);
 }
 
 }  // namespace berth::procedures

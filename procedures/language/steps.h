@@ -123,6 +123,7 @@ struct Inject {
   std::string fault;
   double value = 0;     ///< SI; what it means depends on the fault
   double duration = 0;  ///< s; 0: until cleared
+  double after = 0;     ///< s; 0: now, and the step waits until it is so
 };
 
 /// Ends a fault; with neither device nor fault all of them.

@@ -213,6 +213,8 @@ Read read_inject(Config& config) {
   }
   config.optional("for", Dimension::time, inject.duration);
   if (inject.duration < 0) throw config.error("for", "must not be negative");
+  config.optional("after", Dimension::time, inject.after);
+  if (inject.after < 0) throw config.error("after", "must not be negative");
   return {inject, 15};
 }
 
@@ -361,7 +363,8 @@ std::vector<VerbInfo> make_verbs() {
        {{"device", Kind::text, true, "", "arm-replica, arm-sensor, lidar, plc or target"},
         {"fault", Kind::text, true, "", "of the device's list"},
         {"value", Kind::quantity, false, "0", "its size"},
-        {"for", Kind::time, false, "until cleared", "after which it clears itself"}},
+        {"for", Kind::time, false, "until cleared", "after which it clears itself"},
+        {"after", Kind::time, false, "at once", "in the midst of the steps that follow"}},
        read_inject},
       {"clear_injections",
        "ends injected faults, all of them when nothing stands behind it",

@@ -80,24 +80,6 @@ TEST_CASE("a fault lasts until it is cleared, or for its duration, and the state
   CHECK(rig.state.accepted_seq == 3);
 }
 
-TEST_CASE("a fault with a delay begins by itself, and then lasts its duration") {
-  FaultyRig rig;
-  rig.inject("plc", "estop_after", 1, 0.5);
-  CHECK(rig.state.active == std::vector<std::string>{"plc: estop_after 1 s"});
-  rig.simulation.run_for(800 * millisecond);
-  CHECK(rig.facility.estop_chain_closed);
-  rig.simulation.run_for(400 * millisecond);
-  CHECK_FALSE(rig.facility.estop_chain_closed);
-  rig.simulation.run_for(500 * millisecond);
-  CHECK(rig.facility.estop_chain_closed);
-  CHECK(rig.state.active.empty());
-
-  rig.inject("plc", "fence_after", 1);
-  rig.clear("plc", "fence_after");
-  rig.simulation.run_for(2 * second);
-  CHECK(rig.facility.fence_closed);  // cleared before it began
-}
-
 TEST_CASE("an injection repeated changes nothing but is answered") {
   FaultyRig rig;
   const injection_t first = rig.injection("plc", "fence", 0, 0.2);

@@ -49,7 +49,7 @@ struct Raw {
 }  // namespace
 
 World::World(const Options& options) : simulation(simulation_options(options)), options_(options) {
-  run_.config = "config";
+  run_.config = options.config;
   run_.seed = options.seed;
   run_.session = options.session;
   const auto wires = [this]() -> Wires& { return simulation.wires(); };

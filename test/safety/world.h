@@ -8,6 +8,7 @@
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -30,6 +31,7 @@ class World {
     std::uint64_t seed = 1;
     bool estimator = false;  ///< with the LIDAR's driver and the estimator
     std::int64_t session = 77;
+    std::filesystem::path config = "config";
     Utime start = 1735776000 * second;
   };
   struct Motion {
@@ -52,6 +54,8 @@ class World {
   std::int64_t send(const testbed_command_t& command);
   std::int64_t send(std::int8_t what) { return send(command(what)); }
   testbed_command_t move_to(const Xyzwpr& goal, double speed);
+  /// Takes the lease within a quarter of a second, and keeps it.
+  void keep_lease() { keep_lease_ = true; }
   /// Takes the lease and goes to the goal; runs until the arms have come to speed.
   void begin_move(double speed = 0.1);
   /// Takes the lease, tracks the target and approaches it; runs until the arms have come to speed.

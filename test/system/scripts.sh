@@ -27,7 +27,7 @@ options() {
   esac
 }
 
-for script in procedures/library/*.yaml procedures/paper/5_*.yaml; do
+for script in procedures/library/*.yaml procedures/safety/*.yaml procedures/paper/5_*.yaml; do
   name=$(basename "$script" .yaml)
   "$bin/berth" check "$script" >"$work/out.txt" 2>&1 || { cat "$work/out.txt"; failed+=("check $script"); }
   case ${SEEDS:+all}$name in 5_2_acquisition | acquisition_survey) continue ;; esac
@@ -35,7 +35,7 @@ for script in procedures/library/*.yaml procedures/paper/5_*.yaml; do
     short=()
     [ -n "${SEEDS:-}" ] || read -ra short <<<"$(options "$name")"
     wanted=0
-    [ "$name" != abort_drill ] || wanted=2  # an emergency stop ends a run in ERROR
+    [ "$name" != emergency_stop ] || wanted=2  # an emergency stop ends a run in ERROR
     try $wanted "$seed" "$script" ${short[@]+"${short[@]}"}
   done
 done
