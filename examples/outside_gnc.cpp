@@ -2,7 +2,7 @@
 // A guidance outside of Berth, in a minute: it hears POSE_ESTIMATE, and says by GUIDANCE_SETPOINT
 // how the chaser is to move. Needs liblcm and the messages of lcmtypes/, nothing else of Berth.
 //
-//   berth run procedures/library/outside_gnc.yaml --simulate      (one terminal)
+//   berth run procedures/outside_gnc.yaml --simulate      (one terminal)
 //   outside_gnc                                                    (another)
 //
 // The procedure's step `guided: {by: my-gnc, ...}` lets it steer, and ends it.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/check/recording.h"
 
+#include <berth/testbed_state_t.hpp>
+
+#include "common/core/file.h"
+
 namespace berth::procedures {
 namespace {
 
@@ -71,6 +75,11 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
   info.target_length_m = rig.cell.target.length;
   info.target_hash = rig.cell.target.hash;
   info.layout = rig.setup.layout;
+  attachment_t settings{};
+  settings.name = "testbed.yaml";
+  settings.content = read_file(rig.setup.config / settings.name);
+  info.attachments = {settings};
+  info.attachment_count = 1;
   record.add(info);
   record.add(state_of(rehearsal));
 
@@ -93,6 +102,14 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
     set_motion(truth, moment.pose, velocity);
     Matrix6d::Map(truth.covariance) = covariance;
     record.add(truth);
+    testbed_state_t testbed{};
+    testbed.utime = truth.utime - rig.settings.dead_time;
+    testbed.seq = truth.seq;
+    testbed.state = testbed_state_t::MOVING;
+    std::copy(std::begin(truth.position_m), std::end(truth.position_m),
+              testbed.commanded_position_m);
+    std::copy(std::begin(truth.q_wxyz), std::end(truth.q_wxyz), testbed.commanded_q_wxyz);
+    record.add(testbed);
     if (!with_estimates || !moment.tracked || moment.time < next_estimate) continue;
     next_estimate = moment.time + rig.scan_period(moment.returns);
     pose_estimate_t estimate = right_estimate(moment, velocity, covariance);
