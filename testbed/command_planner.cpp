@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/command_planner.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/core/text.h"
 
 namespace berth::testbed {
@@ -26,11 +29,14 @@ class HeldPath final : public RelativePath {
   Pose pose_;
 };
 
-std::string text_of(const Refusal& refusal, double speed) {
-  if (refusal.passing_rate <= 0) return refusal.text;
-  return refusal.text + "; it passes at " + fixed(100 * refusal.passing_rate, 1) +
-         " % of the speed asked for" +
-         (speed > 0 ? ", " + fixed(1e3 * speed * refusal.passing_rate, 1) + " mm/s" : "");
+/// The same command at a part of its speed, which is rounded down to what a person would type.
+testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits, double rate) {
+  constexpr double linear = 1e-4;        // m/s
+  const double angular = radians(0.01);  // rad/s
+  command.speed_m_s = linear * std::floor(rate * limits.speed / linear);
+  command.angular_speed_rad_s = angular * std::floor(rate * limits.angular_speed / angular);
+  for (waypoint_t& waypoint : command.waypoints) waypoint.time_s /= rate;
+  return command;
 }
 
 }  // namespace
@@ -69,16 +75,56 @@ CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, co
            ", expected 0 (none), 1 (replica) or 2 (sensor)";
   }
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
-  const bool by_estimate = is_closed_loop(command);
-  Path path = by_estimate ? closed_loop(command, from, now, guidance)
-              : command.command == testbed_command_t::MOVE ? move(command, from)
-                                                           : trajectory(command, from);
-  if (const auto* refusal = std::get_if<std::string>(&path)) return *refusal;
+  const Path path = path_of(command, from, now, guidance);
+  if (const auto* wrong = std::get_if<std::string>(&path)) return *wrong;
   MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
                                                start, static_cast<FrozenArm>(command.frozen_arm));
   if (auto* plan = std::get_if<MotionPlanner::Plan>(&result)) return std::move(*plan);
-  if (by_estimate) guidance.stop();
-  return text_of(std::get<Refusal>(result), command.speed_m_s);
+  const auto& refusal = std::get<Refusal>(result);
+  const std::string passes = passing_speed(command, start, now, guidance, refusal.passing_rate);
+  if (is_closed_loop(command)) guidance.stop();
+  return refusal.text + passes;
+}
+
+CommandPlanner::Path CommandPlanner::path_of(const testbed_command_t& command, const Pose& from,
+                                             std::int64_t now, Guidance& guidance) const {
+  if (is_closed_loop(command)) return closed_loop(command, from, now, guidance);
+  return command.command == testbed_command_t::MOVE ? move(command, from)
+                                                    : trajectory(command, from);
+}
+
+std::string CommandPlanner::passing_speed(const testbed_command_t& command, const ArmPair& start,
+                                          std::int64_t now, Guidance& guidance, double rate) const {
+  RelativeLimits limits;
+  if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
+  const Pose from = cell_.relative_pose(start.replica, start.sensor);
+  constexpr int most_plans = 8;
+  constexpr double fine = 0.02;
+  double passing = 0;
+  double failing = 1;
+  for (int i = 0; i < most_plans && failing - passing > fine * failing; ++i) {
+    const Path path = path_of(slower(command, limits, rate), from, now, guidance);
+    const auto* slow = std::get_if<std::shared_ptr<const RelativePath>>(&path);
+    if (slow == nullptr) break;
+    const auto result = planner_.plan(*slow, start, static_cast<FrozenArm>(command.frozen_arm));
+    if (const auto* refusal = std::get_if<Refusal>(&result)) {
+      failing = rate;
+      rate = std::max(rate * refusal->passing_rate, 0.5 * (passing + failing));
+      if (refusal->passing_rate <= 0) rate = 0.5 * (passing + failing);
+    } else {
+      passing = rate;
+      rate = 0.5 * (passing + failing);
+    }
+  }
+  if (passing <= 0) return "";
+  std::string text =
+      "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
+  if (command.command != testbed_command_t::TRAJECTORY) {
+    const testbed_command_t passes = slower(command, limits, passing);
+    text += ", " + fixed(1e3 * passes.speed_m_s, 1) + " mm/s and " +
+            fixed(degrees(passes.angular_speed_rad_s), 2) + " deg/s";
+  }
+  return text;
 }
 
 CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
