@@ -98,7 +98,7 @@ std::string CommandPlanner::passing_speed(const testbed_command_t& command, cons
   RelativeLimits limits;
   if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
-  constexpr int most_plans = 8;
+  constexpr int most_plans = 12;
   constexpr double fine = 0.02;
   double passing = 0;
   double failing = 1;
@@ -107,14 +107,10 @@ std::string CommandPlanner::passing_speed(const testbed_command_t& command, cons
     const auto* slow = std::get_if<std::shared_ptr<const RelativePath>>(&path);
     if (slow == nullptr) break;
     const auto result = planner_.plan(*slow, start, static_cast<FrozenArm>(command.frozen_arm));
-    if (const auto* refusal = std::get_if<Refusal>(&result)) {
-      failing = rate;
-      rate = std::max(rate * refusal->passing_rate, 0.5 * (passing + failing));
-      if (refusal->passing_rate <= 0) rate = 0.5 * (passing + failing);
-    } else {
-      passing = rate;
-      rate = 0.5 * (passing + failing);
-    }
+    const auto* refusal = std::get_if<Refusal>(&result);
+    (refusal == nullptr ? passing : failing) = rate;
+    rate = passing > 0 ? 0.5 * (passing + failing)
+                       : failing * std::clamp(refusal->passing_rate, 0.3, 0.9);
   }
   if (passing <= 0) return "";
   std::string text =
