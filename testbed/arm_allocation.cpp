@@ -39,16 +39,21 @@ ArmAllocation::ArmAllocation(const Cell& cell, const Sharing& sharing, FrozenArm
       start_sensor_(cell.sensor.tool_pose(start.sensor)),
       start_replica_(cell.replica.tool_pose(start.replica)),
       home_sensor_(cell.sensor.tool_pose(cell.sensor.home)),
+      middle_(0.5 * (home_sensor_.position + cell.replica.tool_pose(cell.replica.home).position)),
       home_relative_(cell.relative_pose(cell.replica.home, cell.sensor.home)) {
-  correction_ = difference(nominal_sensor(start_sensor_.inverse() * start_replica_), start_sensor_);
+  correction_ =
+      difference(nominal_sensor(start_sensor_.inverse() * start_replica_, 0), start_sensor_);
 }
 
-Pose ArmAllocation::nominal_sensor(const Pose& relative) const {
+Pose ArmAllocation::nominal_sensor(const Pose& relative, double progress) const {
   const Vector3d closer = home_relative_.position - relative.position;
   const Vector3d moved(sharing_.lateral * closer.x(), sharing_.lateral * closer.y(),
                        sharing_.travel * closer.z());
-  return {home_sensor_.position + home_sensor_.rotation * moved + sharing_.shift,
-          home_sensor_.rotation};
+  const double half_way = 4 * progress * (1 - progress);
+  const Quaterniond turn = rotation_from_vector(sharing_.turn);
+  const Vector3d sensor = home_sensor_.position + home_sensor_.rotation * moved;
+  return {middle_ + turn * (sensor - middle_) + sharing_.shift + half_way * sharing_.bulge,
+          turn * home_sensor_.rotation};
 }
 
 std::optional<ArmPair> ArmAllocation::joints(const Pose& relative, double progress,
@@ -59,7 +64,7 @@ std::optional<ArmPair> ArmAllocation::joints(const Pose& relative, double progre
     sensor = replica * relative.inverse();
   } else {
     if (frozen_ == FrozenArm::none) {
-      sensor = perturbed(nominal_sensor(relative), (1 - progress) * correction_);
+      sensor = perturbed(nominal_sensor(relative, progress), (1 - progress) * correction_);
     }
     replica = sensor * relative;
   }

@@ -10,12 +10,15 @@ namespace berth::testbed {
 
 enum class FrozenArm { none, replica, sensor };
 
-/// How the travel is divided. Twelve joints serve six degrees of freedom; the sensor arm keeps its
-/// attitude and takes a share of the travel along the home line of sight, the replica arm the rest.
+/// How a relative motion is divided. Twelve joints serve six degrees of freedom: the sensor arm
+/// takes a share of the travel along and across the home line of sight, the replica arm the rest;
+/// where in the cell both do so together is free, and how the line of sight is turned.
 struct Sharing {
   double travel = 0.5;                ///< of the change of range, by the sensor arm
   double lateral = 0;                 ///< of the sideways change, by the sensor arm
-  Vector3d shift = Vector3d::Zero();  ///< of both arms together, cell frame, reached at the end
+  Vector3d shift = Vector3d::Zero();  ///< m, of both arms together, cell frame: at the end
+  Vector3d bulge = Vector3d::Zero();  ///< m, the same half way, besides
+  Vector3d turn = Vector3d::Zero();   ///< rad, of both about the middle between them: at the end
 };
 
 /// Turns relative poses T_sensor_model into joints of both arms, for one motion: it begins at the
@@ -30,7 +33,7 @@ class ArmAllocation {
                                 std::string* reason) const;
 
  private:
-  Pose nominal_sensor(const Pose& relative) const;
+  Pose nominal_sensor(const Pose& relative, double progress) const;
 
   const Cell* cell_;
   Sharing sharing_;
@@ -39,6 +42,7 @@ class ArmAllocation {
   Pose start_sensor_;   // T_cell_sensor
   Pose start_replica_;  // T_cell_model
   Pose home_sensor_;
+  Vector3d middle_;  // between sensor and replica at home, cell frame
   Pose home_relative_;
   Vector6d correction_ = Vector6d::Zero();  // from the nominal sensor pose to the one at the start
 };

@@ -27,7 +27,8 @@ class RelativeMotion final : public ArmMotion {
   ArmAllocation allocation_;
 };
 
-/// Along joints that the arms went through before: the way back is as free as the way there was.
+/// Along joints that the arms went through before, on a cubic spline whose velocity and
+/// acceleration are continuous: the way back is as free as the way there was.
 class RecordedMotion final : public ArmMotion {
  public:
   /// points: where to go through, beginning where the arms are; lengths: of relative travel between
@@ -41,6 +42,7 @@ class RecordedMotion final : public ArmMotion {
  private:
   std::vector<ArmPair> points_;
   std::vector<double> position_;  // of each point along the way
+  std::vector<ArmPair> bend_;     // second derivative at each point
   SmoothTravel travel_;
 };
 

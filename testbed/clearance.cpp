@@ -97,7 +97,8 @@ struct Clearance::Impl {
   std::vector<PairOfBodies> pairs;
   std::vector<std::pair<double, std::size_t>> order;  // by the bound on slack
   const PairOfBodies* found = nullptr;                // of the last search's result
-  double reach = 0;                                   // of the farthest body from an arm's base
+  std::array<std::array<double, 6>, 2>
+      reach{};  // of each arm's joints: farthest that bodies can be
 
   Impl(const Cell& the_cell, const Limits& the_limits) : cell(&the_cell), limits(the_limits) {
     for (const RoomBody& part : cell->room) {
@@ -116,12 +117,28 @@ struct Clearance::Impl {
     }
     if (!cell->replica.kinematics->bodies().empty()) add_target();
     if (!cell->sensor_housing.triangles.empty()) add_housing();
-    for (const Body& body : bodies) {
-      if (body.party != Party::room) {
-        reach = std::max(reach, 1.5 + (body.centre.cwiseAbs() + body.half).norm());
+    for (const ArmRole role : both_arms) find_reach(role);
+    choose_pairs();
+  }
+
+  /// From each joint's axis along the links, which are rigid, to the farthest corner of what it
+  /// moves.
+  void find_reach(ArmRole role) {
+    const Party party = role == ArmRole::replica ? Party::replica : Party::sensor;
+    const PlacedArm& arm = cell->arm(role);
+    const std::array<Pose, 7> links = arm.kinematics->link_poses(arm.home);
+    for (std::size_t joint = 0; joint < 6; ++joint) {
+      double& farthest = reach[role == ArmRole::replica ? 0 : 1][joint];
+      for (const Body& body : bodies) {
+        if (body.party != party || body.link <= static_cast<int>(joint)) continue;
+        double away = (body.centre.cwiseAbs() + body.half).norm();
+        for (std::size_t link = joint; link < static_cast<std::size_t>(std::min(body.link, 6));
+             ++link) {
+          away += distance(links[link], links[link + 1]);
+        }
+        farthest = std::max(farthest, away);
       }
     }
-    choose_pairs();
   }
 
   void add_target() {
@@ -209,6 +226,8 @@ Clearance::Clearance(const Cell& cell, const Limits& limits)
     : impl_(std::make_unique<Impl>(cell, limits)) {}
 Clearance::~Clearance() = default;
 
+const Clearance::Limits& Clearance::limits() const { return impl_->limits; }
+
 Clearance::Result Clearance::worst(const ArmPair& joints, double enough) {
   impl_->update(joints);
   return impl_->search(enough, true, [](const PairOfBodies&) { return true; });
@@ -239,18 +258,20 @@ double Clearance::least_distance(const ArmPair& joints, double beyond) {
   return nearest(joints, beyond).slack;
 }
 
-double Clearance::motion_bound(const ArmPair& a, const ArmPair& b) const {
-  double largest = 0;
+double Clearance::approach_bound(const ArmPair& a, const ArmPair& b) const {
+  double bound = 0;
   for (const ArmRole role : both_arms) {
-    double bound = 0;
     const ArmKinematics& arm = *impl_->cell->arm(role).kinematics;
+    const auto& reach = impl_->reach[role == ArmRole::replica ? 0 : 1];
+    // what turns a link against the one before: on a parallelogram not the pendant's J3
+    const Joints from = arm.motor_joints(a.of(role));
+    const Joints to = arm.motor_joints(b.of(role));
     for (std::size_t i = 0; i < 6; ++i) {
-      const double change = std::abs(a.of(role)[i] - b.of(role)[i]);
-      bound += arm.is_linear(static_cast<int>(i)) ? change : change * impl_->reach;
+      const double change = std::abs(from[i] - to[i]);
+      bound += arm.is_linear(static_cast<int>(i)) ? change : change * reach[i];
     }
-    largest = std::max(largest, bound);
   }
-  return largest;
+  return bound;
 }
 
 }  // namespace berth::testbed

@@ -27,6 +27,7 @@ class Clearance {
 
   Clearance(const Cell& cell, const Limits& limits);
   ~Clearance();
+  const Limits& limits() const;
   Clearance(const Clearance&) = delete;
   Clearance& operator=(const Clearance&) = delete;
 
@@ -47,8 +48,9 @@ class Clearance {
   std::optional<Closest> closest(const ArmPair& joints, double beyond);
   /// Their distance, m; at most `beyond`.
   double least_distance(const ArmPair& joints, double beyond = 10.0);
-  /// Bound on how far any body's point moves between two pairs of joints, m.
-  double motion_bound(const ArmPair& a, const ArmPair& b) const;
+  /// Bound on how much closer any two bodies come on the way from one pair of joints to the other,
+  /// straight in the joints, m.
+  double approach_bound(const ArmPair& a, const ArmPair& b) const;
 
  private:
   struct Impl;

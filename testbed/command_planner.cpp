@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/command_planner.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/core/text.h"
 #include "testbed/guidance/forecast.h"
 #include "testbed/guidance/outside.h"
@@ -29,7 +32,7 @@ class HeldPath final : public RelativePath {
 };
 
 /// Waypoints that make a path from `start`, or why they do not. what: for messages.
-std::variant<std::shared_ptr<const WaypointPath>, std::string> path_of(
+std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
     const std::vector<waypoint_t>& list, const Pose& start, const std::string& what,
     const std::string& beginning) {
   std::vector<WaypointPath::Waypoint> waypoints;
@@ -58,11 +61,18 @@ std::variant<std::shared_ptr<const WaypointPath>, std::string> path_of(
   return std::make_shared<const WaypointPath>(std::move(waypoints));
 }
 
-std::string text_of(const Refusal& refusal, double speed) {
-  if (refusal.passing_rate <= 0) return refusal.text;
-  return refusal.text + "; it passes at " + fixed(100 * refusal.passing_rate, 1) +
-         " % of the speed asked for" +
-         (speed > 0 ? ", " + fixed(1e3 * speed * refusal.passing_rate, 1) + " mm/s" : "");
+/// The same command at a part of its speed, which is rounded down to what a person would type.
+testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits, double rate) {
+  constexpr double linear = 1e-4;        // m/s
+  const double angular = radians(0.01);  // rad/s
+  command.speed_m_s = linear * std::max(1.0, std::floor(rate * limits.speed / linear));
+  command.angular_speed_rad_s =
+      angular * std::max(1.0, std::floor(rate * limits.angular_speed / angular));
+  // In a closed loop they are the target's own motion, which no speed of ours changes.
+  if (command.command == testbed_command_t::TRAJECTORY) {
+    for (waypoint_t& waypoint : command.waypoints) waypoint.time_s /= rate;
+  }
+  return command;
 }
 
 }  // namespace
@@ -101,14 +111,11 @@ CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, co
            ", expected 0 (none), 1 (replica) or 2 (sensor)";
   }
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
-  const bool by_estimate = is_closed_loop(command);
   Plan plan;
-  Path path = by_estimate ? closed_loop(command, from, now, guidance, plan)
-              : command.command == testbed_command_t::MOVE ? move(command, from)
-                                                           : trajectory(command, from);
-  if (const auto* refusal = std::get_if<std::string>(&path)) {
-    if (by_estimate) guidance.stop();
-    return *refusal;
+  const Path path = path_of(command, from, now, guidance, plan);
+  if (const auto* wrong = std::get_if<std::string>(&path)) {
+    if (is_closed_loop(command)) guidance.stop();
+    return *wrong;
   }
   MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
                                                start, static_cast<FrozenArm>(command.frozen_arm));
@@ -116,8 +123,49 @@ CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, co
     plan.arms = std::move(*arms);
     return plan;
   }
-  if (by_estimate) guidance.stop();
-  return text_of(std::get<Refusal>(result), command.speed_m_s);
+  const auto& refusal = std::get<Refusal>(result);
+  const std::string passes = passing_speed(command, start, now, guidance, refusal.passing_rate);
+  if (is_closed_loop(command)) guidance.stop();
+  return refusal.text + passes;
+}
+
+CommandPlanner::Path CommandPlanner::path_of(const testbed_command_t& command, const Pose& from,
+                                             std::int64_t now, Guidance& guidance,
+                                             Plan& plan) const {
+  if (is_closed_loop(command)) return closed_loop(command, from, now, guidance, plan);
+  return command.command == testbed_command_t::MOVE ? move(command, from)
+                                                    : trajectory(command, from);
+}
+
+std::string CommandPlanner::passing_speed(const testbed_command_t& command, const ArmPair& start,
+                                          std::int64_t now, Guidance& guidance, double rate) const {
+  RelativeLimits limits;
+  if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
+  const Pose from = cell_.relative_pose(start.replica, start.sensor);
+  constexpr int most_plans = 12;
+  constexpr double fine = 0.02;
+  double passing = 0;
+  double failing = 1;
+  for (int i = 0; i < most_plans && failing - passing > fine * failing; ++i) {
+    Plan plan;
+    const Path path = path_of(slower(command, limits, rate), from, now, guidance, plan);
+    const auto* slow = std::get_if<std::shared_ptr<const RelativePath>>(&path);
+    if (slow == nullptr) break;
+    const auto result = planner_.plan(*slow, start, static_cast<FrozenArm>(command.frozen_arm));
+    const auto* refusal = std::get_if<Refusal>(&result);
+    (refusal == nullptr ? passing : failing) = rate;
+    rate = passing > 0 ? 0.5 * (passing + failing)
+                       : failing * std::clamp(refusal->passing_rate, 0.3, 0.9);
+  }
+  if (passing <= 0) return "";
+  std::string text =
+      "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
+  if (command.command != testbed_command_t::TRAJECTORY) {
+    const testbed_command_t passes = slower(command, limits, passing);
+    text += ", " + fixed(1e3 * passes.speed_m_s, 1) + " mm/s and " +
+            fixed(degrees(passes.angular_speed_rad_s), 2) + " deg/s";
+  }
+  return text;
 }
 
 CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
@@ -133,7 +181,7 @@ CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
 CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
                                                 const Pose& from) const {
   auto path =
-      path_of(command.waypoints, from, "the trajectory", "where the arms are: move there first");
+      waypoint_path(command.waypoints, from, "the trajectory", "where the arms are: move there first");
   if (auto* wrong = std::get_if<std::string>(&path)) return std::move(*wrong);
   return std::get<std::shared_ptr<const WaypointPath>>(path);
 }
@@ -146,7 +194,7 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& comman
   if (!wrong.empty()) return wrong;
   if (!command.waypoints.empty()) {
     auto motion =
-        path_of(command.waypoints, Pose{}, "the target's own motion", "where the target is");
+        waypoint_path(command.waypoints, Pose{}, "the target's own motion", "where the target is");
     if (auto* bad = std::get_if<std::string>(&motion)) return std::move(*bad);
     plan.target_motion = std::get<std::shared_ptr<const WaypointPath>>(std::move(motion));
   }

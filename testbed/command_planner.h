@@ -41,6 +41,12 @@ class CommandPlanner {
  private:
   using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
 
+  /// Where the command leads: the path that it asks for, or why there is none.
+  Path path_of(const testbed_command_t& command, const Pose& from, std::int64_t now,
+               Guidance& guidance, Plan& plan) const;
+  /// What is said of a speed at which the refused command would pass; empty where there is none.
+  std::string passing_speed(const testbed_command_t& command, const ArmPair& start,
+                            std::int64_t now, Guidance& guidance, double rate) const;
   Path move(const testbed_command_t& command, const Pose& from) const;
   Path trajectory(const testbed_command_t& command, const Pose& from) const;
   Path closed_loop(const testbed_command_t& command, const Pose& commanded, std::int64_t now,

@@ -45,7 +45,9 @@ double SmoothTravel::speed(double t) const {
   return peak_ * x * x * (3 - 2 * x);
 }
 
-TimeScale::TimeScale(double settling) : frequency_(9.2 / settling) {}
+double TimeScale::frequency(double settling) { return 9.2 / settling; }
+
+TimeScale::TimeScale(double settling) : frequency_(frequency(settling)) {}
 
 void TimeScale::stop() { target_ = rate_ = slope_ = 0; }
 

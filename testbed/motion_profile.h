@@ -32,6 +32,8 @@ class TimeScale {
  public:
   /// settling: s within which a change is over.
   explicit TimeScale(double settling);
+  /// 1/s: a hold lets the rate fall as (1 + f t) exp(-f t).
+  static double frequency(double settling);
 
   void set_target(double rate) { target_ = rate; }
   double target() const { return target_; }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "testbed/clearance.h"
+#include "testbed/path_rates.h"
 
 namespace berth::testbed {
 
@@ -20,12 +21,12 @@ class ArmMotion {
 };
 
 struct PathLimits {
-  double speed = 0.8;            ///< of each joint's own
-  double acceleration = 0.8;     ///< of each joint's own
-  double manipulability = 0.02;  ///< least; 0 at a singularity
-  double largest_step = 0.2;     ///< rad of a joint between two samples: more is a change of branch
-  double sample_time = 0.1;      ///< s
-  double clearance_step = 0.03;  ///< m that bodies may move between two looks at their distance
+  RateLimits rates;
+  double manipulability = 0.02;    ///< least; 0 at a singularity
+  double largest_step = 0.2;       ///< rad that no joint leaps: more is a change of branch
+  double sample_time = 0.1;        ///< s
+  double clearance_step = 0.03;    ///< m, of slack that one look at an instant asks for
+  double clearance_blind = 0.005;  ///< m that bodies may approach each other unseen between looks
 };
 
 /// Why a motion must not start.
@@ -35,9 +36,9 @@ struct Refusal {
   double passing_rate = 0;  ///< of the speed asked for, at which it would pass; 0: at none
 };
 
-/// Looks at a whole motion before it starts: joints with the coupled one, motor speeds and
-/// accelerations, singularities, changes of branch, and clearance between all bodies. Nothing
-/// starts that cannot finish.
+/// Looks at a whole motion before it starts: joints with the coupled one, singularities, changes of
+/// branch, clearance between all bodies, keep-outs among them, and what motors would have to do,
+/// also to hold anywhere. Nothing starts that cannot finish, or that cannot stop on its path.
 class PathCheck {
  public:
   PathCheck(const Cell& cell, const PathLimits& limits, Clearance& clearance)
@@ -48,11 +49,23 @@ class PathCheck {
   /// The same for one instant, without speed: for steering that is not known beforehand.
   std::optional<std::string> check(const ArmPair& joints) const;
 
+  const PathLimits& limits() const { return limits_; }
+
  private:
-  struct Rates;
+  using Path = std::vector<PathSample>;
+
+  std::optional<Refusal> sample(const ArmMotion& motion, const ArmPair& start, Path& path) const;
+  std::optional<Refusal> sample_to(const ArmMotion& motion, double t, int halvings,
+                                   Path& path) const;
+  std::optional<Refusal> check_singularities(const Path& path) const;
+  std::optional<Refusal> check_clearance(const Path& path) const;
+  /// Between two samples, of which the first one has so much to spare, m.
+  std::optional<Refusal> check_between(const PathSample& a, const PathSample& b,
+                                       double& spare) const;
+  std::optional<Refusal> look(const PathSample& sample, double& spare) const;
   std::string place(double t, const ArmPair& joints) const;
   std::optional<std::string> check_joints(const ArmPair& joints) const;
-  std::optional<std::string> check_singularity(const ArmPair& joints) const;
+  std::optional<std::string> check_singularity(const ArmPair& joints, double& value) const;
 
   const Cell& cell_;
   PathLimits limits_;

@@ -32,14 +32,38 @@ Vector3d rotation_vector_rate(const Vector3d& phi, const Vector3d& angular_veloc
   return angular_velocity - 0.5 * cross + factor * phi.cross(cross);
 }
 
-/// Cubic Hermite interpolation between 0 and end with the given rates, x in 0..1 over duration.
-Vector3d hermite(const Vector3d& end, const Vector3d& rate0, const Vector3d& rate1, double duration,
-                 double x) {
-  const double x2 = x * x;
-  const double x3 = x2 * x;
-  return (x3 - 2 * x2 + x) * duration * rate0 + (3 * x2 - 2 * x3) * end +
-         (x3 - x2) * duration * rate1;
+/// What one end of an interval knows of a coordinate.
+struct End {
+  Vector3d position;
+  Vector3d rate;
+  Vector3d acceleration;
+};
+
+/// Quintic Hermite interpolation from one end to the other, x in 0..1 over duration.
+Vector3d quintic(const End& a, const End& b, double duration, double x) {
+  const Vector3d c1 = duration * a.rate;
+  const Vector3d c2 = 0.5 * duration * duration * a.acceleration;
+  const Vector3d p = b.position - a.position - c1 - c2;
+  const Vector3d v = duration * b.rate - c1 - 2 * c2;
+  const Vector3d w = 0.5 * duration * duration * b.acceleration - c2;
+  return a.position +
+         x * (c1 + x * (c2 + x * (10 * p - 4 * v + w +
+                                  x * (-15 * p + 7 * v - 2 * w + x * (6 * p - 3 * v + w)))));
 }
+
+/// Rotation vector's second derivative at Exp(phi), for a left angular velocity and acceleration.
+Vector3d rotation_vector_acceleration(const Vector3d& phi, const Velocity& velocity,
+                                      const Velocity& acceleration) {
+  constexpr double h = 1e-4;  // s
+  const Vector3d rate = rotation_vector_rate(phi, velocity.angular);
+  return rotation_vector_rate(phi, acceleration.angular) +
+         (rotation_vector_rate(phi + h * rate, velocity.angular) -
+          rotation_vector_rate(phi - h * rate, velocity.angular)) /
+             (2 * h);
+}
+
+/// From 0 to 1 with no velocity and no acceleration at either end.
+double eased_share(double x) { return x * x * x * (10 - x * (15 - 6 * x)); }
 
 }  // namespace
 
@@ -51,17 +75,27 @@ RelativePath::Point StraightPath::at(double t) const {
   return {perturbed(from_, progress * change_), progress};
 }
 
-WaypointPath::WaypointPath(std::vector<Waypoint> waypoints) : waypoints_(std::move(waypoints)) {
-  velocities_.resize(waypoints_.size());
+WaypointPath::WaypointPath(std::vector<Waypoint> waypoints, Ends ends)
+    : waypoints_(std::move(waypoints)), rates_(waypoints_.size()) {
   for (std::size_t i = 1; i + 1 < waypoints_.size(); ++i) {
-    const Waypoint& a = waypoints_[i - 1];
-    const Waypoint& b = waypoints_[i + 1];
-    // turned as it turns from neighbour to neighbour, by way of the waypoint itself
-    const Vector6d before = difference(a.pose, waypoints_[i].pose);
-    const Vector6d after = difference(waypoints_[i].pose, b.pose);
-    const Vector6d rate = (before + after) / (b.time - a.time);
-    velocities_[i] = {rate.head<3>(), rate.tail<3>()};
+    const Waypoint& here = waypoints_[i];
+    const double before = here.time - waypoints_[i - 1].time;
+    const double after = waypoints_[i + 1].time - here.time;
+    // of the parabola through the neighbours, by way of the waypoint itself
+    const Vector6d arriving = difference(waypoints_[i - 1].pose, here.pose) / before;
+    const Vector6d leaving = difference(here.pose, waypoints_[i + 1].pose) / after;
+    const Vector6d velocity = (after * arriving + before * leaving) / (before + after);
+    const Vector6d acceleration = 2 * (leaving - arriving) / (before + after);
+    rates_[i] = {{velocity.head<3>(), velocity.tail<3>()},
+                 {acceleration.head<3>(), acceleration.tail<3>()}};
   }
+  if (ends == Ends::at_rest) return;
+  const auto velocity_from = [this](std::size_t i) {
+    return velocity_between(waypoints_[i].pose, waypoints_[i + 1].pose,
+                            waypoints_[i + 1].time - waypoints_[i].time);
+  };
+  rates_.front().velocity = velocity_from(0);
+  rates_.back().velocity = velocity_from(waypoints_.size() - 2);
 }
 
 RelativePath::Point WaypointPath::at(double t) const {
@@ -72,15 +106,21 @@ RelativePath::Point WaypointPath::at(double t) const {
   const auto i = static_cast<std::size_t>(next - waypoints_.begin()) - 1;
   const Waypoint& a = waypoints_[i];
   const Waypoint& b = waypoints_[i + 1];
+  const Rates& from = rates_[i];
+  const Rates& to = rates_[i + 1];
   const double span = b.time - a.time;
   const double x = (clamped - a.time) / span;
   const Vector6d change = difference(a.pose, b.pose);
+  const Vector3d none = Vector3d::Zero();
   const Vector3d phi = change.tail<3>();
   Vector6d step;
-  step << hermite(change.head<3>(), velocities_[i].linear, velocities_[i + 1].linear, span, x),
-      hermite(phi, velocities_[i].angular, rotation_vector_rate(phi, velocities_[i + 1].angular),
+  step << quintic({none, from.velocity.linear, from.acceleration.linear},
+                  {change.head<3>(), to.velocity.linear, to.acceleration.linear}, span, x),
+      quintic({none, from.velocity.angular, from.acceleration.angular},
+              {phi, rotation_vector_rate(phi, to.velocity.angular),
+               rotation_vector_acceleration(phi, to.velocity, to.acceleration)},
               span, x);
-  return {perturbed(a.pose, step), clamped / duration()};
+  return {perturbed(a.pose, step), eased_share(clamped / duration())};
 }
 
 }  // namespace berth::testbed

@@ -13,7 +13,7 @@ class RelativePath {
  public:
   struct Point {
     Pose pose;            ///< T_sensor_model
-    double progress = 0;  ///< 0..1
+    double progress = 0;  ///< 0..1, rising from rest to rest as the pose does
   };
   virtual ~RelativePath() = default;
   /// s.
@@ -44,21 +44,28 @@ class StraightPath final : public RelativePath {
   SmoothTravel travel_;  // its unit of length: what full speed covers in a second
 };
 
-/// Through poses at given times, with continuous velocity; at rest in the first and the last.
+/// Through poses at given times, with continuous velocity and acceleration (quintic between
+/// neighbours); at rest in the first and the last, unless told otherwise.
 class WaypointPath final : public RelativePath {
  public:
   struct Waypoint {
     double time = 0;  ///< s; increasing, the first 0
     Pose pose;
   };
-  /// waypoints: at least two.
-  explicit WaypointPath(std::vector<Waypoint> waypoints);
+  enum class Ends { at_rest, under_way };
+  /// waypoints: at least two. Under way it begins and ends with the speed of its first and last
+  /// interval, for others to bring to rest.
+  explicit WaypointPath(std::vector<Waypoint> waypoints, Ends ends = Ends::at_rest);
   double duration() const override { return waypoints_.back().time; }
   Point at(double t) const override;
 
  private:
   std::vector<Waypoint> waypoints_;
-  std::vector<Velocity> velocities_;  // at the waypoints
+  struct Rates {
+    Velocity velocity;
+    Velocity acceleration;
+  };
+  std::vector<Rates> rates_;  // at the waypoints
 };
 
 }  // namespace berth::testbed

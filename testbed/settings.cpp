@@ -63,8 +63,10 @@ Settings load_settings(const std::filesystem::path& file) {
   motion.finish();
 
   Config path = config.section("path_check");
-  s.path.speed = positive(path, "joint_speed", Dimension::number);
-  s.path.acceleration = positive(path, "joint_acceleration", Dimension::number);
+  s.path.rates.speed = positive(path, "joint_speed", Dimension::number);
+  s.path.rates.acceleration = positive(path, "joint_acceleration", Dimension::number);
+  s.path.rates.rise_time = positive(path, "joint_rise_time", Dimension::time);
+  s.path.rates.hold_settling = s.hold_settling;
   s.path.manipulability = positive(path, "manipulability", Dimension::number);
   s.path.sample_time = positive(path, "sample_time", Dimension::time);
   s.clearance.between = positive(path, "clearance", Dimension::length);

@@ -29,7 +29,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       target_(cell_.target.mesh),
       clearance_(cell_, settings_.clearance),
       check_(cell_, settings_.path, clearance_),
-      planner_(cell_, check_),
+      planner_(cell_, check_, clearance_),
       commands_(cell_, settings_, planner_),
       truth_(cell_, calibration_, settings_.truth,
              [this](const Truth& truth) { publish_truth(truth); }),

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/gantry.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <numbers>
 
+#include "common/core/singular_value.h"
 #include "common/core/text.h"
 
 namespace berth {
@@ -95,7 +95,7 @@ Matrix6d Gantry::jacobian(const Joints& q) const {
 }
 
 double Gantry::manipulability(const Joints& joints) const {
-  return Eigen::JacobiSVD<Matrix6d>(jacobian(joints)).singularValues()(5);
+  return least_singular_value(jacobian(joints));
 }
 
 std::string Gantry::limit_violation(const Joints& joints) const {

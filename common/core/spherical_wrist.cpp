@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/spherical_wrist.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "common/core/singular_value.h"
 #include "common/core/text.h"
 
 namespace berth {
@@ -302,7 +302,7 @@ Matrix6d SphericalWristArm::jacobian(const Joints& joints) const {
 double SphericalWristArm::manipulability(const Joints& joints) const {
   Matrix6d scaled = jacobian(joints);
   scaled.topRows<3>() /= geometry_.a1 + geometry_.a2 + forearm_;
-  return Eigen::JacobiSVD<Matrix6d>(scaled).singularValues()(5);
+  return least_singular_value(scaled);
 }
 
 Joints SphericalWristArm::motor_joints(const Joints& joints) const {

@@ -10,7 +10,7 @@ Rig::Rig(const RunSetup& run, testbed::CalibratedCell calibrated)
       settings(testbed::load_settings(run.config / "testbed.yaml", cell)),
       clearance(cell, settings.clearance),
       path_check(cell, settings.path, clearance),
-      planner(cell, path_check),
+      planner(cell, path_check, clearance),
       commands(cell, settings, planner),
       surface(cell.target.mesh),
       estimator(estimator::load_estimator_options(run.config / "estimator.yaml")),

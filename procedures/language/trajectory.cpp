@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "procedures/language/recorded_trajectory.h"
 #include "testbed/trajectories/lines.h"
+#include "testbed/trajectories/recorded.h"
 #include "testbed/trajectories/trajectory_file.h"
 #include "testbed/trajectories/turns.h"
 
@@ -70,6 +72,26 @@ Trajectory read_file_rule(Config& config) {
   } catch (const InputError& e) {
     throw config.error("name", e.what());
   }
+}
+
+Trajectory read_log_rule(Config& config) {
+  testbed::Recorded options;
+  const std::filesystem::path run = config.text("run");
+  std::string phase;
+  config.optional("phase", phase);
+  std::string of = "truth";
+  if (config.has("of")) of = config.choice("of", {"truth", "commanded"});
+  positive(config, "spacing", Dimension::time, options.spacing);
+  positive(config, "speed", Dimension::speed, options.speed);
+  positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  read_ramp(config, options.ramp);
+  const auto folder = std::filesystem::path(config.file()).parent_path();
+  try {
+    options.samples = poses_of_run(folder / run, phase, of == "commanded");
+  } catch (const InputError& e) {
+    throw config.error("run", e.what());
+  }
+  return {[=](const Pose& here) { return testbed::recorded(here, options); }, 0};
 }
 
 Trajectory read_straight(Config& config) {
@@ -195,6 +217,15 @@ const std::vector<Rule>& rules() {
                 {{"name", Kind::text, true, "", "seen from the procedure's folder"},
                  {"ramp", Kind::time, false, "2 s", "0 s: it begins and ends at rest by itself"}}),
        read_file_rule},
+      {rule_key("log", "as it went in an earlier run, from its log",
+                {{"run", Kind::text, true, "", "run directory, seen from the procedure's folder"},
+                 {"phase", Kind::text, false, "all of it", "of that run"},
+                 {"of", Kind::text, false, "truth", "truth, or commanded"},
+                 {"spacing", Kind::time, false, "250 ms", "what is quicker counts as noise"},
+                 {"speed", Kind::speed, false, "50 mm/s", "straight to where it begins"},
+                 {"turn", Kind::angular_speed, false, "5 deg/s", "on the way there"},
+                 ramp_key}),
+       read_log_rule},
       {rule_key("straight", "on by a displacement",
                 {{"by", Kind::pose, true, "", "along and about the sensor's axes"},
                  speed_key("50 mm/s"),

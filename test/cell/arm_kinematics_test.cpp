@@ -268,13 +268,13 @@ TEST_CASE("the Jacobian is the derivative of the flange by the pendant's joints"
 }
 
 TEST_CASE("manipulability vanishes at the three singularities and only there") {
-  CHECK(fanuc()->manipulability({}) < 1e-9);  // J5 = 0
+  CHECK(fanuc()->manipulability({}) < 1e-7);  // J5 = 0
   CHECK(fanuc()->manipulability(from_degrees({10, 20, 5, 30, -60, 10})) > 0.05);
   // stretched: upper arm and the line from elbow to wrist in one direction
   const double forearm = degrees(std::atan2(0.170, 1.016));
   CHECK(fanuc()->manipulability(from_degrees({0, 60, 30 - forearm, 30, -60, 10})) < 1e-6);
   CHECK(ArmKinematics::load("config/arms/gantry.yaml")
-            ->manipulability({0, 0, 0, 0.3, radians(90.0), 0.2}) < 1e-9);
+            ->manipulability({0, 0, 0, 0.3, radians(90.0), 0.2}) < 1e-7);
 }
 
 TEST_CASE("the gantry goes where its axes say and back") {

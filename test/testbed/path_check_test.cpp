@@ -3,8 +3,7 @@
 
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "testbed/motion_planner.h"
-#include "testbed/settings.h"
+#include "test/testbed/bench.h"
 #include "testbed/target_boxes.h"
 
 namespace berth::testbed {
@@ -27,15 +26,6 @@ class JointLine final : public ArmMotion {
   ArmPair a_;
   ArmPair b_;
   double duration_;
-};
-
-struct Bench {
-  Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
-  Settings settings = load_settings("config/testbed.yaml");
-  Clearance clearance{cell, settings.clearance};
-  PathCheck check{cell, settings.path, clearance};
-  MotionPlanner planner{cell, check};
-  ArmPair home{cell.replica.home, cell.sensor.home};
 };
 
 TEST_CASE(
@@ -147,7 +137,7 @@ TEST_CASE("two arms that meet are seen to meet, and bodies move no further than 
   for (int n = 0; n < 50; ++n) {
     ArmPair moved = bench.home;
     for (std::size_t i = 0; i < 6; ++i) moved.replica[i] += random.uniform(-0.03, 0.03);
-    const double bound = bench.clearance.motion_bound(bench.home, moved);
+    const double bound = bench.clearance.approach_bound(bench.home, moved);
     for (const Vector3d& vertex : bench.cell.target.mesh.vertices) {
       const Vector3d a = bench.cell.replica.tool_pose(bench.home.replica) * vertex;
       const Vector3d b = bench.cell.replica.tool_pose(moved.replica) * vertex;

@@ -7,6 +7,7 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "testbed/trajectories/lines.h"
+#include "testbed/trajectories/recorded.h"
 #include "testbed/trajectories/turns.h"
 
 using namespace berth;
@@ -234,5 +235,30 @@ TEST_CASE("a long trajectory still fits one message, and its waypoints still mak
   const WaypointPath fine(drift(start, shorter));
   for (double t = 0; t < 25; t += 0.1) {
     CHECK(distance(coarse.at(t).pose, fine.at(t).pose) < 3e-3);
+  }
+}
+
+TEST_CASE("a recorded motion is flown again without its noise, from wherever one stands") {
+  Random random(8, "recorded");
+  Recorded options;
+  const auto flown = [](double t) {
+    return Pose{Vector3d(0.1 * std::sin(0.3 * t), 0, 5 - 0.04 * t),
+                rotation_from_vector(Vector3d(0, 0.1 * std::sin(0.2 * t), 0))};
+  };
+  for (int i = 0; i <= 2500; ++i) {  // 125 Hz for 20 s, 1 mm and 0.05 deg of noise
+    Vector6d noise;
+    noise << random.normal_vector(1e-3), random.normal_vector(radians(0.05));
+    options.samples.push_back({0.008 * i, perturbed(flown(0.008 * i), noise)});
+  }
+  const Pose here{Vector3d(0.05, 0, 5.2), Quaterniond::Identity()};
+  const Waypoints waypoints = recorded(here, options);
+  CHECK(distance(waypoints.front().pose, here) < 1e-9);
+  CHECK(distance(waypoints.back().pose, flown(20)) < 2e-3);
+  // In its middle it keeps the record's own pace: some time after, the same places.
+  const WaypointPath path(waypoints);
+  const double later = path.duration() - 20 - options.ramp / 2;
+  for (double t = 3; t < 17; t += 0.1) {
+    CHECK(distance(path.at(t + later).pose, flown(t)) < 1.5e-3);
+    CHECK(degrees(angle_between(path.at(t + later).pose, flown(t))) < 0.05);
   }
 }

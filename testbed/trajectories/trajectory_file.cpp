@@ -105,7 +105,7 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
                      " poses, expected at most " + std::to_string(most_waypoints) +
                      ", or a ramp, with which it is sampled anew");
   }
-  const WaypointPath path(waypoints);
+  const WaypointPath path(waypoints, WaypointPath::Ends::under_way);
   const SmoothTravel time = eased_time(path.duration(), options.ramp);
   return sampled([&](double t) { return path.at(time.position(t)).pose; }, time.duration());
 }

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "testbed/trajectories/trajectory.h"
+
+namespace berth::testbed {
+
+/// A relative motion that was flown before, flown again.
+struct Recorded {
+  /// T_sensor_model as it was measured, times increasing, s: noise and all.
+  Waypoints samples;
+  double spacing = 0.25;         ///< s: what is quicker than this counts as noise
+  double ramp = 2;               ///< s: it may begin and end under way
+  double speed = 0.05;           ///< m/s on the straight way to where it begins
+  double angular_speed = 0.087;  ///< rad/s
+};
+
+/// Straight to where the record begins, then along it at its own pace.
+Waypoints recorded(const Pose& from, const Recorded& options);
+
+/// The samples smoothed: places `spacing` apart, each from a straight line fitted to the samples
+/// within `spacing` of it. At least two.
+Waypoints smoothed(const Waypoints& samples, double spacing);
+
+}  // namespace berth::testbed
