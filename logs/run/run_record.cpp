@@ -110,7 +110,6 @@ std::string JudgedUpTo::text() const {
 }
 
 std::optional<JudgedUpTo> JudgedUpTo::parse(const std::string& text) {
-  JudgedUpTo judged;
   long long estimate = 0;
   long long diagnostics = 0;
   long long truth = 0;
