@@ -33,8 +33,9 @@ class HeldPath final : public RelativePath {
 testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits, double rate) {
   constexpr double linear = 1e-4;        // m/s
   const double angular = radians(0.01);  // rad/s
-  command.speed_m_s = linear * std::floor(rate * limits.speed / linear);
-  command.angular_speed_rad_s = angular * std::floor(rate * limits.angular_speed / angular);
+  command.speed_m_s = linear * std::max(1.0, std::floor(rate * limits.speed / linear));
+  command.angular_speed_rad_s =
+      angular * std::max(1.0, std::floor(rate * limits.angular_speed / angular));
   for (waypoint_t& waypoint : command.waypoints) waypoint.time_s /= rate;
   return command;
 }
