@@ -19,6 +19,22 @@ Pose blend(const Pose& a, const Pose& b, double s) {
   return {(1 - s) * a.position + s * b.position, Quaterniond(mixed.normalized())};
 }
 
+/// Whether a ray misses a box about the origin, or meets it only beyond a distance.
+bool passes(const Vector3d& origin, const Vector3d& direction, const Eigen::Array3d& half_size,
+            double until) {
+  double enters = 0;
+  double leaves = until;
+  for (int i = 0; i < 3; ++i) {
+    const double inverse = 1 / direction[i];  // infinite is right
+    const double a = (-half_size[i] - origin[i]) * inverse;
+    const double b = (half_size[i] - origin[i]) * inverse;
+    // In this order what is not a number (along a side's plane) lets it through.
+    enters = std::max(enters, std::min(a, b));
+    leaves = std::min(leaves, std::max(a, b));
+  }
+  return enters > leaves;
+}
+
 }  // namespace
 
 CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
@@ -65,11 +81,19 @@ CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) 
 
 CellScene::Body& CellScene::add(Group& group, const Mesh& mesh, std::size_t frame,
                                 const Material& material) {
-  const Vector3d centre = bounding_box(mesh).centre();
+  const Box box = bounding_box(mesh);
+  const Vector3d centre = box.centre();
   double radius = 0;
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
-  group.bodies.push_back(
-      {RayCaster(mesh), centre, radius * 1.0001, frame, false, {material}, {}, centre});
+  group.bodies.push_back({RayCaster(mesh),
+                          centre,
+                          radius * 1.0001,
+                          0.5 * box.size(),
+                          frame,
+                          false,
+                          {material},
+                          {},
+                          group.base * centre});
   return group.bodies.back();
 }
 
@@ -131,7 +155,7 @@ bool CellScene::move(Arm& arm, Utime t, Utime next) {
     }
   }
   arm.placed_once = stands;
-  for (Body& body : arm.bodies) body.place = arm.frames[body.frame] * body.centre;
+  for (Body& body : arm.bodies) body.place = arm.base * (arm.frames[body.frame] * body.centre);
   return true;
 }
 
@@ -141,7 +165,10 @@ void CellScene::move_to(Utime t) {
   if (moved_ && t == time_) return;
   const Utime next = std::max(t, prepared_until_);
   move(replica_, t, next);
-  if (move(sensor_, t, next)) sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
+  if (move(sensor_, t, next)) {
+    sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
+    sensor_turn_ = sensor_pose_.rotation.toRotationMatrix();
+  }
   moved_ = true;
   time_ = t;
 }
@@ -151,16 +178,15 @@ Pose CellScene::relative_pose(Utime t) {
   return sensor_pose_.inverse() * (replica_.base * replica_.frames[tool_frame]);
 }
 
-void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) {
+void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const {
   const std::size_t count = rays.size();
-  const Quaterniond to_base = group.base.rotation.conjugate();
-  std::array<Ray, most_rays> in_base;
+  const Ray middle{sensor_pose_.position + sensor_turn_ * rays[0].origin,
+                   sensor_turn_ * rays[0].direction};
   double apart = 0;   // of the rays' origins from the first one's
   double spread = 0;  // of their directions
-  for (std::size_t i = 0; i < count; ++i) {
-    in_base[i] = {to_base * (rays[i].origin - group.base.position), to_base * rays[i].direction};
-    apart = std::max(apart, (in_base[i].origin - in_base[0].origin).squaredNorm());
-    spread = std::max(spread, (in_base[i].direction - in_base[0].direction).squaredNorm());
+  for (std::size_t i = 1; i < count; ++i) {
+    apart = std::max(apart, (rays[i].origin - rays[0].origin).squaredNorm());
+    spread = std::max(spread, (rays[i].direction - rays[0].direction).squaredNorm());
   }
   apart = std::sqrt(apart);
   spread = std::sqrt(spread);
@@ -171,17 +197,24 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
   };
   double until = farthest();
   for (const Body& body : group.bodies) {
-    const Vector3d to_centre = body.place - in_base[0].origin;
-    const double along = to_centre.dot(in_base[0].direction);
-    const double reach = body.radius + apart + spread * (std::max(along, 0.0) + body.radius);
+    const Vector3d to_centre = body.place - middle.origin;
+    const double along = to_centre.dot(middle.direction);
+    const double beside = apart + spread * (std::max(along, 0.0) + body.radius);
+    const double reach = body.radius + beside;
     if (along < -reach || along - reach > until) continue;
     if (to_centre.squaredNorm() - along * along > reach * reach) continue;
     const Pose& frame = group.frames[body.frame];
-    const Quaterniond to_body = frame.rotation.conjugate();
+    const Matrix3d to_body = (group.base.rotation * frame.rotation).conjugate().toRotationMatrix();
+    const Vector3d origin = to_body * (middle.origin - group.base * frame.position);
+    if (passes(origin - body.centre, to_body * middle.direction, body.half_size.array() + beside,
+               until)) {
+      continue;
+    }
+    const Matrix3d turn = to_body * sensor_turn_;
     std::array<Ray, most_rays> own;
     std::array<RayHit, most_rays> hits;
     for (std::size_t i = 0; i < count; ++i) {
-      own[i] = {to_body * (in_base[i].origin - frame.position), to_body * in_base[i].direction};
+      own[i] = {origin + turn * (rays[i].origin - rays[0].origin), turn * rays[i].direction};
     }
     if (count == 1) {
       if (!body.caster.cast(own[0], until, hits[0])) continue;
@@ -190,8 +223,7 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (!(hits[i].range < met[i].range)) continue;
-      met[i] = {hits[i].range, &body, hits[i].triangle,
-                group.base.rotation * (frame.rotation * hits[i].normal)};
+      met[i] = {hits[i].range, &body, hits[i].triangle, turn.transpose() * hits[i].normal};
     }
     until = farthest();
   }
@@ -201,26 +233,20 @@ void CellScene::cast(Utime t, std::span<const Ray> rays, double max_range,
                      std::span<SceneHit> hits) {
   move_to(t);
   const std::size_t count = std::min(rays.size(), most_rays);
-  const Pose& sensor = sensor_pose_;
-  std::array<Ray, most_rays> in_cell;
   std::array<Met, most_rays> all;
   const std::span<Met> met{all.data(), count};
-  const Matrix3d turn = sensor.rotation.toRotationMatrix();
-  for (std::size_t i = 0; i < count; ++i) {
-    in_cell[i] = {sensor.position + turn * rays[i].origin, turn * rays[i].direction};
-    met[i] = Met{max_range};
-  }
+  for (Met& one : met) one = Met{max_range};
   for (const Group* group : std::initializer_list<const Group*>{&replica_, &sensor_, &room_}) {
-    cast_at(*group, {in_cell.data(), count}, met);
+    cast_at(*group, rays.first(count), met);
   }
   for (std::size_t i = 0; i < count; ++i) {
     SceneHit& hit = hits[i];
     hit = SceneHit{};
-    if (occlusion_ > 0 && meets_plate(sensor, rays[i].direction, met[i].range, hit)) continue;
+    if (occlusion_ > 0 && meets_plate(sensor_pose_, rays[i].direction, met[i].range, hit)) continue;
     const Body* body = met[i].body;
     if (body == nullptr) continue;
     hit.range = met[i].range;
-    hit.normal = turn.transpose() * met[i].normal;
+    hit.normal = met[i].normal;
     hit.cosine = std::clamp(-rays[i].direction.dot(hit.normal), 0.0, 1.0);
     hit.material =
         body->materials[body->material_of.empty() ? 0 : body->material_of[met[i].triangle]];
@@ -261,11 +287,10 @@ Sunlight CellScene::sunlight(Utime t) {
   sun.albedo = lamp.albedo;
   if (lamp.level <= 0) return sun;
   move_to(t);
-  const Pose& sensor = sensor_pose_;
-  const Ray ray{sensor.position, lamp.towards()};
   sun.level = lamp.level;
-  sun.towards = sensor.rotation.conjugate() * ray.direction;
+  sun.towards = sensor_turn_.transpose() * lamp.towards();
   if (sun.towards.z() <= 0) return sun;  // behind the aperture
+  const Ray ray{Vector3d::Zero(), sun.towards};
   Met met{std::numeric_limits<double>::infinity()};
   cast_at(replica_, {&ray, 1}, {&met, 1});
   cast_at(sensor_, {&ray, 1}, {&met, 1});

@@ -55,13 +55,14 @@ class CellScene final : public Scene {
  private:
   struct Body {
     RayCaster caster;
-    Vector3d centre;  // of a bounding sphere, own frame
+    Vector3d centre;  // of a bounding sphere, and of the bounding box, own frame
     double radius;
-    std::size_t frame;  // of its arm's frames
+    Vector3d half_size;  // of the bounding box
+    std::size_t frame;   // of its arm's frames
     bool target;
     std::vector<Material> materials;
     std::vector<std::uint8_t> material_of;  // each triangle; empty: the first
-    Vector3d place;                         // of the centre in the base, now
+    Vector3d place;                         // of the centre in the cell, now
   };
   using Frames = std::array<Pose, 9>;  // in the base: links 0..6 of the arm, its flange, its tool
   /// What moves together, and the frames in which its bodies stand.
@@ -99,14 +100,15 @@ class CellScene final : public Scene {
   /// @return false when it stands where it stood.
   static bool move(Arm& arm, Utime t, Utime next);
   void move_to(Utime t);
-  /// What a ray of the cell frame meets first: the body, and the normal in the cell frame.
+  /// What a ray of the sensor frame meets first: the body, and the normal in the sensor frame.
   struct Met {
     double range;
     const Body* body = nullptr;
     std::uint32_t triangle = 0;
     Vector3d normal = Vector3d::Zero();
   };
-  static void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met);
+  /// Rays of one beam, sensor frame. met: keeps what is nearer.
+  void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const;
   bool meets_plate(const Pose& sensor, const Vector3d& direction, double range,
                    SceneHit& hit) const;
 
@@ -115,8 +117,9 @@ class CellScene final : public Scene {
   Group room_;
   std::function<SunLamp()> sun_lamp_;
   double occlusion_ = 0;
-  double target_reach_ = 0;  // m of its farthest point from its origin
-  Pose sensor_pose_;         // in the cell, now
+  double target_reach_ = 0;                      // m of its farthest point from its origin
+  Pose sensor_pose_;                             // in the cell, now
+  Matrix3d sensor_turn_ = Matrix3d::Identity();  // its rotation
   bool moved_ = false;
   Utime time_ = 0;
   Utime prepared_until_ = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/simulated/cell_scene.h"
 
+#include <array>
 #include <cmath>
 
 #include "test/catch.h"
@@ -201,4 +202,52 @@ TEST_CASE("a plate hides the share of the target that it is told to") {
   CHECK(on_target(0.75) < on_target(0.5));
   CHECK(on_target(1) == 0);
   CHECK(on_target(0) == all);
+}
+
+TEST_CASE("rays of one beam meet what each would meet alone; motion between is interpolated") {
+  const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  // Both arms at 20 deg/s and more.
+  const auto moving = [](const Joints& home, double sign) {
+    return [home, sign](Utime t) {
+      Joints joints = home;
+      for (std::size_t i = 0; i < joints.size(); ++i) {
+        joints[i] += sign * radians(20 + 5.0 * static_cast<double>(i)) * seconds(t);
+      }
+      return joints;
+    };
+  };
+  CellScene exact(cell, moving(cell.replica.home, 1), moving(cell.sensor.home, -1));
+  CellScene scene(cell, moving(cell.replica.home, 1), moving(cell.sensor.home, -1));
+  int edges = 0;
+  for (int packet = 0; packet < 8; ++packet) {
+    const Utime start = packet * 25 * millisecond;
+    scene.prepare(start + 24500);
+    for (int i = 0; i < 50; ++i) {
+      const Utime t = start + i * 500;
+      const double across = 0.3 * std::sin(0.7 * i + packet);
+      std::array<Ray, 8> rays;
+      for (std::size_t r = 0; r < rays.size(); ++r) {
+        const double angle = 0.9 * static_cast<double>(r);
+        const Vector3d aside(std::cos(angle), std::sin(angle), 0);
+        rays[r].origin = (r == 0 ? 0.0 : 0.006) * aside;
+        rays[r].direction = towards(across + 1e-4 * std::cos(angle), 0.05 * std::cos(i), 1);
+      }
+      std::array<SceneHit, 8> together;
+      scene.cast(t, rays, 100, together);
+      for (std::size_t r = 0; r < rays.size(); ++r) {
+        SceneHit alone;
+        exact.cast(t, {&rays[r], 1}, 100, {&alone, 1});
+        REQUIRE(together[r].met() == alone.met());
+        if (!alone.met() || alone.cosine < 0.3) continue;
+        // Where a ray just misses an edge in one of the two it meets something else.
+        if (std::abs(together[r].range - alone.range) > 0.01 ||
+            together[r].normal.dot(alone.normal) < 0.999) {
+          ++edges;
+          continue;
+        }
+        CHECK(together[r].range == Approx(alone.range).margin(200e-6));
+      }
+    }
+  }
+  CHECK(edges < 30);
 }

@@ -84,3 +84,17 @@ TEST_CASE("noise, losses and early returns rise together with background over si
   CHECK(half.lost + half.early == Approx(0.5));
   CHECK(half.early == Approx(0.5 * settings.early_share));
 }
+
+TEST_CASE("the albedo lamp lights what the beam meets from all sides") {
+  const SceneHit hit = plate(0.5, 0.3);
+  Sunlight lamps;
+  CHECK(lamps.dark());
+  lamps.albedo = 0.5;
+  CHECK_FALSE(lamps.dark());
+  CHECK(sun_background(settings, lamps, ahead, &hit) ==
+        Approx(0.5 * settings.albedo_surface * 0.8));
+  CHECK(sun_background(settings, lamps, ahead, nullptr) == 0);
+  lamps.towards = ahead;  // where the sun would be says nothing
+  CHECK(sun_background(settings, lamps, ahead, &hit) ==
+        Approx(0.5 * settings.albedo_surface * 0.8));
+}
