@@ -59,6 +59,7 @@ Flight::Result Flight::begin(const GuidanceProfile& profile, const ApproachTarge
   std::string reason = flight->trouble(now);
   if (reason.empty()) reason = flight->refusal();
   if (!reason.empty()) return reason;
+  flight->tell(flight->first_sight_);
   return flight;
 }
 
