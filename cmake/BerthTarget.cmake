@@ -40,11 +40,14 @@ function(berth_library name)
   target_link_libraries(${name} PUBLIC berth_options ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
 endfunction()
 
-# berth_program(NAME SOURCES... [LINK...]): an installed program.
+# berth_program(NAME [PRECOMPILED TARGET] SOURCES... [LINK...]): an installed program.
 function(berth_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  target_precompile_headers(${name} REUSE_FROM berth_precompiled)
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED berth_precompiled)
+  endif()
+  target_precompile_headers(${name} REUSE_FROM ${ARG_PRECOMPILED})
   target_link_libraries(${name} PRIVATE berth_options ${ARG_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

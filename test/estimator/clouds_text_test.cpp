@@ -14,6 +14,8 @@
 
 using namespace berth;
 using namespace berth::clouds;
+using estimator::ptx_poses;
+using estimator::ptx_text;
 using Catch::Contains;
 
 namespace {
