@@ -10,8 +10,10 @@ namespace {
 SmoothTravel travel_of(const Vector6d& change, const RelativeLimits& limits) {
   const double distance = change.head<3>().norm();
   const double angle = change.tail<3>().norm();
+  // Less than the arithmetic of the kinematics is good for is no way at all.
+  constexpr double nothing = 1e-9;  // m, rad
+  if (distance < nothing && angle < nothing) return {};
   const double length = std::max(distance / limits.speed, angle / limits.angular_speed);
-  if (length <= 0) return {};
   // in the unit of full speed, translation and rotation share one acceleration
   double acceleration = 1e9;
   if (distance > 0) acceleration = std::min(acceleration, limits.acceleration * length / distance);

@@ -52,8 +52,8 @@ std::string SafetySupervisor::lag(ArmRole role, const ArmKinematics& arm, const 
                                   const Joints& commanded) const {
   for (std::size_t i = 0; i < 6; ++i) {
     const double away = std::abs(reported[i] - commanded[i]);
-    if (away <= settings_.largest_lag) continue;
     const bool linear = arm.is_linear(static_cast<int>(i));
+    if (away <= (linear ? settings_.largest_linear_lag : settings_.largest_lag)) continue;
     return arm_name(role) + "'s joint " + std::to_string(i + 1) + " is " +
            (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
            " away from where it was told to be";

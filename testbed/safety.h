@@ -22,7 +22,8 @@ class SafetySupervisor {
     std::int64_t scan_silence = 200000;               ///< of a running scan, from packet to packet
     std::vector<std::string> watched_nodes;           ///< whose heartbeats must come
     std::vector<std::string> watched_in_closed_loop;  ///< and besides, while the estimate steers
-    double largest_lag = 0.05;  ///< rad or m, reported joint from the commanded one
+    double largest_lag = 0.0175;       ///< rad, reported joint from the commanded one
+    double largest_linear_lag = 0.05;  ///< m, of a linear axis
   };
   /// Controller states as in arm_state_t.
   enum class ArmState { offline, idle, running, held, fault, estop };

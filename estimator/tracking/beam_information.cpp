@@ -87,13 +87,9 @@ class Accumulator {
     lever << Matrix3d::Identity(), -skew(centre - at.pose.position);
     const double extra2 =
         (lever * at.covariance * lever.transpose()).trace() / 3 / centre.squaredNorm();
-    // At an edge it matters where in its footprint a beam's light is met, as an angle error does:
-    // the variance of an even disc.
-    const double footprint = beam_model.footprint(centre.norm()) / centre.norm();
-    const double beside2 = extra2 + footprint * footprint / 16;
-    arm_right_ = std::sqrt(3.0 * (az * az + beside2));
-    arm_up_ = std::sqrt(3.0 * (el * el + beside2));
-    edge_reach_ = 2.5 * std::sqrt(angle_variance_ + beside2);
+    arm_right_ = std::sqrt(3.0 * (az * az + extra2));
+    arm_up_ = std::sqrt(3.0 * (el * el + extra2));
+    edge_reach_ = 2.5 * std::sqrt(angle_variance_ + extra2);
   }
 
   /// beam(i): the i-th of `total`.

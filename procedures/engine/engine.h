@@ -49,6 +49,7 @@ class Engine {
   void on(const ground_truth_t& message);
   void on(const run_info_t& message) { record_.add(message); }
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
+  void on(const event_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
   void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }
   void on(const procedure_command_t& message, Utime now);

@@ -50,6 +50,9 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                            [this](const estimator_diagnostics_t& message) {
                                              if (message.session == session()) engine_.on(message);
                                            });
+  bus().subscribe<event_t>(channels::event, Queue::fifo(1000), [this](const event_t& message) {
+    if (message.session == session()) engine_.on(message);
+  });
   bus().subscribe<node_status_t>(channels::node_status, Queue::fifo(1000),
                                  [this](const node_status_t& message) {
                                    if (message.session != session()) return;

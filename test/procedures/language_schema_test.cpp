@@ -35,7 +35,7 @@ std::string example(const KeyInfo& key) {
     case Kind::boolean:
       return "true";
     case Kind::texts:
-      return "[go]";
+      return key.key == "frozen" ? "[none]" : "[go]";
     case Kind::words:
       return key.words.front();
     case Kind::pose:
