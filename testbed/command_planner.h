@@ -18,8 +18,10 @@ namespace berth::testbed {
 /// refuses it. The testbed node does so before it moves, `berth check` long before.
 class CommandPlanner {
  public:
-  CommandPlanner(const Cell& cell, const Settings& settings, const MotionPlanner& planner)
-      : cell_(cell), settings_(settings), planner_(planner), surface_(cell.target.mesh) {}
+  /// surface: of the target, model frame. All must outlive this.
+  CommandPlanner(const Cell& cell, const Settings& settings, const MotionPlanner& planner,
+                 const RayCaster& surface)
+      : cell_(cell), settings_(settings), planner_(planner), surface_(surface) {}
 
   struct Plan {
     MotionPlanner::Plan arms;
@@ -57,7 +59,7 @@ class CommandPlanner {
   const Cell& cell_;
   const Settings& settings_;
   const MotionPlanner& planner_;
-  RayCaster surface_;  // of the target, model frame
+  const RayCaster& surface_;
 };
 
 /// Whether the command is one of those that plan() takes.

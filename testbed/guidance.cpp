@@ -37,11 +37,6 @@ double Guidance::distance_to_go(const Pose& pose) const {
   return surface_distance(pose) - standoff_;
 }
 
-double Guidance::largest_correction(const Pose& pose) const {
-  return std::max(settings_.largest_correction,
-                  settings_.largest_correction_share * pose.position.norm());
-}
-
 /// The commanded pose at which the estimate is expected to be as wanted.
 Pose Guidance::uncorrected(const Pose& wanted) const {
   const Quaterniond bias = rotation_from_vector(bias_.tail<3>()) * bias_rotation_;
@@ -93,10 +88,10 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
   bias_rotation_ = estimate_->attitude_known
                        ? (estimate_->pose.rotation * before.rotation.conjugate()).normalized()
                        : Quaterniond::Identity();
-  if (initial_distance() > largest_correction(estimate_->pose)) {
+  if (initial_distance() > settings_.correction_limit(estimate_->pose)) {
     return "the estimate is " + fixed(1e3 * initial_distance(), 0) +
            " mm away from where the arms were told to be, limit " +
-           fixed(1e3 * largest_correction(estimate_->pose), 0) + " mm";
+           fixed(1e3 * settings_.correction_limit(estimate_->pose), 0) + " mm";
   }
   filtered_ = bias_;
   // what is wanted begins where the command is, seen as the estimate sees it
@@ -187,7 +182,7 @@ void Guidance::correct(const Estimate& estimate) {
                        ? rotation_vector(estimate.pose.rotation * before->rotation.conjugate() *
                                          bias_rotation_.conjugate())
                        : Vector3d(filtered_.tail<3>());
-  if (bias.head<3>().norm() > largest_correction(estimate.pose) ||
+  if (bias.head<3>().norm() > settings_.correction_limit(estimate.pose) ||
       bias.tail<3>().norm() > settings_.largest_angular_correction) {
     disbelief_ = "the estimate is " + fixed(1e3 * bias.head<3>().norm(), 0) + " mm and " +
                  fixed(degrees(bias.tail<3>().norm()), 1) +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -43,6 +44,11 @@ class Guidance {
     double largest_correction_share = 0.01;    ///< of the range; and
     double largest_angular_correction = 0.26;  ///< rad; beyond, the estimate is not believed
     double hold_settling = 0.8;                ///< s to come to rest
+
+    /// m that an estimate may ask for and be believed.
+    double correction_limit(const Pose& estimate) const {
+      return std::max(largest_correction, largest_correction_share * estimate.position.norm());
+    }
   };
   enum class Phase { flying, holding, settling, done, gave_up };
   struct Output {
@@ -102,7 +108,6 @@ class Guidance {
   double surface_distance(const Pose& pose) const;
   /// How far the end of the approach is from a pose, m.
   double distance_to_go(const Pose& pose) const;
-  double largest_correction(const Pose& pose) const;
 
   const RayCaster& target_;
   Settings settings_;

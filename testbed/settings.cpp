@@ -3,17 +3,10 @@
 
 #include <cmath>
 
-#include "common/core/config.h"
+#include "testbed/positive.h"
 
 namespace berth::testbed {
 namespace {
-
-/// A positive quantity: nothing here makes sense at zero or below.
-double positive(Config& config, const std::string& key, Dimension dimension) {
-  const double value = config.quantity(key, dimension);
-  if (!(value > 0)) throw config.error(key, "must be positive");
-  return value;
-}
 
 std::int64_t microseconds(Config& config, const std::string& key) {
   return std::llround(1e6 * positive(config, key, Dimension::time));

@@ -30,7 +30,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       clearance_(cell_, settings_.clearance),
       check_(cell_, settings_.path, clearance_),
       planner_(cell_, check_, clearance_),
-      commands_(cell_, settings_, planner_),
+      commands_(cell_, settings_, planner_, target_),
       truth_(cell_, calibration_, settings_.truth,
              [this](const Truth& truth) { publish_truth(truth); }),
       guidance_(target_, settings_.guidance),

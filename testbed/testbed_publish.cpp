@@ -4,6 +4,7 @@
 #include <berth/guidance_state_t.hpp>
 
 #include "lcmtypes/channels.h"
+#include "testbed/pose_fields.h"
 #include "testbed/testbed_node.h"
 
 namespace berth {
@@ -13,14 +14,6 @@ using namespace testbed;
 namespace {
 
 constexpr int clearance_every = 5;  // states
-
-void set_pose(const Pose& pose, double* position, double* q_wxyz) {
-  for (int i = 0; i < 3; ++i) position[i] = pose.position[i];
-  q_wxyz[0] = pose.rotation.w();
-  q_wxyz[1] = pose.rotation.x();
-  q_wxyz[2] = pose.rotation.y();
-  q_wxyz[3] = pose.rotation.z();
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/error.h"
+#include "drivers/lidar/identity.h"
 
 namespace berth::lidar {
 namespace {
@@ -15,16 +16,10 @@ constexpr Utime redial = 500 * millisecond;
 
 PlaybackAdapter::PlaybackAdapter(std::unique_ptr<Recording> recording, PlaybackSettings settings,
                                  const LidarProfile& profile, Loop& loop)
-    : recording_(std::move(recording)), settings_(settings), loop_(loop) {
-  identity_.model = profile.model;
-  identity_.serial = "(recorded)";
-  identity_.rate_hz = profile.rate_hz;
-  identity_.range_min_m = profile.beam.range_min_m;
-  identity_.range_max_m = profile.beam.range_max_m;
-  identity_.field_of_view_rad[0] = profile.field_of_view_width;
-  identity_.field_of_view_rad[1] = profile.field_of_view_height;
-  identity_.minimum_step_rad = profile.minimum_step_rad;
-}
+    : recording_(std::move(recording)),
+      settings_(settings),
+      identity_(identity_of(profile, "(recorded)")),
+      loop_(loop) {}
 
 PlaybackAdapter::~PlaybackAdapter() { loop_.cancel(timer_); }
 

@@ -11,8 +11,8 @@ Rig::Rig(const RunSetup& run, testbed::CalibratedCell calibrated)
       clearance(cell, settings.clearance),
       path_check(cell, settings.path, clearance),
       planner(cell, path_check, clearance),
-      commands(cell, settings, planner),
       surface(cell.target.mesh),
+      commands(cell, settings, planner, surface),
       estimator(estimator::load_estimator_options(run.config / "estimator.yaml")),
       lidar(load_lidar_profile(run, estimator.lidar)) {}
 

@@ -25,8 +25,8 @@ struct Rig {
   testbed::Clearance clearance;
   testbed::PathCheck path_check;
   testbed::MotionPlanner planner;
-  testbed::CommandPlanner commands;
   RayCaster surface;  ///< of the target, model frame
+  testbed::CommandPlanner commands;
   estimator::EstimatorOptions estimator;
   LidarProfile lidar;
 

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/motion_command.h"
 
+#include "testbed/pose_fields.h"
+
 namespace berth::procedures {
+
+using testbed::set_pose;
+
 namespace {
 
 /// Rates at which a closed loop turns, and at which it keeps a pose.
 constexpr double turn = radians(5.0);
 constexpr double keeping_speed = 0.05;
-
-void set_pose(const Pose& pose, double* position, double* q) {
-  Vector3d::Map(position) = pose.position;
-  q[0] = pose.rotation.w();
-  q[1] = pose.rotation.x();
-  q[2] = pose.rotation.y();
-  q[3] = pose.rotation.z();
-}
 
 testbed_command_t command_of(std::int8_t what) {
   testbed_command_t command{};

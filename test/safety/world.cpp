@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <berth/estimator_command_t.hpp>
 #include <berth/heartbeat_t.hpp>
-#include <berth/injection_t.hpp>
 #include <cmath>
 #include <stdexcept>
 
@@ -13,6 +12,7 @@
 #include "drivers/lidar/lidar_node.h"
 #include "estimator/node/estimator_node.h"
 #include "lcmtypes/channels.h"
+#include "testbed/pose_fields.h"
 #include "testbed/testbed_node.h"
 
 namespace berth::drills {
@@ -190,10 +190,7 @@ std::int64_t World::send(const testbed_command_t& message) {
 
 testbed_command_t World::move_to(const Xyzwpr& goal, double speed) {
   testbed_command_t message = command(testbed_command_t::MOVE);
-  const Pose pose = pose_from_xyzwpr(goal);
-  for (int i = 0; i < 3; ++i) message.position_m[i] = pose.position[i];
-  message.q_wxyz[0] = pose.rotation.w();
-  for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
+  testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
   message.speed_m_s = speed;
   message.angular_speed_rad_s = radians(10.0);
   return message;
@@ -252,14 +249,19 @@ void World::begin_approach(double speed) {
   }
 }
 
-void World::inject(const std::string& device, const std::string& fault, double value) {
+injection_t World::injection(std::int8_t action) {
   injection_t message{};
   message.utime = now();
   message.utime_expires = now() + 2 * second;
   message.seq = ++injections_;
   message.session = options_.session;
   message.commander = "drill";
-  message.action = injection_t::INJECT;
+  message.action = action;
+  return message;
+}
+
+void World::inject(const std::string& device, const std::string& fault, double value) {
+  injection_t message = injection(injection_t::INJECT);
   message.device = device;
   message.fault = fault;
   message.value = value;
@@ -267,14 +269,7 @@ void World::inject(const std::string& device, const std::string& fault, double v
 }
 
 void World::clear_faults() {
-  injection_t message{};
-  message.utime = now();
-  message.utime_expires = now() + 2 * second;
-  message.seq = ++injections_;
-  message.session = options_.session;
-  message.commander = "drill";
-  message.action = injection_t::CLEAR_ALL;
-  bus_->publish(channels::injection, message);
+  bus_->publish(channels::injection, injection(injection_t::CLEAR_ALL));
 }
 
 void World::stop(const std::string& node) {

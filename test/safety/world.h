@@ -4,6 +4,7 @@
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
 #include <berth/event_t.hpp>
+#include <berth/injection_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
@@ -99,6 +100,7 @@ class World {
   double greatest_lag = 0;
 
  private:
+  injection_t injection(std::int8_t action);
   struct Hosted {
     SimulatedLoop* loop = nullptr;
     SimulatedBus* bus = nullptr;

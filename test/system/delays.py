@@ -11,9 +11,11 @@ import json
 import pathlib
 import shutil
 import statistics
-import subprocess
 import sys
 import tempfile
+
+sys.dont_write_bytecode = True
+from fast_trajectory import fly
 
 BELIEVED_MS = 2.0  # report_lag in config/devices.yaml
 LAGS_MS = (2.0, 3.0, 12.0)
@@ -33,12 +35,7 @@ def changed_config(work, lag_ms):
 
 
 def measured(berth, work, config, speed, seed):
-    out = work / "run"
-    shutil.rmtree(out, ignore_errors=True)
-    command = [berth, "run", "--twin", "procedures/library/fast_trajectory.yaml", "--config", config, "--out", out,
-               "--seed", str(seed), "--set", f"speed={speed} mm/s", "--set", "ramp=2 s", "--set", "passes=2"]
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    results = json.loads(next(out.glob("*/results.json")).read_text())
+    results = json.loads((fly(berth, work, config, speed, seed, 2) / "results.json").read_text())
     return {row["name"]: row for row in results["latencies"]}
 
 

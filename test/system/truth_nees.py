@@ -16,6 +16,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.dont_write_bytecode = True
+from fast_trajectory import fly
+
 SPEEDS = (20, 50, 220)  # mm/s
 EXACT = {"base_position": "0.0001 mm", "base_rotation": "0.000001 deg", "length": "0.0001 mm", "tilt": "0.000001 deg"}
 WORLD = """base_position: 0 mm
@@ -102,14 +105,9 @@ def speed_of(row):
 
 def samples(berth, work, config, speed, seed):
     """NEES at rest and in motion."""
-    out = work / "run"
-    shutil.rmtree(out, ignore_errors=True)
-    command = [berth, "run", "--twin", "procedures/library/fast_trajectory.yaml", "--config", config, "--out", out,
-               "--seed", str(seed), "--set", f"speed={speed} mm/s", "--set", "ramp=2 s", "--set", "passes=1"]
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    run = next(out.glob("*/run.lcm")).parent
-    truth = rows(berth, run / "run.lcm", "GROUND_TRUTH", out / "truth")
-    world = rows(berth, run / "world_truth.lcm", "WORLD_TRUTH", out / "world")
+    run = fly(berth, work, config, speed, seed, 1)
+    truth = rows(berth, run / "run.lcm", "GROUND_TRUTH", work / "run" / "truth")
+    world = rows(berth, run / "world_truth.lcm", "WORLD_TRUTH", work / "run" / "world")
     common = sorted(set(truth) & set(world))
     at_rest = [t for t in common if speed_of(world[t]) < 1e-6 and speed_of(truth[t]) < 1e-4]
     moving = [t for t in common if speed_of(world[t]) > 0.9e-3 * speed]

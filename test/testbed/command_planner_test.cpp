@@ -24,7 +24,7 @@ struct Commands : Bench {
   Guidance guidance{surface, settings.guidance};
   PathCheck limited;
   MotionPlanner limited_planner{cell, limited, clearance};
-  CommandPlanner commands{cell, settings, limited_planner};
+  CommandPlanner commands{cell, settings, limited_planner, surface};
 
   /// Empty: it may start.
   std::string refusal(const testbed_command_t& command) {

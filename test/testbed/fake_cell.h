@@ -19,6 +19,7 @@
 #include "common/bus/simulation.h"
 #include "common/core/random.h"
 #include "lcmtypes/channels.h"
+#include "testbed/pose_fields.h"
 #include "testbed/testbed_node.h"
 
 namespace berth {
@@ -262,10 +263,7 @@ class FakeCell {
   std::int64_t send(std::int8_t what) { return send(command(what)); }
   testbed_command_t move_to(const Xyzwpr& goal, double speed = 0.1) {
     testbed_command_t message = command(testbed_command_t::MOVE);
-    const Pose pose = pose_from_xyzwpr(goal);
-    for (int i = 0; i < 3; ++i) message.position_m[i] = pose.position[i];
-    message.q_wxyz[0] = pose.rotation.w();
-    for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
+    testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
     message.speed_m_s = speed;
     message.angular_speed_rad_s = radians(10.0);
     return message;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "testbed/guidance/retreat.h"
+#include "testbed/guidance/shortened.h"
 
 namespace berth::testbed {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 using Law = GuidanceProfile::Law;
 
 constexpr double standard_gravity = 9.80665;  // m/s^2, of the definition of specific impulse
-
-Vector3d cut(const Vector3d& v, double greatest) {
-  const double length = v.norm();
-  return length <= greatest ? v : Vector3d(v * (greatest / length));
-}
 
 /// How the sensor's axes lie in orbit at the start: the boresight along the bar. On a V-bar y
 /// (down) looks to the Earth; on an R-bar, coming from below, x looks along the velocity.
@@ -74,7 +70,7 @@ void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_ac
   if (dt <= 0) return;
   Vector3d wanted = thrust;
   if (law_ == Law::kinematic) {
-    wanted = cut(thrust, greatest_);
+    wanted = shortened(thrust, greatest_);
   } else {
     const Vector3d body = pose_.rotation.conjugate() * thrust;
     wanted = pose_.rotation * body.cwiseMax(-greatest_).cwiseMin(greatest_);
@@ -82,7 +78,7 @@ void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_ac
   // neither thrusters nor arms change their acceleration at once
   const double share = 1 - std::exp(-3 * dt / limits_.rise_time);
   thrust_ += share * (wanted - thrust_);
-  turning_ += share * (cut(angular_acceleration, limits_.angular_acceleration) - turning_);
+  turning_ += share * (shortened(angular_acceleration, limits_.angular_acceleration) - turning_);
   push(dt, thrust_, turning_);
 }
 
@@ -107,7 +103,7 @@ void Chaser::push(double dt, const Vector3d& thrust, const Vector3d& angular_acc
   }
   const Vector3d before = velocity_.angular;
   velocity_.angular += dt * angular_acceleration;
-  velocity_.angular = cut(velocity_.angular, limits_.angular_speed);
+  velocity_.angular = shortened(velocity_.angular, limits_.angular_speed);
   pose_.rotation =
       (rotation_from_vector(0.5 * dt * (before + velocity_.angular)) * pose_.rotation).normalized();
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "testbed/guidance/shortened.h"
 
 namespace berth::testbed {
 namespace {
@@ -18,11 +19,6 @@ constexpr double at_stop = 0.02;
 constexpr double slow = 0.003;
 /// us that commands are remembered.
 constexpr std::int64_t history_length = 20000000;
-
-Vector3d shortened(const Vector3d& v, double greatest) {
-  const double length = v.norm();
-  return length <= greatest ? v : Vector3d(v * (greatest / length));
-}
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
 Vector3d correction(const Vector3d& offset, const Vector3d& rate_wanted, const Vector3d& rate,
@@ -103,8 +99,7 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
 
 std::string Flight::refusal() const {
   const double away = first_sight_.position.norm();
-  const double limit = std::max(settings_.largest_correction, settings_.largest_correction_share *
-                                                                  estimate_.pose.position.norm());
+  const double limit = settings_.correction_limit(estimate_.pose);
   if (away > limit) {
     return "the estimate is " + mm(away) + " away from where the arms were told to be, limit " +
            mm(limit);
@@ -164,8 +159,7 @@ void Flight::on_estimate(const Estimate& estimate) {
   if (!estimate.usable) return;
   const TargetFilter::Seen now_seen = seen(estimate);
   const Vector6d away = filter_.innovation(now_seen);
-  const double limit = std::max(settings_.largest_correction,
-                                settings_.largest_correction_share * estimate.pose.position.norm());
+  const double limit = settings_.correction_limit(estimate.pose);
   if (away.head<3>().norm() > limit ||
       away.tail<3>().norm() > settings_.largest_angular_correction) {
     disbelief_ = "the estimate is " + mm(away.head<3>().norm()) + " and " +
@@ -284,7 +278,7 @@ void Flight::proceed(double dt) {
   if (stops_.size() > 1) {
     wait_at_hold_point(dt);
   } else {
-    settle(dt);
+    settle();
   }
 }
 
@@ -306,7 +300,7 @@ void Flight::wait_at_hold_point(double dt) {
 }
 
 /// At the end, until an estimate made there agrees.
-void Flight::settle(double) {
+void Flight::settle() {
   if (order_.dock) phase_ = Phase::contact;
   if (!arrived_) arrived_ = time_;
   const double error = place_.range - order_.standoff;

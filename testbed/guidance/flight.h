@@ -71,7 +71,7 @@ class Flight final : public Steering {
   double wanted_closing(double to_go) const;
   void proceed(double dt);
   void wait_at_hold_point(double dt);
-  void settle(double dt);
+  void settle();
   void fly(double dt, const Pose& model);
   void start_retreat(const std::string& reason);
   void retreat(double dt);

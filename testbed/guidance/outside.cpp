@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/text.h"
+#include "testbed/guidance/shortened.h"
 
 namespace berth::testbed {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 constexpr double response = 4;
 /// s over which the arms glide to the arrangement that the flight is shared out by.
 constexpr double glide = 30;
-
-Vector3d shortened(const Vector3d& v, double greatest) {
-  const double length = v.norm();
-  return length <= greatest ? v : Vector3d(v * (greatest / length));
-}
 
 }  // namespace
 

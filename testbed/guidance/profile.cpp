@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/guidance/profile.h"
 
-#include "common/core/config.h"
 #include "testbed/guidance/clohessy_wiltshire.h"
+#include "testbed/positive.h"
 
 namespace berth::testbed {
 namespace {
 
 using Profile = GuidanceProfile;
-
-double positive(Config& config, const std::string& key, Dimension dimension) {
-  const double value = config.quantity(key, dimension);
-  if (!(value > 0)) throw config.error(key, "must be positive");
-  return value;
-}
 
 /// Text such as "20 N".
 double newtons(Config& config, const std::string& key) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 
 namespace berth {
@@ -74,16 +75,7 @@ void SimulatedLidar::greet(const lidar::Hello& hello) {
     return;
   }
   greeted_ = true;
-  lidar::Identity identity;
-  identity.model = profile_.model;
-  identity.serial = settings_.serial;
-  identity.rate_hz = profile_.rate_hz;
-  identity.range_min_m = profile_.beam.range_min_m;
-  identity.range_max_m = profile_.beam.range_max_m;
-  identity.field_of_view_rad[0] = profile_.field_of_view_width;
-  identity.field_of_view_rad[1] = profile_.field_of_view_height;
-  identity.minimum_step_rad = profile_.minimum_step_rad;
-  send(identity);
+  send(lidar::identity_of(profile_, settings_.serial));
 }
 
 void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
