@@ -180,8 +180,8 @@ CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
 
 CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
                                                 const Pose& from) const {
-  auto path =
-      waypoint_path(command.waypoints, from, "the trajectory", "where the arms are: move there first");
+  auto path = waypoint_path(command.waypoints, from, "the trajectory",
+                            "where the arms are: move there first");
   if (auto* wrong = std::get_if<std::string>(&path)) return std::move(*wrong);
   return std::get<std::shared_ptr<const WaypointPath>>(path);
 }

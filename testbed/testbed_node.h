@@ -56,7 +56,7 @@ class TestbedNode final : public Node {
     std::shared_ptr<const testbed::ArmMotion> motion;  // moving
     double time = 0;                                   // along the motion, or of flight
     bool retreat = false;
-    bool done = false;  // closed_loop: only to come to rest
+    bool done = false;                                         // closed_loop: only to come to rest
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
     std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
     testbed::TargetMotion target_motion;                       // closed_loop

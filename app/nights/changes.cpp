@@ -184,8 +184,8 @@ std::string kind_of_change(const std::string& measurement, const std::string& st
     return std::abs(after - goal) < std::abs(before - goal) ? "better" : "worse";
   };
   if (measurement == "nees") return statistic == "mean" ? nearer(6) : nearer(0);
-  if (has("error") || has("gap") || has("time_") || has("latency") || has("delay") || has("offset") ||
-      has("miss") || has("residual")) {
+  if (has("error") || has("gap") || has("time_") || has("latency") || has("delay") ||
+      has("offset") || has("miss") || has("residual")) {
     return nearer(0);
   }
   if (has("gain")) return nearer(1);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/tracking/beam_nodes.h"
 #include "estimator/model/normal_sums.h"
+#include "estimator/tracking/beam_nodes.h"
 
 namespace berth::estimator {
 

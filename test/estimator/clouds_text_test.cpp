@@ -14,9 +14,9 @@
 
 using namespace berth;
 using namespace berth::clouds;
+using Catch::Contains;
 using estimator::ptx_poses;
 using estimator::ptx_text;
-using Catch::Contains;
 
 namespace {
 

@@ -8,7 +8,8 @@ def fly(berth, work, config, speed, seed, passes):
     """Flies to and fro at so many mm/s, whatever the verdict. The run before is gone. Returns the run directory."""
     out = work / "run"
     shutil.rmtree(out, ignore_errors=True)
-    command = [berth, "run", "--twin", "procedures/library/fast_trajectory.yaml", "--config", config, "--out", out,
-               "--seed", str(seed), "--set", f"speed={speed} mm/s", "--set", "ramp=2 s", "--set", f"passes={passes}"]
+    # not checked: its own criterion wants it fast
+    command = [berth, "run", "--twin", "--no-check", "procedures/library/fast_trajectory.yaml", "--config", config,
+               "--out", out, "--seed", str(seed), "--set", f"speed={speed} mm/s", "--set", "ramp=2 s", "--set", f"passes={passes}"]
     subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return next(out.glob("*/run.lcm")).parent

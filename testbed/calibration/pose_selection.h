@@ -13,7 +13,7 @@ namespace berth::testbed {
 struct CalibrationView {
   double nearest = 0;  ///< m, of the model's origin
   double farthest = 0;
-  double half_angle = 0;  ///< rad, of the model's origin off the boresight
+  double half_angle = 0;                           ///< rad, of the model's origin off the boresight
   Quaterniond attitude = Quaterniond::Identity();  ///< in which it is known to be seen well: home's
   double turn = 0;                                 ///< rad away from that
 };
