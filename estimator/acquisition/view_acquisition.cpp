@@ -133,11 +133,17 @@ bool Search::explains_the_scan(const std::vector<Contender>& contenders) const {
 }
 
 /// Something else is in the scan: each guess of which returns are the target's has its own winner,
-/// and of those against which nothing speaks all beams choose.
+/// and of those against which nothing speaks all beams choose. Two that agree need no third.
 std::vector<Contender> Search::look_in_parts(std::vector<Contender> so_far) {
   std::vector<Pose> possible;
+  std::vector<Pose> winners;
+  bool agreed = false;
   const auto add = [&](const std::vector<Contender>& contenders) {
     if (contenders.empty() || !objection(contenders.front()).empty()) return;
+    agreed = std::any_of(winners.begin(), winners.end(), [&](const Pose& other) {
+      return race_.same(contenders.front().pose, other, 0.7);
+    });
+    winners.push_back(contenders.front().pose);
     append(possible, poses_of(contenders));
   };
   add(so_far);
@@ -147,6 +153,7 @@ std::vector<Contender> Search::look_in_parts(std::vector<Contender> so_far) {
   for (const bool hidden : {false, true}) {
     if (hidden && !possible.empty()) break;
     for (const PointSet& set : sets) {
+      if (agreed) break;
       add(settle(look(set.points, set.centroid,
                       hidden ? shifts_of_a_part(model_.target.length)
                              : std::vector<Vector3d>{Vector3d::Zero()})));
