@@ -2,8 +2,8 @@
 // A guidance outside of Berth, in a minute: it hears POSE_ESTIMATE, and says by GUIDANCE_SETPOINT
 // how the chaser is to move. Needs liblcm and the messages of lcmtypes/, nothing else of Berth.
 //
-//   berth run procedures/outside_gnc.yaml --simulate      (one terminal)
-//   outside_gnc                                                    (another)
+//   berth run procedures/outside_gnc.yaml       (one terminal)
+//   outside_gnc [LCM URL]                       (another)
 //
 // The procedure's step `guided: {by: my-gnc, ...}` lets it steer, and ends it.
 #include <algorithm>

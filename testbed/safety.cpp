@@ -48,19 +48,6 @@ void SafetySupervisor::on_scan(std::int64_t received, bool more) {
   scan_running_ = more;
 }
 
-std::string SafetySupervisor::lag(ArmRole role, const ArmKinematics& arm, const Joints& reported,
-                                  const Joints& commanded) const {
-  for (std::size_t i = 0; i < 6; ++i) {
-    const double away = std::abs(reported[i] - commanded[i]);
-    const bool linear = arm.is_linear(static_cast<int>(i));
-    if (away <= (linear ? settings_.largest_linear_lag : settings_.largest_lag)) continue;
-    return arm_name(role) + "'s joint " + std::to_string(i + 1) + " is " +
-           (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
-           " away from where it was told to be";
-  }
-  return "";
-}
-
 SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
                                                   const Activity& activity) const {
   // What is put right by hand comes first: it stays true however silent the others are.

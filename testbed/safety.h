@@ -22,8 +22,6 @@ class SafetySupervisor {
     std::int64_t scan_silence = 200000;               ///< of a running scan, from packet to packet
     std::vector<std::string> watched_nodes;           ///< whose heartbeats must come
     std::vector<std::string> watched_in_closed_loop;  ///< and besides, while the estimate steers
-    double largest_lag = 0.0175;       ///< rad, reported joint from the commanded one
-    double largest_linear_lag = 0.05;  ///< m, of a linear axis
   };
   /// Controller states as in arm_state_t.
   enum class ArmState { offline, idle, running, held, fault, estop };
@@ -64,9 +62,6 @@ class SafetySupervisor {
   void on_scan(std::int64_t received, bool more);
   /// fault: why the LIDAR cannot scan; empty: it can.
   void on_lidar(const std::string& fault) { lidar_fault_ = fault; }
-  /// Reported joints against what was commanded a dead time before. @return empty, or which strays.
-  std::string lag(ArmRole role, const ArmKinematics& arm, const Joints& reported,
-                  const Joints& commanded) const;
 
   Verdict judge(std::int64_t now, const Activity& activity) const;
   const std::optional<ArmReport>& arm(ArmRole role) const {

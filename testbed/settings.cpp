@@ -92,8 +92,9 @@ Settings load_settings(const std::filesystem::path& file) {
   s.safety.scan_silence = microseconds(safety, "scan_silence");
   s.safety.watched_nodes = safety.texts("watched_nodes");
   s.safety.watched_in_closed_loop = safety.texts("watched_in_closed_loop");
-  s.safety.largest_lag = positive(safety, "largest_lag", Dimension::angle);
-  s.safety.largest_linear_lag = positive(safety, "largest_linear_lag", Dimension::length);
+  s.following_watch.largest_lag = positive(safety, "largest_lag", Dimension::angle);
+  s.following_watch.largest_linear_lag = positive(safety, "largest_linear_lag", Dimension::length);
+  s.following_watch.longest_dead_time = microseconds(safety, "longest_dead_time");
   s.estimate_watch.margin = positive(safety, "largest_estimate_error", Dimension::length);
   s.estimate_watch.margin_share =
       positive(safety, "largest_estimate_error_share", Dimension::number);

@@ -7,6 +7,7 @@
 
 #include "testbed/clearance.h"
 #include "testbed/estimate_watch.h"
+#include "testbed/following_watch.h"
 #include "testbed/ground_truth.h"
 #include "testbed/guidance.h"
 #include "testbed/guidance/profile.h"
@@ -35,6 +36,7 @@ struct Settings {
   Guidance::Settings guidance;
   std::map<std::string, GuidanceProfile> profiles;  ///< by name
   SafetySupervisor::Settings safety;
+  FollowingWatch::Settings following_watch;
   EstimateWatch::Settings estimate_watch;
   double least_clearance = 0.05;  ///< m between bodies of different parties, for arms that move
   std::int64_t lease_lifetime = 2000000;

@@ -10,9 +10,6 @@ using namespace testbed;
 
 namespace {
 
-/// How long set-points have to flow before the arms are expected to follow.
-constexpr Utime following_delay = second;
-
 SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   using State = SafetySupervisor::ArmState;
   switch (state) {
@@ -56,13 +53,10 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   reported_.of(role) = sample.joints;
   truth_.add(role, sample);
 
-  if (!engaged_ || now() - engaged_since_ < following_delay) return;
-  const Utime commanded_at = state.utime - settings_.dead_time;
-  const auto commanded = command_history_.at(commanded_at);
-  if (!commanded) return;
-  const std::string strays =
-      safety_.lag(role, *cell_.arm(role).kinematics, sample.joints, commanded->of(role));
-  if (!strays.empty()) stop_arms("arm-strays", strays);
+  if (!engaged_) return;
+  const auto strays = following_watch_[role == ArmRole::replica ? 0 : 1].look(
+      state.utime, sample.time_sigma, sample.joints, command_history_);
+  if (strays) stop_arms(strays->code, strays->text);
 }
 
 void TestbedNode::on_facility(const facility_state_t& state) {

@@ -121,6 +121,8 @@ void TestbedNode::run_closed_loop(double dt) {
     }
   }
   wanted = wanted * target_at(task_.target_motion, task_.time);
+  const Velocity velocity =
+      dt > 0 ? velocity_between(relative(commanded_), wanted, dt) : Velocity{};
   std::string reason;
   const auto joints = task_.allocation->joints(wanted, progress, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
@@ -131,10 +133,31 @@ void TestbedNode::run_closed_loop(double dt) {
   if (now() >= next_instant_check_) {
     next_instant_check_ = now() + instant_check_period;
     if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
+    end_retreat_within_reach(wanted, velocity, progress, *joints);
   }
   stream(*joints, settings_.setpoint_lifetime);
   trail_.add(*joints);
   follow_guidance(phase, why);
+}
+
+/// A retreat was not checked beforehand and may lead out of the cell: it ends at rest where the
+/// arms would soon reach no further.
+void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& velocity,
+                                           double progress, const ArmPair& joints) {
+  const bool retreats =
+      task_.steering && task_.steering->report().phase == GuidanceReport::Phase::retreating;
+  if (!retreats || stopping_) return;
+  const Pose ahead =
+      moved(wanted, velocity, settings_.hold_settling + seconds(instant_check_period));
+  std::string beyond;
+  const auto there = task_.allocation->joints(ahead, progress, joints, &beyond);
+  if (there) beyond = check_.check(*there).value_or("");
+  if (beyond.empty()) return;
+  stopping_ = true;
+  const std::string why = task_.steering->report().reason;
+  abort_reason_ = "the approach was given up, and the chaser is as far back as the arms reach (" +
+                  beyond + "): " + why;
+  event(event_t::ERROR, "approach-aborted", why + "; the retreat ends early: " + beyond);
 }
 
 /// What guidance says of the closed loop: it holds by itself, is done, or has given it up.

@@ -37,6 +37,8 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       safety_(settings_.safety),
       report_watch_{{"the replica arm", *cell_.replica.kinematics},
                     {"the sensor arm", *cell_.sensor.kinematics}},
+      following_watch_{{ArmRole::replica, *cell_.replica.kinematics, settings_.following_watch},
+                       {ArmRole::sensor, *cell_.sensor.kinematics, settings_.following_watch}},
       estimate_watch_(settings_.estimate_watch),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),

@@ -85,6 +85,8 @@ class TestbedNode final : public Node {
   void run_start(double dt);
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
+  void end_retreat_within_reach(const Pose& wanted, const Velocity& velocity, double progress,
+                                const testbed::ArmPair& joints);
   void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
   void end_task(bool finished);
   void begin_start();
@@ -123,7 +125,8 @@ class TestbedNode final : public Node {
   testbed::GroundTruth truth_;
   testbed::Guidance guidance_;
   testbed::SafetySupervisor safety_;
-  testbed::ReportWatch report_watch_[2];  // replica, sensor
+  testbed::ReportWatch report_watch_[2];        // replica, sensor
+  testbed::FollowingWatch following_watch_[2];  // replica, sensor
   testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;
@@ -133,7 +136,6 @@ class TestbedNode final : public Node {
   bool reported_valid_[2] = {false, false};
   testbed::ArmPair commanded_;
   bool engaged_ = false;  // both arms follow our set-points
-  Utime engaged_since_ = 0;
   testbed::CommandHistory command_history_;
   Velocity commanded_velocity_;
 

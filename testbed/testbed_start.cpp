@@ -45,8 +45,8 @@ void TestbedNode::run_start(double dt) {
     rejoin_ = SmoothTravel(away, settings_.rejoin_speed, settings_.rejoin_speed,
                            4 * settings_.rejoin_speed);
     engaged_ = true;
-    engaged_since_ = t;
     command_history_.clear();
+    for (FollowingWatch& watch : following_watch_) watch.begin();
   }
   rejoin_time_ += dt;
   const double s = rejoin_.length() > 0 ? rejoin_.position(rejoin_time_) / rejoin_.length() : 1.0;

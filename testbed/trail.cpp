@@ -57,10 +57,11 @@ void CommandHistory::add(std::int64_t t, const ArmPair& joints) {
 }
 
 std::optional<ArmPair> CommandHistory::at(std::int64_t t) const {
+  if (entries_.empty()) return std::nullopt;
   const auto after =
       std::lower_bound(entries_.begin(), entries_.end(), t,
                        [](const auto& entry, std::int64_t time) { return entry.first < time; });
-  if (after == entries_.end()) return std::nullopt;
+  if (after == entries_.end()) return entries_.back().second;
   if (after == entries_.begin()) return after->second;
   const auto before = std::prev(after);
   const double s =

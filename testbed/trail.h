@@ -42,7 +42,8 @@ class CommandHistory {
   /// t: us, later than those before.
   void add(std::int64_t t, const ArmPair& joints);
   void clear() { entries_.clear(); }
-  /// Between the set-points around t; the first one before all; nothing after the last.
+  /// Between the set-points around t; the first one before all, the last one after all.
+  /// Nothing when there is none.
   std::optional<ArmPair> at(std::int64_t t) const;
 
  private:

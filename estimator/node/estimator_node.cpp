@@ -9,16 +9,30 @@ EstimatorNode::EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimato
                              Loop& the_loop)
     : Node(std::move(setup), the_bus, the_loop), estimator_(std::move(estimator), *this) {
   bus().subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(4000),
-                                 [this](const scan_packet_t& packet) { estimator_.take(packet); });
-  bus().subscribe<estimator_command_t>(
-      channels::estimator_command, Queue::fifo(),
-      [this](const estimator_command_t& command) { estimator_.take(command); });
+                                 [this](const scan_packet_t& packet) {
+                                   if (packet.session == session()) estimator_.take(packet);
+                                 });
+  bus().subscribe<estimator_command_t>(channels::estimator_command, Queue::fifo(),
+                                       [this](const estimator_command_t& command) {
+                                         if (is_ours(command)) estimator_.take(command);
+                                       });
   estimator_.announce();
   repeat_timer_ = loop().every(
       second, [this] { bus().publish(channels::estimator_state, estimator_.state()); });
 }
 
 EstimatorNode::~EstimatorNode() { loop().cancel(repeat_timer_); }
+
+bool EstimatorNode::is_ours(const estimator_command_t& command) {
+  if (command.session == session()) return true;
+  if (command.session != foreign_session_) {
+    event(event_t::WARNING, "command-of-another-session",
+          "a command of '" + command.commander + "' belongs to session " +
+              std::to_string(command.session) + " and changes no estimate");
+  }
+  foreign_session_ = command.session;
+  return false;
+}
 
 void EstimatorNode::request(const scan_request_t& message) {
   bus().publish(channels::scan_request, message);

@@ -25,7 +25,11 @@ class EstimatorNode final : public Node, private estimator::EstimatorOutput {
   void diagnostics(const estimator_diagnostics_t& message) override;
   void note(std::int8_t severity, const std::string& code, const std::string& text) override;
 
+  /// One of another session (yesterday's log) is told once, and not obeyed.
+  bool is_ours(const estimator_command_t& command);
+
   estimator::Estimator estimator_;
+  std::int64_t foreign_session_ = 0;  // that was told last
   std::optional<Utime> latency_;  // of the last estimate, from its last return to its publication
   std::int64_t estimates_ok_ = 0;
   std::int64_t estimates_not_ok_ = 0;

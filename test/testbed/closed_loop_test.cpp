@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <berth/guidance_setpoint_t.hpp>
 #include <berth/guidance_state_t.hpp>
+#include <fstream>
+#include <regex>
 
+#include "common/core/file.h"
 #include "test/catch.h"
+#include "test/core/temporary_directory.h"
 #include "test/testbed/fake_cell.h"
 
 namespace berth {
@@ -13,7 +17,7 @@ using Catch::Matchers::Contains;
 /// The testbed on the twin's bus, with an ear for GUIDANCE_STATE, and an outside GNC that says the
 /// same set-point ten times a second.
 struct GuidedCell : FakeCell {
-  GuidedCell() {
+  explicit GuidedCell(const std::filesystem::path& config = "config") : FakeCell("range", config) {
     loop = &simulation.make_loop();
     bus = &simulation.make_bus();
     bus->subscribe<guidance_state_t>(channels::guidance_state, Queue::fifo(),
@@ -164,6 +168,45 @@ TEST_CASE("a lost estimate: held, then back, and the command has failed") {
   const Pose rest = cell.relative();
   cell.run_for(1.0);
   CHECK(distance(rest, cell.relative()) < 1e-6);
+}
+
+TEST_CASE("a retreat that would lead beyond the arms' reach ends there, at rest") {
+  const TemporaryDirectory directory;
+  const std::filesystem::path config = directory / "config";
+  std::filesystem::copy("config", config, std::filesystem::copy_options::recursive);
+  const std::string law = GENERATE("v_bar", "docking_axis");
+  const std::filesystem::path file = config / "guidance" / (law + ".yaml");
+  std::string profile = std::regex_replace(read_file(file), std::regex("retreat_range: [^ ]+ m "),
+                                           "retreat_range: 20 m ");
+  profile = std::regex_replace(profile, std::regex("retreat_time: 60 s"), "retreat_time: 300 s");
+  std::ofstream(file) << profile;
+  GuidedCell cell(config);
+  const std::int64_t seq = cell.send(cell.approach(law));
+  cell.run_for(10.0);
+  cell.estimator->status = pose_estimate_t::LOST;
+  double fastest = 0;
+  Pose before = cell.relative();
+  REQUIRE(cell.run_until(
+      [&] {
+        cell.run_for(0.1);
+        fastest = std::max(fastest, distance(before, cell.relative()) / 0.1);
+        before = cell.relative();
+        return cell.state.refused_seq == seq;
+      },
+      300));
+  CHECK_THAT(cell.state.refusal, Contains("as far back as the arms reach"));
+  CHECK_THAT(cell.state.refusal, Contains("lost"));
+  CHECK(cell.events["approach-aborted"] == 1);
+  CHECK(cell.events["motion-failed"] == 0);
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+  CHECK(fastest > 0.03);
+  cell.run_for(0.5);
+  const Pose rest = cell.relative();
+  CHECK(rest.position.z() > 5.5);  // it began at 4.8 m
+  cell.run_for(1.0);
+  CHECK(distance(rest, cell.relative()) < 1e-6);
+  // and it is no dead end
+  CHECK(cell.finished(cell.send(cell.move_to({0, 0, 4800, 0, 0, 0}, 0.3)), 60));
 }
 
 TEST_CASE("hold and resume stop the flight's time, the target's too") {

@@ -206,7 +206,8 @@ class FakeLidar final : public Node {
 /// The testbed node with ideal partners on the twin's bus, and a commander who keeps his lease.
 class FakeCell {
  public:
-  explicit FakeCell(const std::string& layout = "range")
+  explicit FakeCell(const std::string& layout = "range",
+                    const std::filesystem::path& config = "config")
       : cell(load_cell("config/layouts/" + layout + ".yaml", load_target("radarsat2", 0))) {
     replica = make<FakeArm>(ArmRole::replica, cell.replica.home);
     sensor = make<FakeArm>(ArmRole::sensor, cell.sensor.home);
@@ -220,7 +221,7 @@ class FakeCell {
     lidar = std::make_unique<FakeLidar>(NodeSetup{"lidar-driver", test_session, ""},
                                         simulation.make_bus(), loop);
     RunSetup run;
-    run.config = "config";
+    run.config = config;
     run.layout = layout;
     run.session = test_session;
     node = make_testbed_node({"testbed", test_session, ""}, run, simulation.make_bus(), loop);
