@@ -2,6 +2,7 @@
 // What the arms and the facility say, and whether the arms follow.
 #include <cmath>
 
+#include "common/core/text.h"
 #include "testbed/testbed_node.h"
 
 namespace berth {
@@ -9,6 +10,11 @@ namespace berth {
 using namespace testbed;
 
 namespace {
+
+/// us between the shortest and the longest believable dead time for it to be known.
+constexpr Utime dead_time_known = 40 * millisecond;
+/// us by which the nominal one may be off unsaid: 5 mm at 100 mm/s.
+constexpr Utime dead_time_off = 50 * millisecond;
 
 SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   using State = SafetySupervisor::ArmState;
@@ -54,9 +60,27 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   truth_.add(role, sample);
 
   if (!engaged_) return;
-  const auto strays = following_watch_[role == ArmRole::replica ? 0 : 1].look(
-      state.utime, sample.time_sigma, sample.joints, command_history_);
+  FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
+  const auto strays = watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
   if (strays) stop_arms(strays->code, strays->text);
+  note_dead_time(role, watch.dead_time());
+}
+
+/// Guidance goes by the nominal one.
+void TestbedNode::note_dead_time(ArmRole role, const FollowingWatch::DeadTime& found) {
+  if (found.longest - found.shortest > dead_time_known) return;
+  const std::string arm = name_of(role);
+  count("dead_time_" + arm + "_ms", 1e3 * seconds(found.best));
+  const Utime nominal = settings_.dead_time;
+  const bool as_told =
+      nominal > found.shortest - dead_time_off && nominal < found.longest + dead_time_off;
+  bool& told = dead_time_told_[role == ArmRole::replica ? 0 : 1];
+  if (as_told || told) return;
+  told = true;
+  event(event_t::WARNING, "dead-time",
+        "the " + arm + " arm moves " + fixed(1e3 * seconds(found.best), 0) +
+            " ms after its set-points, not " + fixed(1e3 * seconds(nominal), 0) +
+            " ms (setpoints.dead_time of testbed.yaml), by which guidance reckons");
 }
 
 void TestbedNode::on_facility(const facility_state_t& state) {

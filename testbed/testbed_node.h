@@ -106,6 +106,7 @@ class TestbedNode final : public Node {
   bool both_reported() const;
   void watch_clearance();
   void watch_rest();
+  void note_dead_time(ArmRole role, const testbed::FollowingWatch::DeadTime& found);
   void look_at_report(ArmRole role, const arm_state_t& state);
   void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
@@ -127,6 +128,7 @@ class TestbedNode final : public Node {
   testbed::SafetySupervisor safety_;
   testbed::ReportWatch report_watch_[2];        // replica, sensor
   testbed::FollowingWatch following_watch_[2];  // replica, sensor
+  bool dead_time_told_[2] = {false, false};     // replica, sensor: that it is not the nominal one
   testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;

@@ -7,7 +7,7 @@ namespace berth::testbed {
 namespace {
 
 /// Of the trail, in m of relative travel.
-constexpr double spacing = 0.01;
+constexpr double spacing = 0.002;
 /// m of relative travel that a radian counts for.
 constexpr double lever = 1.5;
 /// us that commands are remembered.

@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/core/text.h"
+#include "procedures/language/attached_trajectory.h"
 #include "procedures/language/procedure.h"
 #include "procedures/language/step_options.h"
 #include "procedures/language/sweep.h"
@@ -156,7 +157,9 @@ class Unroller {
 
   void simple(Config& config, const VerbInfo& verb, const Surroundings& around) {
     refuse_open_references(config.node(), source_);
+    give_attached(config, source_, library_);
     Read read = read_verb(verb, config);
+    keep_attached(config, source_, library_);
     Step step;
     step.verb = std::move(read.verb);
     step.timeout = read.timeout;

@@ -10,8 +10,8 @@
 
 namespace berth::procedures {
 
-/// The procedures that another one calls: read from the folder of the one that runs, or found
-/// attached to its text. Names are paths relative to that folder.
+/// What a procedure needs beside itself, those that it calls and trajectories: read from the folder
+/// of the one that runs, or found attached to its text. Names are paths relative to that folder.
 class Library {
  public:
   explicit Library(std::filesystem::path folder) : folder_(std::move(folder)) {}

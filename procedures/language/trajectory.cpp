@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/core/file.h"
+#include "procedures/language/attached_trajectory.h"
 #include "procedures/language/recorded_trajectory.h"
 #include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/recorded.h"
@@ -59,14 +61,26 @@ Trajectory read_waypoints(Config& trajectory) {
   return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};
 }
 
+/// The text that the rule's procedure has kept, or that `read` finds from the procedure's folder:
+/// the rule keeps it.
+template <class Reader>
+std::string attached(Config& rule, const Reader& read) {
+  if (!rule.has(attached_key)) {
+    YAML::Node node = rule.node();  // shares its content
+    node[attached_key] = read(std::filesystem::path(rule.file()).parent_path());
+  }
+  return rule.raw(attached_key).Scalar();
+}
+
 Trajectory read_file_rule(Config& config) {
   testbed::TrajectoryFile options;
   const std::filesystem::path name = config.text("name");
   config.optional("ramp", Dimension::time, options.ramp);
   if (options.ramp < 0) throw config.error("ramp", "must not be negative");
-  const auto folder = std::filesystem::path(config.file()).parent_path();
   try {
-    Waypoints waypoints = testbed::read_trajectory_file(folder / name, options);
+    const std::string text = attached(
+        config, [&](const std::filesystem::path& folder) { return read_file(folder / name); });
+    Waypoints waypoints = testbed::read_trajectory_text(text, name.string(), options);
     const double end = waypoints.back().time;
     return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};
   } catch (const InputError& e) {
@@ -81,13 +95,17 @@ Trajectory read_log_rule(Config& config) {
   config.optional("phase", phase);
   std::string of = "truth";
   if (config.has("of")) of = config.choice("of", {"truth", "commanded"});
-  positive(config, "spacing", Dimension::time, options.spacing);
+  double spacing = 0.25;
+  positive(config, "spacing", Dimension::time, spacing);
   positive(config, "speed", Dimension::speed, options.speed);
   positive(config, "turn", Dimension::angular_speed, options.angular_speed);
   read_ramp(config, options.ramp);
-  const auto folder = std::filesystem::path(config.file()).parent_path();
   try {
-    options.samples = poses_of_run(folder / run, phase, of == "commanded");
+    const std::string text = attached(config, [&](const std::filesystem::path& folder) {
+      const Waypoints samples = poses_of_run(folder / run, phase, of == "commanded");
+      return testbed::trajectory_text(testbed::smoothed(samples, spacing));
+    });
+    options.places = testbed::read_poses(text, run.string());
   } catch (const InputError& e) {
     throw config.error("run", e.what());
   }

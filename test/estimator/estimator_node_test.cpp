@@ -2,6 +2,9 @@
 // The estimator on a bus, with the simulated clock.
 #include "estimator/node/estimator_node.h"
 
+#include <algorithm>
+#include <berth/event_t.hpp>
+
 #include "common/bus/simulation.h"
 #include "common/core/sha256.h"
 #include "lcmtypes/channels.h"
@@ -17,10 +20,11 @@ struct Run {
   std::string log;  // hash of all that went over the bus
   std::vector<pose_estimate_t> estimates;
   std::vector<estimator_state_t> states;
+  std::vector<std::string> events;
 };
 
 /// A LIDAR that answers requests, and a commander that acquires after one second.
-Run run_for(Utime duration) {
+Run run_for(Utime duration, std::int64_t session = 7) {
   Simulation simulation;
   Run run;
   std::string bytes;
@@ -53,8 +57,13 @@ Run run_for(Utime duration) {
   other.subscribe<estimator_state_t>(
       channels::estimator_state, Queue::fifo(),
       [&](const estimator_state_t& state) { run.states.push_back(state); });
+  other.subscribe<event_t>(channels::event, Queue::fifo(),
+                           [&](const event_t& event) { run.events.push_back(event.code); });
   other_loop.after(second, [&] {
-    other.publish(channels::estimator_command, command(estimator_command_t::ACQUIRE, 1, 1));
+    estimator_command_t acquire = command(estimator_command_t::ACQUIRE, 1, 1);
+    acquire.session = session;
+    other.publish(channels::estimator_command, acquire);
+    other.publish(channels::estimator_command, acquire);
   });
   simulation.run_for(duration);
   run.log = sha256(bytes);
@@ -72,6 +81,14 @@ TEST_CASE("The node acquires and tracks over the bus, the same to the bit every 
   CHECK(first.states.back().command_seq == 1);
   const Run second_run = run_for(10 * second);
   CHECK(first.log == second_run.log);
+}
+
+TEST_CASE("A command of another session changes nothing, and is told once") {
+  const Run run = run_for(5 * second, 6);
+  CHECK(run.estimates.empty());
+  CHECK(run.states.back().mode == estimator_state_t::IDLE);
+  CHECK(run.states.back().session == 7);
+  CHECK(std::count(run.events.begin(), run.events.end(), "command-of-another-session") == 1);
 }
 
 TEST_CASE("The configuration file of the estimator is read as it is shipped") {

@@ -52,7 +52,9 @@ std::vector<scan_packet_t> answer(ScanMaker& lidar, const scan_request_t& reques
   for (const scan_window_t& w : request.windows) {
     windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
   }
-  return packets_of(lidar.sweep(windows), request.scan_id);
+  std::vector<scan_packet_t> packets = packets_of(lidar.sweep(windows), request.scan_id);
+  for (scan_packet_t& packet : packets) packet.session = request.session;
+  return packets;
 }
 
 scan_packet_t empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,

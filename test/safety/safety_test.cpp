@@ -127,6 +127,36 @@ TEST_CASE("arms that follow stay well within the lag that is allowed") {
   }
 }
 
+TEST_CASE("arms whose controllers have another dead time than the nominal one follow, too") {
+  const TemporaryDirectory directory;
+  World::Options options;
+  options.config = directory.path() / "config";
+  std::filesystem::copy("config", options.config, std::filesystem::copy_options::recursive);
+  const std::string dead_time = GENERATE("dead_time: 20 ms", "dead_time: 400 ms");
+  std::ofstream(options.config / "simulation.yaml") << std::regex_replace(
+      read_file("config/simulation.yaml"), std::regex("dead_time: 150 ms"), dead_time);
+  World world(options);
+  world.keep_lease();
+  world.run_for(0.5);
+  world.move(0.5);
+  REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::MOVING; }, 5));
+  REQUIRE(world.run_until([&] { return world.state.state != testbed_state_t::MOVING; }, 60));
+  INFO(world.state.reason);
+  CHECK(world.state.state == testbed_state_t::IDLE);
+  // by the nominal dead time it would have strayed
+  if (dead_time == "dead_time: 400 ms") CHECK(world.greatest_lag > radians(1.0));
+  CHECK(world.saw("dead-time"));
+  SECTION("and are stopped when they run away") {
+    world.send(world.move_to({0, 0, 5000, 0, 0, 0}, 0.2));
+    world.run_for(3);
+    REQUIRE(world.state.state == testbed_state_t::MOVING);
+    world.inject("arm-replica", "runaway", 0.3);
+    const Utime begin = world.now();
+    REQUIRE(world.run_until([&] { return world.saw("arm-strays"); }, 2));
+    CHECK(world.now() - begin < 300 * millisecond);
+  }
+}
+
 TEST_CASE("arms that would come too near stop before they are") {
   double wide = 0;
   double narrow = 0;

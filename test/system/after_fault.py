@@ -41,6 +41,8 @@ def stopping(samples, fault):
 
 def first_words(path, fault):
     """What the cell said of it; what the supervisor and the procedure did about it comes later."""
+    if not os.path.exists(path):  # a cell without a procedure
+        return ""
     with open(path) as lines:
         events = [json.loads(line) for line in lines]
     bad = [e for e in events if e["utime"] >= fault and e["severity"] in ("WARNING", "ERROR", "FATAL")]

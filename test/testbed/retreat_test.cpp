@@ -92,6 +92,8 @@ TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
       trail.add(way.back());
     }
     const auto back = trail.way_back(way.back(), bench.settings.motion);
+    const auto refused = bench.check.check(*back, way.back());
+    CHECK((refused ? refused->text : "") == "");
     ArmPair arms = way.back();
     CHECK(largest_change(back->at(0, arms, nullptr).value(), arms) < 1e-9);
     for (double t = 0; t < back->duration(); t += 0.1) {

@@ -8,6 +8,7 @@
 #include "test/catch.h"
 #include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/recorded.h"
+#include "testbed/trajectories/trajectory_file.h"
 #include "testbed/trajectories/turns.h"
 
 using namespace berth;
@@ -240,7 +241,7 @@ TEST_CASE("a long trajectory still fits one message, and its waypoints still mak
 
 TEST_CASE("a recorded motion is flown again without its noise, from wherever one stands") {
   Random random(8, "recorded");
-  Recorded options;
+  Waypoints samples;
   const auto flown = [](double t) {
     return Pose{Vector3d(0.1 * std::sin(0.3 * t), 0, 5 - 0.04 * t),
                 rotation_from_vector(Vector3d(0, 0.1 * std::sin(0.2 * t), 0))};
@@ -248,9 +249,12 @@ TEST_CASE("a recorded motion is flown again without its noise, from wherever one
   for (int i = 0; i <= 2500; ++i) {  // 125 Hz for 20 s, 1 mm and 0.05 deg of noise
     Vector6d noise;
     noise << random.normal_vector(1e-3), random.normal_vector(radians(0.05));
-    options.samples.push_back({0.008 * i, perturbed(flown(0.008 * i), noise)});
+    samples.push_back({0.008 * i, perturbed(flown(0.008 * i), noise)});
   }
   const Pose here{Vector3d(0.05, 0, 5.2), Quaterniond::Identity()};
+  Recorded options;
+  // kept as text in between
+  options.places = read_poses(trajectory_text(smoothed(samples, 0.25)), "run");
   const Waypoints waypoints = recorded(here, options);
   CHECK(distance(waypoints.front().pose, here) < 1e-9);
   CHECK(distance(waypoints.back().pose, flown(20)) < 2e-3);

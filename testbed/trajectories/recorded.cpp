@@ -51,8 +51,7 @@ Waypoints smoothed(const Waypoints& samples, double spacing) {
 }
 
 Waypoints recorded(const Pose& from, const Recorded& options) {
-  const WaypointPath path(smoothed(options.samples, options.spacing),
-                          WaypointPath::Ends::under_way);
+  const WaypointPath path(options.places, WaypointPath::Ends::under_way);
   const Pose begin = path.at(0).pose;
   const StraightPath there(from, begin,
                            {options.speed, options.angular_speed, options.speed / options.ramp,

@@ -7,9 +7,7 @@ namespace berth::testbed {
 
 /// A relative motion that was flown before, flown again.
 struct Recorded {
-  /// T_sensor_model as it was measured, times increasing, s: noise and all.
-  Waypoints samples;
-  double spacing = 0.25;         ///< s: what is quicker than this counts as noise
+  Waypoints places;              ///< T_sensor_model, smoothed
   double ramp = 2;               ///< s: it may begin and end under way
   double speed = 0.05;           ///< m/s on the straight way to where it begins
   double angular_speed = 0.087;  ///< rad/s
@@ -18,8 +16,8 @@ struct Recorded {
 /// Straight to where the record begins, then along it at its own pace.
 Waypoints recorded(const Pose& from, const Recorded& options);
 
-/// The samples smoothed: places `spacing` apart, each from a straight line fitted to the samples
-/// within `spacing` of it. At least two.
+/// Samples as they were measured, noise and all, made smooth: places `spacing` apart, s, each from
+/// a straight line fitted to the samples within `spacing` of it. At least two.
 Waypoints smoothed(const Waypoints& samples, double spacing);
 
 }  // namespace berth::testbed

@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "common/core/error.h"
-#include "common/core/file.h"
 #include "common/core/text.h"
 
 namespace berth::testbed {
@@ -67,8 +66,7 @@ void check_step(const WaypointPath::Waypoint& a, const WaypointPath::Waypoint& b
 
 }  // namespace
 
-Waypoints read_trajectory_text(const std::string& text, const std::string& name,
-                               const TrajectoryFile& options) {
+Waypoints read_poses(const std::string& text, const std::string& name) {
   std::istringstream lines(text);
   Waypoints waypoints;
   Columns columns{};
@@ -99,6 +97,22 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
   }
   const double start = waypoints.front().time;
   for (auto& waypoint : waypoints) waypoint.time -= start;
+  return waypoints;
+}
+
+std::string trajectory_text(const Waypoints& waypoints) {
+  std::string text = "t,x,y,z,w,p,r\n";
+  for (const auto& [time, pose] : waypoints) {
+    text += fixed(time, 6);
+    for (const double value : xyzwpr_from_pose(pose)) text += "," + fixed(value, 6);
+    text += "\n";
+  }
+  return text;
+}
+
+Waypoints read_trajectory_text(const std::string& text, const std::string& name,
+                               const TrajectoryFile& options) {
+  Waypoints waypoints = read_poses(text, name);
   if (options.ramp <= 0) {
     if (waypoints.size() <= most_waypoints) return waypoints;
     throw InputError(name + ": found " + std::to_string(waypoints.size()) +
@@ -108,10 +122,6 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
   const WaypointPath path(waypoints, WaypointPath::Ends::under_way);
   const SmoothTravel time = eased_time(path.duration(), options.ramp);
   return sampled([&](double t) { return path.at(time.position(t)).pose; }, time.duration());
-}
-
-Waypoints read_trajectory_file(const std::filesystem::path& file, const TrajectoryFile& options) {
-  return read_trajectory_text(read_file(file), file.string(), options);
 }
 
 }  // namespace berth::testbed

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "testbed/trajectories/trajectory.h"
@@ -16,11 +15,14 @@ struct TrajectoryFile {
   double ramp = 2;  ///< s; 0: it begins and ends at rest by itself
 };
 
-/// Times as in the file, the first 0; with a ramp sampled anew.
-/// @throws InputError "FILE:LINE: ...".
-Waypoints read_trajectory_file(const std::filesystem::path& file, const TrajectoryFile& options);
-/// The same from text; name stands in for the file in messages.
+/// Times as in the text, the first 0; with a ramp sampled anew. name: of the file, in messages.
+/// @throws InputError "NAME:LINE: ...".
 Waypoints read_trajectory_text(const std::string& text, const std::string& name,
                                const TrajectoryFile& options);
+
+/// The poses as they stand there, the first at 0 s; at least two. @throws InputError, as above.
+Waypoints read_poses(const std::string& text, const std::string& name);
+/// What read_poses reads.
+std::string trajectory_text(const Waypoints& waypoints);
 
 }  // namespace berth::testbed
