@@ -15,8 +15,9 @@ namespace fs = std::filesystem;
 /// Leaves room in the 60 kB of a message for everything that is not an attachment's content.
 constexpr std::size_t most_content_bytes = 50000;
 
-/// The configuration's files by their names in it, in order; of layouts and their calibrations only
-/// the run's own.
+/// The configuration's files by their names in it, in order, those of its folders last: where there
+/// is not room for all, what describes the whole cell is there. Of layouts and their calibrations
+/// only the run's own.
 std::vector<fs::path> configuration_files(const RunSetup& setup) {
   std::vector<fs::path> files;
   if (!fs::is_directory(setup.config)) return files;
@@ -27,7 +28,9 @@ std::vector<fs::path> configuration_files(const RunSetup& setup) {
     if (of_layouts && name.stem() != setup.layout) continue;
     files.push_back(name);
   }
-  std::sort(files.begin(), files.end());
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return std::pair(a.has_parent_path(), a) < std::pair(b.has_parent_path(), b);
+  });
   return files;
 }
 

@@ -100,11 +100,12 @@ Waypoints read_poses(const std::string& text, const std::string& name) {
   return waypoints;
 }
 
+/// To 0.1 um and 2 urad.
 std::string trajectory_text(const Waypoints& waypoints) {
   std::string text = "t,x,y,z,w,p,r\n";
   for (const auto& [time, pose] : waypoints) {
-    text += fixed(time, 6);
-    for (const double value : xyzwpr_from_pose(pose)) text += "," + fixed(value, 6);
+    text += fixed(time, 4);
+    for (const double value : xyzwpr_from_pose(pose)) text += "," + fixed(value, 4);
     text += "\n";
   }
   return text;
