@@ -375,7 +375,9 @@ TEST_CASE("a run names everything that shaped it, in one datagram") {
   CHECK(info.attachments[1].name == "estimator.yaml");
   CHECK(info.attachments[1].content.empty());
   CHECK(info.attachments[1].sha256.size() == 64);
-  CHECK(info.attachments[2].name == "layouts/range.yaml");
-  CHECK(info.attachments[3].content.size() == 30000);
+  CHECK(info.attachments[2].name == "testbed.yaml");
+  CHECK(info.attachments[2].content.size() == 30000);
+  CHECK(info.attachments[3].name == "layouts/range.yaml");
+  CHECK(info.attachments[3].content.size() == 100);
   CHECK(info.getEncodedSize() < Bus::max_message_bytes);
 }

@@ -304,6 +304,22 @@ TEST_CASE("a procedure calls another with its parameters, and its text stands al
   CHECK(again.text == p.text);
 }
 
+TEST_CASE("a trajectory's file goes with the procedure: its text alone flies the same") {
+  Folder folder;
+  folder.put("main.yaml", "name: main\nsteps:\n  - trajectory: {file: {name: parts/t.csv}}\n");
+  folder.put("parts/t.csv", "# mine\nt,x,y,z,w,p,r\n0,100,0,5000,5,10,-5\n5,100,0,4900,5,10,-5\n");
+  const Procedure p = load_procedure(folder.path / "main.yaml", {});
+  const auto end = [](const Procedure& procedure) {
+    return std::get<Trajectory>(procedure.steps.front().verb).waypoints(Pose{}).back();
+  };
+  std::filesystem::remove(folder.path / "parts/t.csv");
+  CHECK(folder.complaint().find("cannot be read") != std::string::npos);
+  const Procedure again = parse_procedure(p.text, "elsewhere/procedure.yaml", {});
+  CHECK(end(again).pose.position.z() == Approx(4.9));
+  CHECK(end(again).time == end(p).time);
+  CHECK(again.text == p.text);
+}
+
 TEST_CASE("errors in a called procedure name its line and the caller's") {
   Folder folder;
   const std::string main = (folder.path / "main.yaml").string();
