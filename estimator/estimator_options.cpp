@@ -61,6 +61,16 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
   at_least(config, "background_depth", likelihood.background_depth_m, 0.1);
 }
 
+void read_noise(Config config, NoiseOptions& noise) {
+  config.optional("least", noise.least);
+  config.optional("most", noise.most);
+  config.finish();
+  if (!(noise.least > 0 && noise.least <= 1)) {
+    throw config.error("least", "found a factor outside (0, 1]");
+  }
+  at_least(config, "most", noise.most, 1);
+}
+
 void read_views(Config config, ViewAcquisitionOptions& v) {
   config.optional("least_returns", v.least_returns);
   config.optional("point_sets", v.point_sets);
@@ -172,6 +182,7 @@ void read_tracking(Config config, EstimatorOptions& options) {
   const std::string strategy = config.choice("strategy", scan_strategy_names());
   parse_scan_strategy(strategy, options.strategy);
   config.optional("returns_per_scan", options.returns_per_scan);
+  config.optional("longest_scan", Dimension::time, options.longest_scan_s);
   config.optional("beam_steps", t.beam_steps);
   config.optional("deskew", t.deskew);
   config.optional("least_used", t.least_used);
@@ -191,6 +202,7 @@ void read_tracking(Config config, EstimatorOptions& options) {
   config.optional("request_latency", Dimension::time, options.request_latency_s);
   config.finish();
   at_least(config, "returns_per_scan", options.returns_per_scan, 10);
+  at_least(config, "longest_scan", options.longest_scan_s, 0.01);
   at_least(config, "least_used", t.least_used, 6);
   at_least(config, "estimate_every", options.estimate_every, 1);
   at_least(config, "lost_after", options.lost_after, 1);
@@ -315,6 +327,7 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   read_model(config.section("model"), options.model);
   read_gate(config.section("range_gate"), options.gate);
   read_likelihood(config.section("likelihood"), options.voxel_template.likelihood);
+  if (config.has("noise")) read_noise(config.section("noise"), options.noise);
   options.icp_tracking.likelihood = options.voxel_template.likelihood;
   options.views.likelihood = options.voxel_template.likelihood;
   read_acquisition(config.section("acquisition"), options);

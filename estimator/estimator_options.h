@@ -9,6 +9,7 @@
 #include "estimator/acquisition/voxel_template_acquisition.h"
 #include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
+#include "estimator/likelihood/noise_scale.h"
 #include "estimator/planning/scan_planner.h"
 #include "estimator/ranges/operating_range.h"
 #include "estimator/tracking/beam_tracking.h"
@@ -22,6 +23,7 @@ struct EstimatorOptions {
   std::string lidar = "ilris_3d";  ///< config/lidars/<lidar>.yaml
   ModelOptions model;
   RangeGate gate;  ///< unless a command gives one
+  NoiseOptions noise;
 
   std::string acquisition_method = "voxel_template";
   VoxelTemplateOptions voxel_template;
@@ -34,7 +36,8 @@ struct EstimatorOptions {
   BoundedHoughOptions bounded_hough;
   BeamTrackingOptions beam_tracking;
   ScanStrategy strategy = ScanStrategy::corners_sparse;
-  int returns_per_scan = 1000;     ///< beams of a tracking scan
+  int returns_per_scan = 1000;     ///< beams of a tracking scan, unless a command says how many,
+  double longest_scan_s = 0.5;     ///< or so many are longer than this
   int lost_after = 3;              ///< scans in a row without a pose
   bool reacquire = true;           ///< when lost, acquire again unasked
   double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next

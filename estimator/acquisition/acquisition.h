@@ -24,6 +24,7 @@ struct AcquisitionResult {
   Status status = Status::not_found;
   std::string reason;                  ///< empty when found
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct; probabilities sum to 1
+  double noise_scale = 1;  ///< on the beam model's sigmas, as the best pose's returns show it
   int point_sets = 0;
   int candidates = 0;  ///< poses that were polished and weighed
 };

@@ -114,6 +114,7 @@ LikelihoodOptions BeamRace::as_seen_from(const Contender& leader,
   };
   const Likelihood& seen = leader.weight.sum();
   LikelihoodOptions result = options;
+  result.noise_scale = noise_seen_from(leader, options);
   const int strays = seen.predicted - seen.explained - seen.missed;
   result.background = share(seen.past_returned, seen.past, result.background);
   result.drop_out = std::min(0.3, share(seen.missed, seen.predicted, result.drop_out));
@@ -130,6 +131,33 @@ void BeamRace::for_its_beams(const Contender& contender, Visit visit) const {
   }
 }
 
+/// From the median of the ranges' residuals: half of them may be anything.
+double BeamRace::noise_seen_from(const Contender& leader, const LikelihoodOptions& options) const {
+  constexpr double usual = 1.5;  // and less: the pose's own error
+  constexpr double most = 5;
+  constexpr std::size_t least_returns = 20;
+  const Pose to_model = leader.pose.inverse();
+  const double far = (model_.centre - to_model.position).norm() + model_.radius;
+  const double about = 0.05 * model_.target.length;
+  std::vector<double> sigmas;
+  for_its_beams(leader, [&](const Beam& beam, bool) {
+    RayHit hit;
+    const Vector3d direction = to_model.rotation * beam.direction;
+    if (!beam.hit() || !model_.caster.cast({to_model.position, direction}, far, hit)) return;
+    const double cosine = std::clamp(-direction.dot(hit.normal), 0.05, 1.0);
+    const double miss = (beam.range - hit.range) * cosine;
+    if (std::abs(miss) > about) return;
+    const double noise = beam_model_.range_variance(hit.range, std::acos(cosine)) * cosine * cosine;
+    sigmas.push_back((miss * miss - options.model_sigma_m * options.model_sigma_m) / noise);
+  });
+  if (sigmas.size() < least_returns) return 1;
+  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), middle, sigmas.end());
+  constexpr double median_of_squares = 0.4549;  // of a standard normal variable
+  const double scale = std::sqrt(std::max(0.0, *middle / median_of_squares));
+  return scale > usual ? std::min(scale, most) : 1;
+}
+
 double BeamRace::inlier_share(const Contender& contender) const {
   const Vector3d centre = contender.pose * model_.centre;
   int near = 0;
@@ -139,9 +167,11 @@ double BeamRace::inlier_share(const Contender& contender) const {
   return near > 0 ? static_cast<double>(contender.weight.sum().explained) / near : 0;
 }
 
-double BeamRace::misfit_share(const Contender& contender) const {
+double BeamRace::misfit_share(const Contender& contender,
+                              const LikelihoodOptions& likelihood) const {
   // Of the length: nearer to the surface a return may be of it, farther off it may be anything.
-  constexpr double on_it = 0.015;
+  const double noise = likelihood.noise_scale * beam_model_.range_sigma_m / model_.target.length;
+  const double on_it = std::max(0.015, likelihood.noise_scale > 1 ? 2.5 * noise : 0);
   constexpr double beside_it = 0.09;
   const Pose to_model = contender.pose.inverse();
   const double unit = model_.distances.cut_off() / DistanceTable::most / model_.target.length;

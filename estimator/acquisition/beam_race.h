@@ -39,13 +39,14 @@ class BeamRace {
   std::vector<Pose> distinct(const std::vector<Pose>& poses, std::size_t most, double slack) const;
   std::vector<Contender> distinct(const std::vector<Contender>& contenders, double slack) const;
 
-  /// The options with the shares of drop-outs, outliers and background that a leading pose shows.
+  /// The options with the shares of drop-outs, outliers and background that a leading pose shows,
+  /// and the noise where that is more than a pose not yet polished explains.
   LikelihoodOptions as_seen_from(const Contender& leader, const LikelihoodOptions& options) const;
   /// Share of the returns about the target, of the beams that weighed it, that the pose explains.
   double inlier_share(const Contender& contender) const;
   /// Share of the returns on and beside the target's surface that are beside it: what goes on where
   /// the target ends, or stands off it, is not the target.
-  double misfit_share(const Contender& contender) const;
+  double misfit_share(const Contender& contender, const LikelihoodOptions& likelihood) const;
   /// Share explained of all returns inside the gate.
   double explained_share(const Contender& contender) const;
   /// Log-likelihood by which it leads "no target at all".
@@ -56,6 +57,7 @@ class BeamRace {
   std::size_t beams() const { return order_.size(); }
 
  private:
+  double noise_seen_from(const Contender& leader, const LikelihoodOptions& options) const;
   double prior_of(const Pose& pose) const;
   /// Calls visit(beam, inside the gate) for the beams that weighed the contender.
   template <class Visit>

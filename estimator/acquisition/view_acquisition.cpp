@@ -53,6 +53,7 @@ class Search {
   std::string objection(const Contender& best) const;
 
   const BeamRace& race() const { return race_; }
+  double noise_scale() const { return likelihood_.noise_scale; }
   int point_sets = 0;
   int candidates = 0;
 
@@ -199,7 +200,8 @@ std::string Search::objection(const Contender& best) const {
            " % of the best fit; at least " + fixed(100 * options_.least_in_view, 0) +
            " % have to be seen";
   }
-  if (const double share = race_.misfit_share(best); share > options_.most_misfit_share) {
+  if (const double share = race_.misfit_share(best, likelihood_);
+      share > options_.most_misfit_share) {
     return fixed(100 * share, 0) +
            " % of the returns on the best fit's surface go on beside it, at most " +
            fixed(100 * options_.most_misfit_share, 0) + " % may";
@@ -222,6 +224,7 @@ AcquisitionResult ViewAcquisition::acquire(const CleanScan& scan,
   if (!scan.points.empty()) centroid /= static_cast<double>(scan.points.size());
   Search search(model_, beam_model_, options_, scan, hints);
   const std::vector<Contender> found = search.run(hints, centroid);
+  result.noise_scale = search.noise_scale();
   result.point_sets = search.point_sets;
   result.candidates = search.candidates;
   if (found.empty()) {

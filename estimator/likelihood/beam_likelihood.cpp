@@ -10,6 +10,7 @@ BeamLikelihood::BeamLikelihood(const TargetModel& model, const BeamModel& beam_m
                                const LikelihoodOptions& options, const Pose& pose)
     : model_(&model),
       beam_model_(&beam_model),
+      noise_variance_scale_(options.noise_scale * options.noise_scale),
       model_variance_(options.model_sigma_m * options.model_sigma_m),
       log_miss_past_(std::log(1 - options.background)),
       log_hit_past_(std::log(options.background / options.background_depth_m)),
@@ -44,8 +45,9 @@ void BeamLikelihood::add(const Beam& beam) {
     return;
   }
   const double cosine = std::clamp(-direction.dot(hit.normal), 0.05, 1.0);
-  const double variance = beam_model_->range_variance(hit.range, std::acos(cosine)) +
-                          model_variance_ / (cosine * cosine);
+  const double variance =
+      noise_variance_scale_ * beam_model_->range_variance(hit.range, std::acos(cosine)) +
+      model_variance_ / (cosine * cosine);
   const double miss = beam.range - hit.range;
   const double density = on_target_ * std::exp(-0.5 * miss * miss / variance) /
                          std::sqrt(2 * radians(180.0) * variance);

@@ -12,6 +12,7 @@ namespace berth::estimator {
 struct LikelihoodOptions {
   double model_sigma_m =
       0.006;                ///< of the surface about the mesh, and of a pose not fully polished
+  double noise_scale = 1;   ///< on the sigmas of the beam model
   double drop_out = 0.03;   ///< share of beams on the target that return nothing
   double outlier = 0.04;    ///< share of beams on the target with a range of something else
   double background = 0.5;  ///< share of beams past the target that return at all
@@ -47,7 +48,7 @@ class BeamLikelihood {
  private:
   const TargetModel* model_;
   const BeamModel* beam_model_;
-  double model_variance_;
+  double noise_variance_scale_, model_variance_;
   double log_miss_past_, log_hit_past_, log_drop_out_;
   double outlier_density_, on_target_;
   Matrix3d rotation_;  // sensor to model

@@ -21,11 +21,14 @@ constexpr double given_pose_sigma_rad = radians(3);
 }  // namespace
 
 Estimator::Estimator(EstimatorSetup setup, EstimatorOutput& output)
-    : setup_(std::move(setup)), output_(output), tracker_(make_tracker(setup_.options)) {
+    : setup_(std::move(setup)),
+      output_(output),
+      noise_(setup_.lidar.beam, setup_.options.noise),
+      tracker_(make_tracker(setup_.options)) {
   now_.session = setup_.session;
   now_.gate = setup_.options.gate;
   now_.strategy = setup_.options.strategy;
-  now_.returns_per_scan = setup_.options.returns_per_scan;
+  now_.returns_per_scan = usual_returns();
   use_model(setup_.find_model(setup_.target));
   mode_reason_ = "waiting for a command";
 }
@@ -33,11 +36,11 @@ Estimator::Estimator(EstimatorSetup setup, EstimatorOutput& output)
 void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
   model_ = std::move(model);
   const EstimatorOptions& o = setup_.options;
-  acquisition_ = make_acquisition(o, *model_, setup_.lidar.beam);
-  tracking_ = make_tracking(o, *model_, setup_.lidar.beam);
+  acquisition_ = make_acquisition(o, *model_, noise_.beam());
+  tracking_ = make_tracking(o, *model_, noise_.beam());
   planner_ = std::make_unique<ScanPlanner>(*model_, field_of_view(), o.planner);
   ranges_ = std::make_unique<RangeSwitch>(*model_, setup_.lidar, o.ranges);
-  long_range_ = std::make_unique<LongRange>(*model_, setup_.lidar.beam, o.ranges.axis_returns);
+  long_range_ = std::make_unique<LongRange>(*model_, noise_.beam(), o.ranges.axis_returns);
   docking_ = docking_region(*model_, o.ranges.docking_share);
   forget_target();
 }
@@ -108,6 +111,12 @@ void Estimator::take(const Command& command) {
   say_state();
 }
 
+/// Of a tracking scan, where no command says how many.
+int Estimator::usual_returns() const {
+  const EstimatorOptions& o = setup_.options;
+  return std::min(o.returns_per_scan, static_cast<int>(o.longest_scan_s * setup_.lidar.rate_hz));
+}
+
 void Estimator::obey(const Pending& pending) {
   const Command& command = pending.command;
   now_.session = command.session;
@@ -116,7 +125,7 @@ void Estimator::obey(const Pending& pending) {
     const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
     now_.gate = own_gate ? setup_.options.gate : RangeGate{command.gate_near_m, command.gate_far_m};
     now_.returns_per_scan =
-        command.returns_per_scan > 0 ? command.returns_per_scan : setup_.options.returns_per_scan;
+        command.returns_per_scan > 0 ? command.returns_per_scan : usual_returns();
     now_.acquire_returns = command.command == Command::ACQUIRE ? command.returns_per_scan : 0;
     now_.strategy = setup_.options.strategy;
     if (!command.strategy.empty()) parse_scan_strategy(command.strategy, now_.strategy);

@@ -120,6 +120,7 @@ class Estimator {
   std::string refusal_of(const estimator_command_t& command,
                          std::shared_ptr<const TargetModel>& model) const;
   void obey(const Pending& pending);
+  int usual_returns() const;
   void obey_commands_up_to(std::int64_t scan_id);
 
   // Scans
@@ -143,6 +144,8 @@ class Estimator {
                    pose_estimate_t& estimate);
   void search_more_finely();
   Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
+  TrackingResult measure(const CleanScan& scan, const Prediction& predicted);
+  void tell_noise();
   void track_far(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
   void start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime);
@@ -162,6 +165,8 @@ class Estimator {
   EstimatorSetup setup_;
   EstimatorOutput& output_;
   std::shared_ptr<const TargetModel> model_;
+  NoiseScale noise_;  // before what measures with it
+  bool noise_told_ = false;
   std::unique_ptr<Acquisition> acquisition_;
   std::unique_ptr<Tracking> tracking_;
   std::unique_ptr<ScanPlanner> planner_;

@@ -4,6 +4,7 @@
 #include <berth/event_t.hpp>
 #include <cmath>
 
+#include "common/core/text.h"
 #include "estimator/acquisition/discriminating_windows.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
@@ -141,6 +142,8 @@ void Estimator::process(const Bundle& b) {
     d.names.emplace_back(name);
     d.values.push_back(value);
   }
+  d.names.emplace_back("noise_factor");
+  d.values.push_back(noise_.factor());
   d.value_count = static_cast<std::int32_t>(d.names.size());
   output_.diagnostics(d);
 }
@@ -150,6 +153,7 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   const std::int64_t start = setup_.stopwatch();
   const bool was_zoomed = !zoom_.empty();
   zoom_.clear();
+  noise_.forget();
   estimate.status = pose_estimate_t::ACQUIRING;
   const LongRangeFix far = long_range_->find(scan);
   const double distance = far.pose.position.norm();
@@ -283,8 +287,9 @@ Estimator::Found Estimator::find_pose(const CleanScan& scan, const Velocity& vel
   result.hypotheses = found.hypotheses;
   hints_ = found.hypotheses;
   if (found.status != AcquisitionResult::Status::found) return result;
+  noise_.start_at(noise_.factor() * found.noise_scale);
   const TrackingResult measured =
-      tracking_->track(scan, {found.hypotheses.front().pose, resumed_covariance(), velocity});
+      measure(scan, {found.hypotheses.front().pose, resumed_covariance(), velocity});
   estimate.confidence = measured.confidence;
   if (!measured.ok) {
     estimate.reason = "found a pose that does not hold: " + measured.reason;
@@ -300,6 +305,38 @@ Estimator::Found Estimator::find_pose(const CleanScan& scan, const Velocity& vel
   return result;
 }
 
+/// The scan's pose, and the noise that its returns show.
+TrackingResult Estimator::measure(const CleanScan& scan, const Prediction& predicted) {
+  constexpr double explained = 0.85;  // of the returns about the target, by a noise never seen yet
+  TrackingResult measured = tracking_->track(scan, predicted);
+  const NoiseScale before = noise_;
+  if (noise_.learn(measured.spread, measured.used)) {
+    const TrackingResult again = tracking_->track(scan, predicted);
+    if (again.ok && again.confidence > explained) {
+      measured = again;
+      noise_.learn(measured.spread, measured.used);
+    } else {
+      noise_ = before;  // not the noise is wrong but the pose
+    }
+  }
+  tell_noise();
+  return measured;
+}
+
+/// Once, until it is over.
+void Estimator::tell_noise() {
+  constexpr double much = 1.5;
+  constexpr double little = 1.25;
+  const double factor = noise_.factor();
+  const double off = std::max(factor, 1 / factor);
+  if (noise_told_ ? off > little : off < much) return;
+  noise_told_ = !noise_told_;
+  output_.note(event_t::NOTICE, "noise-differs",
+               noise_told_ ? "the returns scatter " + fixed(factor, 1) +
+                                 " times what the LIDAR says of itself; covariances say so"
+                           : "the returns scatter as the LIDAR says");
+}
+
 void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   if (range_ == OperatingRange::long_range) {
@@ -308,7 +345,7 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     return;
   }
   const std::int64_t utime = estimate.utime;
-  TrackingResult measured = tracking_->track(
+  TrackingResult measured = measure(
       scan,
       {tracker_->predict(utime), tracker_->predicted_covariance(utime), tracker_->velocity()});
   if (measured.ok) tracker_->update(measured.pose, measured.covariance, utime);

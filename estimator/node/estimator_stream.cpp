@@ -46,7 +46,7 @@ void Estimator::use_batch(Stream& stream) {
   const auto linearise = [&](const Motion& about) {
     at.pose = about.pose;
     at.velocity = about.velocity;
-    said = beam_information(*model_, setup_.lidar.beam, batch.beams, at,
+    said = beam_information(*model_, noise_.beam(), batch.beams, at,
                             setup_.options.beam_tracking.descent.information);
     return said.motion();
   };

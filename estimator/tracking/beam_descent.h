@@ -48,6 +48,9 @@ class BeamDescent {
   /// Again from the best, with edges so blurred at first that they are seen from a slip away.
   void retry();
   const Result& best() const { return best_; }
+  /// Whether edges count to the last, where a return may be of several faces: then sums.chi2 is
+  /// less than the noise.
+  bool blurred() const { return blurred_; }
 
  private:
   void settle();

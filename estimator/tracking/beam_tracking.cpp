@@ -107,6 +107,7 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   result.pose = best.pose;
   result.covariance = variance_factor(sums) * best.covariance;
   result.residual_rms = beam_model_.range_sigma_m * std::sqrt(sums.chi2 / std::max(1, sums.used));
+  if (!descent.blurred()) result.spread = sums.chi2 / std::max(1, sums.used - 6);
   result.iterations = best.steps;
   result.used = sums.used;
   result.near = sums.used + sums.blocked + sums.beside;

@@ -21,6 +21,8 @@ struct TrackingResult {
   Pose pose;           ///< T_sensor_model at the scan's mean time
   Matrix6d covariance = Matrix6d::Identity();
   double residual_rms = 0;  ///< of the returns used, along the surface's normal, m
+  /// Variance of the returns used over that of the beam model; 0: the method does not know.
+  double spread = 0;
   int iterations = 0;
   int used = 0;  ///< returns that fit the target
   int near = 0;  ///< returns about the target: used, or beside it or before it

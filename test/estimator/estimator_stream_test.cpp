@@ -178,6 +178,7 @@ TEST_CASE("A jump of the target is not streamed as a pose") {
   for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
     const Estimate& e = run.said.estimates[i];
     const bool right = distance(pose_in(e), run.lidar.pose) < 0.05;
+    INFO(e.scan_id << " " << e.method << " " << e.returns_used << " of " << e.returns_received);
     CHECK((right || e.status != Estimate::OK));
   }
   CHECK(run.last().status == Estimate::OK);

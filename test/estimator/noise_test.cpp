@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A LIDAR that is worse, better or slower than it says.
+#include "test/catch.h"
+#include "test/estimator/fold_fixture.h"
+
+using namespace berth;
+using namespace berth::estimator;
+using Command = estimator_command_t;
+using State = estimator_state_t;
+using Estimate = pose_estimate_t;
+
+namespace {
+
+const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
+
+double noise_factor(const estimator_diagnostics_t& d) {
+  for (std::size_t i = 0; i < d.names.size(); ++i) {
+    if (d.names[i] == "noise_factor") return d.values[i];
+  }
+  FAIL("no noise_factor in the diagnostics");
+  return 0;
+}
+
+int beams_in(const scan_request_t& request) {
+  int count = 0;
+  for (const scan_window_t& w : request.windows) count += w.count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("The noise is learnt from the returns, found and followed at a half and three times it") {
+  double sigma_as_said = 0;
+  for (const double factor : {1.0, 0.5, 3.0}) {
+    INFO(factor << " times the noise that the LIDAR says");
+    Loopback run;
+    run.lidar.pose = start_pose;
+    run.lidar.beam.range_sigma_m *= factor;
+    run.lidar.beam.azimuth_sigma_rad *= factor;
+    run.lidar.beam.elevation_sigma_rad *= factor;
+    run.tell(command(Command::ACQUIRE, 1, 1));
+    for (int i = 0; i < 10; ++i) REQUIRE(run.scan_once());
+    REQUIRE(run.estimator.state().mode == State::TRACKING);
+    const Estimate& e = run.last();
+    CHECK(e.status == Estimate::OK);
+    CHECK(noise_factor(run.said.durations.back()) == Approx(factor).epsilon(0.15));
+    const auto told = std::count(run.said.notes.begin(), run.said.notes.end(), "noise-differs");
+    CHECK(told == (factor == 1 ? 0 : 1));
+    const double sigma = std::sqrt(e.covariance[14]);  // along the boresight
+    if (factor == 1) sigma_as_said = sigma;
+    CHECK(sigma == Approx(factor * sigma_as_said).epsilon(0.4));
+    CHECK(distance(pose_in(e), start_pose) < 0.01 * factor);
+  }
+}
+
+TEST_CASE("Noise that grows while the target is tracked does not lose it") {
+  Loopback run;
+  run.lidar.pose = start_pose;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
+  run.lidar.beam.range_sigma_m *= 3;
+  for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
+  CHECK(run.estimator.state().mode == State::TRACKING);
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(noise_factor(run.said.durations.back()) == Approx(3).epsilon(0.15));
+}
+
+TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
+  BeamModel said;
+  said.range_sigma_m = 0.01;
+  NoiseScale noise(said, {0.3, 5});
+  noise.start_at(100);
+  CHECK(noise.factor() == 5);
+  CHECK(noise.beam().range_sigma_m == Approx(0.05));
+  noise.forget();
+  CHECK(noise.beam().range_sigma_m == said.range_sigma_m);
+  CHECK_FALSE(noise.learn(9, 50));  // too few to be sure
+  CHECK(noise.factor() < 2);
+  noise.forget();
+  CHECK(noise.learn(9, 1000));
+  CHECK(noise.factor() == Approx(3));
+  CHECK_FALSE(noise.learn(0, 1000));  // a method that does not know
+  CHECK(noise.factor() == Approx(3));
+  NoiseScale believed(said, {1, 1});
+  CHECK_FALSE(believed.learn(9, 1000));
+  CHECK(believed.factor() == 1);
+}
+
+TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how many") {
+  EstimatorSetup setup = test_setup();
+  setup.lidar.rate_hz = 1000;
+  const auto most = static_cast<int>(1000 * setup.options.longest_scan_s);
+  Loopback run(std::move(setup));
+  run.lidar.pose = start_pose;
+  run.lidar.rate_hz = 1000;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
+  REQUIRE(run.estimator.state().mode == State::TRACKING);
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(beams_in(run.said.requests.back()) <= 1.2 * most);
+  estimator_command_t more = command(Command::TRACK, 2, 1);
+  more.first_scan_id = run.estimator.state().scan_id + 1;
+  more.returns_per_scan = 1000;
+  run.tell(more);
+  REQUIRE(run.scan_once());
+  CHECK(beams_in(run.said.requests.back()) > 1.5 * most);
+}
