@@ -49,6 +49,7 @@ std::string calibration_procedure(const RunSetup& setup, const testbed::PoseSele
           ", settle: 5}\n  - calibrate:\n      speed: " + fixed(1e3 * pace.speed, 0) +
           " mm/s\n      turn: " + fixed(degrees(pace.turn), 1) +
           " deg/s\n      estimates: " + std::to_string(pace.estimates) +
+          "\n      returns: " + std::to_string(pace.returns) +
           "\n      settle: 2 s\n      frozen: [";
   for (std::size_t i = 0; i < selection.poses.size(); ++i) {
     text += (i == 0 ? "" : ", ") + std::string(word(selection.poses[i].frozen));
@@ -57,18 +58,20 @@ std::string calibration_procedure(const RunSetup& setup, const testbed::PoseSele
   for (const auto& pose : selection.poses) text += "        - " + listed(pose.relative) + "\n";
   for (const testbed::FastStroke& stroke : selection.strokes) {
     text += "  - " + move(stroke.from, pace.speed, pace.turn, stroke.frozen) +
-            "\n    name: to the stroke\n  - track: {returns: " + std::to_string(pace.returns) +
-            ", settle: 2}\n  - repeat:\n      times: " + std::to_string((pace.strokes + 1) / 2) +
-            "\n      steps:\n";
+            "\n    name: to the stroke\n    when_lost: ignore\n"
+            "  - track: {from: " +
+            listed(stroke.from) + ", returns: " + std::to_string(pace.returns) +
+            ", settle: 2}\n    on_failure: continue\n  - repeat:\n      times: " +
+            std::to_string((pace.strokes + 1) / 2) + "\n      steps:\n";
     for (const Pose& to : {stroke.to, stroke.from}) {
       text += "        - " + move(to, stroke.speed, pace.turn, stroke.frozen) +
-              "\n          name: stroke\n          phase: stroke\n";
+              "\n          name: stroke\n          phase: stroke\n          when_lost: ignore\n";
     }
   }
   text +=
       "\ncriteria:\n  - name: the target is seen at the poses\n    measurement: tracking_share\n   "
       " "
-      "phase: calibrate\n    min: 80 %\n";
+      "phase: calibrate\n    min: 50 %\n";
   return text;
 }
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <berth/arm_state_t.hpp>
 #include <berth/pose_estimate_t.hpp>
+#include <berth/procedure_state_t.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "common/core/error.h"
@@ -115,10 +117,45 @@ Matrix6d scatter_about(const Pose& mean, const std::vector<Pose>& poses) {
   return scatter;
 }
 
+double middle_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Scans of a target at rest, without those that stand far away from the others: there the
+/// estimator slid along the target, or took something else for it.
+std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
+  constexpr double far = 4;  // times the median distance: six sigmas
+  Pose centre = poses.front();
+  double least = std::numeric_limits<double>::infinity();
+  const auto distances = [&](const Pose& from, auto measure) {
+    std::vector<double> list;
+    for (const Pose& pose : poses) list.push_back(measure(from, pose));
+    return list;
+  };
+  for (const Pose& pose : poses) {
+    const double spread = middle_of(distances(pose, distance));
+    if (spread < least) {
+      least = spread;
+      centre = pose;
+    }
+  }
+  const double most_m = far * least;
+  const double most_rad = far * middle_of(distances(centre, angle_between));
+  std::vector<Pose> kept;
+  for (const Pose& pose : poses) {
+    if (distance(centre, pose) <= most_m && angle_between(centre, pose) <= most_rad) {
+      kept.push_back(pose);
+    }
+  }
+  return kept;
+}
+
 /// Scans of one pose.
 struct Group {
   ArmPair joints;
-  double sum_of_times = 0;
+  double time = 0;
   std::vector<Pose> measured;
 };
 
@@ -140,11 +177,11 @@ void add_scans(CalibrationRun& run, const Cell& cell, const std::vector<Estimate
     const ArmPair joints = joints_at(run, estimate.time);
     constexpr double same = 5e-5;  // rad: the reports' steps
     if (groups.empty() || testbed::largest_change(groups.back().joints, joints) > same) {
-      groups.push_back({joints, 0, {}});
+      groups.push_back({joints, estimate.time, {}});
     }
-    groups.back().sum_of_times += estimate.time;
     groups.back().measured.push_back(estimate.measured);
   }
+  for (Group& group : groups) group.measured = without_strays(group.measured);
   std::erase_if(groups, [](const Group& group) {
     return static_cast<int>(group.measured.size()) < fewest_scans;
   });
@@ -167,8 +204,7 @@ void add_scans(CalibrationRun& run, const Cell& cell, const std::vector<Estimate
     constexpr double of_all = 12;
     const Matrix6d scatter =
         (scatter_about(mean, group.measured) + of_all * pooled) / (n - 1 + of_all);
-    run.scans.push_back(
-        {"pose " + std::to_string(++number), group.sum_of_times / n, mean, scatter / n, false});
+    run.scans.push_back({"pose " + std::to_string(++number), group.time, mean, scatter / n, false});
   }
   for (const Estimate& estimate : moving) {
     run.scans.push_back({"motion", estimate.time, estimate.measured, pooled, true});
@@ -182,7 +218,9 @@ void add_readings(CalibrationRun& run, const std::vector<testbed::TrackerLine>& 
     Vector3d point = Vector3d::Zero();
     int count = 0;
   };
-  std::map<std::size_t, Average> averages;  // by reflector, of the rest under way
+  constexpr double moving_spacing = 0.05;     // s: neighbours hang together
+  std::map<std::size_t, double> last_moving;  // by reflector, s
+  std::map<std::size_t, Average> averages;    // by reflector, of the rest under way
   ArmPair resting;
   int rests = 0;
   const auto close = [&] {
@@ -201,6 +239,9 @@ void add_readings(CalibrationRun& run, const std::vector<testbed::TrackerLine>& 
     if (!rate) continue;
     const Reflector& reflector = setup.reflectors[line.reflector];
     if (*rate > moving_rate) {
+      const auto [last, first] = last_moving.emplace(line.reflector, t);
+      if (!first && t - last->second < moving_spacing) continue;
+      last->second = t;
       run.readings.push_back({"motion, " + reflector.name, t, reflector.on, reflector.place,
                               line.point, setup.sigma_at(line.point.norm()), true});
       continue;
@@ -274,6 +315,26 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
     throw InputError(log.string() + ": " + e.what());
   }
   return run;
+}
+
+std::vector<std::string> poses_left_out(const std::filesystem::path& log) {
+  std::vector<procedure_step_t> steps;
+  logs::LogSummary summary;
+  std::optional<std::int64_t> session;
+  logs::read_run(log, summary, session, [&](const logs::LogEvent& event) {
+    if (event.channel != channels::procedure_state) return;
+    const auto state = logs::decode<procedure_state_t>(event.data);
+    if (state && state->state == procedure_state_t::FINISHED) steps = state->steps;
+  });
+  const std::string waiting = "dwell (";
+  std::vector<std::string> list;
+  for (const procedure_step_t& step : steps) {
+    const bool waited = step.name.rfind(waiting, 0) == 0 && step.name.back() == ')';
+    if (!waited || step.state == procedure_step_t::PASSED) continue;
+    list.push_back(step.name.substr(waiting.size(), step.name.size() - waiting.size() - 1) + ": " +
+                   (step.detail.empty() ? "not come to" : step.detail));
+  }
+  return list;
 }
 
 }  // namespace berth

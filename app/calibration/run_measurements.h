@@ -2,12 +2,17 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "common/core/reflectors.h"
 #include "testbed/calibration/measurements.h"
 
 namespace berth {
+
+/// Steps at which a calibration waited for the target in vain, and why: "pose 3 of 48: ...".
+/// @throws InputError when the log cannot be read.
+std::vector<std::string> poses_left_out(const std::filesystem::path& log);
 
 /// What a recorded run holds for calibration: estimates while the arms rested, as one pose each
 /// with the scatter of its scans, those while they moved steadily one by one, and what a tracker

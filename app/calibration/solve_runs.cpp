@@ -5,11 +5,15 @@
 
 #include "app/calibration/run_measurements.h"
 #include "common/core/error.h"
+#include "common/core/text.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/calibration/observability.h"
 
 namespace berth {
 namespace {
+
+/// Six numbers from each: about as many as there are parameters to be found.
+constexpr int fewest_poses = 10;
 
 /// What truth is still uncertain by, over the poses measured.
 void add_expected(SolvedCalibration& solved, const testbed::CalibrationProblem& problem) {
@@ -64,11 +68,18 @@ SolvedCalibration solve_runs(const std::vector<RunFiles>& runs,
     }
     problem.runs.push_back(
         read_calibration_run(run.log(), problem.nominal, reflectors, trackers[i]));
+    for (std::string& pose : poses_left_out(run.log())) solved.left_out.push_back(std::move(pose));
     calibration.sources.push_back(run.name);
     if (!trackers[i].empty()) calibration.sources.push_back(trackers[i].filename().string());
     for (const auto& scan : problem.runs.back().scans)
       ++(scan.moving ? solved.moving : solved.poses);
     solved.readings += static_cast<std::int64_t>(problem.runs.back().readings.size());
+  }
+  if (solved.poses < fewest_poses) {
+    throw InputError("too little to calibrate from: the target was measured at " +
+                     std::to_string(solved.poses) + " poses at rest, at least " +
+                     std::to_string(fewest_poses) + " are needed" +
+                     (solved.left_out.empty() ? "" : "; left out: " + joined(solved.left_out)));
   }
   solved.solution = testbed::solve_calibration(problem);
   calibration.basis = solved.solution.with_tracker ? "tracker" : "scans";

@@ -13,8 +13,9 @@ struct SolvedCalibration {
   testbed::Calibration calibration;
   testbed::CalibrationSolution solution;
   Eigen::MatrixXd prior;
-  std::int64_t poses = 0;   ///< at rest
-  std::int64_t moving = 0;  ///< scans
+  std::vector<std::string> left_out;  ///< poses at which the target was not seen, and why
+  std::int64_t poses = 0;             ///< at rest
+  std::int64_t moving = 0;            ///< scans
   std::int64_t readings = 0;
   double truth_position = 0;  ///< m, rms of what truth is still uncertain by at the poses
   double truth_rotation = 0;  ///< rad

@@ -56,7 +56,9 @@ std::string summary_of(const SolvedCalibration& solved) {
                      std::to_string(solved.poses) + " poses at rest, " +
                      std::to_string(solved.moving) + " scans in motion";
   if (solved.readings > 0) text += ", " + std::to_string(solved.readings) + " of the tracker";
-  text += ")\n\n" + parameters_text(solved) + "\n" + residuals_text(c) +
+  text += ")\n";
+  for (const std::string& pose : solved.left_out) text += "left out: " + pose + "\n";
+  text += "\n" + parameters_text(solved) + "\n" + residuals_text(c) +
           "\n  chi2 per degree of freedom " + fixed(c.chi2_per_dof, 2) + ", " +
           std::to_string(solved.solution.iterations) + " iterations\n";
   text += "\ntruth at these poses is now known to " + fixed(1e3 * solved.truth_position, 2) +

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
 #include <memory>
 
 #include "app/calibration/procedure_text.h"
+#include "app/calibration/residual_picture.h"
 #include "app/calibration/summary.h"
 #include "app/calibration/truth_check.h"
 #include "app/commands/cell_options.h"
@@ -60,12 +63,15 @@ std::string choose(const Options& options) {
   selection.limits.speed = options.pace.speed;
   selection.limits.angular_speed = options.pace.turn;
   const testbed::CalibrationView view = testbed::calibration_view(rig.cell, rig.lidar);
-  const auto chosen = testbed::select_poses(
-      rig.cell, rig.planner, view, prior, fast_speed, selection,
-      [&](int i) { std::fprintf(stderr, "\rchoosing pose %d of %d", i, options.poses); });
+  const bool shown = isatty(STDERR_FILENO) == 1;
+  const auto chosen =
+      testbed::select_poses(rig.cell, rig.planner, view, prior, fast_speed, selection, [&](int i) {
+        if (shown) std::fprintf(stderr, "\rchoosing pose %d of %d", i, options.poses);
+      });
+  if (shown) std::fprintf(stderr, "\r\x1b[K");
   std::fprintf(
       stderr,
-      "\r%zu poses and %zu fast strokes; truth should come out within %s mm and %s deg (rms)\n",
+      "%zu poses and %zu fast strokes; truth should come out within %s mm and %s deg (rms)\n",
       chosen.poses.size(), chosen.strokes.size(), fixed(1e3 * chosen.expected_position, 2).c_str(),
       fixed(degrees(chosen.expected_rotation), 3).c_str());
   if (chosen.strokes.size() < 2) {
@@ -108,7 +114,9 @@ int solve(const Options& options, const std::vector<fs::path>& directories) {
            (calibration.layout + "_" + file_stamp(calibration.made) + ".yaml");
   }
   testbed::write_calibration(calibration, file);
-  std::printf("\nwritten to %s\n", file.c_str());
+  const fs::path picture = fs::path(file).replace_extension(".svg");
+  write_file(picture, residual_picture(solved));
+  std::printf("\nwritten to %s, its residuals drawn in %s\n", file.c_str(), picture.c_str());
   if (!options.install) {
     std::printf("use it: berth run PROCEDURE --calibration %s\n", file.c_str());
     return exit_code::passed;

@@ -24,12 +24,6 @@ constexpr std::size_t resamples = 1000;
 using Columns =
     Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, DelaySample::most_nuisances + 1>;
 
-Columns columns_of(const DelaySample& sample) {
-  Columns columns(6, sample.nuisances.cols() + 1);
-  columns << -sample.rate, sample.nuisances;
-  return columns;
-}
-
 struct Solution {
   Eigen::VectorXd value;       // of the step in the delay, then the nuisances
   Eigen::MatrixXd inverse;     // of the normal matrix, with the prior
@@ -43,6 +37,7 @@ class Fit {
 
   DelayFit run() {
     result_.delay = 0;
+    nuisances_ = Eigen::VectorXd::Zero(problem_.nuisance_sigma.size());
     for (int round = 0; round < rounds; ++round) {
       samples_ = problem_.samples(result_.delay);
       result_.samples = samples_.size();
@@ -54,6 +49,7 @@ class Fit {
       // What moves too slowly for its noise would run away.
       if (!(std::abs(result_.delay) < longest)) return refused();
       reweight();
+      if (round + 1 < rounds) nuisances_ = solution_.value.tail(nuisances_.size());
     }
     doubt();
     return result_;
@@ -95,6 +91,14 @@ class Fit {
     const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
     solution_.inverse = factor.solve(Eigen::MatrixXd::Identity(n, n));
     solution_.value = factor.solve(right);
+  }
+
+  /// The delay's column is that of the error less what the nuisances found so far make of it.
+  Columns columns_of(const DelaySample& sample) const {
+    Columns columns(6, sample.nuisances.cols() + 1);
+    columns << -sample.rate, sample.nuisances;
+    if (sample.nuisance_rates.cols() > 0) columns.col(0) += sample.nuisance_rates * nuisances_;
+    return columns;
   }
 
   Vector6d residual(std::size_t i) const {
@@ -161,6 +165,7 @@ class Fit {
   const DelayProblem& problem_;
   std::vector<DelaySample> samples_;
   Solution solution_;
+  Eigen::VectorXd nuisances_;  // of the round before
   double scale_ = 1;
   DelayFit result_;
 };

@@ -13,7 +13,7 @@ namespace berth::logs {
 /// What one thing says of another at one time, six numbers each: a pose against truth, an arm's
 /// joints against those commanded.
 struct DelaySample {
-  static constexpr int most_nuisances = 21;
+  static constexpr int most_nuisances = 25;
   using Design = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, most_nuisances>;
 
   Utime utime = 0;
@@ -21,6 +21,8 @@ struct DelaySample {
   Vector6d rate;         ///< of what is followed, per second
   Matrix6d information;  ///< inverse of the error's covariance, as far as that is known
   Design nuisances;      ///< how the error changes with what else is unknown
+  /// How these change with the delay that is taken off, per second; empty: they do not.
+  Design nuisance_rates;
 };
 
 struct DelayProblem {

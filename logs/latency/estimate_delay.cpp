@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "common/core/text.h"
 #include "logs/measure/truth_velocity.h"
@@ -11,7 +13,14 @@
 namespace berth::logs {
 namespace {
 
-constexpr int nuisances = 21;
+constexpr int truths_nuisances = 21;
+/// The estimator's: its pull towards what it expected, and its scan put together with the velocity
+/// that it believed; of position and attitude each.
+constexpr int estimators_nuisances = 4;
+constexpr double pull_sigma = 0.5;
+constexpr double skew_sigma = 0.2;  // s: scans are no longer than a second
+/// Between two estimates of one track.
+constexpr Utime longest_step = 2 * second;
 /// Slower than both a target rests, but for truth's noise.
 constexpr double slowest_speed = 1e-3;          // m/s
 constexpr double slowest_turn = radians(0.05);  // rad/s
@@ -23,29 +32,33 @@ const Pose& pose_of(const EstimateSample& estimate, EstimatePose which) {
 struct Place {
   EstimateSample estimate;
   TruthSample truth;
+  std::optional<EstimateSample> before;  ///< what the estimator knew before this scan
 };
 
 /// Estimates of the phase beside truth at their times less the delay.
 std::vector<Place> places(const Measurer& measurer, const Phase& phase, double delay) {
   std::vector<Place> list;
   const TruthTrack& track = measurer.record().truth();
+  std::optional<EstimateSample> last;
   for (const ComparedEstimate& c : measurer.compared()) {
     const Utime utime = c.estimate.utime;
+    std::optional<EstimateSample> before = std::exchange(last, c.estimate);
+    if (before && utime - before->utime > longest_step) before.reset();
     if (!phase.contains(utime) || measurer.record().steered(utime)) continue;
     auto truth = track.at(utime - utime_from_seconds(delay));
     if (!truth) continue;
     truth->velocity = truth_velocity(track, *truth).velocity;
-    list.push_back({c.estimate, *truth});
+    list.push_back({c.estimate, *truth, before});
   }
   return list;
 }
 
 /// What truth's calibration may have wrong: an offset; a turn; both once more in the model's frame;
 /// and nine numbers by which the offset grows along the way.
-DelaySample::Design design(const Pose& truth, const Vector3d& middle) {
+DelaySample::Design truths_design(const Pose& truth, const Vector3d& middle) {
   const Matrix3d turn = truth.rotation.toRotationMatrix();
   const Vector3d gone = truth.position - middle;
-  DelaySample::Design x = DelaySample::Design::Zero(6, nuisances);
+  DelaySample::Design x = DelaySample::Design::Zero(6, truths_nuisances);
   x.block<3, 3>(0, 0).setIdentity();
   x.block<3, 3>(3, 3).setIdentity();
   x.block<3, 3>(0, 6) = turn;
@@ -54,18 +67,42 @@ DelaySample::Design design(const Pose& truth, const Vector3d& middle) {
   return x;
 }
 
-/// 1 sigma of each of them, from truth's own covariance: an offset may be of either mount.
-Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places) {
+/// What the estimator may have mixed into the pose of a single scan: a share of the pose that it
+/// expected, and of the velocity by which it moved the returns to one time. Both lag where the
+/// target accelerates, which looks like a delay.
+void add_estimators(const Place& place, DelaySample& sample) {
+  const EstimateSample& before = *place.before;
+  const TruthSample& truth = place.truth;
+  const double step = seconds(place.estimate.utime - before.utime);
+  const Vector6d expected = difference(truth.pose, moved(before.pose, before.velocity, step));
+  DelaySample::Design x = DelaySample::Design::Zero(6, truths_nuisances + estimators_nuisances);
+  DelaySample::Design rates = x;
+  x.leftCols(truths_nuisances) = sample.nuisances;
+  x.col(21).head<3>() = expected.head<3>();
+  x.col(22).tail<3>() = expected.tail<3>();
+  x.col(23).head<3>() = before.velocity.linear - truth.velocity.linear;
+  x.col(24).tail<3>() = before.velocity.angular - truth.velocity.angular;
+  rates.col(21).head<3>() = sample.rate.head<3>();
+  rates.col(22).tail<3>() = sample.rate.tail<3>();
+  sample.nuisances = x;
+  sample.nuisance_rates = rates;
+}
+
+/// 1 sigma of each of them; truth's from its own covariance: an offset may be of either mount.
+Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places, EstimatePose which) {
   Matrix6d covariance = Matrix6d::Zero();
   for (const Place& p : places) covariance += p.truth.covariance;
   covariance /= static_cast<double>(std::max<std::size_t>(places.size(), 1));
   // A floor, so that a truth that claims to be perfect can still be asked.
   const double position = std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3 + 1e-14);
   const double rotation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3 + 1e-14);
-  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(nuisances, rotation);
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(truths_nuisances, rotation);
   sigma.segment<3>(0).setConstant(position);
   sigma.segment<3>(6).setConstant(position);
   sigma.head<12>() /= std::sqrt(2.0);
+  if (which == EstimatePose::filtered) return sigma;
+  sigma.conservativeResize(truths_nuisances + estimators_nuisances);
+  sigma.tail<4>() << pull_sigma, pull_sigma, skew_sigma, skew_sigma;
   return sigma;
 }
 
@@ -75,6 +112,8 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
   if (!places.empty()) middle /= static_cast<double>(places.size());
   std::vector<DelaySample> samples;
   for (const Place& p : places) {
+    const bool measured = which == EstimatePose::measured;
+    if (measured && !p.before) continue;
     const Eigen::LLT<Matrix6d> factor(p.estimate.covariance);
     if (!p.estimate.covariance.allFinite() || factor.info() != Eigen::Success) continue;
     DelaySample sample;
@@ -82,7 +121,8 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
     sample.error = difference(p.truth.pose, pose_of(p.estimate, which));
     sample.rate << p.truth.velocity.linear, p.truth.velocity.angular;
     sample.information = factor.solve(Matrix6d::Identity());
-    sample.nuisances = design(p.truth.pose, middle);
+    sample.nuisances = truths_design(p.truth.pose, middle);
+    if (measured) add_estimators(p, sample);
     samples.push_back(sample);
   }
   return samples;
@@ -113,7 +153,7 @@ std::string why_not(const EstimateDelay& d) {
 EstimateDelay estimate_delay(const Measurer& measurer, const Phase& phase, EstimatePose which) {
   const std::vector<Place> stamped = places(measurer, phase, 0);
   DelayProblem problem;
-  problem.nuisance_sigma = nuisance_sigma(stamped);
+  problem.nuisance_sigma = nuisance_sigma(stamped, which);
   problem.samples = [&](double delay) {
     return samples_of(delay == 0 ? stamped : places(measurer, phase, delay), which);
   };

@@ -29,6 +29,11 @@ inline constexpr double widest_delay_interval = 0.020;  // s
 /// beside it, as uncertain beforehand as truth's covariance has them. So a target that goes to and
 /// fro tells the delay; one that goes steadily leaves truth's doubt in it.
 ///
+/// The pose of a single scan is not quite its scan's alone: the estimator holds it back towards
+/// what it expected, and moves the returns to one time with the velocity that it believed. Where
+/// the target accelerates both lag, and a few tenths of that are worth a millisecond. How much of
+/// both is in the poses is solved for, too; estimates with none before them are left out.
+///
 /// Estimates by which the arms were steered do not count: guidance goes after their errors, so that
 /// the error makes the motion and not the motion the error.
 EstimateDelay estimate_delay(const Measurer& measurer, const Phase& phase, EstimatePose which);

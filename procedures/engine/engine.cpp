@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <berth/event_t.hpp>
+#include <utility>
 
 #include "common/bus/bus.h"
 
@@ -144,7 +145,10 @@ void Engine::on(const ground_truth_t& message) {
 void Engine::on(const pose_estimate_t& message, Utime now) {
   record_.add(message);
   bench_.live.on(message, now);
-  if (message.status == pose_estimate_t::OK) last_good_estimate_ = now;
+  if (message.status == pose_estimate_t::OK) {
+    last_good_estimate_ = now;
+    if (std::exchange(lost_, false)) tracking_expected_ = true;
+  }
   if (runner_ != nullptr) runner_->on_estimate(bench_, message);
   tick(now);
 }
@@ -288,15 +292,23 @@ void Engine::watch(Utime now) {
   if (trouble.empty()) trouble = trouble_with_testbed(now);
   if (!trouble.empty()) return conclude(procedure_state_t::ERROR, trouble, now);
   if (tracking_expected_ && seconds(now - last_good_estimate_) > procedure_.lost_for) {
-    const auto& estimate = bench_.live.estimate();
-    const bool reason = estimate && !estimate->reason.empty();
-    return conclude(procedure_state_t::FAIL,
-                    "the estimator lost the target: no good estimate for " +
-                        in_seconds(now - last_good_estimate_) +
-                        (reason ? ": " + estimate->reason : ""),
-                    now);
+    return target_lost(now);
   }
   watch_limits(now);
+}
+
+void Engine::target_lost(Utime now) {
+  const auto& estimate = bench_.live.estimate();
+  const std::string reason = "the estimator lost the target: no good estimate for " +
+                             in_seconds(now - last_good_estimate_) +
+                             (estimate && !estimate->reason.empty() ? ": " + estimate->reason : "");
+  const WhenLost then = step(state_.current_step).when_lost;
+  if (then == WhenLost::fail) return conclude(procedure_state_t::FAIL, reason, now);
+  const bool runs = stage_ == Stage::running && !held();
+  if (then == WhenLost::skip && !runs) return;  // not while nothing goes on
+  tracking_expected_ = false;
+  lost_ = true;
+  if (then == WhenLost::skip) leave_step(reason, now);
 }
 
 void Engine::watch_limits(Utime now) {

@@ -91,6 +91,8 @@ class Engine {
   std::string look_at_preconditions(bool going_on);
   void watch(Utime now);
   std::string trouble_with_testbed(Utime now) const;
+  /// No good estimate for too long: what the step under way says.
+  void target_lost(Utime now);
   void watch_limits(Utime now);
 
   // engine_end.cpp: teardown and verdict
@@ -114,6 +116,8 @@ class Engine {
   void count_slow_time(Utime now);
   void step_passed(Utime now);
   void step_failed(std::int8_t step_state, const std::string& reason, Utime now);
+  /// On to the next step, with an event that says why.
+  void leave_step(const std::string& reason, Utime now);
   /// Brings the arms to rest, then begins the step given.
   void stop_and_begin(int index, Utime now);
   void poll_stopping_step(Utime now);
@@ -181,6 +185,7 @@ class Engine {
   Utime resumed_ = 0;
   bool hold_after_step_ = false;
   bool tracking_expected_ = false;
+  bool lost_ = false;  // and not expected until it is seen again
   Utime last_good_estimate_ = 0;
   Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
   Utime limits_looked_at_ = 0;

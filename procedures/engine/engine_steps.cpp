@@ -86,7 +86,7 @@ void Engine::begin_step(int index, Utime now) {
   held_total_ = slowed_ = 0;
   const Verb& verb = step(index).verb;
   if (std::holds_alternative<Acquire>(verb) || std::holds_alternative<StopTracking>(verb)) {
-    tracking_expected_ = false;
+    tracking_expected_ = lost_ = false;
   }
   start_runner(now);
 }
@@ -135,6 +135,7 @@ void Engine::poll_step(Utime now) {
 void Engine::step_passed(Utime now) {
   if (seeks_target(step(state_.current_step).verb)) {
     tracking_expected_ = true;
+    lost_ = false;
     last_good_estimate_ = now;
   }
   end_step(procedure_step_t::PASSED, current().detail, now);
@@ -163,6 +164,15 @@ void Engine::step_failed(std::int8_t step_state, const std::string& reason, Utim
   actions_.event(event_t::WARNING, "step-failed", reason);
   bench_.testbed.order(testbed_command_t::STOP, now);
   hold(Hold::failed, reason + ". Retry, skip or abort", now);
+}
+
+void Engine::leave_step(const std::string& reason, Utime now) {
+  const int index = state_.current_step;
+  end_step(procedure_step_t::FAILED, reason, now);
+  show_prompt(now);
+  actions_.event(event_t::WARNING, "step-left",
+                 "step '" + step(index).name + "' is left: " + reason);
+  stop_and_begin(index + 1, now);
 }
 
 void Engine::stop_and_begin(int index, Utime now) {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <iterator>
+
 #include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
@@ -137,6 +140,13 @@ std::unique_ptr<StepRunner> make(const Track& track) {
   command.gate_far_m = track.gate_far;
   command.strategy = track.strategy;
   command.returns_per_scan = track.returns;
+  if (track.from) {
+    command.has_initial_pose = 1;
+    Vector3d::Map(command.initial_position_m) = track.from->position;
+    const Quaterniond& q = track.from->rotation;
+    const double wxyz[] = {q.w(), q.x(), q.y(), q.z()};
+    std::copy(std::begin(wxyz), std::end(wxyz), std::begin(command.initial_q_wxyz));
+  }
   return std::make_unique<TrackingRunner>(command, track.settle);
 }
 std::unique_ptr<StepRunner> make(const Dwell& dwell) {

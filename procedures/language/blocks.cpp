@@ -33,6 +33,7 @@ struct Surroundings {
   std::string label;  // of the blocks: "yaw 10 deg, 2 of 3"
   std::string phase;
   OnFailure on_failure;
+  std::optional<WhenLost> when_lost;
 };
 
 std::string joined(const std::string& a, const std::string& b) {
@@ -122,6 +123,7 @@ class Unroller {
     const auto condition = read_if(config);
     Surroundings inside = around;
     inside.on_failure = read_on_failure(config, around.on_failure);
+    if (const auto when_lost = read_when_lost(config)) inside.when_lost = when_lost;
     config.optional("phase", inside.phase);
     if (inside.phase == logs::whole_run || inside.phase == logs::teardown_phase) {
       throw config.error("phase", "'" + inside.phase + "' is a phase of every procedure's own");
@@ -166,6 +168,7 @@ class Unroller {
     step.name = verb.name + (around.label.empty() ? "" : " (" + around.label + ")");
     step.phase = around.phase.empty() ? verb.name : around.phase;
     step.on_failure = around.on_failure;
+    step.when_lost = around.when_lost.value_or(WhenLost::fail);
     step.depth = around.depth;
     config.optional("name", step.name);
     config.optional("timeout", Dimension::time, step.timeout);
@@ -278,6 +281,11 @@ class Unroller {
     if (dwell.estimates < 1) throw block.error("estimates", "expected at least one");
     block.optional("settle", Dimension::time, dwell.settle);
     if (dwell.settle < 0) throw block.error("settle", "must not be negative");
+    Track track;
+    block.optional("returns", track.returns);
+    if (track.returns < 0) throw block.error("returns", "must not be negative");
+    const Condition seen = parse_condition("estimate is ok");
+    const Condition not_seen = parse_condition("estimate is not ok");
     const auto poses = read_poses(block, "poses");
     std::vector<int> frozen(poses.size(), move.frozen_arm);
     if (block.has("frozen")) {
@@ -296,9 +304,6 @@ class Unroller {
       }
     }
     finish_keys(block, find_in(blocks(), "calibrate")->keys, "calibrate");
-    Step step;
-    step.on_failure = around.on_failure;
-    step.depth = around.depth;
     const std::string phase = around.phase.empty() ? "calibrate" : around.phase;
     double timeout = 180;
     config.optional("timeout", Dimension::time, timeout);
@@ -307,14 +312,30 @@ class Unroller {
           around.label, "pose " + std::to_string(i + 1) + " of " + std::to_string(poses.size()));
       move.to = poses[i];
       move.frozen_arm = frozen[i];
+      Step step;
+      step.depth = around.depth;
+      step.on_failure = around.on_failure;
+      step.timeout = timeout;
       step.verb = move;
       step.name = "move (" + which + ")";
       step.phase = phase + " motion";
-      step.timeout = timeout;
+      step.when_lost = around.when_lost.value_or(WhenLost::ignore);
+      add(step, config);
+      // Lost on the way: the arms know where it should be.
+      track.from = poses[i];
+      step.verb = track;
+      step.name = "find (" + which + ")";
+      step.timeout = 30;
+      step.on_failure.then = OnFailure::Then::go_on;
+      step.gates = {{not_seen, 1}};
       add(step, config);
       step.verb = dwell;
       step.name = "dwell (" + which + ")";
       step.phase = phase;
+      step.timeout = timeout;
+      step.on_failure = around.on_failure;
+      step.when_lost = around.when_lost.value_or(WhenLost::skip);
+      step.gates = {{seen, 1}};
       add(step, config);
     }
   }
@@ -353,12 +374,15 @@ const std::vector<VerbInfo>& blocks() {
        nullptr,
        Kind::text},
       {"calibrate",
-       "goes to each pose, and waits at rest for good estimates; only the waiting is in its phase",
+       "goes to each pose, and waits at rest for good estimates; only the waiting is in its phase. "
+       "A pose at which the target is not seen is left out",
        "3 min for each motion and each wait",
        {{"poses", Kind::poses, true, "", "poses of the target in the sensor frame"},
         {"frozen", Kind::texts, false, "none",
          "for each pose the arm that stands still on the way there: none, replica or sensor"},
         {"estimates", Kind::count, false, "20", "good ones at each pose"},
+        {"returns", Kind::count, false, "the estimator's own choice",
+         "returns of each scan after the target was lost and found again"},
         {"settle", Kind::time, false, "1 s", "at rest before the first scan counts"},
         {"speed", Kind::speed, true, "", "of the motions"},
         {"turn", Kind::angular_speed, false, "10 deg/s", "of the motions"}}},

@@ -8,6 +8,15 @@
 
 namespace berth::procedures {
 
+namespace {
+
+const std::vector<std::string>& when_lost_words() {
+  static const std::vector<std::string> words = {"fail", "skip", "ignore"};
+  return words;
+}
+
+}  // namespace
+
 OnFailure read_on_failure(Config& step, OnFailure standard) {
   if (!step.has("on_failure")) return standard;
   const std::string text = step.text("on_failure");
@@ -24,6 +33,13 @@ OnFailure read_on_failure(Config& step, OnFailure standard) {
   if (match[3] == "continue") result.then = OnFailure::Then::go_on;
   if (match[3] == "hold") result.then = OnFailure::Then::hold;
   return result;
+}
+
+std::optional<WhenLost> read_when_lost(Config& step) {
+  if (!step.has("when_lost")) return std::nullopt;
+  const std::string word = step.choice("when_lost", when_lost_words());
+  if (word == "skip") return WhenLost::skip;
+  return word == "ignore" ? WhenLost::ignore : WhenLost::fail;
 }
 
 std::optional<Condition> read_if(Config& step) {
@@ -47,6 +63,9 @@ const std::vector<KeyInfo>& step_keys() {
       {"if", Kind::condition, false, "always", "skipped when it is not so as its turn comes"},
       {"on_failure", Kind::text, false, "abort",
        "abort, continue, hold, 'retry N times', or 'retry N times, then continue' (or hold)"},
+      {"when_lost", Kind::words, false, "fail",
+       "when the target is lost meanwhile: fail ends the run, skip this step, ignore neither",
+       when_lost_words()},
   };
   return keys;
 }

@@ -15,6 +15,8 @@ const std::vector<KeyInfo>& step_keys();
 
 /// The key `on_failure` of a step or block. @param standard where it has none
 OnFailure read_on_failure(Config& step, OnFailure standard);
+/// The key `when_lost` of a step or block; nothing where there is none.
+std::optional<WhenLost> read_when_lost(Config& step);
 /// The key `if`; nothing where there is none.
 std::optional<Condition> read_if(Config& step);
 

@@ -45,6 +45,7 @@ struct Track {
   std::string strategy;  ///< empty: the estimator's own
   int returns = 0;
   int settle = 3;
+  std::optional<Pose> from;  ///< where the target should be now; nothing: where it was last seen
 };
 
 /// How a closed loop flies, and what the target does meanwhile.
@@ -146,6 +147,9 @@ struct OnFailure {
   Then then = Then::abort;
 };
 
+/// What follows when the target is lost (`lost_for`) while a step runs.
+enum class WhenLost { fail, skip, ignore };
+
 /// A condition on this step and those that follow it in the same block.
 struct Gate {
   Condition condition;
@@ -158,6 +162,7 @@ struct Step {
   std::string phase;   ///< label under which its stretch of time is judged; the verb unless given
   double timeout = 0;  ///< s
   OnFailure on_failure = {};
+  WhenLost when_lost = WhenLost::fail;
   std::vector<Gate> gates = {};  ///< looked at in this order when its turn comes
   int depth = 0;                 ///< in repeats, sweeps and called procedures
   std::string file = {};         ///< of the procedure that it stands in

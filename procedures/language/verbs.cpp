@@ -73,6 +73,7 @@ Read read_track(Config& config) {
   optional_count(config, "returns", track.returns);
   config.optional("settle", track.settle);
   if (track.settle < 1) throw config.error("settle", "expected at least one good estimate");
+  if (config.has("from")) track.from = config.pose("from");
   return {track, 60};
 }
 
@@ -293,7 +294,9 @@ std::vector<VerbInfo> make_verbs() {
        {gate_key,
         returns_key,
         {"strategy", Kind::text, false, "the estimator's own", "where the LIDAR looks"},
-        {"settle", Kind::count, false, "3", "good estimates in a row"}},
+        {"settle", Kind::count, false, "3", "good estimates in a row"},
+        {"from", Kind::pose, false, "where it was last seen",
+         "where the target should be now, to 5 cm and 3 degrees"}},
        read_track},
       {"approach",
        "closed loop, by the estimate alone, to a distance from the target",

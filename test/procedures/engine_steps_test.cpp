@@ -164,6 +164,31 @@ TEST_CASE("a calibration waits at every pose for good estimates made at rest") {
   CHECK(seconds(dwell.utime_end - dwell.utime_start) == Approx(3.9).margin(0.4));
 }
 
+TEST_CASE("a calibration leaves out the poses at which the target is not seen, and goes on") {
+  fake::Script s;
+  s.move_takes_s = 4;
+  s.lost_from_s = 11;  // at the first pose
+  s.seen_again_s = 60;
+  Bench bench(s, script("  - acquire: {}\n"
+                        "  - calibrate:\n"
+                        "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0],"
+                        " [0, 0, 5000, 20, 0, 0]]\n"
+                        "      estimates: 12\n"
+                        "      speed: 100 mm/s\n"
+                        "lost_for: 5 s\n"));
+  CHECK(bench.run() == procedure_state_t::PASS);
+  const auto& first = bench.step("dwell (pose 1 of 3)");
+  CHECK(first.state == procedure_step_t::FAILED);
+  CHECK(first.detail.find("the estimator lost the target: no good estimate for 5 s") == 0);
+  CHECK(bench.event_text("step-left").find("step 'dwell (pose 1 of 3)' is left: ") == 0);
+  CHECK(bench.step("find (pose 2 of 3)").state == procedure_step_t::TIMEOUT);
+  CHECK(bench.step("dwell (pose 2 of 3)").state == procedure_step_t::SKIPPED);
+  CHECK(bench.step("dwell (pose 2 of 3)").detail == "estimate is lost; only if estimate is ok");
+  CHECK(bench.step("move (pose 3 of 3)").state == procedure_step_t::PASSED);
+  CHECK(bench.step("find (pose 3 of 3)").state == procedure_step_t::PASSED);
+  CHECK(bench.step("dwell (pose 3 of 3)").state == procedure_step_t::PASSED);
+}
+
 TEST_CASE("nothing begins while the E-stop chain is open, and the list says so") {
   fake::Script s;
   s.estop_closed = false;

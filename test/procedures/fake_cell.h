@@ -31,6 +31,7 @@ struct Script {
   double position_error_m = 4e-3;  ///< of every estimate
   double acquire_takes_s = 2;
   double lost_from_s = -1;   ///< no good estimate from then on
+  double seen_again_s = -1;  ///< until then; never: the target stays lost
   int late_refusals = 0;     ///< of estimator commands
   int commands_lost = 0;     ///< of the testbed's, on the way
   std::string refuse_moves;  ///< reason
@@ -254,7 +255,7 @@ class Estimator final : public Clocked {
         state_.mode = estimator_state_t::TRACKING;
       }
     }
-    if (since(script_.lost_from_s)) status = pose_estimate_t::LOST;
+    if (since(script_.lost_from_s) && !since(script_.seen_again_s)) status = pose_estimate_t::LOST;
     auto message = made::estimate(then, pose, status);
     message.seq = ++estimate_seq_;
     message.command_seq = state_.command_seq;

@@ -172,11 +172,15 @@ TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") 
       "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0]]\n"
       "      estimates: 12\n"
       "      speed: 100 mm/s\n");
-  REQUIRE(p.steps.size() == 5);
-  CHECK(p.steps[3].name == "move (pose 2 of 2)");
-  CHECK(p.steps[3].phase == "calibrate motion");
-  CHECK(p.steps[4].phase == "calibrate");
-  CHECK(std::get<Dwell>(p.steps[4].verb).estimates == 12);
+  REQUIRE(p.steps.size() == 7);
+  CHECK(p.steps[4].name == "move (pose 2 of 2)");
+  CHECK(p.steps[4].phase == "calibrate motion");
+  CHECK(p.steps[4].when_lost == WhenLost::ignore);
+  CHECK(std::get<Track>(p.steps[5].verb).from->position.z() == Approx(5));
+  CHECK(p.steps[5].gates[0].condition.text == "estimate is not ok");
+  CHECK(p.steps[6].phase == "calibrate");
+  CHECK(p.steps[6].when_lost == WhenLost::skip);
+  CHECK(std::get<Dwell>(p.steps[6].verb).estimates == 12);
   CHECK(complaint("  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s}\n")
             .find("needs an 'acquire' before it") != std::string::npos);
 }
@@ -191,7 +195,7 @@ TEST_CASE("an arm can be told to stand still, in a move and on the way to each c
       "      speed: 100 mm/s\n");
   CHECK(std::get<Move>(p.steps[1].verb).frozen_arm == 2);
   CHECK(std::get<Move>(p.steps[2].verb).frozen_arm == 1);
-  CHECK(std::get<Move>(p.steps[4].verb).frozen_arm == 0);
+  CHECK(std::get<Move>(p.steps[5].verb).frozen_arm == 0);
   const std::string start =
       "  - acquire: {}\n  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s, frozen: ";
   CHECK(complaint(start + "[left]}\n").find("found 'left'") != std::string::npos);

@@ -31,6 +31,7 @@ TEST_CASE("what is wrong in a tracker's file is named with its line") {
   CHECK(complaint("time,x,y,z\n").find("t.csv:1: found no column 'point'") == 0);
   CHECK(complaint("time,point,x,y,z\n1,S1,2,3\n").find("t.csv:2: found 4 columns") == 0);
   CHECK(complaint("time,point,x,y,z\n1,S9,2,3,4\n").find("found 'S9'") != std::string::npos);
+  CHECK(complaint("time,point,x,y,z,w,p,r\n").find("t.csv:1: found a column 'w'") == 0);
   CHECK(complaint("time,point,x,y,z\n1,S1,2,3,nan\n").find("z: found 'nan'") != std::string::npos);
 }
 

@@ -3,6 +3,7 @@
 
 #include "testbed/calibration/calibration.h"
 #include "testbed/calibration/measurements.h"
+#include "testbed/calibration/residuals.h"
 
 namespace berth::testbed {
 
@@ -17,8 +18,10 @@ struct CalibrationProblem {
 struct CalibrationSolution {
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd information;  ///< of the measurements alone
-  std::vector<CalibrationResidual> residuals;
+  Eigen::MatrixXd information;              ///< of the measurements alone
+  std::vector<MeasurementResidual> before;  ///< against the nominal cell
+  std::vector<MeasurementResidual> after;
+  std::vector<CalibrationResidual> residuals;  ///< `after`, kind by kind
   double chi2_per_dof = 0;  ///< of what rested, before its sigmas were made to agree with it
   int iterations = 0;
   bool with_tracker = false;

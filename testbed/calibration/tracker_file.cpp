@@ -79,6 +79,12 @@ class Parser {
       }
       columns_.push_back(static_cast<std::size_t>(found - cells.begin()));
     }
+    for (const char* turned : {"w", "p", "r"}) {
+      if (std::find(cells.begin(), cells.end(), turned) == cells.end()) continue;
+      throw error(std::string("found a column '") + turned +
+                  "', expected points: the attitude of a probe is not used, at least three "
+                  "reflectors on each of sensor and replica tell it; leave out w, p and r");
+    }
     width_ = cells.size();
   }
 
