@@ -51,15 +51,6 @@ double ClosestPointGrid::distance_at(std::int64_t x, std::int64_t y, std::int64_
   return (points_[i].cast<double>() - middle_of(x, y, z)).norm();
 }
 
-std::int64_t ClosestPointGrid::index(const Vector3d& query) const {
-  const Vector3d cell = (query - low_) / cell_;
-  const auto x = static_cast<std::int64_t>(std::floor(cell.x()));
-  const auto y = static_cast<std::int64_t>(std::floor(cell.y()));
-  const auto z = static_cast<std::int64_t>(std::floor(cell.z()));
-  if (x < 0 || y < 0 || z < 0 || x >= size_[0] || y >= size_[1] || z >= size_[2]) return -1;
-  return x + size_[0] * (y + size_[1] * z);
-}
-
 bool ClosestPointGrid::stored(const Vector3d& query, Match& match) const {
   const std::int64_t i = index(query);
   if (i < 0) return false;

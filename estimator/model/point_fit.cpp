@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <vector>
 
 #include "estimator/model/normal_sums.h"
 
@@ -11,15 +12,19 @@ namespace berth::estimator {
 Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                 const Pose& to_model, double first_gate, double last_gate, int iterations) {
   Pose pose = to_model;
+  std::vector<Vector3d> arms(points.size());
   for (int i = 0; i < iterations; ++i) {
     const double share = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1;
     const double gate = first_gate * std::pow(last_gate / first_gate, share);
     const Matrix3d rotation = pose.rotation.toRotationMatrix();
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      arms[n] = rotation * points[n];
+      grid.fetch(arms[n] + pose.position);
+    }
     NormalSums sums(false);
-    double arms = 0;
+    double inertia = 0;
     int used = 0;
-    for (const Vector3d& point : points) {
-      const Vector3d arm = rotation * point;
+    for (const Vector3d& arm : arms) {
       ClosestPointGrid::Match match;
       if (!grid.refined(arm + pose.position, match)) continue;
       const Vector3d off = match.point - (arm + pose.position);
@@ -29,7 +34,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
       const double ratio = distance / gate;
       const double weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
       sums.add(along, arm.cross(along), weight, weight * distance, 0);
-      arms += weight * arm.squaredNorm();
+      inertia += weight * arm.squaredNorm();
       ++used;
     }
     if (used < 6) return pose;
@@ -38,7 +43,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
     // What no surface holds stays where it is.
     const double trace = a.diagonal().head<3>().sum();
     a.diagonal().head<3>().array() += 1e-3 * trace + 1e-12;
-    a.diagonal().tail<3>().array() += 1e-3 * arms + 1e-12;
+    a.diagonal().tail<3>().array() += 1e-3 * inertia + 1e-12;
     pose = perturbed(pose, a.ldlt().solve(sums.residuals(0)));
   }
   return pose;

@@ -24,11 +24,11 @@ std::vector<double> replicates(std::size_t size, std::size_t block,
   std::vector<std::size_t> places(size);
   std::vector<double> values(options.resamples);
   for (double& value : values) {
-    for (std::size_t i = 0; i < size; ++i) {
-      if (i % block == 0) {
-        places[i] = static_cast<std::size_t>(random.uniform() * static_cast<double>(size));
-      } else {
-        places[i] = (places[i - 1] + 1) % size;
+    for (std::size_t first = 0; first < size; first += block) {
+      auto place = static_cast<std::size_t>(random.uniform() * static_cast<double>(size));
+      for (std::size_t i = first; i < std::min(first + block, size); ++i) {
+        places[i] = place;
+        if (++place == size) place = 0;
       }
     }
     value = statistic(places);
@@ -44,10 +44,12 @@ double acceleration(std::size_t size, std::size_t block, const StatisticOfPlaces
   std::vector<double> values(groups);
   std::vector<std::size_t> places;
   for (std::size_t g = 0; g < groups; ++g) {
-    places.clear();
-    for (std::size_t i = 0; i < size; ++i) {
-      if (i * groups / size != g) places.push_back(i);
-    }
+    // Those with i * groups / size == g.
+    const std::size_t begin = (g * size + groups - 1) / groups;
+    const std::size_t end = ((g + 1) * size + groups - 1) / groups;
+    places.resize(size - (end - begin));
+    std::iota(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(begin), std::size_t{0});
+    std::iota(places.begin() + static_cast<std::ptrdiff_t>(begin), places.end(), end);
     values[g] = statistic(places);
   }
   const double mean =
