@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 #include "lcmtypes/channels.h"
 #include "logs/file/log_event.h"
@@ -83,7 +84,9 @@ void TerminalView::clear_panel() {
 
 void show_verdict(const RunFiles& files) {
   std::ifstream in(files.directory / "verdict.txt");
-  std::cout << '\n' << in.rdbuf() << "\nrun: " << files.directory.string() << '\n';
+  std::ostringstream verdict;
+  if (!(verdict << in.rdbuf())) verdict.str("verdict: ERROR (it could not be written)\n");
+  std::cout << '\n' << verdict.str() << "\nrun: " << files.directory.string() << '\n';
 }
 
 }  // namespace berth::terminal

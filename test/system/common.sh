@@ -26,3 +26,25 @@ expect() {
 says() { grep -qF -- "$1" "$work/out.txt" || { cat "$work/out.txt"; fail "nothing said of: $1"; }; }
 
 only_run() { ls -d "$1"/*/ | head -1; }
+
+now() { echo $(($(date +%s%N) / 1000)); }
+
+# watch_machine: from now on it is noted when this machine lets a process sleep 20 ms longer than it asked for.
+watch_machine() {
+  python3 - "$work/late.txt" <<'PYTHON' &
+import sys, time
+with open(sys.argv[1], "w", buffering=1) as late:
+    while True:
+        before = time.monotonic()
+        time.sleep(0.01)
+        beyond = 1e3 * (time.monotonic() - before) - 10
+        if beyond > 20:
+            print(int(time.time() * 1e6), f"{beyond:.0f}", file=late)
+PYTHON
+}
+
+# was_late SINCE: how often since that utime, and by how much; nothing where it was not. Real time cannot be judged then.
+was_late() {
+  awk -v since="$1" '$1 >= since { ++n; if ($2 > most) most = $2 }
+    END { if (n) printf "%d times late by up to %d ms", n, most }' "$work/late.txt"
+}

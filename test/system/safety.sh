@@ -10,20 +10,8 @@ table=${3:-$work/table.md}
 failed=()
 attempts=3
 
-# When this machine let a process of its own sleep longer than it asked for, by 20 ms and more: utime and ms.
-python3 - >"$work/late.txt" <<'PYTHON' &
-import time
-while True:
-    before = time.monotonic()
-    time.sleep(0.01)
-    late = 1e3 * (time.monotonic() - before) - 10
-    if late > 20:
-        print(int(time.time() * 1e6), f"{late:.0f}", flush=True)
-PYTHON
-watch=$!
-trap 'status=$?; kill $watch; umount "$work"/full* 2>/dev/null || true; pkill -KILL -f "$work" || true; [ $status = 0 ] && rm -rf "$work" || echo "left in $work"' EXIT
-
-now() { echo $(($(date +%s%N) / 1000)); }
+watch_machine
+trap 'status=$?; umount "$work"/full* 2>/dev/null || true; pkill -KILL -f "$work" || true; [ $status = 0 ] && rm -rf "$work" || echo "left in $work"' EXIT
 
 cat >"$work/under_way.yaml" <<'YAML'
 name: under way
@@ -76,7 +64,7 @@ judge() {
   IFS=$'\t' read -r braking standing words < <("$home/test/system/after_fault.py" "$run" "$at") || true
   verdict=$(grep -h '^verdict' "$work/$name.txt" | sed 's/^verdict: //; s/; the .*//; s/; DIFFERS.*//')
   # The record may have ended with what was done to it.
-  : "${words:=$(grep -hF -m1 -- "$text" "$work/$name.txt" | grep -v '^verdict' || true)}"
+  : "${words:=$(grep -hF -m1 -- "$text" "$work/$name.txt" | grep -v '^verdict' | sed 's/^ *[0-9.]* s *[A-Z]* *//' || true)}"
   if ! grep -qF -- "$text" "$work/$name.txt" "$run/events.jsonl"; then
     why="nothing said of: $text ($verdict)"
   elif [ "$bound" != - ] && { [[ $braking =~ [a-z] ]] || [ "$braking" -gt "$bound" ]; }; then
@@ -89,15 +77,14 @@ judge() {
 }
 
 # inject NAME FAULT BOUND TEXT HOW [COMMAND...]: HOW, called when both arms are under way. What fails while this
-# machine leaves processes waiting is tried again: real time cannot be judged there.
+# machine leaves processes waiting is tried again.
 inject() {
   local case=$1 fault=$2 bound=$3 text=$4 how=$5 attempt late
   shift 5
   for attempt in $(seq $attempts); do
     why="it could not be injected"
     begin "$case$attempt" "$@" && at=$(now) && $how && judge "$fault" "$bound" "$text" && return
-    late=$(awk -v a="$begun" -v b="$(now)" '$1 >= a && $1 <= b { ++n; if ($2 > most) most = $2 }
-      END { if (n) printf "%d times late by up to %d ms", n, most }' "$work/late.txt")
+    late=$(was_late "$begun")
     echo "$fault: $why${late:+ (this machine was $late)}"
     [ -n "$late" ] || break
   done
@@ -108,14 +95,16 @@ pid_of() { pgrep -f -- "berth-$1 --run ${run%/}" | head -1; }
 kill_node() { kill -KILL "$(pid_of "$node")"; }
 stop_node() { kill -STOP "$(pid_of "$node")"; }
 kill_recorder() { kill -KILL "$(pgrep -f -- "lcm-logger.*${run%/}" | head -1)"; }
-fill_disk() { dd if=/dev/zero of="$out/ballast" bs=1M 2>"$work/dd.txt" || true; }
+fill_disk() {
+  dd if=/dev/zero of="$out/ballast" bs=1M 2>"$work/dd.txt" || true
+  at=$(now)
+}
 step_clock() {
   python3 -c "import struct, sys; open(sys.argv[1], 'r+b').write(struct.pack('<q', -3600 * 1000000))" "$work/step"
 }
 play_yesterday() { lcm-logplayer --lcm-url="$url" "$yesterday/run.lcm" >"$work/player.txt" 2>&1 & }
 
-# Before a program's name: on a machine that is so.
-# A run wants 2 GB to begin.
+# Before a program's name: on a machine that is so. A run wants 2 GB to begin.
 on_small_disk() { mount -t tmpfs -o size=2200m none "$out" && "$@"; }
 with_own_clock() {
   printf '\0\0\0\0\0\0\0\0' >"$work/step"
