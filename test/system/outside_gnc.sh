@@ -20,6 +20,6 @@ grep '^verdict' "$work/out.txt"
 
 # Nobody steers.
 port=$((port + 1))
-expect 1 "$bin/berth" run --no-console --out "$work/alone" --lcm-url "udpm://239.255.76.67:$port?ttl=0" \
+expect 2 "$bin/berth" run --no-console --out "$work/alone" --lcm-url "udpm://239.255.76.67:$port?ttl=0" \
   --set longest="8 s" procedures/outside_gnc.yaml
 grep -q "no set-point of 'my-gnc'" "$(only_run "$work/alone")/events.jsonl" || fail "nobody was missed"

@@ -70,6 +70,7 @@ judge() {
   elif [ "$bound" != - ] && { [[ $braking =~ [a-z] ]] || [ "$braking" -gt "$bound" ]; }; then
     why="braking after $braking ms, not within $bound"
   else
+    [ "$verdict" != PASS ] || { braking="goes on" && standing="goes on"; }
     printf '| %s | %s | %s | %s | %s |\n' "$fault" "${words:-nothing}" "$braking" "$standing" "$verdict" | tee -a "$table"
     return 0
   fi
