@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "common/core/config.h"
 #include "common/core/text.h"
@@ -16,9 +15,6 @@ constexpr Utime offline_period = 100 * millisecond;
 constexpr Utime recheck_period = 5 * second;
 constexpr Utime start_time_limit = second;
 constexpr Utime hold_repeat_period = 250 * millisecond;
-constexpr Utime refusal_repeat_period = second;
-/// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
-constexpr Utime writer_silence = second;
 
 std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
   std::array<bool, 6> linear{};
@@ -276,183 +272,6 @@ void ArmNode::publish(arm_state_t& state) {
   state_ = state;
   last_published_ = now();
   bus().publish(state_channel_, state);
-}
-
-// ---- commands ----
-
-void ArmNode::refuse(const std::string& code, const std::string& text) {
-  if (code == last_refusal_ && now() - refused_at_ < refusal_repeat_period) return;
-  last_refusal_ = code;
-  refused_at_ = now();
-  event(event_t::WARNING, code, name_ + ": " + text);
-}
-
-bool ArmNode::newer(const arm_command_t& command) {
-  const bool writer_silent = now() - last_command_received_ > writer_silence;
-  if (command.seq <= last_command_seq_ && !writer_silent) return false;
-  last_command_seq_ = command.seq;
-  last_command_received_ = now();
-  return true;
-}
-
-void ArmNode::on_command(const arm_command_t& command) {
-  if (command.session != session()) {
-    return refuse("command-of-another-session",
-                  "a command of session " + std::to_string(command.session) + " was ignored");
-  }
-  if (now() > command.utime_expires) {
-    return refuse("command-expired", "a command came " +
-                                         std::to_string(now() - command.utime_expires) +
-                                         " us after it had expired");
-  }
-  if (!newer(command)) return;
-  switch (command.action) {
-    case arm_command_t::STREAM:
-      return stream(command);
-    case arm_command_t::HOLD:
-      return hold();
-    case arm_command_t::RESET:
-      return pulse(arm_.map.reset_coil);
-    case arm_command_t::START:
-      return start();
-    default:
-      refuse("command-unknown", "action " + std::to_string(command.action) + " is none");
-  }
-}
-
-std::string ArmNode::jump(const arm_command_t& command) const {
-  const double elapsed = seconds(now() - setpoint_received_);
-  std::ostringstream text;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const bool linear = arm_.kinematics->is_linear(static_cast<int>(i));
-    double allowed = linear ? arm_.device.linear_guard : arm_.device.rotary_guard;
-    if (streamed_) allowed += arm_.kinematics->limits()[i].speed * elapsed;
-    const double step = command.joint[i] - order_.joints[i];
-    if (!(std::abs(step) <= allowed)) {
-      text << "set-point of joint " << i + 1 << " is " << fixed(pendant_from_si(step, linear), 2)
-           << (linear ? " mm" : " deg") << " away from " << (streamed_ ? "the last one" : "the arm")
-           << ", allowed are " << fixed(pendant_from_si(allowed, linear), 2);
-      return text.str();
-    }
-  }
-  Joints joints{};
-  std::copy(std::begin(command.joint), std::end(command.joint), joints.begin());
-  return arm_.kinematics->limit_violation(joints);
-}
-
-void ArmNode::stream(const arm_command_t& command) {
-  if (!following_) {
-    return refuse("setpoint-without-start", "set-points are ignored until START");
-  }
-  const std::string wrong = jump(command);
-  if (!wrong.empty()) return hold_by_itself("setpoint-refused", wrong);
-  std::copy(std::begin(command.joint), std::end(command.joint), order_.joints.begin());
-  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
-  order_.speed_limit = std::clamp(command.speed_limit, 0.0, 1.0);
-  order_.time_ms = static_cast<int>(command.utime / millisecond % arm_.map.counter_wrap);
-  setpoint_received_ = now();
-  setpoint_expires_ = command.utime_expires;
-  streamed_ = true;
-}
-
-void ArmNode::start() {
-  if (following_) return;
-  const bool can_start = state_.state == arm_state_t::IDLE || state_.state == arm_state_t::HELD ||
-                         state_.state == arm_state_t::RUNNING;
-  if (!ready_ || !have_report_ || !state_.valid || !can_start || !writer_.connected()) {
-    return refuse(
-        "start-refused",
-        "cannot start: " + (state_.reason.empty() ? "the controller is not ready" : state_.reason));
-  }
-  // What the controller finds as its first set-point is where the arm stands.
-  order_.joints = report_.joints;
-  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
-  order_.follow = true;
-  have_order_ = true;
-  following_ = start_pending_ = true;
-  start_pulsed_ = false;
-  streamed_ = hold_wanted_ = false;
-  started_ = setpoint_received_ = now();
-  order_.time_ms = static_cast<int>(started_ / millisecond % arm_.map.counter_wrap);
-  // A hold's pulse must be over before START's begins.
-  if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
-    loop().cancel(holding->second);
-    pulse_timers_.erase(holding);
-    reader_.write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
-  }
-  write_order();
-}
-
-void ArmNode::hold() {
-  stop_following();
-  hold_wanted_ = true;
-  hold_repeated_ = now();
-  pulse(arm_.map.hold_coil);
-}
-
-void ArmNode::hold_by_itself(const std::string& code, const std::string& text) {
-  event(event_t::WARNING, code, name_ + " is held: " + text);
-  hold();
-}
-
-void ArmNode::stop_following() {
-  following_ = start_pending_ = streamed_ = false;
-  order_.follow = false;
-}
-
-void ArmNode::pulse(int coil) {
-  // Whichever connection has nothing under way.
-  const auto write = [this](int which, bool on) {
-    ModbusClient& client =
-        !reader_.idle() && writer_.idle() && writer_.connected() ? writer_ : reader_;
-    client.write_coil(
-        which, on, [](const ModbusAnswer&) {}, ModbusClient::Urgency::first);
-  };
-  write(coil, true);
-  if (const auto lasting = pulse_timers_.find(coil); lasting != pulse_timers_.end()) {
-    loop().cancel(lasting->second);
-  }
-  pulse_timers_[coil] = loop().after(arm_.map.pulse, [this, write, coil] {
-    pulse_timers_.erase(coil);
-    write(coil, false);
-  });
-}
-
-void ArmNode::write_setpoint() {
-  if (!ready_ || !have_report_) return;
-  if (!have_order_) {
-    if (!state_.valid) return;
-    order_.joints =
-        report_.joints;  // nothing is followed yet, but let the register show no nonsense
-    order_.sequence = report_.setpoint_taken;
-    have_order_ = true;
-  }
-  if (following_ && streamed_ && now() > setpoint_expires_) {
-    hold_by_itself("setpoints-stale", "set-points stopped coming");
-  }
-  write_order();
-}
-
-void ArmNode::write_order() {
-  if (!writer_.connected()) return;
-  if (!writer_.idle()) {
-    ++writes_missed_;
-    return;
-  }
-  order_.heartbeat = (order_.heartbeat + 1) % arm_.map.counter_wrap;
-  writer_.write_registers(wire_.map().command.first, wire_.encode(order_),
-                          [this, follow = order_.follow](const ModbusAnswer& answer) {
-                            if (!answer.ok()) {
-                              ++writes_missed_;
-                              return;
-                            }
-                            ++statistics_.writes;
-                            // The controller may start once it knows where to.
-                            if (start_pending_ && !start_pulsed_ && follow) {
-                              start_pulsed_ = true;
-                              pulse(arm_.map.start_coil);
-                            }
-                          });
 }
 
 void ArmNode::show_statistics() {

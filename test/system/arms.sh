@@ -8,10 +8,15 @@ command -v mbpoll >/dev/null || fail "mbpoll is not installed"
 watch_machine
 
 expect 0 "$bin/berth" up --layout range --detach --out "$work/cell" --lcm-url "$url"
-sleep 3
 arm_port=$(awk '/^ *address:/ { sub(/.*:/, ""); print; exit }' "$(only_run "$work/cell")config/devices.yaml")
-mbpoll -m tcp -p "$arm_port" -a 1 -r 27 -c 6 -t 4:float -1 -q 127.0.0.1 |
-  awk '/^\[/ { print $2 }' >"$work/mbpoll.txt"
+# Until the simulated controller listens.
+for _ in $(seq 20); do
+  sleep 1
+  mbpoll -m tcp -p "$arm_port" -a 1 -r 27 -c 6 -t 4:float -1 -q 127.0.0.1 >"$work/polled.txt" 2>&1 && break
+done
+awk '/^\[/ { print $2 }' "$work/polled.txt" >"$work/mbpoll.txt"
+[ "$(wc -l <"$work/mbpoll.txt")" = 6 ] || fail "mbpoll: $(cat "$work/polled.txt")"
+sleep 2
 expect 0 "$bin/berth" stop
 "$bin/berth" log export --csv "$work/before" --channels ARM_STATE_REPLICA "$(only_run "$work/cell")" >/dev/null
 
