@@ -41,6 +41,7 @@ with open(sys.argv[1], "w", buffering=1) as late:
         if beyond > 20:
             print(int(time.time() * 1e6), f"{beyond:.0f}", file=late)
 PYTHON
+  disown
 }
 
 # was_late SINCE: how often since that utime, and by how much; nothing where it was not. Real time cannot be judged then.
