@@ -23,6 +23,7 @@ steps:
   - acquire: {gate: [3 m, 8 m]}
   - track: {settle: 3}
   - approach: {standoff: 3.2 m, speed: 50 mm/s}
+    timeout: 2 min
 criteria:
   - {name: it approached, measurement: relative_speed, statistic: peak, phase: approach, min: 20 mm/s}
   - {name: it kept to its path, measurement: achieved_position_error, statistic: peak, phase: approach, max: 20 mm}
