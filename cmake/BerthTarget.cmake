@@ -32,6 +32,11 @@ if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
   target_compile_options(berth_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
 endif()
 
+# In joined sources gcc takes a source for a header that others include, and minds hidden types in it.
+if(CMAKE_UNITY_BUILD)
+  target_compile_options(berth_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
+
 # berth_library(NAME SOURCES... [LINK...]): a static library of the house.
 function(berth_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
@@ -61,6 +66,8 @@ function(berth_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_precompile_headers(${name} REUSE_FROM berth_test_precompiled)
+  # Tests name their own helpers as they like.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(${name} PRIVATE berth_options berth_test_main ${ARG_LINK})
   add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   if(NOT ARG_TIMEOUT)

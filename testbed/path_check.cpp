@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "testbed/arm_name.h"
 
 namespace berth::testbed {
 namespace {
@@ -18,8 +19,6 @@ constexpr int most_halvings = 7;
 constexpr double manipulability_slope = 4;
 /// Bodies farther apart than this are far: m.
 constexpr double far = 0.5;
-
-std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
 /// Largest change of any rotary joint, rad: a linear axis has no other configuration.
 double largest_turn(const Cell& cell, const ArmPair& a, const ArmPair& b) {

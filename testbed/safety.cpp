@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "testbed/arm_name.h"
 
 namespace berth::testbed {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 std::string milliseconds(std::int64_t us) {
   return fixed(static_cast<double>(us) * 1e-3, 0) + " ms";
 }
-
-std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
 }  // namespace
 

@@ -3,20 +3,17 @@
 #include <nlohmann/json.hpp>
 
 #include "app/campaigns/report_sections.h"
+#include "logs/compare/json_number.h"
 
 namespace berth::campaigns {
 namespace {
 
 using nlohmann::ordered_json;
 
-/// JSON has no infinity: an end that too few trials leave open is null.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
 ordered_json estimated(const Estimated& e) {
-  return {
-      {"value", number(e.value)}, {"low", number(e.bounds.low)}, {"high", number(e.bounds.high)}};
+  return {{"value", logs::number_or_null(e.value)},
+          {"low", logs::number_or_null(e.bounds.low)},
+          {"high", logs::number_or_null(e.bounds.high)}};
 }
 
 ordered_json group_json(const ReportView& view, const Group& group) {

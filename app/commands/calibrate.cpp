@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 /// m/s that the strokes reach at least.
 constexpr double fast_speed = 0.2;
 
-struct Options {
+struct CalibrateOptions {
   CellOptions cell;
   int poses = 48;
   CalibrationPace pace;
@@ -44,7 +44,7 @@ struct Options {
 };
 
 /// The procedure that calibrates the cell asked for, as text.
-std::string choose(const Options& options) {
+std::string choose(const CalibrateOptions& options) {
   const RunRequest& request = options.cell.request;
   RunSetup setup = choose_setup(
       {request.config, request.layout, request.target, request.target_length}, nullptr);
@@ -91,7 +91,7 @@ std::string file_stamp(const std::string& made) {
   return stamp;
 }
 
-int solve(const Options& options, const std::vector<fs::path>& directories) {
+int solve(const CalibrateOptions& options, const std::vector<fs::path>& directories) {
   std::vector<RunFiles> runs;
   std::vector<fs::path> trackers = options.trackers;
   for (const fs::path& directory : directories) {
@@ -129,7 +129,7 @@ int solve(const Options& options, const std::vector<fs::path>& directories) {
   return exit_code::passed;
 }
 
-int run_and_solve(Options& options) {
+int run_and_solve(CalibrateOptions& options) {
   complete(options.cell);
   RunRequest& request = options.cell.request;
   if (!request.joins.empty()) {
@@ -162,7 +162,7 @@ int run_and_solve(Options& options) {
   return solve(options, {files.directory});
 }
 
-int check(const Options& options) {
+int check(const CalibrateOptions& options) {
   std::vector<std::vector<std::string>> lines = {
       {"run", "rests on", "samples", "median mm", "95 % mm", "median deg", "95 % deg", "time ms"}};
   for (const fs::path& run : options.check) {
@@ -186,7 +186,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "and\n"
       "clocks. Runs a procedure of poses chosen for what they tell, solves, and writes a dated\n"
       "calibration file with its covariance. See docs/calibration.md");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateOptions>();
   add_twin_options(*command, options->cell);
   add_cell_options(*command, options->cell);
   command->add_option("--poses", options->poses, "How many poses to measure at")

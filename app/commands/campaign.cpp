@@ -2,7 +2,6 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <memory>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
+#include "app/terminal/interruption.h"
 #include "common/core/error.h"
 
 namespace berth::commands {
@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace campaigns;
 
-struct Options {
+struct CampaignOptions {
   fs::path manifest;
   fs::path out;
   std::int64_t trials = 0;
@@ -41,25 +41,19 @@ struct Options {
   std::int64_t count = 1;
 };
 
-std::atomic<bool> interrupted = false;
-
-void watch_for_interruption() {
-  for (const int number : {SIGINT, SIGTERM}) signal(number, [](int) { interrupted = true; });
-}
-
-int jobs_of(const Options& options) {
+int jobs_of(const CampaignOptions& options) {
   if (options.jobs > 0) return options.jobs;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, int jobs) {
-  watch_for_interruption();
+  terminal::watch_for_interruption();
   CampaignProgress progress;
   RunnerOptions runner;
   runner.jobs = jobs;
   runner.make = [&campaign] { return make_experiment(campaign); };
   runner.tell = [&progress](const RunnerProgress& now) { progress.tell(now); };
-  runner.interrupted = [] { return interrupted.load(); };
+  runner.interrupted = terminal::interrupted;
   const RunnerCost cost = run_blocks(campaign, blocks, runner);
   progress.end();
   if (cost.trials > 0) note_cost(campaign, cost, jobs);
@@ -76,13 +70,13 @@ Summary conclude(const Campaign& campaign) {
 }
 
 int exit_code_of(const Summary& summary) {
-  if (interrupted) return exit_code::aborted;
+  if (terminal::interrupted()) return exit_code::aborted;
   if (!summary.complete()) return exit_code::error;
   return summary.broken.empty() ? exit_code::passed : exit_code::failed;
 }
 
-SlurmEnd run_cluster(const Campaign& campaign, const Options& options) {
-  watch_for_interruption();
+SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options) {
+  terminal::watch_for_interruption();
   SlurmRequest request;
   request.options = options.slurm;
   request.task_trials = options.task_trials;
@@ -90,11 +84,11 @@ SlurmEnd run_cluster(const Campaign& campaign, const Options& options) {
   request.run_here = [&campaign](const std::vector<Block>& blocks) {
     run_here(campaign, blocks, 1);
   };
-  request.interrupted = [] { return interrupted.load(); };
+  request.interrupted = terminal::interrupted;
   return run_on_slurm(campaign, request);
 }
 
-int run_campaign(const Options& options) {
+int run_campaign(const CampaignOptions& options) {
   const Manifest manifest = load_manifest(options.manifest);
   const fs::path out =
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
@@ -117,7 +111,7 @@ int run_campaign(const Options& options) {
   return exit_code_of(summary);
 }
 
-int run_block_numbers(const Options& options) {
+int run_block_numbers(const CampaignOptions& options) {
   const Campaign campaign = Campaign::open(options.directory);
   campaign.require_this_build();
   const auto all = campaign.blocks();
@@ -129,10 +123,10 @@ int run_block_numbers(const Options& options) {
   const auto last = first + std::min(options.count, std::int64_t{std::distance(first, all.end())});
   const RunnerCost cost = run_here(campaign, {first, last}, std::max(1, options.jobs));
   if (cost.trials > 0) std::printf("%s\n", text_of(cost).c_str());
-  return interrupted ? exit_code::aborted : exit_code::passed;
+  return terminal::interrupted() ? exit_code::aborted : exit_code::passed;
 }
 
-int run_trial_again(const Options& options) {
+int run_trial_again(const CampaignOptions& options) {
   const Campaign campaign = Campaign::open(options.directory);
   const std::int64_t last = campaign.manifest().total() - 1;
   if (options.number < 0 || options.number > last) {
@@ -150,11 +144,12 @@ int run_trial_again(const Options& options) {
   return result.passed() ? exit_code::passed : exit_code::failed;
 }
 
-void add_directory(CLI::App& verb, Options& options) {
+void add_directory(CLI::App& verb, CampaignOptions& options) {
   verb.add_option("directory", options.directory, "The campaign's directory")->required();
 }
 
-void add_verbs(CLI::App& campaign, const std::shared_ptr<Options>& options, int& exit_code) {
+void add_verbs(CLI::App& campaign, const std::shared_ptr<CampaignOptions>& options,
+               int& exit_code) {
   auto* trial = campaign.add_subcommand(
       "trial", "Run one trial again, alone, and keep its run directory or its scan");
   add_directory(*trial, *options);
@@ -200,7 +195,7 @@ void add_campaign(CLI::App& app, int& exit_code) {
       "Exit codes: 0 all trials have a result, 1 some crashed or ended in an error, 2 the input "
       "was\n"
       "at fault or results are missing, 3 interrupted (the same command goes on).");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CampaignOptions>();
   command->add_option("campaign", options->manifest, "Campaign, e.g. campaigns/acquisition.yaml");
   command->add_option("--trials", options->trials, "At each point, instead of the campaign's own")
       ->check(CLI::PositiveNumber);

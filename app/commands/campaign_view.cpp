@@ -16,7 +16,7 @@ namespace {
 
 using namespace campaigns;
 
-constexpr std::size_t most_listed = 10;
+constexpr std::size_t most_broken_listed = 10;
 constexpr std::int64_t most_points_shown = 60;
 
 double median(std::vector<double> values) {
@@ -97,10 +97,11 @@ void print_summary(const Campaign& campaign, const Summary& summary) {
   }
   if (!summary.broken.empty()) {
     std::printf("crashed or in error: trial");
-    for (std::size_t i = 0; i < std::min(most_listed, summary.broken.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(most_broken_listed, summary.broken.size()); ++i) {
       std::printf(" %lld", static_cast<long long>(summary.broken[i]));
     }
-    std::printf("%s\n", summary.broken.size() > most_listed ? " ... (all in summary.json)" : "");
+    std::printf("%s\n",
+                summary.broken.size() > most_broken_listed ? " ... (all in summary.json)" : "");
   }
   if (!summary.missing.empty()) {
     std::printf("missing: %zu blocks, from trial %lld on; the same command goes on\n",

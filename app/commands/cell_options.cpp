@@ -4,7 +4,6 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <thread>
@@ -16,6 +15,7 @@
 #include "app/hosts/twin_host.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/verdict.h"
+#include "app/terminal/interruption.h"
 #include "app/terminal/monitor.h"
 #include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
@@ -23,8 +23,6 @@
 
 namespace berth::commands {
 namespace {
-
-std::atomic<bool> interrupted = false;
 
 /// Until the console that was started with the run has said where it serves, or some seconds.
 void announce_console(const RunFiles& files, pid_t supervisor) {
@@ -115,7 +113,7 @@ void add_twin_options(CLI::App& command, CellOptions& options) {
 
 int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>& answers) {
   std::printf("twin %s\n", files.directory.c_str());
-  signal(SIGINT, [](int) { interrupted = true; });
+  terminal::watch_for_interruption();
   terminal::TerminalView view;
   const TwinResult result = run_twin(
       files,
@@ -123,7 +121,7 @@ int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>&
         view.take(channel, bytes);
         view.refresh();
       },
-      [] { return interrupted.load(); }, answers);
+      terminal::interrupted, answers);
   const int code = write_verdict(files, result.exit_code);
   view.clear_panel();
   terminal::show_verdict(files);

@@ -19,7 +19,7 @@ namespace berth::commands {
 namespace fs = std::filesystem;
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::vector<fs::path> paths;
   SetupChoice choice;
   std::string target_length;
@@ -54,7 +54,7 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
   return files;
 }
 
-procedures::CheckReport report_on(const fs::path& file, const Options& options) {
+procedures::CheckReport report_on(const fs::path& file, const CheckOptions& options) {
   try {
     const auto procedure = procedures::load_procedure(file, overrides_of(options.set));
     return procedures::check_procedure(procedure, choose_setup(options.choice, &procedure));
@@ -71,7 +71,7 @@ void print(const procedures::CheckReport& report) {
   }
 }
 
-int check(Options& options) {
+int check(CheckOptions& options) {
   if (options.schema) {
     std::fputs(procedures::json_schema().c_str(), stdout);
     return exit_code::passed;
@@ -112,7 +112,7 @@ void add_check(CLI::App& app, int& exit_code) {
       "Prove as much as can be of procedures before anything moves: names, units, reach, "
       "clearance,\n"
       "what the LIDAR sees and the criteria measure. Exit code 2 where there is an error.");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   command->add_option("procedure", options->paths, "Procedures, or directories of them");
   command->add_option("--layout", options->choice.layout,
                       "Layout of config/layouts instead of the procedure's own");

@@ -86,7 +86,7 @@ const std::map<std::string, Verb>& verbs() {
   return table;
 }
 
-struct Options {
+struct CommandOptions {
   std::vector<std::string> words;
   std::string reason;
   std::string name;
@@ -96,7 +96,7 @@ struct Options {
 };
 
 /// What a TAKE_CONTROL says.
-std::string control_words(const Options& options) {
+std::string control_words(const CommandOptions& options) {
   std::string words = options.over ? procedures::take_over_word : "";
   if (!options.hold_when_lost) return words;
   return words + (words.empty() ? "" : ", ") + procedures::hold_when_lost_word;
@@ -107,7 +107,7 @@ std::string control_words(const Options& options) {
 class Errand {
  public:
   Errand(const ActiveRun& run, const Verb& verb, procedure_command_t command,
-         const Options& options)
+         const CommandOptions& options)
       : files_(RunFiles::open(run.directory)),
         loop_(clock_offset_now()),
         bus_(run.url, loop_),
@@ -221,7 +221,7 @@ class Errand {
   std::string failure_;
 };
 
-int command(const Options& options) {
+int command(const CommandOptions& options) {
   std::vector<std::string> words = options.words;
   std::filesystem::path directory;
   if (verbs().count(words.front()) == 0) {
@@ -274,7 +274,7 @@ void add_command(CLI::App& app, int& exit_code) {
       "answer ID TEXT | speed '60 %' | lamps 'sun: 80 %, albedo: 10 %' | take | release.\n"
       "take keeps control, so that nobody else steers, until Ctrl-C, release, or the end.\n"
       "Exit code 0 when it was obeyed, 2 when not.");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CommandOptions>();
   sub->add_option("words", options->words,
                   "Run directory (the newest run when left out), and what is asked")
       ->required()

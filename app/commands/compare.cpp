@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct CompareOptions {
   std::vector<std::string> runs;
   bool list = false;
   bool json = false;
@@ -49,7 +49,7 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
               logs::json_of_beside(rows).c_str());
 }
 
-int compare(const Options& options) {
+int compare(const CompareOptions& options) {
   if (options.list) std::printf("%s", logs::describe_measurements().c_str());
   if (options.list && options.runs.empty()) return exit_code::passed;
   if (options.runs.empty()) {
@@ -73,7 +73,7 @@ int compare(const Options& options) {
 void add_compare(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "compare", "Compare estimates with ground truth and recompute the verdict, from a log alone");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   command->add_option("run", options->runs,
                       "Run directories, logs, names of runs in runs/, or 'last'");
   command->add_flag("--list", options->list, "List what can be measured, with units");

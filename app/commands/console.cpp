@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ConsoleOptions {
   std::vector<fs::path> runs;
   std::string url;
   console::ServingOptions serving;
@@ -41,7 +41,7 @@ struct Options {
   throw InputError(program.string() + ": " + std::strerror(errno));
 }
 
-std::optional<ActiveRun> active(const Options& options) {
+std::optional<ActiveRun> active(const ConsoleOptions& options) {
   if (!options.runs.empty()) return find_active_run(options.runs.front());
   if (options.url.empty()) return find_active_run();
   std::optional<ActiveRun> newest;
@@ -52,7 +52,7 @@ std::optional<ActiveRun> active(const Options& options) {
 }
 
 /// The page of what runs: of its own console, or of one that is started here.
-int look_at(const ActiveRun& run, const Options& options) {
+int look_at(const ActiveRun& run, const ConsoleOptions& options) {
   const auto address = console::console_address(run.directory);
   if (address && !options.serving.given()) {
     std::printf("console %s\n", address->c_str());
@@ -65,7 +65,7 @@ int look_at(const ActiveRun& run, const Options& options) {
   become(program_directory() / "berth-console", arguments);
 }
 
-int make_credentials(const Options& options) {
+int make_credentials(const ConsoleOptions& options) {
   std::vector<std::string> names{host_name(), "localhost", "127.0.0.1"};
   names.insert(names.end(), options.names.begin(), options.names.end());
   const auto made = console::make_credentials(options.credentials, names);
@@ -81,7 +81,7 @@ int make_credentials(const Options& options) {
   return exit_code::passed;
 }
 
-int serve(const Options& options) {
+int serve(const ConsoleOptions& options) {
   if (!options.credentials.empty()) return make_credentials(options);
   if (options.runs.size() < 2) {
     if (const auto run = active(options)) return look_at(*run, options);
@@ -105,7 +105,7 @@ void add_console(CLI::App& app, int& exit_code) {
       "The operator's page in a browser: of what runs now, or a recorded run, or two beside each\n"
       "other. Prints its address. From another host: ssh -L 8800:localhost:8800 HOST, or token\n"
       "and certificate");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConsoleOptions>();
   command
       ->add_option("run", options->runs,
                    "Run directory, or two to lay beside each other; what runs when left out")

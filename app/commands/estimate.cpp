@@ -46,7 +46,7 @@ constexpr const char* explanation =
     "Exit code, the first that holds: 2 a file or option was at fault, 1 the target was lost in a\n"
     "cloud, 4 a cloud was ambiguous, 0 all poses are ok.";
 
-struct Options {
+struct EstimateOptions {
   std::string target;
   double length = 0;
   std::vector<double> initial;
@@ -128,7 +128,7 @@ void doubt_length(double length, const CleanScan& scan, SingleScanResult& result
                          " m of the sensor: is its --length right?");
 }
 
-int estimate(const Options& options) {
+int estimate(const EstimateOptions& options) {
   const std::filesystem::path config =
       options.config.empty() ? shared_files() / "config" : options.config;
   const bool is_directory = std::filesystem::is_directory(config);
@@ -190,7 +190,7 @@ void add_estimate(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "estimate", "Estimate the pose of a target in point clouds of your own, as JSON");
   command->footer(explanation);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EstimateOptions>();
   command->add_option("cloud", options->clouds, "Cloud files")->required();
   command->add_option("--target", options->target, "PLY, STL or OBJ mesh, or radarsat2")
       ->required();

@@ -14,7 +14,7 @@
 namespace berth::commands {
 namespace {
 
-struct Options {
+struct KinematicsOptions {
   std::filesystem::path arm;
   std::vector<double> joints;
   std::vector<double> pose;
@@ -105,7 +105,7 @@ std::size_t show_inverse(const ArmKinematics& arm, const Pose& flange) {
   return count;
 }
 
-int kinematics(const Options& options) {
+int kinematics(const KinematicsOptions& options) {
   if (options.joints.empty() == options.pose.empty()) {
     throw InputError("expected either --joints or --pose");
   }
@@ -129,7 +129,7 @@ int kinematics(const Options& options) {
 void add_kinematics(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "kinematics", "An arm's flange for joints, or every way to reach a flange pose");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<KinematicsOptions>();
   command->add_option("arm", options->arm, "Arm file, as config/arms/m710ic_50.yaml")
       ->required()
       ->check(CLI::ExistingFile);

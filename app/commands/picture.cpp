@@ -18,7 +18,7 @@
 namespace berth::commands {
 namespace {
 
-struct Options {
+struct PictureOptions {
   std::filesystem::path run;
   double at_s = -1;
   std::filesystem::path out = "cell.svg";
@@ -46,7 +46,7 @@ void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<V
   }
 }
 
-int picture(const Options& options) {
+int picture(const PictureOptions& options) {
   const RunFiles files = RunFiles::open(options.run);
   const Target target = load_target(files.setup.target, files.setup.target_length);
   const Cell cell = load_cell(files.setup.layout_file(), target);
@@ -82,7 +82,7 @@ int picture(const Options& options) {
 
 void add_picture(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("picture", "Draw the cell at one time of a run, as SVG");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PictureOptions>();
   command->add_option("run", options->run, "Run directory")
       ->required()
       ->check(CLI::ExistingDirectory);

@@ -16,7 +16,7 @@
 namespace berth::commands {
 namespace {
 
-struct Options {
+struct ReestimateOptions {
   BatchRequest request;
   bool json = false;
   bool fail_on_worse = false;
@@ -58,7 +58,7 @@ nlohmann::ordered_json json_of(const BatchRun& run) {
   return json;
 }
 
-void print_json(const Batch& batch, const Options& options) {
+void print_json(const Batch& batch, const ReestimateOptions& options) {
   nlohmann::ordered_json json;
   json["config"] = options.request.changes.config.string();
   json["set"] = options.request.changes.set;
@@ -69,7 +69,7 @@ void print_json(const Batch& batch, const Options& options) {
   std::printf("%s\n", json.dump(2).c_str());
 }
 
-void print_text(const Batch& batch, const Options& options) {
+void print_text(const Batch& batch, const ReestimateOptions& options) {
   Reestimation all;
   for (const BatchRun& run : batch.runs) {
     if (!run.error.empty()) continue;
@@ -95,7 +95,7 @@ void print_text(const Batch& batch, const Options& options) {
   }
 }
 
-int reestimate(const Options& options) {
+int reestimate(const ReestimateOptions& options) {
   Batch batch;
   {
     Percent percent;
@@ -117,7 +117,7 @@ void add_reestimate(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "reestimate",
       "Run the estimator over recorded scans, with another configuration, and compare");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReestimateOptions>();
   BatchRequest& request = options->request;
   request.out = "reestimated";
   command->add_option("run", request.runs, "Run directories or logs")->required();

@@ -11,7 +11,7 @@
 namespace berth::commands {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   ReplayRequest request;
   std::string from;
   std::string to;
@@ -30,7 +30,7 @@ Utime time_of(const std::string& option, const std::string& text) {
   }
 }
 
-void complete(Options& options) {
+void complete(ReplayOptions& options) {
   ReplayRequest& request = options.request;
   request.player.from = time_of("--from", options.from);
   request.player.to = time_of("--to", options.to);
@@ -48,7 +48,7 @@ void complete(Options& options) {
 void add_replay(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "replay", "Play a log onto a bus, with keys to pause, step and seek in a terminal");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   ReplayRequest& request = options->request;
   command->add_option("run", request.run, "Run directory or log")->required();
   command->add_option("--lcm-url", request.url, "LCM URL of the bus to play onto");

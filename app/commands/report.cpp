@@ -15,12 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ReportOptions {
   std::vector<std::string> runs;
   fs::path html = "report.html";
 };
 
-int write(const Options& options) {
+int write(const ReportOptions& options) {
   std::vector<report::ReportedRun> runs;
   int worst = exit_code::passed;
   for (const std::string& run : options.runs) {
@@ -37,7 +37,7 @@ int write(const Options& options) {
 void add_report(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "report", "berth compare --html: a run, or several beside each other, as one HTML file");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   command
       ->add_option("run", options->runs, "Run directories, logs, names of runs in runs/, or 'last'")
       ->required();

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-struct Options {
+struct RunsOptions {
   fs::path directory = "runs";
   RunFilter filter;
   std::size_t limit = 0;
@@ -97,7 +97,7 @@ int verify(const std::vector<RunEntry>& runs) {
   return code;
 }
 
-int runs(const Options& options) {
+int runs(const RunsOptions& options) {
   // A run directory, or one that holds some.
   const bool one = fs::exists(options.directory / "run.yaml");
   const std::vector<RunEntry> all =
@@ -118,7 +118,7 @@ int runs(const Options& options) {
 
 void add_runs(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("runs", "List and find runs; check that they are unchanged");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunsOptions>();
   command->add_option("directory", options->directory, "Where the runs are, or one run")
       ->capture_default_str();
   command->add_option("--procedure", options->filter.procedure, "Only those of this procedure");

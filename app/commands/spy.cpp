@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct SpyOptions {
   std::string url;
   log::Paths types;
   std::vector<std::string> what;  ///< channels, or one log
@@ -90,7 +90,7 @@ void print(const SpyModel& model, Utime at, bool live, bool values) {
   }
 }
 
-int spy_log(const fs::path& path, const Options& options) {
+int spy_log(const fs::path& path, const SpyOptions& options) {
   const auto types = log::types_of(path, options.types);
   SpyModel model(types);
   const logs::ChannelPattern wanted(expression_of({options.what.begin() + 1, options.what.end()}));
@@ -125,7 +125,7 @@ void watch(Listener& listener, const SpyModel& model) {
   }
 }
 
-int spy(const Options& options) {
+int spy(const SpyOptions& options) {
   if (!options.what.empty() && fs::exists(options.what[0])) {
     return spy_log(log::log_of(options.what[0]), options);
   }
@@ -161,7 +161,7 @@ void add_spy(CLI::App& app, int& exit_code) {
       "Show what is on the bus: channels, types, rates, sizes, gaps, ages, values. Only listens.\n"
       "In a terminal: arrows or a number and Enter open a channel, q leaves. Elsewhere, or with\n"
       "--once: a table, then the end. With a log or run directory: its last messages");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SpyOptions>();
   command->add_option("what", options->what,
                       "Channels (regular expressions), all when left out; or a log, then channels");
   command->add_option("--lcm-url", options->url, "Bus; LCM_DEFAULT_URL when left out");

@@ -11,7 +11,7 @@
 namespace berth::console {
 namespace {
 
-constexpr Utime between_ticks = 20 * millisecond;
+constexpr Utime between_frames = 20 * millisecond;
 
 Answer answer_of(ReplaySource& replay, const Command& command, Utime wall) {
   try {
@@ -47,7 +47,7 @@ void serve_replay(const std::filesystem::path& run, const std::filesystem::path&
       server.answer(incoming.viewer, answer_of(replay, incoming.command, loop.now()));
     }
   });
-  loop.every(between_ticks, [&] { replay.run(loop.now()); });
+  loop.every(between_frames, [&] { replay.run(loop.now()); });
   std::printf("console %s\nCtrl-C ends it\n", server.url().c_str());
   std::fflush(stdout);
   loop.run();

@@ -3,18 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <tuple>
 
 #include "app/nights/run_values.h"
+#include "common/core/nan.h"
 #include "logs/measure/measurer.h"
 #include "logs/measure/paired.h"
 
 namespace berth::nights {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 using Quantity = std::tuple<std::string, std::string, std::string, std::string>;
 

@@ -6,12 +6,12 @@
 #include <limits>
 #include <numeric>
 
+#include "common/core/nan.h"
 #include "common/core/random.h"
 
 namespace berth::nights {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Student's t of so many degrees of freedom as a normal deviate (Wallace 1959, formula 2): makes

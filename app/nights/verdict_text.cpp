@@ -4,6 +4,7 @@
 
 #include "app/nights/verdict.h"
 #include "common/core/text.h"
+#include "logs/compare/json_number.h"
 #include "logs/compare/junit.h"
 
 namespace berth::nights {
@@ -57,10 +58,6 @@ std::string cases_table(const std::vector<CaseResult>& cases) {
                      c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-"});
   }
   return text_table(lines, 2);
-}
-
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
 
 }  // namespace
@@ -135,11 +132,11 @@ std::string json_of(const NightReport& report) {
                        {"measurement", c.measurement},
                        {"statistic", c.statistic},
                        {"unit", c.unit},
-                       {"before", number(c.before)},
-                       {"after", number(c.after)},
-                       {"difference_low", number(c.low)},
-                       {"difference_high", number(c.high)},
-                       {"chance", number(c.p)},
+                       {"before", logs::number_or_null(c.before)},
+                       {"after", logs::number_or_null(c.after)},
+                       {"difference_low", logs::number_or_null(c.low)},
+                       {"difference_high", logs::number_or_null(c.high)},
+                       {"chance", logs::number_or_null(c.p)},
                        {"runs", c.runs}});
   }
   ordered_json runs = ordered_json::array();

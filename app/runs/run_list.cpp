@@ -10,6 +10,7 @@
 #include "app/runs/manifest.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/nan.h"
 #include "logs/run/outcome.h"
 
 namespace berth {
@@ -17,8 +18,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using nlohmann::json;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Null where there is no such file, or it is no JSON.
 json read_json(const fs::path& file) {

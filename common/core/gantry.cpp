@@ -10,7 +10,7 @@
 namespace berth {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::array<const char*, 6> axis_names{"x", "y", "z", "w", "p", "r"};
 
 Quaterniond about(const Vector3d& axis, double angle) {

@@ -11,7 +11,7 @@
 namespace berth {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 /// Rounding must not put a joint beyond a limit on which it stands.
 constexpr double limit_tolerance = 1e-9;
 /// Below these an angle is not defined by the pose any more.

@@ -6,7 +6,7 @@
 namespace berth {
 namespace {
 
-constexpr int register_count = 1000;
+constexpr int plc_registers = 1000;
 constexpr int bit_count = 64;
 constexpr Utime cycle = 10 * millisecond;
 
@@ -19,7 +19,7 @@ SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Option
       loop_(loop),
       started_(loop.now()),
       changed_(std::move(changed)),
-      image_(register_count, bit_count, bit_count),
+      image_(plc_registers, bit_count, bit_count),
       server_(
           loop, wires, {address, map.unit, options.connections, options.idle_timeout}, image_,
           [this](ModbusTable, int, int) { before_read(); },

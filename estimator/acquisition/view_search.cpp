@@ -58,10 +58,10 @@ struct Columns {
 };
 
 /// Every view, turn and shift against a set of points.
-class Search {
+class Scoring {
  public:
-  Search(const TargetModel& model, const Vector3d& centroid, const std::vector<Vector3d>& shifts,
-         int turns)
+  Scoring(const TargetModel& model, const Vector3d& centroid, const std::vector<Vector3d>& shifts,
+          int turns)
       : model_(model), centroid_(centroid), shifts_(shifts), turns_(turns) {
     // From sensor axes to those of a viewer who looks along the line of sight.
     to_sight_ = Quaterniond::FromTwoVectors(centroid, Vector3d::UnitZ());
@@ -130,7 +130,7 @@ std::vector<Candidate> search_views(const TargetModel& model, const std::vector<
                                     const Vector3d& centroid, const std::vector<Vector3d>& shifts,
                                     const ViewSearchOptions& options) {
   if (points.empty()) return {};
-  const Search search(model, centroid, shifts, options.turns);
+  const Scoring search(model, centroid, shifts, options.turns);
   const std::vector<Vector3d> few = [&] {
     std::vector<Vector3d> result;
     const auto n = std::min(points.size(), static_cast<std::size_t>(options.first_points));

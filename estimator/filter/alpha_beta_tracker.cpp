@@ -7,8 +7,6 @@ namespace berth::estimator {
 
 namespace {
 
-double elapsed(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) * 1e-6; }
-
 /// Symmetric to the last bit.
 Matrix6d symmetric(const Matrix6d& m) { return 0.5 * (m + m.transpose()); }
 

@@ -8,8 +8,6 @@ namespace berth::estimator {
 
 namespace {
 
-double elapsed(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) * 1e-6; }
-
 /// Left Jacobian of SO(3): Exp(v + d) = Exp(J d) Exp(v) to first order.
 Matrix3d left_jacobian(const Vector3d& v) {
   const double angle = v.norm();

@@ -9,6 +9,11 @@
 
 namespace berth::estimator {
 
+/// Seconds between two times in us.
+inline double elapsed(std::int64_t from, std::int64_t to) {
+  return static_cast<double>(to - from) * 1e-6;
+}
+
 /// Keeps the target's pose between measurements (paper, section 4.5, Figure 4). Poses are
 /// T_sensor_model, velocities of the model's origin in the sensor frame, times in us.
 class TargetTracker {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/text.h"
+#include "logs/compare/json_number.h"
 
 namespace berth::logs {
 namespace {
@@ -81,10 +82,6 @@ BesideRow row_of_number(const Measurement& what, const std::string& phase,
   return row;
 }
 
-nlohmann::ordered_json number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 }  // namespace
 
 std::vector<BesideRow> lay_beside(const std::vector<const Measurer*>& runs) {
@@ -134,13 +131,13 @@ std::string json_of_beside(const std::vector<BesideRow>& rows) {
     auto values = nlohmann::ordered_json::array();
     auto paired = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < row.values.size(); ++i) {
-      values.push_back(number(row.values[i]));
+      values.push_back(number_or_null(row.values[i]));
       const auto& p = row.paired[i];
       paired.push_back(p ? nlohmann::ordered_json{{"pairs", p->pairs},
-                                                  {"difference", number(p->difference)},
-                                                  {"low", number(p->low)},
-                                                  {"high", number(p->high)},
-                                                  {"p_value", number(p->p_value)}}
+                                                  {"difference", number_or_null(p->difference)},
+                                                  {"low", number_or_null(p->low)},
+                                                  {"high", number_or_null(p->high)},
+                                                  {"p_value", number_or_null(p->p_value)}}
                          : nlohmann::ordered_json(nullptr));
     }
     list.push_back({{"phase", row.phase},

@@ -3,16 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "logs/compare/comparison.h"
+#include "logs/compare/json_number.h"
 
 namespace berth::logs {
 namespace {
 
 using nlohmann::ordered_json;
-
-/// JSON knows neither NaN nor infinity: null.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
 
 ordered_json json_of_criteria(const Comparison& comparison) {
   ordered_json list = ordered_json::array();
@@ -22,11 +18,11 @@ ordered_json json_of_criteria(const Comparison& comparison) {
                     {"measurement", c.measurement},
                     {"phase", c.phase},
                     {"unit", c.unit},
-                    {"value", number(c.value)},
-                    {"uncertainty", number(c.uncertainty)},
-                    {"min", number(c.lower_limit)},
-                    {"max", number(c.upper_limit)},
-                    {"margin", number(margin(c))},
+                    {"value", number_or_null(c.value)},
+                    {"uncertainty", number_or_null(c.uncertainty)},
+                    {"min", number_or_null(c.lower_limit)},
+                    {"max", number_or_null(c.upper_limit)},
+                    {"margin", number_or_null(margin(c))},
                     {"samples", c.samples},
                     {"result", text_of_result(c.result)},
                     {"reason", c.reason}});
@@ -42,25 +38,25 @@ ordered_json json_of_phases(const std::vector<PhaseTable>& phases) {
     ordered_json rows = ordered_json::object();
     for (const SeriesRow& row : phase.rows) {
       rows[row.measurement->name] = {
-          {"unit", row.measurement->unit}, {"samples", row.samples},
-          {"mean", number(row.mean)},      {"rms", number(row.rms)},
-          {"p50", number(row.p50)},        {"p90", number(row.p90)},
-          {"p95", number(row.p95)},        {"p99", number(row.p99)},
-          {"peak", number(row.peak)},      {"uncertainty", number(row.uncertainty)}};
+          {"unit", row.measurement->unit},    {"samples", row.samples},
+          {"mean", number_or_null(row.mean)}, {"rms", number_or_null(row.rms)},
+          {"p50", number_or_null(row.p50)},   {"p90", number_or_null(row.p90)},
+          {"p95", number_or_null(row.p95)},   {"p99", number_or_null(row.p99)},
+          {"peak", number_or_null(row.peak)}, {"uncertainty", number_or_null(row.uncertainty)}};
     }
     ordered_json numbers = ordered_json::object();
     for (const NumberRow& row : phase.numbers) {
       numbers[row.measurement->name] = {{"unit", row.measurement->unit},
                                         {"samples", row.samples},
-                                        {"value", number(row.value)},
-                                        {"uncertainty", number(row.uncertainty)},
+                                        {"value", number_or_null(row.value)},
+                                        {"uncertainty", number_or_null(row.uncertainty)},
                                         {"reason", row.reason}};
     }
     list.push_back({{"phase", phase.phase},
                     {"duration_s", phase.duration_s},
                     {"estimates", phase.estimates},
-                    {"update_rate_hz", number(phase.update_rate_hz)},
-                    {"tracking_share", number(phase.tracking_share)},
+                    {"update_rate_hz", number_or_null(phase.update_rate_hz)},
+                    {"tracking_share", number_or_null(phase.tracking_share)},
                     {"measurements", rows},
                     {"numbers", numbers}});
   }
@@ -105,8 +101,8 @@ ordered_json json_of_truth(const Comparison& comparison) {
     bases.push_back({{"basis", b.basis}, {"calibration_hash", b.calibration_hash}});
   }
   return {{"rests_on", bases},
-          {"position_sigma_m", number(comparison.truth_position_sigma)},
-          {"attitude_sigma_rad", number(comparison.truth_attitude_sigma)}};
+          {"position_sigma_m", number_or_null(comparison.truth_position_sigma)},
+          {"attitude_sigma_rad", number_or_null(comparison.truth_attitude_sigma)}};
 }
 
 const char* kind_of(Latency::Kind kind) {
@@ -119,15 +115,15 @@ ordered_json json_of_latencies(const std::vector<Latency>& latencies) {
   for (const Latency& l : latencies) {
     list.push_back({{"name", l.name},
                     {"kind", kind_of(l.kind)},
-                    {"value_s", number(l.value)},
-                    {"low_s", number(l.low)},
-                    {"high_s", number(l.high)},
+                    {"value_s", number_or_null(l.value)},
+                    {"low_s", number_or_null(l.low)},
+                    {"high_s", number_or_null(l.high)},
                     {"samples", l.samples},
                     {"remark", l.remark}});
     if (l.kind != Latency::Kind::delay) continue;
-    list.back()["sigma_information_s"] = number(l.sigma_information);
-    list.back()["sigma_bootstrap_s"] = number(l.sigma_bootstrap);
-    list.back()["sigma_truth_offset_s"] = number(l.sigma_offset);
+    list.back()["sigma_information_s"] = number_or_null(l.sigma_information);
+    list.back()["sigma_bootstrap_s"] = number_or_null(l.sigma_bootstrap);
+    list.back()["sigma_truth_offset_s"] = number_or_null(l.sigma_offset);
   }
   return list;
 }

@@ -17,7 +17,7 @@ void append_number(Number value, std::string& out) {
   out.append(text, end);
 }
 
-void append_text(std::string_view text, std::string& out) {
+void append_quoted(std::string_view text, std::string& out) {
   if (text.find_first_of(",\"\n\r") == std::string_view::npos) {
     out += text;
     return;
@@ -39,7 +39,7 @@ void append(const Value& value, std::string& out) {
         } else if constexpr (std::is_arithmetic_v<Type>) {
           append_number(v, out);
         } else if constexpr (std::is_same_v<Type, std::string_view>) {
-          append_text(v, out);
+          append_quoted(v, out);
         }
       },
       value.content);

@@ -8,21 +8,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const Json text = {{"type", "string"}};
-const Json number = {{"type", "number"}};
-const Json integer = {{"type", "integer"}};
+const Json a_text = {{"type", "string"}};
+const Json a_number = {{"type", "number"}};
+const Json an_integer = {{"type", "integer"}};
 
 Json object(const char* title, Json properties) {
   return {{"type", "object"}, {"title", title}, {"properties", std::move(properties)}};
 }
 
-Json time() { return object("time", {{"sec", integer}, {"nsec", integer}}); }
+Json time() { return object("time", {{"sec", an_integer}, {"nsec", an_integer}}); }
 
-Json vector() { return object("foxglove.Vector3", {{"x", number}, {"y", number}, {"z", number}}); }
+Json vector() {
+  return object("foxglove.Vector3", {{"x", a_number}, {"y", a_number}, {"z", a_number}});
+}
 
 Json quaternion() {
   return object("foxglove.Quaternion",
-                {{"x", number}, {"y", number}, {"z", number}, {"w", number}});
+                {{"x", a_number}, {"y", a_number}, {"z", a_number}, {"w", a_number}});
 }
 
 Json pose() {
@@ -33,14 +35,14 @@ Json pose() {
 
 std::string pose_in_frame_schema() {
   return object("foxglove.PoseInFrame",
-                {{"timestamp", time()}, {"frame_id", text}, {"pose", pose()}})
+                {{"timestamp", time()}, {"frame_id", a_text}, {"pose", pose()}})
       .dump();
 }
 
 std::string frame_transform_schema() {
   return object("foxglove.FrameTransform", {{"timestamp", time()},
-                                            {"parent_frame_id", text},
-                                            {"child_frame_id", text},
+                                            {"parent_frame_id", a_text},
+                                            {"child_frame_id", a_text},
                                             {"translation", vector()},
                                             {"rotation", quaternion()}})
       .dump();
@@ -48,12 +50,12 @@ std::string frame_transform_schema() {
 
 std::string point_cloud_schema() {
   const Json field = object("foxglove.PackedElementField",
-                            {{"name", text}, {"offset", integer}, {"type", integer}});
+                            {{"name", a_text}, {"offset", an_integer}, {"type", an_integer}});
   const Json data = {{"type", "string"}, {"contentEncoding", "base64"}};
   return object("foxglove.PointCloud", {{"timestamp", time()},
-                                        {"frame_id", text},
+                                        {"frame_id", a_text},
                                         {"pose", pose()},
-                                        {"point_stride", integer},
+                                        {"point_stride", an_integer},
                                         {"fields", {{"type", "array"}, {"items", field}}},
                                         {"data", data}})
       .dump();
@@ -61,11 +63,11 @@ std::string point_cloud_schema() {
 
 std::string log_schema() {
   return object("foxglove.Log", {{"timestamp", time()},
-                                 {"level", integer},
-                                 {"message", text},
-                                 {"name", text},
-                                 {"file", text},
-                                 {"line", integer}})
+                                 {"level", an_integer},
+                                 {"message", a_text},
+                                 {"name", a_text},
+                                 {"file", a_text},
+                                 {"line", an_integer}})
       .dump();
 }
 

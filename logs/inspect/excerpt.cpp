@@ -88,7 +88,7 @@ Utime time_in_log(const std::filesystem::path& log, const std::string& text, boo
   LogSummary summary;
   if (!text.empty() && text.find_first_not_of("0123456789.-+") != 0) {
     const std::string quantity = is_number(text) ? text + " s" : text;
-    return first_time(log) + utime_from_seconds(parse_quantity(quantity, Dimension::time));
+    return first_time(log) + utime_from_seconds(parse_quantity(quantity, berth::Dimension::time));
   }
   const RunRecord record = read_run(log, summary);
   if (const auto phase = record.phase(text)) return end ? phase->end() : phase->start();

@@ -11,12 +11,12 @@
 namespace berth::logs {
 namespace {
 
-using Channels = std::set<std::string, std::less<>>;
+using ChannelNames = std::set<std::string, std::less<>>;
 
 /// The channels that carry a type we know.
-Channels known_channels(const std::filesystem::path& log, const TypeCatalogue& types) {
+ChannelNames known_channels(const std::filesystem::path& log, const TypeCatalogue& types) {
   LogReader reader(log);
-  Channels known;
+  ChannelNames known;
   LogEvent event;
   while (reader.next(event)) {
     if (types.type_of(event.data) != nullptr && !known.contains(event.channel)) {
@@ -27,7 +27,7 @@ Channels known_channels(const std::filesystem::path& log, const TypeCatalogue& t
 }
 
 /// As the inspection judges it: what it would not call sound is left out.
-bool is_good(const LogEvent& event, const TypeCatalogue& types, const Channels& known) {
+bool is_good(const LogEvent& event, const TypeCatalogue& types, const ChannelNames& known) {
   if (event.data.size() < 8) return false;
   const StructType* type = types.type_of(event.data);
   return type != nullptr ? is_message(*type, event.data) : !known.contains(event.channel);
@@ -38,7 +38,7 @@ bool is_good(const LogEvent& event, const TypeCatalogue& types, const Channels& 
 Repair repair(const std::filesystem::path& in, const std::filesystem::path& out,
               const TypeCatalogue& types) {
   constexpr std::int64_t most_findings = 100;
-  const Channels known = known_channels(in, types);
+  const ChannelNames known = known_channels(in, types);
   LogReader reader(in);
   DerivedLog log(out);
   Repair result;

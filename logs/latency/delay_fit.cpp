@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/nan.h"
 #include "logs/measure/bootstrap.h"
 
 namespace berth::logs {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int rounds = 6;              // of weights, scale and a new linearisation
 constexpr double huber = 1.5;          // standard deviations from which a sample weighs less

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/nan.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 Series surface_range(const Measurer& measurer, const Phase& phase) {
   Series series;
@@ -49,7 +48,7 @@ Series docking_offset(const Measurer& measurer, const Phase& phase) {
 }
 
 /// Between the interface's axis, which should look at the sensor, and the boresight.
-Value axis_angle(const TruthSample& truth, const Pose& docking) {
+Uncertain axis_angle(const TruthSample& truth, const Pose& docking) {
   const Vector3d axis = truth.pose.rotation * docking.rotation * Vector3d::UnitZ();
   const Vector3d wanted = -Vector3d::UnitZ();
   const Vector3d turn = wanted.cross(axis);
@@ -90,29 +89,31 @@ Contact closest(const Measurer& measurer, const Phase& phase) {
   return contact;
 }
 
-using OfContact = Value (*)(const Contact&, const Pose& docking);
+using OfContact = Uncertain (*)(const Contact&, const Pose& docking);
 
 template <OfContact value>
 Measured at_contact(const Measurer& measurer, const Phase& phase) {
   if (!measurer.docking()) return {nan, 0, 0, "the target has no docking interface"};
   const Contact contact = closest(measurer, phase);
   if (contact.truth == nullptr) return {nan, 0, 0, "there is no ground truth"};
-  const Value v = value(contact, *measurer.docking());
+  const Uncertain v = value(contact, *measurer.docking());
   return {v.value, v.truth_sigma, 1, ""};
 }
 
-Value contact_range(const Contact& c, const Pose&) {
+Uncertain contact_range(const Contact& c, const Pose&) {
   return length_of(c.truth->pose.position + c.lever,
                    point_covariance(c.truth->covariance, c.lever));
 }
 
-Value contact_offset(const Contact& c, const Pose&) {
+Uncertain contact_offset(const Contact& c, const Pose&) {
   const Matrix3d across = Vector3d(1, 1, 0).asDiagonal();
   return length_of(across * (c.truth->pose.position + c.lever),
                    across * point_covariance(c.truth->covariance, c.lever) * across);
 }
 
-Value contact_angle(const Contact& c, const Pose& docking) { return axis_angle(*c.truth, docking); }
+Uncertain contact_angle(const Contact& c, const Pose& docking) {
+  return axis_angle(*c.truth, docking);
+}
 
 }  // namespace
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<Utime> good_times(const Measurer& measurer, const Phase& phase) {
   std::vector<Utime> times;

@@ -2,21 +2,19 @@
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "common/core/text.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// Normalised estimation error squared, against the estimate's and truth's covariance together.
 /// NaN when they are not positive definite. Where truth's part of their sum is the share s, an
 /// estimate's covariance that is wrong by a factor shows only in the rest: truth's covariance,
 /// known to half of itself at best, leaves 6 s / 2 in doubt.
-Value nees(const ComparedEstimate& c) {
+Uncertain nees(const ComparedEstimate& c) {
   const Matrix6d sum = c.estimate.covariance + c.truth.covariance;
   const Eigen::LLT<Matrix6d> factor(sum);
   if (!sum.allFinite() || factor.info() != Eigen::Success) return {nan, 0};
@@ -68,7 +66,7 @@ enum class Wrong { no, perhaps, yes };
 
 Wrong part_is_wrong(const Vector3d& error, const Matrix3d& own, const Matrix3d& truth,
                     double counts) {
-  const Value size = length_of(error, truth);
+  const Uncertain size = length_of(error, truth);
   const Eigen::LLT<Matrix3d> factor(own + truth);
   if (factor.info() != Eigen::Success) return size.value > counts ? Wrong::yes : Wrong::no;
   const double sigmas = factor.matrixL().solve(error).norm();

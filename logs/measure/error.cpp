@@ -14,46 +14,46 @@ Matrix3d attitude_covariance(const ComparedEstimate& c) {
   return c.truth.covariance.bottomRightCorner<3, 3>();
 }
 
-Value position_error(const ComparedEstimate& c) {
+Uncertain position_error(const ComparedEstimate& c) {
   return length_of(c.error.head<3>(), position_covariance(c));
 }
 
-Value attitude_error(const ComparedEstimate& c) {
+Uncertain attitude_error(const ComparedEstimate& c) {
   return length_of(c.error.tail<3>(), attitude_covariance(c));
 }
 
-Value relative_position_error(const ComparedEstimate& c) {
-  const Value error = position_error(c);
+Uncertain relative_position_error(const ComparedEstimate& c) {
+  const Uncertain error = position_error(c);
   const double range = c.truth.pose.position.norm();
   return {error.value / range, error.truth_sigma / range};
 }
 
 template <int axis>
-Value axis_error(const ComparedEstimate& c) {
+Uncertain axis_error(const ComparedEstimate& c) {
   return {c.error(axis), std::sqrt(std::max(0.0, c.truth.covariance(axis, axis)))};
 }
 
-Value range_error(const ComparedEstimate& c) {
+Uncertain range_error(const ComparedEstimate& c) {
   const Vector3d& truth = c.truth.pose.position;
   return {c.estimate.pose.position.norm() - truth.norm(),
           sigma_along(position_covariance(c), truth)};
 }
 
-Value bearing_error(const ComparedEstimate& c) {
+Uncertain bearing_error(const ComparedEstimate& c) {
   const Vector3d& truth = c.truth.pose.position;
   const Vector3d& estimate = c.estimate.pose.position;
   const double range = truth.norm();
   const Vector3d sight = truth / range;
   const Matrix3d across = Matrix3d::Identity() - sight * sight.transpose();
-  const Value aside = length_of(across * estimate, across * position_covariance(c) * across);
+  const Uncertain aside = length_of(across * estimate, across * position_covariance(c) * across);
   return {std::atan2(truth.cross(estimate).norm(), truth.dot(estimate)), aside.truth_sigma / range};
 }
 
-Value measured_position_error(const ComparedEstimate& c) {
+Uncertain measured_position_error(const ComparedEstimate& c) {
   return length_of(c.estimate.measured.position - c.truth.pose.position, position_covariance(c));
 }
 
-Value measured_attitude_error(const ComparedEstimate& c) {
+Uncertain measured_attitude_error(const ComparedEstimate& c) {
   return length_of(difference(c.truth.pose, c.estimate.measured).tail<3>(), attitude_covariance(c));
 }
 

@@ -19,7 +19,7 @@ std::optional<Utime> dead_time(const RunRecord& record) {
   return std::nullopt;
 }
 
-using OfDifference = Value (*)(const Vector6d&, const Matrix6d&);
+using OfDifference = Uncertain (*)(const Vector6d&, const Matrix6d&);
 
 /// True pose against the one that was commanded a dead time before.
 template <OfDifference value>
@@ -38,7 +38,7 @@ Series following(const Measurer& measurer, const Phase& phase) {
       ++series.without_truth;
       continue;
     }
-    const Value v = value(difference(commanded.pose, truth->pose), truth->covariance);
+    const Uncertain v = value(difference(commanded.pose, truth->pose), truth->covariance);
     series.utime.push_back(at);
     series.value.push_back(v.value);
     series.truth_sigma.push_back(v.truth_sigma);
@@ -46,10 +46,10 @@ Series following(const Measurer& measurer, const Phase& phase) {
   return series;
 }
 
-Value position(const Vector6d& away, const Matrix6d& covariance) {
+Uncertain position(const Vector6d& away, const Matrix6d& covariance) {
   return length_of(away.head<3>(), covariance.topLeftCorner<3, 3>());
 }
-Value attitude(const Vector6d& away, const Matrix6d& covariance) {
+Uncertain attitude(const Vector6d& away, const Matrix6d& covariance) {
   return length_of(away.tail<3>(), covariance.bottomRightCorner<3, 3>());
 }
 

@@ -61,7 +61,7 @@ Measured measured(const Mount& mount, double value, double sigma) {
 template <int first>
 Measured size(const Measurer& measurer, const Phase& phase) {
   const Mount mount = mount_of(measurer, phase);
-  const Value v =
+  const Uncertain v =
       length_of(mount.offset.segment<3>(first), mount.covariance.block<3, 3>(first, first));
   return measured(mount, v.value, v.truth_sigma);
 }

@@ -2,14 +2,13 @@
 #include "logs/measure/safety.h"
 
 #include <algorithm>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// Slower than this the replica stands: truth's own noise is of this size.
 constexpr double still_m_s = 2e-3;
 constexpr double still_rad_s = 2e-3;

@@ -4,11 +4,11 @@
 namespace berth::logs {
 namespace {
 
-Value returns(const ComparedEstimate& c) {
+Uncertain returns(const ComparedEstimate& c) {
   return {static_cast<double>(c.estimate.returns_used), 0};
 }
 
-Value residual(const ComparedEstimate& c) { return {c.estimate.residual_rms_m, 0}; }
+Uncertain residual(const ComparedEstimate& c) { return {c.estimate.residual_rms_m, 0}; }
 
 }  // namespace
 

@@ -41,7 +41,7 @@ Series estimate_series(OfEstimate value, const Measurer& measurer, const Phase& 
   Series series;
   for (const ComparedEstimate& c : measurer.compared()) {
     if (!phase.contains(c.estimate.utime)) continue;
-    const Value v = value(c);
+    const Uncertain v = value(c);
     if (!std::isfinite(v.value)) continue;
     series.utime.push_back(c.estimate.utime);
     series.value.push_back(v.value);
@@ -53,8 +53,8 @@ Series estimate_series(OfEstimate value, const Measurer& measurer, const Phase& 
   return series;
 }
 
-Series truth_series(const std::function<Value(const TruthSample&)>& value, const Measurer& measurer,
-                    const Phase& phase) {
+Series truth_series(const std::function<Uncertain(const TruthSample&)>& value,
+                    const Measurer& measurer, const Phase& phase) {
   Series series;
   const auto& samples = measurer.record().truth().samples();
   for (const Phase::Stretch& stretch : phase.stretches) {
@@ -66,7 +66,7 @@ Series truth_series(const std::function<Value(const TruthSample&)>& value, const
       const bool last = after == samples.end() || after->utime > stretch.end;
       if (sample->utime / truth_period == slot && !last) continue;
       slot = sample->utime / truth_period;
-      const Value v = value(*sample);
+      const Uncertain v = value(*sample);
       series.utime.push_back(sample->utime);
       series.value.push_back(v.value);
       series.truth_sigma.push_back(v.truth_sigma);

@@ -8,15 +8,15 @@
 
 namespace berth::logs {
 
-using OfEstimate = Value (*)(const ComparedEstimate&);
+using OfEstimate = Uncertain (*)(const ComparedEstimate&);
 
 /// Of every good estimate in the phase that truth brackets; values that are not finite are left
 /// out.
 Series estimate_series(OfEstimate value, const Measurer& measurer, const Phase& phase);
 
 /// Of truth itself: the first sample in each tenth of a second, and the last of each stretch.
-Series truth_series(const std::function<Value(const TruthSample&)>& value, const Measurer& measurer,
-                    const Phase& phase);
+Series truth_series(const std::function<Uncertain(const TruthSample&)>& value,
+                    const Measurer& measurer, const Phase& phase);
 
 /// A family of measurements in the making.
 class Family {

@@ -26,7 +26,7 @@ const ComparedEstimate* last_in(const Phase::Stretch& stretch, const Measurer& m
   return last;
 }
 
-using OfStep = Value (*)(const Step&);
+using OfStep = Uncertain (*)(const Step&);
 
 /// One sample for every two neighbouring stretches that both hold a good estimate.
 Series step_series(OfStep value, const Measurer& measurer, const Phase& phase) {
@@ -35,7 +35,7 @@ Series step_series(OfStep value, const Measurer& measurer, const Phase& phase) {
   for (const Phase::Stretch& stretch : phase.stretches) {
     const ComparedEstimate* last = last_in(stretch, measurer);
     if (before != nullptr && last != nullptr) {
-      const Value v = value({*before, *last});
+      const Uncertain v = value({*before, *last});
       series.utime.push_back(last->estimate.utime);
       series.value.push_back(v.value);
       series.truth_sigma.push_back(v.truth_sigma);
@@ -47,15 +47,15 @@ Series step_series(OfStep value, const Measurer& measurer, const Phase& phase) {
 }
 
 template <int axis>
-Value estimated(const Step& step) {
+Uncertain estimated(const Step& step) {
   return {step.estimated()(axis), 0};
 }
 
-Value position_error(const Step& step) {
+Uncertain position_error(const Step& step) {
   return length_of(step.error().head<3>(), step.truth_covariance().topLeftCorner<3, 3>());
 }
 
-Value attitude_error(const Step& step) {
+Uncertain attitude_error(const Step& step) {
   return length_of(step.error().tail<3>(), step.truth_covariance().bottomRightCorner<3, 3>());
 }
 

@@ -12,7 +12,7 @@ double sigma_along(const Matrix3d& covariance, const Vector3d& direction) {
   return std::sqrt(std::max(0.0, direction.dot(covariance * direction))) / length;
 }
 
-Value length_of(const Vector3d& vector, const Matrix3d& covariance) {
+Uncertain length_of(const Vector3d& vector, const Matrix3d& covariance) {
   const double length = vector.norm();
   const double spread = std::sqrt(length * length + std::max(0.0, covariance.trace())) - length;
   return {length, std::max(sigma_along(covariance, vector), spread)};

@@ -6,7 +6,7 @@
 namespace berth::logs {
 
 /// A value and what truth's own uncertainty makes of it, 1 sigma.
-struct Value {
+struct Uncertain {
   double value;
   double truth_sigma;
 };
@@ -18,7 +18,7 @@ double sigma_along(const Matrix3d& covariance, const Vector3d& direction);
 /// Length of a vector. To first order its uncertainty is that along it; near zero the vector that
 /// is really there may point anywhere, so that it is never less than what the whole covariance adds
 /// to the length in the mean: sqrt(|v|^2 + tr C) - |v|.
-Value length_of(const Vector3d& vector, const Matrix3d& covariance);
+Uncertain length_of(const Vector3d& vector, const Matrix3d& covariance);
 
 /// Covariance of a point that moves with a pose, from the pose's covariance (left perturbation) and
 /// the lever from the pose's origin to the point, outer frame.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "logs/measure/series.h"
 #include "logs/measure/truth_velocity.h"
 
@@ -18,18 +18,18 @@ Vector6d velocity_difference(const ComparedEstimate& c) {
   return vector_of(c.estimate.velocity) - vector_of(c.truth.velocity);
 }
 
-Value velocity_error(const ComparedEstimate& c) {
+Uncertain velocity_error(const ComparedEstimate& c) {
   return length_of(velocity_difference(c).head<3>(),
                    c.truth_velocity_covariance.topLeftCorner<3, 3>());
 }
 
-Value angular_velocity_error(const ComparedEstimate& c) {
+Uncertain angular_velocity_error(const ComparedEstimate& c) {
   return length_of(velocity_difference(c).tail<3>(),
                    c.truth_velocity_covariance.bottomRightCorner<3, 3>());
 }
 
 template <int axis>
-Value axis_error(const ComparedEstimate& c) {
+Uncertain axis_error(const ComparedEstimate& c) {
   return {velocity_difference(c)(axis), std::sqrt(c.truth_velocity_covariance(axis, axis))};
 }
 
@@ -49,7 +49,6 @@ Measured gain(const Measurer& measurer, const Phase& phase) {
     truth_variance += c.truth_velocity_covariance(axis, axis);
     ++samples;
   }
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   if (samples < 3) return {nan, 0, samples, "fewer than three estimates"};
   if (square == 0 || square <= 9 * truth_variance) {
     return {nan, 0, samples, "the target does not move enough along this axis to tell"};

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "logs/report/axis.h"
 #include "logs/report/sections.h"
 
 namespace berth::report {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // Chi-square with 6 degrees of freedom: 2.5 % and 97.5 % quantiles (Abramowitz & Stegun, 26.8).
 constexpr double chi_square_low = 1.2373;

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "logs/report/sections.h"
 
 namespace berth::report {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// One coordinate of poses over time. A jump of an angle past 180 degrees breaks the line.
 class Coordinate {

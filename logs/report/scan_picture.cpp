@@ -8,13 +8,13 @@
 #include <limits>
 
 #include "common/core/beam_model.h"
+#include "common/core/nan.h"
 #include "logs/report/axis.h"
 #include "logs/report/view_angles.h"
 
 namespace berth::report {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Colours of residuals, from far in front of the surface to far beyond it.

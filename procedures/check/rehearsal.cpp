@@ -22,7 +22,7 @@ constexpr double nothing_near = 10.0;
 /// Joints that turn farther have no limit worth a word, rad.
 constexpr double endless = radians(3600.0);
 /// Places of a motion at which clearance is looked at for the list.
-constexpr int looks = 40;
+constexpr int looks_on_a_path = 40;
 
 /// How long a step takes that does not move the arms, and what is assumed of it.
 struct Course {
@@ -137,7 +137,7 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
   look_around(now_.joints, forecast);
   const double start = now_.time;
   const int count = std::max(1, static_cast<int>(std::ceil(motion.duration() / spacing)));
-  const int between_looks = std::max(1, count / looks);
+  const int between_looks = std::max(1, count / looks_on_a_path);
   for (int i = 1; i <= count; ++i) {
     const double t = motion.duration() * i / count;
     const auto joints = motion.at(t, now_.joints, nullptr);

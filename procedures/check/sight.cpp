@@ -15,7 +15,7 @@ constexpr int most_points = 3000;
 /// Places of a step at which the sensor looks.
 constexpr std::size_t looks = 8;
 /// An acquisition that sees less of the replica may fail; so little is worth a word while tracking.
-constexpr double enough = 0.5;
+constexpr double share_to_see = 0.5;
 
 /// Even over each triangle, the more the larger it is, and at least one.
 std::vector<Vector3d> cover(const Mesh& mesh) {
@@ -136,7 +136,7 @@ std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
       worst = sight;
       when = moments[k].time - forecast.start;
     }
-    if (worst.share >= enough) continue;
+    if (worst.share >= share_to_see) continue;
     Finding finding;
     finding.severity = worst.share <= 0     ? Severity::error
                        : acquire != nullptr ? Severity::warning

@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "common/core/nan.h"
 #include "common/core/text.h"
 #include "procedures/engine/live.h"
 
 namespace berth::procedures {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double deg = radians(1.0);
 constexpr double mm = 1e-3;
 

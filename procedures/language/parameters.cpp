@@ -135,7 +135,7 @@ void refuse_other_values(const std::map<std::string, Parameter>& parameters,
 bool starts_with(const std::string& line, const char* start) { return line.rfind(start, 0) == 0; }
 
 /// "${name}", ${name}, "$<name>" or $<name>
-const std::regex& reference() {
+const std::regex& reference_pattern() {
   static const std::regex pattern(R"((["']?)\$(?:\{([^}]*)\}|<(\w+)>)\1)");
   return pattern;
 }
@@ -196,7 +196,7 @@ Filled apply_parameters(const std::string& text, const std::string& file,
     std::string rest = lines[i].substr(0, comment_at);
     std::string content;
     std::smatch match;
-    while (std::regex_search(rest, match, reference())) {
+    while (std::regex_search(rest, match, reference_pattern())) {
       const std::string name = match[2].matched ? match[2] : match[3];
       const std::string quote = match[1];
       content += match.prefix();

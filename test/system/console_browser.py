@@ -90,6 +90,15 @@ class Viewer:
                 time.sleep(0.1)
             assert time.monotonic() < end, f"{selector} has no effect: {self.text('#notice')}"
 
+    def abort(self, reason):
+        """Until it is obeyed: on a busy machine control may lapse between the dialog and its answer."""
+        def obeyed():
+            if self.is_open("#reason-dialog"):
+                self.script("document.querySelector('#reason-text').value = arguments[0]", reason)
+                self.click("#reason-send")
+            return self.data("#running", "procedureState") != "running"
+        self.use("#abort", obeyed)
+
     def is_open(self, dialog):
         return self.script("return document.querySelector(arguments[0]).open", dialog)
 
@@ -203,9 +212,7 @@ def drive(cell):
     assert "lose it" in second.say_yes()
     second.until("control", lambda: second.body("control") == "mine", 10)
     operator.until("control lost", lambda: operator.body("control") == "other", 10)
-    second.use("#abort", lambda: second.is_open("#reason-dialog"))
-    second.script("document.querySelector('#reason-text').value = 'enough seen'")
-    second.click("#reason-send")
+    second.abort("enough seen")
     for viewer in (second, operator):
         viewer.until_procedure("finished", 90)
         assert viewer.data("#running", "outcome") == "aborted", viewer.data("#running", "outcome")

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ExportOptions {
   fs::path csv;
   fs::path clouds;
   fs::path mcap;
@@ -24,7 +24,8 @@ struct Options {
   std::string channels;
 };
 
-void export_csv(const fs::path& log, const Options& options, const logs::TypeCatalogue& types) {
+void export_csv(const fs::path& log, const ExportOptions& options,
+                const logs::TypeCatalogue& types) {
   const logs::ChannelPattern channels(options.channels);
   std::vector<std::string> left_out;
   const auto files = logs::export_csv(
@@ -42,7 +43,7 @@ void export_csv(const fs::path& log, const Options& options, const logs::TypeCat
   }
 }
 
-void export_clouds(const fs::path& log, const Options& options) {
+void export_clouds(const fs::path& log, const ExportOptions& options) {
   const auto format = options.format == "ply" ? logs::CloudFormat::ply : logs::CloudFormat::pcd;
   const auto result = logs::export_clouds(log, options.clouds, format);
   std::printf("%s: %" PRId64 " scans, %" PRId64 " points; %" PRId64
@@ -55,7 +56,8 @@ void export_clouds(const fs::path& log, const Options& options) {
   }
 }
 
-void export_mcap(const fs::path& log, const Options& options, const logs::TypeCatalogue& types) {
+void export_mcap(const fs::path& log, const ExportOptions& options,
+                 const logs::TypeCatalogue& types) {
   const logs::ChannelPattern channels(options.channels);
   const auto result = logs::export_mcap(log, options.mcap, types,
                                         [&](std::string_view c) { return channels.matches(c); });
@@ -69,7 +71,7 @@ void export_mcap(const fs::path& log, const Options& options, const logs::TypeCa
   }
 }
 
-int run(const fs::path& log, const Options& options, const Paths& given) {
+int run(const fs::path& log, const ExportOptions& options, const Paths& given) {
   if (options.csv.empty() && options.clouds.empty() && options.mcap.empty()) {
     throw InputError("export: expected --csv, --clouds or --mcap");
   }
@@ -86,7 +88,7 @@ void add_export(CLI::App& log, int& exit_code) {
   auto* command = log.add_subcommand(
       "export", "Write a log for other programs: tables, point clouds, MCAP. Never overwrites");
   auto file = add_log_argument(*command);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   command->add_option("--csv", options->csv,
                       "Directory: a CSV file for each channel, units in the header");
   command->add_option("--clouds", options->clouds,

@@ -23,9 +23,9 @@ double attitude_sigma(const Matrix6d& c) { return root(c.bottomRightCorner<3, 3>
 
 Json error_json(const logs::ComparedEstimate& compared) {
   const Matrix6d& truth = compared.truth.covariance;
-  const logs::Value position =
+  const logs::Uncertain position =
       logs::length_of(compared.error.head<3>(), truth.topLeftCorner<3, 3>());
-  const logs::Value attitude =
+  const logs::Uncertain attitude =
       logs::length_of(compared.error.tail<3>(), truth.bottomRightCorner<3, 3>());
   return {{"position_m", rounded(position.value, 1e-6)},
           {"attitude_rad", rounded(attitude.value, 1e-7)},

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace berth::terminal {
+
+/// From now on Ctrl-C (SIGINT) and SIGTERM do not end the process but are remembered.
+void watch_for_interruption();
+/// One of them came. Any thread.
+bool interrupted();
+
+}  // namespace berth::terminal

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+
+namespace berth {
+
+/// What was not measured, or does not apply.
+inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace berth
