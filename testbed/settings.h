@@ -5,14 +5,14 @@
 #include <map>
 #include <string>
 
-#include "testbed/clearance.h"
-#include "testbed/estimate_watch.h"
-#include "testbed/following_watch.h"
-#include "testbed/ground_truth.h"
-#include "testbed/guidance.h"
+#include "testbed/guidance/guidance.h"
 #include "testbed/guidance/profile.h"
-#include "testbed/path_check.h"
-#include "testbed/safety.h"
+#include "testbed/motion/clearance.h"
+#include "testbed/motion/path_check.h"
+#include "testbed/safety/estimate_watch.h"
+#include "testbed/safety/following_watch.h"
+#include "testbed/safety/safety.h"
+#include "testbed/truth/ground_truth.h"
 
 namespace berth::testbed {
 

@@ -17,7 +17,7 @@
 #include "estimator/node/estimator_node.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_writer.h"
-#include "testbed/testbed_node.h"
+#include "testbed/node/testbed_node.h"
 
 namespace berth {
 namespace {

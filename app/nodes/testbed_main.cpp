@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/hosts/process_host.h"
-#include "testbed/testbed_node.h"
+#include "testbed/node/testbed_node.h"
 
 int main(int argc, char* argv[]) {
   using namespace berth;

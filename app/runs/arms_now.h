@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "testbed/arm_pair.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth {
 

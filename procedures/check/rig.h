@@ -6,7 +6,7 @@
 #include "common/core/run_setup.h"
 #include "estimator/estimator_options.h"
 #include "testbed/calibration/calibrated_cell.h"
-#include "testbed/command_planner.h"
+#include "testbed/node/command_planner.h"
 
 namespace berth::procedures {
 

@@ -12,8 +12,8 @@
 #include "drivers/lidar/lidar_node.h"
 #include "estimator/node/estimator_node.h"
 #include "lcmtypes/channels.h"
+#include "testbed/node/testbed_node.h"
 #include "testbed/pose_fields.h"
-#include "testbed/testbed_node.h"
 
 namespace berth::drills {
 namespace {

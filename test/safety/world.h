@@ -20,7 +20,7 @@
 #include "common/bus/node.h"
 #include "common/bus/simulation.h"
 #include "drivers/simulated/simulated_cell.h"
-#include "testbed/clearance.h"
+#include "testbed/motion/clearance.h"
 
 namespace berth::drills {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "testbed/motion_planner.h"
+#include "testbed/motion/motion_planner.h"
 #include "testbed/settings.h"
 
 namespace berth::testbed {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/command_planner.h"
+#include "testbed/node/command_planner.h"
 
 #include <cstdio>
 

@@ -19,8 +19,8 @@
 #include "common/bus/simulation.h"
 #include "common/core/random.h"
 #include "lcmtypes/channels.h"
+#include "testbed/node/testbed_node.h"
 #include "testbed/pose_fields.h"
-#include "testbed/testbed_node.h"
 
 namespace berth {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/following_watch.h"
+#include "testbed/safety/following_watch.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/ground_truth.h"
+#include "testbed/truth/ground_truth.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

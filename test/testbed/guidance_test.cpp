@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/guidance.h"
+#include "testbed/guidance/guidance.h"
 
 #include "common/core/target.h"
 #include "test/catch.h"

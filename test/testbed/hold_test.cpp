@@ -7,7 +7,7 @@
 #include "drivers/simulated/simulated_robot.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
-#include "testbed/motion_profile.h"
+#include "testbed/motion/motion_profile.h"
 
 namespace berth::testbed {
 namespace {

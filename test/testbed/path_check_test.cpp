@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/path_check.h"
+#include "testbed/motion/path_check.h"
 
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
-#include "testbed/target_boxes.h"
+#include "testbed/motion/target_boxes.h"
 
 namespace berth::testbed {
 namespace {

@@ -3,7 +3,7 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
-#include "testbed/trail.h"
+#include "testbed/motion/trail.h"
 #include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/turns.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/safety.h"
+#include "testbed/safety/safety.h"
 
 #include "common/bus/loop.h"
 #include "common/core/lease.h"
 #include "test/catch.h"
-#include "testbed/estimate_watch.h"
-#include "testbed/report_watch.h"
-#include "testbed/stopping.h"
+#include "testbed/safety/estimate_watch.h"
+#include "testbed/safety/report_watch.h"
+#include "testbed/safety/stopping.h"
 
 namespace berth::testbed {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/testbed_node.h"
+#include "testbed/node/testbed_node.h"
 
 #include "test/catch.h"
 #include "test/testbed/fake_cell.h"

@@ -8,7 +8,7 @@
 
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "testbed/ground_truth.h"
+#include "testbed/truth/ground_truth.h"
 
 namespace berth::testbed {
 namespace {

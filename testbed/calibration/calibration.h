@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "testbed/arm_pair.h"
 #include "testbed/calibration/parameters.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "testbed/arm_pair.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 

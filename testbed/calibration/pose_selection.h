@@ -5,7 +5,7 @@
 
 #include "common/core/lidar_profile.h"
 #include "testbed/calibration/calibration.h"
-#include "testbed/motion_planner.h"
+#include "testbed/motion/motion_planner.h"
 
 namespace berth::testbed {
 

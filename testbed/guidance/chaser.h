@@ -3,7 +3,7 @@
 
 #include "testbed/guidance/clohessy_wiltshire.h"
 #include "testbed/guidance/profile.h"
-#include "testbed/relative_path.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <variant>
 
-#include "testbed/guidance.h"
 #include "testbed/guidance/approach_axis.h"
 #include "testbed/guidance/chaser.h"
+#include "testbed/guidance/guidance.h"
 #include "testbed/guidance/target_filter.h"
 
 namespace berth::testbed {

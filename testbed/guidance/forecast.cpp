@@ -9,7 +9,7 @@
 namespace berth::testbed {
 namespace {
 
-constexpr std::int64_t step = 33333;           // us
+constexpr std::int64_t forecast_step = 33333;  // us
 constexpr std::int64_t scan_period = 1000000;  // us
 /// us from the time of an estimate to its arrival: half a scan and computing.
 constexpr std::int64_t latency = 700000;
@@ -48,16 +48,16 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
   // the same error, fixed to the target, goes on as the first estimate had it
   const Pose seen_as = flight.first_sight();
   const double keep_until = (motion ? motion->duration() : 0) + keep_on;
-  const double dt = 1e-6 * static_cast<double>(step);
+  const double dt = 1e-6 * static_cast<double>(forecast_step);
   std::vector<Pose> poses{twin.commanded()};
-  for (std::int64_t t = step;; t += step) {
+  for (std::int64_t t = forecast_step;; t += forecast_step) {
     const double time = 1e-6 * static_cast<double>(t);
     if (time > longest) return "it would not arrive within " + fixed(longest / 60, 0) + " min";
-    if (t % scan_period < step && t > latency + dead_time) {
-      const auto shown = static_cast<std::size_t>((t - latency - dead_time) / step);
+    if (t % scan_period < forecast_step && t > latency + dead_time) {
+      const auto shown = static_cast<std::size_t>((t - latency - dead_time) / forecast_step);
       Estimate estimate;
       // the pose there is the one commanded at a whole step
-      estimate.utime = now + static_cast<std::int64_t>(shown) * step + dead_time;
+      estimate.utime = now + static_cast<std::int64_t>(shown) * forecast_step + dead_time;
       estimate.pose = poses[shown] * seen_as;
       estimate.usable = true;
       twin.on_estimate(estimate);

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "testbed/relative_path.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
 

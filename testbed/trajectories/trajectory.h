@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "testbed/motion_profile.h"
-#include "testbed/relative_path.h"
+#include "testbed/motion/motion_profile.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
 

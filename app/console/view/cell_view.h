@@ -10,7 +10,7 @@
 #include "app/console/view/scene.h"
 #include "app/console/view/sink.h"
 #include "app/console/view/traffic.h"
-#include "testbed/clearance.h"
+#include "testbed/motion/clearance.h"
 
 namespace berth::console {
 

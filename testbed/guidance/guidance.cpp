@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/guidance/guidance.h"
+
+#include <algorithm>
+
+#include "common/core/text.h"
+
+namespace berth::testbed {
+namespace {
+
+/// How long commanded poses are remembered, us.
+constexpr std::int64_t commanded_history = 20000000;
+
+void slew(Eigen::Ref<Vector3d> value, const Vector3d& to, double most) {
+  const Vector3d change = to - value;
+  const double length = change.norm();
+  value += length <= most ? change : Vector3d(change * (most / length));
+}
+
+}  // namespace
+
+double Guidance::initial_angle() const { return rotation_vector(bias_rotation_).norm(); }
+
+double Guidance::surface_distance(const Pose& pose) const {
+  const Vector3d sensor = pose.inverse().position;  // in the model frame
+  return (target_.nearest(sensor) - sensor).norm();
+}
+
+Pose Guidance::reference(double travelled) const {
+  Pose pose = wanted_start_;
+  pose.position += travelled * direction_;
+  return pose;
+}
+
+double Guidance::distance_to_go(const Pose& pose) const {
+  if (docking_) return (pose * docking_->point - docking_->place).norm();
+  return surface_distance(pose) - standoff_;
+}
+
+/// The commanded pose at which the estimate is expected to be as wanted.
+Pose Guidance::uncorrected(const Pose& wanted) const {
+  const Quaterniond bias = rotation_from_vector(bias_.tail<3>()) * bias_rotation_;
+  return {wanted.position - bias_.head<3>(), (bias.conjugate() * wanted.rotation).normalized()};
+}
+
+void Guidance::note_commanded(std::int64_t now, const Pose& commanded) {
+  history_.emplace_back(now, commanded);
+  while (history_.size() > 2 && history_[1].first < now - commanded_history) history_.pop_front();
+}
+
+std::optional<Pose> Guidance::commanded_at(std::int64_t t) const {
+  if (history_.empty() || t < history_.front().first) return std::nullopt;
+  if (t >= history_.back().first) return history_.back().second;
+  const auto after =
+      std::upper_bound(history_.begin(), history_.end(), t,
+                       [](std::int64_t time, const auto& entry) { return time < entry.first; });
+  const auto before = after - 1;
+  const double s =
+      static_cast<double>(t - before->first) / static_cast<double>(after->first - before->first);
+  return interpolate(before->second, after->second, s);
+}
+
+void Guidance::note_target_moved(const Pose& moved) {
+  for (auto& [time, pose] : history_) pose = pose * moved;
+}
+
+std::optional<std::int64_t> Guidance::estimate_age(std::int64_t now) const {
+  if (!estimate_) return std::nullopt;
+  return now - estimate_->utime;
+}
+
+std::string Guidance::unusable(std::int64_t now) const {
+  if (!estimate_) return "there is no estimate";
+  if (!estimate_->usable) return "the estimate is " + estimate_->status;
+  const std::int64_t age = now - estimate_->utime;
+  if (age > settings_.stale_after) {
+    return "the estimate is " + fixed(static_cast<double>(age) * 1e-6, 1) + " s old";
+  }
+  return "";
+}
+
+std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& commanded) {
+  const std::string reason = unusable(now);
+  if (!reason.empty()) return reason;
+  const Pose before = commanded_at(estimate_->utime - settings_.dead_time).value_or(commanded);
+  bias_.setZero();
+  bias_.head<3>() = estimate_->pose.position - before.position;
+  bias_rotation_ = estimate_->attitude_known
+                       ? (estimate_->pose.rotation * before.rotation.conjugate()).normalized()
+                       : Quaterniond::Identity();
+  if (initial_distance() > settings_.correction_limit(estimate_->pose)) {
+    return "the estimate is " + fixed(1e3 * initial_distance(), 0) +
+           " mm away from where the arms were told to be, limit " +
+           fixed(1e3 * settings_.correction_limit(estimate_->pose), 0) + " mm";
+  }
+  filtered_ = bias_;
+  // what is wanted begins where the command is, seen as the estimate sees it
+  wanted_start_ = {commanded.position + bias_.head<3>(),
+                   (bias_rotation_ * commanded.rotation).normalized()};
+  time_ = 0;
+  holding_since_ = arrived_ = 0;
+  disbelief_.clear();
+  held_ = false;
+  good_in_a_row_ = settings_.good_estimates;
+  scale_.stop();
+  active_ = true;
+  return std::nullopt;
+}
+
+std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& commanded,
+                                              double standoff, const RelativeLimits& limits,
+                                              const std::optional<Docking>& docking) {
+  active_ = false;
+  if (auto reason = begin(now, commanded)) return reason;
+  active_ = false;
+  docking_ = docking;
+  direction_ = -Vector3d::UnitZ();
+  standoff_ = standoff;
+  keeping_ = false;
+  const auto set_off = [&](double length) {
+    travel_ = SmoothTravel(length, limits.speed, limits.acceleration,
+                           4 * limits.acceleration / limits.rise_time);
+    active_ = true;
+    return std::nullopt;
+  };
+  if (docking_) {
+    const Vector3d way = docking_->place - wanted_start_ * docking_->point;
+    if (way.norm() > 0) direction_ = way.normalized();
+    return set_off(way.norm());
+  }
+  if (surface_distance(wanted_start_) < standoff - settings_.settle_tolerance) {
+    return "the nearest surface is at " + fixed(surface_distance(wanted_start_), 3) +
+           " m already, nearer than the standoff of " + fixed(standoff, 3) + " m";
+  }
+  double low = 0;
+  double high = std::max(0.0, wanted_start_.position.z());
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (surface_distance(reference(middle)) > standoff ? low : high) = middle;
+  }
+  return set_off(low);
+}
+
+std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commanded,
+                                          const Pose& wanted, const RelativeLimits& limits) {
+  active_ = false;
+  if (auto reason = begin(now, commanded)) return reason;
+  active_ = false;
+  const Vector6d away = difference(wanted_start_, wanted);
+  if (away.head<3>().norm() > settings_.largest_correction ||
+      away.tail<3>().norm() > settings_.largest_angular_correction) {
+    return "the estimate is " + fixed(1e3 * away.head<3>().norm(), 0) + " mm and " +
+           fixed(degrees(away.tail<3>().norm()), 1) +
+           " deg away from the pose to keep; move there first";
+  }
+  // the difference is worked off as a correction is
+  wanted_start_ = wanted;
+  filtered_.head<3>() = bias_.head<3>();
+  bias_.head<3>() += away.head<3>();
+  bias_.tail<3>() = away.tail<3>();
+  filtered_.tail<3>().setZero();
+  travel_ = SmoothTravel(0, limits.speed, limits.acceleration, limits.acceleration);
+  docking_.reset();
+  keeping_ = true;
+  active_ = true;
+  return std::nullopt;
+}
+
+void Guidance::on_estimate(const Estimate& estimate) {
+  if (estimate_ && estimate.utime < estimate_->utime) return;
+  estimate_ = estimate;
+  good_in_a_row_ = estimate.usable ? good_in_a_row_ + 1 : 0;
+  if (active_ && estimate.usable) correct(estimate);
+}
+
+void Guidance::correct(const Estimate& estimate) {
+  const auto before = commanded_at(estimate.utime - settings_.dead_time);
+  if (!before) return;
+  Vector6d bias;
+  bias.head<3>() = estimate.pose.position - before->position;
+  bias.tail<3>() = estimate.attitude_known
+                       ? rotation_vector(estimate.pose.rotation * before->rotation.conjugate() *
+                                         bias_rotation_.conjugate())
+                       : Vector3d(filtered_.tail<3>());
+  if (bias.head<3>().norm() > settings_.correction_limit(estimate.pose) ||
+      bias.tail<3>().norm() > settings_.largest_angular_correction) {
+    disbelief_ = "the estimate is " + fixed(1e3 * bias.head<3>().norm(), 0) + " mm and " +
+                 fixed(degrees(bias.tail<3>().norm()), 1) +
+                 " deg away from where the arms were told to be";
+    good_in_a_row_ = 0;
+    return;
+  }
+  disbelief_.clear();
+  filtered_ += settings_.gain * (bias - filtered_);
+}
+
+void Guidance::set_held(bool held) {
+  if (held_ && !held) holding_since_ = 0;
+  held_ = held;
+}
+
+void Guidance::stop() {
+  active_ = held_ = false;
+  scale_.stop();
+}
+
+double Guidance::progress() const {
+  return travel_.length() > 0 ? travel_.position(time_) / travel_.length() : 0.0;
+}
+
+double Guidance::remaining() const { return std::max(0.0, travel_.duration() - time_); }
+
+GuidanceReport Guidance::report() const {
+  using Does = GuidanceReport::Phase;
+  GuidanceReport report;
+  report.law = "kinematic";
+  if (!active_) return report;
+  const Pose expected = reference(travel_.position(time_));
+  report.phase = !reason_.empty() ? Does::holding
+                 : keeping_       ? Does::station_keeping
+                                  : Does::approaching;
+  report.reason = reason_;
+  report.range = keeping_ ? surface_distance(expected) : distance_to_go(expected) + standoff_;
+  report.wanted_closing_speed = travel_.speed(time_);
+  report.closing_speed = scale_.rate() * report.wanted_closing_speed;
+  report.misalignment = (filtered_ - bias_).tail<3>().norm();
+  report.orbit_time = time_;
+  return report;
+}
+
+Guidance::Output Guidance::step(std::int64_t now, double dt) {
+  Output output;
+  std::string reason = unusable(now);
+  if (reason.empty()) reason = disbelief_;
+  if (reason.empty() && holding_since_ != 0 && good_in_a_row_ < settings_.good_estimates) {
+    reason = "waiting for " + std::to_string(settings_.good_estimates) + " good estimates";
+  }
+  if (reason.empty()) {
+    holding_since_ = 0;
+  } else if (holding_since_ == 0) {
+    holding_since_ = now;
+  }
+  reason_ = reason;
+  scale_.set_target(reason.empty() && !held_ ? override_ : 0);
+  time_ += scale_.advance(dt);
+  if (reason.empty() && !held_) {
+    slew(bias_.head<3>(), filtered_.head<3>(), settings_.correction_speed * dt);
+    slew(bias_.tail<3>(), filtered_.tail<3>(), settings_.correction_angular_speed * dt);
+  }
+  output.commanded = uncorrected(reference(travel_.position(time_)));
+  output.progress = progress();
+  note_commanded(now, output.commanded);
+
+  if (!reason.empty()) {
+    const bool too_long = now - holding_since_ > settings_.give_up_after;
+    output.phase = too_long ? Phase::gave_up : Phase::holding;
+    output.reason = reason;
+    return output;
+  }
+  if (keeping_ || time_ < travel_.duration()) return output;
+  if (arrived_ == 0) arrived_ = now;
+  output.phase = Phase::settling;
+  const bool seen = estimate_->utime - settings_.dead_time >= arrived_;
+  const double error = distance_to_go(estimate_->pose);
+  const bool settled = seen && std::abs(error) <= settings_.settle_tolerance;
+  if (!settled && now - arrived_ <= settings_.settle_for) return output;
+  output.phase = Phase::done;
+  if (!settled) {
+    output.reason = "the estimate is still " + fixed(1e3 * error, 0) + " mm from the standoff";
+  }
+  return output;
+}
+
+}  // namespace berth::testbed

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "testbed/motion/arm_pair.h"
+
+namespace berth::testbed {
+
+enum class FrozenArm { none, replica, sensor };
+
+/// How a relative motion is divided. Twelve joints serve six degrees of freedom: the sensor arm
+/// takes a share of the travel along and across the home line of sight, the replica arm the rest;
+/// where in the cell both do so together is free, and how the line of sight is turned.
+struct Sharing {
+  double travel = 0.5;                ///< of the change of range, by the sensor arm
+  double lateral = 0;                 ///< of the sideways change, by the sensor arm
+  Vector3d shift = Vector3d::Zero();  ///< m, of both arms together, cell frame: at the end
+  Vector3d bulge = Vector3d::Zero();  ///< m, the same half way, besides
+  Vector3d turn = Vector3d::Zero();   ///< rad, of both about the middle between them: at the end
+};
+
+/// Turns relative poses T_sensor_model into joints of both arms, for one motion: it begins at the
+/// joints where the motion starts and glides over to the sharing chosen as the motion progresses.
+class ArmAllocation {
+ public:
+  ArmAllocation(const Cell& cell, const Sharing& sharing, FrozenArm frozen, const ArmPair& start);
+
+  /// progress: 0 at the start of the motion, 1 at its end. near: the joints just before; the branch
+  /// nearest to them is taken. Nothing when one arm cannot; reason then names arm and cause.
+  std::optional<ArmPair> joints(const Pose& relative, double progress, const ArmPair& near,
+                                std::string* reason) const;
+
+ private:
+  Pose nominal_sensor(const Pose& relative, double progress) const;
+
+  const Cell* cell_;
+  Sharing sharing_;
+  FrozenArm frozen_;
+  ArmPair start_;
+  Pose start_sensor_;   // T_cell_sensor
+  Pose start_replica_;  // T_cell_model
+  Pose home_sensor_;
+  Vector3d middle_;  // between sensor and replica at home, cell frame
+  Pose home_relative_;
+  Vector6d correction_ = Vector6d::Zero();  // from the nominal sensor pose to the one at the start
+};
+
+/// The inverse solution nearest to the given joints, whole turns counted.
+std::optional<Joints> nearest_solution(const ArmKinematics& arm, const Pose& flange,
+                                       const Joints& near, std::string* reason);
+
+}  // namespace berth::testbed

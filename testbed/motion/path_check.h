@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "testbed/motion/clearance.h"
+#include "testbed/motion/path_rates.h"
+
+namespace berth::testbed {
+
+/// A motion of both arms over its own time, from rest to rest.
+class ArmMotion {
+ public:
+  virtual ~ArmMotion() = default;
+  /// s.
+  virtual double duration() const = 0;
+  /// Joints t seconds after the start; near: the joints just before. Nothing when an arm cannot.
+  virtual std::optional<ArmPair> at(double t, const ArmPair& near, std::string* reason) const = 0;
+};
+
+struct PathLimits {
+  RateLimits rates;
+  double manipulability = 0.02;    ///< least; 0 at a singularity
+  double largest_step = 0.2;       ///< rad that no joint leaps: more is a change of branch
+  double sample_time = 0.1;        ///< s
+  double clearance_step = 0.03;    ///< m, of slack that one look at an instant asks for
+  double clearance_blind = 0.005;  ///< m that bodies may approach each other unseen between looks
+};
+
+/// Why a motion must not start.
+struct Refusal {
+  std::string text;         ///< where, when and which limit
+  double time = 0;          ///< s after the start
+  double passing_rate = 0;  ///< of the speed asked for, at which it would pass; 0: at none
+};
+
+/// Looks at a whole motion before it starts: joints with the coupled one, singularities, changes of
+/// branch, clearance between all bodies, keep-outs among them, and what motors would have to do,
+/// also to hold anywhere. Nothing starts that cannot finish, or that cannot stop on its path.
+class PathCheck {
+ public:
+  PathCheck(const Cell& cell, const PathLimits& limits, Clearance& clearance)
+      : cell_(cell), limits_(limits), clearance_(clearance) {}
+
+  /// Nothing when the motion is good.
+  std::optional<Refusal> check(const ArmMotion& motion, const ArmPair& start) const;
+  /// The same for one instant, without speed: for steering that is not known beforehand.
+  std::optional<std::string> check(const ArmPair& joints) const;
+
+  const PathLimits& limits() const { return limits_; }
+
+ private:
+  using Path = std::vector<PathSample>;
+
+  std::optional<Refusal> sample(const ArmMotion& motion, const ArmPair& start, Path& path) const;
+  std::optional<Refusal> sample_to(const ArmMotion& motion, double t, int halvings,
+                                   Path& path) const;
+  std::optional<Refusal> check_singularities(const Path& path) const;
+  std::optional<Refusal> check_clearance(const Path& path) const;
+  /// Between two samples, of which the first one has so much to spare, m.
+  std::optional<Refusal> check_between(const PathSample& a, const PathSample& b,
+                                       double& spare) const;
+  std::optional<Refusal> look(const PathSample& sample, double& spare) const;
+  std::string place(double t, const ArmPair& joints) const;
+  std::optional<std::string> check_joints(const ArmPair& joints) const;
+  std::optional<std::string> check_singularity(const ArmPair& joints, double& value) const;
+
+  const Cell& cell_;
+  PathLimits limits_;
+  Clearance& clearance_;
+};
+
+}  // namespace berth::testbed

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/motion/trail.h"
+
+#include <algorithm>
+
+namespace berth::testbed {
+namespace {
+
+/// Of the trail, in m of relative travel.
+constexpr double spacing = 0.002;
+/// m of relative travel that a radian counts for.
+constexpr double lever = 1.5;
+/// us that commands are remembered.
+constexpr std::int64_t history_length = 2000000;
+
+}  // namespace
+
+double Trail::travel_between(const ArmPair& a, const ArmPair& b) const {
+  const Pose from = cell_.relative_pose(a.replica, a.sensor);
+  const Pose to = cell_.relative_pose(b.replica, b.sensor);
+  return std::max({distance(from, to), lever * angle_between(from, to), 1e-6});
+}
+
+void Trail::begin(const ArmPair& start) {
+  points_ = {start};
+  lengths_.clear();
+}
+
+void Trail::add(const ArmPair& joints) {
+  const double length = travel_between(points_.back(), joints);
+  if (length < spacing) return;
+  points_.push_back(joints);
+  lengths_.push_back(length);
+}
+
+void Trail::clear() {
+  points_.clear();
+  lengths_.clear();
+}
+
+std::shared_ptr<const ArmMotion> Trail::way_back(const ArmPair& from,
+                                                 const RelativeLimits& limits) const {
+  std::vector<ArmPair> points(points_.rbegin(), points_.rend());
+  std::vector<double> lengths(lengths_.rbegin(), lengths_.rend());
+  if (largest_change(from, points.front()) > 1e-6) {
+    lengths.insert(lengths.begin(), travel_between(from, points.front()));
+    points.insert(points.begin(), from);
+  }
+  return std::make_shared<const RecordedMotion>(std::move(points), lengths, limits.speed,
+                                                limits.acceleration,
+                                                4 * limits.acceleration / limits.rise_time);
+}
+
+void CommandHistory::add(std::int64_t t, const ArmPair& joints) {
+  entries_.emplace_back(t, joints);
+  while (entries_.front().first < t - history_length) entries_.pop_front();
+}
+
+std::optional<ArmPair> CommandHistory::at(std::int64_t t) const {
+  if (entries_.empty()) return std::nullopt;
+  const auto after =
+      std::lower_bound(entries_.begin(), entries_.end(), t,
+                       [](const auto& entry, std::int64_t time) { return entry.first < time; });
+  if (after == entries_.end()) return entries_.back().second;
+  if (after == entries_.begin()) return after->second;
+  const auto before = std::prev(after);
+  const double s =
+      static_cast<double>(t - before->first) / static_cast<double>(after->first - before->first);
+  return blend(before->second, after->second, s);
+}
+
+}  // namespace berth::testbed

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/node/command_planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/text.h"
+#include "testbed/guidance/forecast.h"
+#include "testbed/guidance/outside.h"
+
+namespace berth::testbed {
+namespace {
+
+/// Nothing when position and quaternion do not make a pose.
+std::optional<Pose> pose_of(const double* position, const double* q_wxyz) {
+  const Pose pose{Vector3d(position[0], position[1], position[2]),
+                  Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3])};
+  const double norm = pose.rotation.norm();
+  if (!pose.position.allFinite() || !(std::abs(norm - 1) < 1e-3)) return std::nullopt;
+  return Pose{pose.position, pose.rotation.normalized()};
+}
+
+/// The same relative pose seen as a path that never comes to its end: what is steered, not planned.
+class HeldPath final : public RelativePath {
+ public:
+  explicit HeldPath(const Pose& pose) : pose_(pose) {}
+  double duration() const override { return 0; }
+  Point at(double) const override { return {pose_, 0}; }
+
+ private:
+  Pose pose_;
+};
+
+/// Waypoints that make a path from `start`, or why they do not. what: for messages.
+std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
+    const std::vector<waypoint_t>& list, const Pose& start, const std::string& what,
+    const std::string& beginning) {
+  std::vector<WaypointPath::Waypoint> waypoints;
+  for (const waypoint_t& waypoint : list) {
+    const auto pose = pose_of(waypoint.position_m, waypoint.q_wxyz);
+    const std::string name = "waypoint " + std::to_string(waypoints.size() + 1);
+    if (!pose) return name + " is not a pose";
+    if (waypoints.empty() && waypoint.time_s > 0) waypoints.push_back({0, start});
+    if (!(waypoint.time_s >= 0) ||
+        (!waypoints.empty() && waypoint.time_s <= waypoints.back().time)) {
+      return name + " is not later than the one before";
+    }
+    if (waypoints.empty()) {
+      constexpr double near_m = 0.005;
+      constexpr double near_rad = 0.01;
+      if (distance(start, *pose) > near_m || angle_between(start, *pose) > near_rad) {
+        return what + " begins " + fixed(1e3 * distance(start, *pose), 0) + " mm and " +
+               fixed(degrees(angle_between(start, *pose)), 1) + " deg away from " + beginning;
+      }
+      waypoints.push_back({0, start});
+    } else {
+      waypoints.push_back({waypoint.time_s, *pose});
+    }
+  }
+  if (waypoints.size() < 2) return what + " needs a waypoint with a time above 0";
+  return std::make_shared<const WaypointPath>(std::move(waypoints));
+}
+
+/// The same command at a part of its speed, which is rounded down to what a person would type.
+testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits, double rate) {
+  constexpr double linear = 1e-4;        // m/s
+  const double angular = radians(0.01);  // rad/s
+  command.speed_m_s = linear * std::max(1.0, std::floor(rate * limits.speed / linear));
+  command.angular_speed_rad_s =
+      angular * std::max(1.0, std::floor(rate * limits.angular_speed / angular));
+  // In a closed loop they are the target's own motion, which no speed of ours changes.
+  if (command.command == testbed_command_t::TRAJECTORY) {
+    for (waypoint_t& waypoint : command.waypoints) waypoint.time_s /= rate;
+  }
+  return command;
+}
+
+}  // namespace
+
+bool is_motion(const testbed_command_t& command) {
+  return command.command >= testbed_command_t::MOVE && command.command <= testbed_command_t::GUIDED;
+}
+
+bool is_closed_loop(const testbed_command_t& command) {
+  return command.command == testbed_command_t::APPROACH ||
+         command.command == testbed_command_t::STATION_KEEP ||
+         command.command == testbed_command_t::GUIDED;
+}
+
+std::string CommandPlanner::limits_of(const testbed_command_t& command,
+                                      RelativeLimits& limits) const {
+  limits = settings_.motion;
+  if (command.speed_m_s != 0) limits.speed = command.speed_m_s;
+  if (command.angular_speed_rad_s != 0) limits.angular_speed = command.angular_speed_rad_s;
+  if (!(limits.speed > 0 && limits.speed <= settings_.greatest_speed)) {
+    return "a speed of " + fixed(1e3 * limits.speed, 1) + " mm/s is not within 0 to " +
+           fixed(1e3 * settings_.greatest_speed, 0) + " mm/s";
+  }
+  if (!(limits.angular_speed > 0 && limits.angular_speed <= settings_.greatest_angular_speed)) {
+    return "an angular speed of " + fixed(degrees(limits.angular_speed), 1) +
+           " deg/s is not within 0 to " + fixed(degrees(settings_.greatest_angular_speed), 0) +
+           " deg/s";
+  }
+  return "";
+}
+
+CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, const ArmPair& start,
+                                            std::int64_t now, Guidance& guidance) const {
+  if (command.frozen_arm < 0 || command.frozen_arm > 2) {
+    return "frozen_arm is " + std::to_string(command.frozen_arm) +
+           ", expected 0 (none), 1 (replica) or 2 (sensor)";
+  }
+  const Pose from = cell_.relative_pose(start.replica, start.sensor);
+  Plan plan;
+  const Path path = path_of(command, from, now, guidance, plan);
+  if (const auto* wrong = std::get_if<std::string>(&path)) {
+    if (is_closed_loop(command)) guidance.stop();
+    return *wrong;
+  }
+  MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
+                                               start, static_cast<FrozenArm>(command.frozen_arm));
+  if (auto* arms = std::get_if<MotionPlanner::Plan>(&result)) {
+    plan.arms = std::move(*arms);
+    return plan;
+  }
+  const auto& refusal = std::get<Refusal>(result);
+  const std::string passes = passing_speed(command, start, now, guidance, refusal.passing_rate);
+  if (is_closed_loop(command)) guidance.stop();
+  return refusal.text + passes;
+}
+
+CommandPlanner::Path CommandPlanner::path_of(const testbed_command_t& command, const Pose& from,
+                                             std::int64_t now, Guidance& guidance,
+                                             Plan& plan) const {
+  if (is_closed_loop(command)) return closed_loop(command, from, now, guidance, plan);
+  return command.command == testbed_command_t::MOVE ? move(command, from)
+                                                    : trajectory(command, from);
+}
+
+std::string CommandPlanner::passing_speed(const testbed_command_t& command, const ArmPair& start,
+                                          std::int64_t now, Guidance& guidance, double rate) const {
+  RelativeLimits limits;
+  if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
+  const Pose from = cell_.relative_pose(start.replica, start.sensor);
+  constexpr int most_plans = 12;
+  constexpr double fine = 0.02;
+  double passing = 0;
+  double failing = 1;
+  for (int i = 0; i < most_plans && failing - passing > fine * failing; ++i) {
+    Plan plan;
+    const Path path = path_of(slower(command, limits, rate), from, now, guidance, plan);
+    const auto* slow = std::get_if<std::shared_ptr<const RelativePath>>(&path);
+    if (slow == nullptr) break;
+    const auto result = planner_.plan(*slow, start, static_cast<FrozenArm>(command.frozen_arm));
+    const auto* refusal = std::get_if<Refusal>(&result);
+    (refusal == nullptr ? passing : failing) = rate;
+    rate = passing > 0 ? 0.5 * (passing + failing)
+                       : failing * std::clamp(refusal->passing_rate, 0.3, 0.9);
+  }
+  if (passing <= 0) return "";
+  std::string text =
+      "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
+  if (command.command != testbed_command_t::TRAJECTORY) {
+    const testbed_command_t passes = slower(command, limits, passing);
+    text += ", " + fixed(1e3 * passes.speed_m_s, 1) + " mm/s and " +
+            fixed(degrees(passes.angular_speed_rad_s), 2) + " deg/s";
+  }
+  return text;
+}
+
+CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
+                                          const Pose& from) const {
+  const auto goal = pose_of(command.position_m, command.q_wxyz);
+  if (!goal) return "the goal is not a pose";
+  RelativeLimits limits;
+  const std::string wrong = limits_of(command, limits);
+  if (!wrong.empty()) return wrong;
+  return std::make_shared<const StraightPath>(from, *goal, limits);
+}
+
+CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
+                                                const Pose& from) const {
+  auto path = waypoint_path(command.waypoints, from, "the trajectory",
+                            "where the arms are: move there first");
+  if (auto* wrong = std::get_if<std::string>(&path)) return std::move(*wrong);
+  return std::get<std::shared_ptr<const WaypointPath>>(path);
+}
+
+CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& command,
+                                                 const Pose& commanded, std::int64_t now,
+                                                 Guidance& guidance, Plan& plan) const {
+  RelativeLimits limits;
+  const std::string wrong = limits_of(command, limits);
+  if (!wrong.empty()) return wrong;
+  if (!command.waypoints.empty()) {
+    auto motion =
+        waypoint_path(command.waypoints, Pose{}, "the target's own motion", "where the target is");
+    if (auto* bad = std::get_if<std::string>(&motion)) return std::move(*bad);
+    plan.target_motion = std::get<std::shared_ptr<const WaypointPath>>(std::move(motion));
+  }
+  const auto with_motion = [&](std::shared_ptr<const RelativePath> path) -> Path {
+    if (!plan.target_motion) return path;
+    return std::make_shared<const MovingTargetPath>(std::move(path), plan.target_motion);
+  };
+  if (command.command == testbed_command_t::GUIDED) {
+    plan.steering = std::make_shared<OutsideFlight>(
+        command.guidance.empty() ? command.commander : command.guidance, limits, commanded);
+    return with_motion(std::make_shared<const HeldPath>(commanded));
+  }
+  const bool keep = command.command == testbed_command_t::STATION_KEEP;
+  if (!keep && !(command.standoff_m > 0)) return "the standoff must be positive";
+  if (!command.guidance.empty()) return flight(command, commanded, now, guidance, limits, plan);
+  if (keep) {
+    const auto wanted = pose_of(command.position_m, command.q_wxyz);
+    if (!wanted) return "the pose to keep is not a pose";
+    if (const auto reason = guidance.keep(now, commanded, *wanted, limits)) return *reason;
+    return with_motion(std::make_shared<const HeldPath>(commanded));
+  }
+  // A place in front of the sensor is the docking interface's at the end.
+  std::optional<Docking> docking;
+  if (command.position_m[2] > 0) {
+    if (!cell_.target.has_docking_interface) {
+      return "target '" + cell_.target.name + "' names no docking interface";
+    }
+    docking = {cell_.target.docking.position, Vector3d::Map(command.position_m)};
+  }
+  if (const auto reason = guidance.approach(now, commanded, command.standoff_m, limits, docking)) {
+    return *reason;
+  }
+  return with_motion(
+      std::make_shared<const StraightPath>(commanded, guidance.predicted_end(), limits));
+}
+
+CommandPlanner::Path CommandPlanner::flight(const testbed_command_t& command, const Pose& commanded,
+                                            std::int64_t now, const Guidance& guidance,
+                                            const RelativeLimits& limits, Plan& plan) const {
+  const auto profile = settings_.profiles.find(command.guidance);
+  if (profile == settings_.profiles.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, other] : settings_.profiles) names.push_back(name);
+    return "config/guidance has no '" + command.guidance + "'; it has " + joined(names);
+  }
+  Flight::Order order;
+  order.limits = limits;
+  if (command.command == testbed_command_t::STATION_KEEP) {
+    const auto wanted = pose_of(command.position_m, command.q_wxyz);
+    if (!wanted) return "the pose to keep is not a pose";
+    order.keep = true;
+    order.pose = *wanted;
+  } else {
+    order.standoff = command.standoff_m;
+    order.dock = command.position_m[2] > 0;
+  }
+  const ApproachTarget target{&surface_, cell_.target.has_docking_interface, cell_.target.docking};
+  auto begun = Flight::begin(profile->second, target, settings_.guidance, order, now, commanded,
+                             guidance.history(), guidance.estimate());
+  if (auto* reason = std::get_if<std::string>(&begun)) return std::move(*reason);
+  auto steering = std::get<std::shared_ptr<Flight>>(std::move(begun));
+  auto path = forecast(*steering, plan.target_motion, now, settings_.dead_time);
+  if (auto* reason = std::get_if<std::string>(&path)) return std::move(*reason);
+  auto flown = std::get<std::shared_ptr<const RelativePath>>(std::move(path));
+  steering->expect(flown->duration());
+  plan.steering = std::move(steering);
+  return flown;
+}
+
+}  // namespace berth::testbed

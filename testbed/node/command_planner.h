@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/testbed_command_t.hpp>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "testbed/guidance/guidance.h"
+#include "testbed/guidance/steering.h"
+#include "testbed/guidance/target_motion.h"
+#include "testbed/motion/motion_planner.h"
+#include "testbed/settings.h"
+
+namespace berth::testbed {
+
+/// Turns a TESTBED_COMMAND that moves the arms into a checked motion, or into the sentence that
+/// refuses it. The testbed node does so before it moves, `berth check` long before.
+class CommandPlanner {
+ public:
+  /// surface: of the target, model frame. All must outlive this.
+  CommandPlanner(const Cell& cell, const Settings& settings, const MotionPlanner& planner,
+                 const RayCaster& surface)
+      : cell_(cell), settings_(settings), planner_(planner), surface_(surface) {}
+
+  struct Plan {
+    MotionPlanner::Plan arms;
+    std::shared_ptr<Steering> steering;  ///< closed loop but by the testbed's own guidance
+    TargetMotion target_motion;          ///< closed loop
+  };
+  using Result = std::variant<Plan, std::string>;
+
+  /// Any motion, from where the arms stand. Closed loops by the testbed's own guidance begin in it,
+  /// and it is stopped again when they are refused; those by a profile are flown to their end
+  /// first, with perfect estimates. Their motion is the one predicted.
+  /// @param now us, on guidance's clock
+  Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
+              Guidance& guidance) const;
+
+  /// The rates that the command asks for. @return why they cannot be had; empty when they can.
+  std::string limits_of(const testbed_command_t& command, RelativeLimits& limits) const;
+
+ private:
+  using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
+
+  /// Where the command leads: the path that it asks for, or why there is none.
+  Path path_of(const testbed_command_t& command, const Pose& from, std::int64_t now,
+               Guidance& guidance, Plan& plan) const;
+  /// What is said of a speed at which the refused command would pass; empty where there is none.
+  std::string passing_speed(const testbed_command_t& command, const ArmPair& start,
+                            std::int64_t now, Guidance& guidance, double rate) const;
+  Path move(const testbed_command_t& command, const Pose& from) const;
+  Path trajectory(const testbed_command_t& command, const Pose& from) const;
+  Path closed_loop(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+                   Guidance& guidance, Plan& plan) const;
+  Path flight(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+              const Guidance& guidance, const RelativeLimits& limits, Plan& plan) const;
+
+  const Cell& cell_;
+  const Settings& settings_;
+  const MotionPlanner& planner_;
+  const RayCaster& surface_;
+};
+
+/// Whether the command is one of those that plan() takes.
+bool is_motion(const testbed_command_t& command);
+/// APPROACH, STATION_KEEP and GUIDED.
+bool is_closed_loop(const testbed_command_t& command);
+
+}  // namespace berth::testbed

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the arms and the facility say, and whether the arms follow.
+#include <cmath>
+
+#include "common/core/text.h"
+#include "testbed/node/testbed_node.h"
+
+namespace berth {
+
+using namespace testbed;
+
+namespace {
+
+/// us between the shortest and the longest believable dead time for it to be known.
+constexpr Utime dead_time_known = 40 * millisecond;
+/// us by which the nominal one may be off unsaid: 5 mm at 100 mm/s.
+constexpr Utime dead_time_off = 50 * millisecond;
+
+SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
+  using State = SafetySupervisor::ArmState;
+  switch (state) {
+    case arm_state_t::IDLE:
+      return State::idle;
+    case arm_state_t::RUNNING:
+      return State::running;
+    case arm_state_t::HELD:
+      return State::held;
+    case arm_state_t::FAULT:
+      return State::fault;
+    case arm_state_t::ESTOP:
+      return State::estop;
+    default:
+      return State::offline;
+  }
+}
+
+/// Of utime, s. It comes from the controller's clock; where a driver knows none, all that is known
+/// is that the joints were read between sending and receiving.
+double time_sigma_of(const arm_state_t& state) {
+  if (state.clock_offset_sigma_s > 0) return state.clock_offset_sigma_s;
+  return seconds(state.utime_received - state.utime_sent) / std::sqrt(12.0);
+}
+
+}  // namespace
+
+void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
+  if (state.session != session()) return;
+  safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
+  reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
+  if (state.valid == 0) return;
+  look_at_report(role, state);
+  JointSample sample;
+  sample.utime = state.utime + utime_from_seconds(calibration_.arm_time(role));
+  for (std::size_t i = 0; i < 6; ++i) {
+    sample.joints[i] = state.reported_joint[i];
+    sample.sigma[i] = state.reported_joint_sigma[i];
+  }
+  sample.time_sigma = time_sigma_of(state);
+  reported_.of(role) = sample.joints;
+  truth_.add(role, sample);
+
+  if (!engaged_) return;
+  FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
+  const auto strays = watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
+  if (strays) stop_arms(strays->code, strays->text);
+  note_dead_time(role, watch.dead_time());
+}
+
+/// Guidance goes by the nominal one.
+void TestbedNode::note_dead_time(ArmRole role, const FollowingWatch::DeadTime& found) {
+  if (found.longest - found.shortest > dead_time_known) return;
+  const std::string arm = name_of(role);
+  count("dead_time_" + arm + "_ms", 1e3 * seconds(found.best));
+  const Utime nominal = settings_.dead_time;
+  const bool as_told =
+      nominal > found.shortest - dead_time_off && nominal < found.longest + dead_time_off;
+  bool& told = dead_time_told_[role == ArmRole::replica ? 0 : 1];
+  if (as_told || told) return;
+  told = true;
+  event(event_t::WARNING, "dead-time",
+        "the " + arm + " arm moves " + fixed(1e3 * seconds(found.best), 0) +
+            " ms after its set-points, not " + fixed(1e3 * seconds(nominal), 0) +
+            " ms (setpoints.dead_time of testbed.yaml), by which guidance reckons");
+}
+
+void TestbedNode::on_facility(const facility_state_t& state) {
+  if (state.session != session()) return;
+  safety_.on_facility(now(), state.valid, state.estop_chain_closed, state.fence_closed,
+                      state.motion_enabled, state.reason);
+}
+
+}  // namespace berth

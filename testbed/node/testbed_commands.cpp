@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// TESTBED_COMMAND: who may ask for what, and how a motion begins.
+#include "common/core/text.h"
+#include "testbed/node/testbed_node.h"
+
+namespace berth {
+
+using namespace testbed;
+
+namespace {
+
+constexpr Utime planning_time = second;
+
+}  // namespace
+
+void TestbedNode::on_command(const testbed_command_t& command) {
+  if (command.session != session()) {
+    event(event_t::WARNING, "command-of-another-session",
+          "a command of '" + command.commander + "' belongs to session " +
+              std::to_string(command.session) + " and moves nothing");
+    return;
+  }
+  if (now() > command.utime_expires) {
+    event(event_t::WARNING, "command-expired",
+          "a command of '" + command.commander + "' came " +
+              fixed(seconds(now() - command.utime_expires), 1) + " s too late and moves nothing");
+    return;
+  }
+  if (on_lease_command(command)) return;
+  std::int64_t& last = last_seq_[command.commander];
+  if (command.seq <= last) {
+    publish_state(false);  // a repetition: tell him again
+    return;
+  }
+  last = command.seq;
+  begin(command);
+  publish_state(true);
+}
+
+bool TestbedNode::on_lease_command(const testbed_command_t& command) {
+  switch (command.command) {
+    case testbed_command_t::TAKE_LEASE: {
+      const bool had = lease_.held_by(command.commander, now());
+      if (!lease_.take(command.commander, now())) {
+        refuse(command, "the lease is held by '" + lease_.holder() + "'");
+      } else if (!had) {
+        event(event_t::INFO, "lease-taken", "'" + command.commander + "' commands the testbed");
+      }
+      break;
+    }
+    case testbed_command_t::KEEP_LEASE:
+      if (lease_.keep(command.commander, now())) set_override(command.speed_override);
+      publish_state(true);
+      return true;
+    case testbed_command_t::RELEASE_LEASE:
+      if (lease_.release(command.commander, now())) {
+        event(event_t::INFO, "lease-released", "nobody commands the testbed");
+      }
+      break;
+    default:
+      return false;
+  }
+  publish_state(true);
+  return true;
+}
+
+void TestbedNode::accept(const testbed_command_t& command) { command_seq_ = command.seq; }
+
+void TestbedNode::refuse(const testbed_command_t& command, const std::string& reason) {
+  refused_seq_ = command.seq;
+  refusal_ = reason;
+  event(event_t::WARNING, "command-refused", reason);
+}
+
+void TestbedNode::begin(const testbed_command_t& command) {
+  const std::int8_t what = command.command;
+  if (what == testbed_command_t::HOLD) {
+    accept(command);
+    if (mode_ != Mode::idle && !held_) {
+      held_ = true;
+      hold_reason_ = "held by '" + command.commander + "'";
+      event(event_t::NOTICE, "hold", hold_reason_);
+    }
+    return;
+  }
+  if (what == testbed_command_t::STOP) {
+    accept(command);
+    stopping_ = true;
+    after_stop_ = command;
+    if (mode_ == Mode::idle || mode_ == Mode::starting || !engaged_) end_task(false);
+    return;
+  }
+  if (!lease_.held_by(command.commander, now())) {
+    return refuse(command, lease_.held(now()) ? "the lease is held by '" + lease_.holder() + "'"
+                                              : "nobody holds the lease: take it first");
+  }
+  std::string reason;
+  if (is_motion(command)) {
+    reason = begin_motion(command);
+  } else if (what == testbed_command_t::RESUME) {
+    reason = resume(command);
+  } else if (what == testbed_command_t::RETREAT) {
+    if (mode_ != Mode::idle && engaged_) {
+      stopping_ = true;  // first to rest
+      after_stop_ = command;
+    } else {
+      reason = retreat(command);
+    }
+  } else if (what == testbed_command_t::RESET) {
+    stop_arms("reset", "reset by '" + command.commander + "'");
+    order(arm_command_t::RESET);
+    stopping_ = true;
+    after_stop_ = command;
+    end_task(false);
+  } else {
+    reason = "command " + std::to_string(what) + " is not known";
+  }
+  if (reason.empty()) {
+    accept(command);
+  } else {
+    refuse(command, reason);
+  }
+}
+
+std::string TestbedNode::resume(const testbed_command_t& command) {
+  if (mode_ == Mode::idle) return "nothing is held";
+  if (verdict_.level >= Level::held) return verdict_.reason;
+  if (task_.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
+    return estimate_watch_.contradiction()->text;
+  }
+  if (!engaged_ && mode_ != Mode::starting) {
+    // The arms were stopped: started anew, they first go back to the path.
+    begin_start();
+  }
+  if (mode_ == Mode::starting) start_begun_ = now();
+  set_override(command.speed_override);
+  held_ = false;
+  hold_reason_.clear();
+  guidance_.set_held(false);
+  event(event_t::NOTICE, "resume", "resumed by '" + command.commander + "'");
+  return "";
+}
+
+/// Of the motion under way and of what is resumed: the arms come to the new speed smoothly, on the
+/// same path. 0: as it is.
+void TestbedNode::set_override(double override) {
+  if (!(override > 0)) return;
+  override_ = std::min(override, 1.0);
+  guidance_.set_override(override_);
+}
+
+std::string TestbedNode::begin_motion(const testbed_command_t& command) {
+  if (mode_ != Mode::idle) {
+    return "command " + std::to_string(task_.seq) + " is still being carried out: STOP it first";
+  }
+  if (verdict_.level != Level::good) return verdict_.reason;
+  if (is_closed_loop(command) && estimate_watch_.contradiction()) {
+    return estimate_watch_.contradiction()->text;
+  }
+  // planning may take longer than a set-point lasts
+  if (engaged_) stream(commanded_, planning_time);
+  Task task;
+  task.seq = command.seq;
+  task.mode = is_closed_loop(command) ? Mode::closed_loop : Mode::moving;
+  set_override(command.speed_override > 0 ? command.speed_override : 1.0);
+  const ArmPair start = reference_joints();
+  const auto result = commands_.plan(command, start, now(), guidance_);
+  if (const auto* refusal = std::get_if<std::string>(&result)) return *refusal;
+  const auto& plan = std::get<CommandPlanner::Plan>(result);
+  task.motion = plan.arms.motion;
+  task.steering = plan.steering;
+  task.target_motion = plan.target_motion;
+  task.allocation = std::make_shared<const ArmAllocation>(
+      cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+  if (task.mode == Mode::closed_loop && task.steering) {
+    const GuidanceReport report = task.steering->report();
+    event(event_t::INFO, "closed-loop",
+          "law " + report.law + ", " + report.profile + "; 1 m of the cell is " +
+              shown(report.length_scale) + " m of orbit, 1 s is " + shown(report.time_scale) +
+              " s; forecast " + fixed(task.steering->remaining(), 0) + " s");
+  } else if (task.mode == Mode::closed_loop) {
+    event(event_t::INFO, "closed-loop",
+          "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
+              fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
+  }
+  start_task(std::move(task));
+  return "";
+}
+
+std::string TestbedNode::retreat(const testbed_command_t& command) {
+  if (verdict_.level != Level::good) return verdict_.reason;
+  if (trail_.empty()) return "there is no way back: nothing has moved since the last retreat";
+  RelativeLimits limits;
+  testbed_command_t with_speed = command;
+  if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
+  const std::string wrong = commands_.limits_of(with_speed, limits);
+  if (!wrong.empty()) return wrong;
+
+  const ArmPair start = reference_joints();
+  if (engaged_) stream(commanded_, planning_time);
+  Task task;
+  task.seq = command.seq;
+  task.mode = Mode::moving;
+  task.retreat = true;
+  task.motion = trail_.way_back(start, limits);
+  if (const auto refusal = check_.check(*task.motion, start)) return refusal->text;
+  set_override(command.speed_override > 0 ? command.speed_override : 1.0);
+  start_task(std::move(task));
+  return "";
+}
+
+void TestbedNode::start_task(Task task) {
+  commanded_ = reference_joints();
+  if (!task.retreat) trail_.begin(commanded_);
+  task_ = std::move(task);
+  held_ = stopping_ = paused_ = false;
+  after_stop_.reset();
+  hold_reason_.clear();
+  guidance_reason_.clear();
+  scale_.stop();
+  if (engaged_) {
+    mode_ = task_.mode;
+  } else {
+    begin_start();
+  }
+  event(event_t::INFO, "motion-begins", "command " + std::to_string(task_.seq));
+}
+
+}  // namespace berth

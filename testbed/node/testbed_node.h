@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
+#include <berth/facility_state_t.hpp>
+#include <berth/guidance_setpoint_t.hpp>
+#include <berth/heartbeat_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_state_t.hpp>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "common/bus/node.h"
+#include "common/core/lease.h"
+#include "common/core/run_setup.h"
+#include "testbed/calibration/calibrated_cell.h"
+#include "testbed/motion/trail.h"
+#include "testbed/node/command_planner.h"
+#include "testbed/safety/report_watch.h"
+
+namespace berth {
+
+/// The testbed controller: the only commander of the arms. It turns TESTBED_COMMANDs into
+/// set-points for both (ARM_COMMAND_*, streamed at the set-point rate from START to HOLD),
+/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell when the supervisor says so.
+///
+/// How it stops:
+/// - HOLD, a lapsed lease, a stale or lost estimate: both arms come to rest on the path. The last
+///   goes on by itself (HOLDING), the first two wait for RESUME (HELD).
+/// - Silent partners: ARM_COMMAND HOLD at once. When all are heard again the arms are started anew,
+///   brought back to the path and go on by themselves (HOLDING).
+/// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
+///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
+///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
+/// HOLD and STOP are obeyed from anybody of the session; everything else only from the lease
+/// holder, whose KEEP_LEASE may also change the speed override of the motion under way.
+class TestbedNode final : public Node {
+ public:
+  TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
+              Loop& loop);
+  ~TestbedNode() override;
+
+ private:
+  using Verdict = testbed::SafetySupervisor::Verdict;
+  using Level = testbed::SafetySupervisor::Level;
+
+  enum class Mode { idle, starting, moving, closed_loop };
+
+  /// What the testbed carries out, from its acceptance to its end.
+  struct Task {
+    std::int64_t seq = 0;
+    Mode mode = Mode::idle;                            // moving or closed_loop
+    std::shared_ptr<const testbed::ArmMotion> motion;  // moving
+    double time = 0;                                   // along the motion, or of flight
+    bool retreat = false;
+    bool done = false;                                         // closed_loop: only to come to rest
+    std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
+    std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
+    testbed::TargetMotion target_motion;                       // closed_loop
+  };
+
+  // messages
+  void on_arm_state(ArmRole role, const arm_state_t& state);
+  void on_facility(const facility_state_t& state);
+  void on_estimate(const pose_estimate_t& message);
+  void on_setpoint(const guidance_setpoint_t& setpoint);
+  void on_command(const testbed_command_t& command);
+  bool on_lease_command(const testbed_command_t& command);
+
+  // commands
+  void begin(const testbed_command_t& command);
+  std::string begin_motion(const testbed_command_t& command);
+  std::string retreat(const testbed_command_t& command);
+  std::string resume(const testbed_command_t& command);
+  void set_override(double override);
+  void start_task(Task task);
+  void accept(const testbed_command_t& command);
+  void refuse(const testbed_command_t& command, const std::string& reason);
+
+  // motion
+  void tick();
+  void run_start(double dt);
+  void run_motion(double dt, bool wait);
+  void run_closed_loop(double dt);
+  void end_retreat_within_reach(const Pose& wanted, const Velocity& velocity, double progress,
+                                const testbed::ArmPair& joints);
+  void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
+  void end_task(bool finished);
+  void begin_start();
+  void stream(const testbed::ArmPair& joints, Utime lifetime);
+  void order(std::int8_t action);
+  void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
+  testbed::ArmPair reference_joints() const;
+  Pose relative(const testbed::ArmPair& joints) const;
+
+  // safety
+  void supervise();
+  void stop_arms(const std::string& code, const std::string& reason);
+  void pause_arms();
+  void leave_motion();
+  void go_on_when_good();
+  void insist_on_standing();
+  bool both_reported() const;
+  void watch_clearance();
+  void watch_rest();
+  void note_dead_time(ArmRole role, const testbed::FollowingWatch::DeadTime& found);
+  void look_at_report(ArmRole role, const arm_state_t& state);
+  void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
+
+  void publish_truth(const testbed::Truth& truth);
+  void publish_state(bool if_changed);
+  testbed_state_t current_state() const;
+  void publish_guidance(testbed::GuidanceReport report);
+
+  Cell cell_;
+  testbed::Settings settings_;
+  testbed::Calibration calibration_;
+  RayCaster target_;
+  testbed::Clearance clearance_;
+  testbed::PathCheck check_;
+  testbed::MotionPlanner planner_;
+  testbed::CommandPlanner commands_;
+  testbed::GroundTruth truth_;
+  testbed::Guidance guidance_;
+  testbed::SafetySupervisor safety_;
+  testbed::ReportWatch report_watch_[2];        // replica, sensor
+  testbed::FollowingWatch following_watch_[2];  // replica, sensor
+  bool dead_time_told_[2] = {false, false};     // replica, sensor: that it is not the nominal one
+  testbed::EstimateWatch estimate_watch_;
+  Lease lease_;
+  testbed::TimeScale scale_;
+  Verdict verdict_;
+
+  testbed::ArmPair reported_;
+  bool reported_valid_[2] = {false, false};
+  testbed::ArmPair commanded_;
+  bool engaged_ = false;  // both arms follow our set-points
+  testbed::CommandHistory command_history_;
+  Velocity commanded_velocity_;
+
+  Mode mode_ = Mode::idle;
+  Task task_;
+  bool held_ = false;    // waits for RESUME
+  bool paused_ = false;  // stopped, goes on when all are heard again
+  Utime good_since_ = 0;
+  Utime hold_ordered_ = 0;
+  Utime looked_ahead_ = 0;
+  testbed::ArmPair looked_from_;
+  std::optional<testbed::ArmPair> rest_;         // where the arms came to rest
+  bool stopping_ = false;                        // comes to rest to be abandoned
+  std::optional<testbed_command_t> after_stop_;  // STOP to finish or RETREAT to begin
+  std::string hold_reason_;
+  std::string guidance_reason_;  // holds by itself
+  std::string abort_reason_;     // comes to rest because guidance gave it up
+  double override_ = 1;
+  Utime last_tick_ = 0;
+  Utime next_instant_check_ = 0;
+
+  Utime start_begun_ = 0;
+  Utime order_sent_ = 0;
+  bool rejoining_ = false;
+  testbed::ArmPair rejoin_from_;
+  testbed::SmoothTravel rejoin_;
+  double rejoin_time_ = 0;
+
+  testbed::Trail trail_;  // of the motion under way or last done
+
+  std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
+  std::int64_t command_seq_ = 0;
+  std::int64_t finished_seq_ = 0;
+  std::int64_t refused_seq_ = 0;
+  std::string refusal_;
+  double clearance_m_ = -1;
+  int clearance_countdown_ = 0;
+
+  std::int64_t arm_command_seq_[2] = {0, 0};  ///< replica, sensor: each channel counts its own
+  std::int64_t truth_seq_ = 0;
+  std::int64_t state_seq_ = 0;
+  std::int64_t guidance_seq_ = 0;
+  double setpoints_refused_ = 0;
+  std::string refused_setpoint_;  // whose
+  testbed_state_t published_{};
+  Loop::TimerId tick_timer_;
+  Loop::TimerId state_timer_;
+};
+
+/// Reads the run's layout, target, calibration and config/testbed.yaml. @throws InputError.
+std::unique_ptr<Node> make_testbed_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
+
+}  // namespace berth

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What stops the arms, and what lets them go on.
+#include "common/core/text.h"
+#include "testbed/node/testbed_node.h"
+#include "testbed/safety/stopping.h"
+
+namespace berth {
+
+using namespace testbed;
+
+namespace {
+
+/// How long all has to be well before the arms are started again.
+constexpr Utime good_for = 500 * millisecond;
+/// A HOLD can be lost on the way.
+constexpr Utime hold_repeat_period = 50 * millisecond;
+constexpr Utime hold_repeated_for = 2 * second;
+constexpr Utime look_ahead_period = 100 * millisecond;
+/// From a motion to a HOLD at its controller: report, set-point clock, wires, interpolation.
+constexpr double reaction = 0.06;
+/// m by which bodies must come nearer to be stopped: those that part may go. Beyond encoder noise.
+constexpr double nearing = 2e-5;
+/// Within which arms that were told to stand must stand, and how far they may yet settle.
+constexpr Utime time_to_rest = second;
+constexpr double rest_angle = 5e-3;  // rad or m
+
+}  // namespace
+
+void TestbedNode::supervise() {
+  const bool closed_loop = mode_ != Mode::idle && task_.mode == Mode::closed_loop;
+  const Verdict verdict = safety_.judge(now(), {engaged_, closed_loop});
+  const bool changed = verdict.level != verdict_.level || verdict.code != verdict_.code;
+  if (changed && verdict.level >= Level::hold) {
+    const bool serious = verdict.level >= Level::held;
+    if (!serious || engaged_ || mode_ == Mode::idle) {
+      event(serious ? event_t::ERROR : event_t::WARNING, verdict.code, verdict.reason);
+    }
+  }
+  if (changed && verdict.level == Level::good) {
+    good_since_ = now();
+    if (verdict_.level >= Level::hold) {
+      event(event_t::NOTICE, "good-again", "the cell is as it should be again");
+    }
+  }
+  verdict_ = verdict;
+  if (!engaged_ && mode_ != Mode::starting) return;
+  if (verdict_.level >= Level::held) {
+    stop_arms("", verdict_.reason);
+  } else if (verdict_.level != Level::good && mode_ != Mode::idle) {
+    pause_arms();
+  }
+}
+
+/// Both controllers stop by themselves, at once; a person has to say RESUME.
+void TestbedNode::stop_arms(const std::string& code, const std::string& reason) {
+  leave_motion();
+  if (!code.empty()) event(event_t::ERROR, code, reason);
+  if (mode_ == Mode::idle) return;
+  held_ = true;
+  hold_reason_ = reason;
+  if (stopping_) end_task(false);
+}
+
+/// The same, until all are heard again.
+void TestbedNode::pause_arms() {
+  leave_motion();
+  paused_ = true;
+  if (stopping_) end_task(false);
+}
+
+void TestbedNode::leave_motion() {
+  order(arm_command_t::HOLD);
+  hold_ordered_ = now();
+  rest_.reset();
+  engaged_ = false;
+  rejoining_ = false;
+  scale_.stop();
+  guidance_.set_held(true);
+  if (mode_ != Mode::idle) mode_ = task_.mode;
+}
+
+void TestbedNode::go_on_when_good() {
+  if (!paused_ || held_ || verdict_.level != Level::good || now() - good_since_ < good_for) return;
+  event(event_t::NOTICE, "starts-again", "the arms are started again and go back to the path");
+  begin_start();
+}
+
+/// A controller that runs on has not heard.
+void TestbedNode::insist_on_standing() {
+  const Utime since = now() - hold_ordered_;
+  if (engaged_ || mode_ == Mode::starting) return;
+  if (since < hold_repeat_period || since > hold_repeated_for) return;
+  if (since % hold_repeat_period >= settings_.setpoint_period) return;
+  for (const ArmRole role : both_arms) {
+    const auto& arm = safety_.arm(role);
+    if (arm && arm->state == SafetySupervisor::ArmState::running) {
+      send(role, arm_command_t::HOLD, reported_.of(role), settings_.setpoint_lifetime);
+    }
+  }
+}
+
+bool TestbedNode::both_reported() const {
+  for (const ArmRole role : both_arms) {
+    const auto& arm = safety_.arm(role);
+    if (!arm || now() - arm->received > settings_.safety.arm_silence) return false;
+  }
+  return true;
+}
+
+/// By ground truth: where the arms would come to stand if they were stopped now.
+void TestbedNode::watch_clearance() {
+  const Utime since = now() - looked_ahead_;
+  if (since < look_ahead_period || !both_reported()) return;
+  const ArmPair before = looked_from_;
+  looked_ahead_ = now();
+  looked_from_ = reported_;
+  if (!engaged_ || since > 2 * look_ahead_period) return;
+  const ArmPair ahead = standing_place(cell_, before, reported_, seconds(since),
+                                       reaction + seconds(look_ahead_period));
+  const Clearance::Result there = clearance_.nearest(ahead, settings_.least_clearance);
+  if (there.a.empty()) return;
+  const double here = clearance_.least_distance(reported_, 1);
+  if (there.distance > here - nearing) return;
+  stop_arms("too-near", there.a + " and " + there.b + " come nearer than " +
+                            fixed(1e3 * settings_.least_clearance, 0) + " mm: now " +
+                            fixed(1e3 * here, 0) + " mm");
+}
+
+/// An arm that moves although it was told to stand is beyond this layer.
+void TestbedNode::watch_rest() {
+  const bool stands = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
+  if (!stands || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
+  if (!rest_) rest_ = reported_;
+  for (const ArmRole role : both_arms) {
+    if (largest_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
+    stop_arms("arm-creeps",
+              std::string("the ") + name_of(role) +
+                  " arm moves although it was told to stand: press the emergency stop");
+    return;
+  }
+}
+
+void TestbedNode::look_at_report(ArmRole role, const arm_state_t& state) {
+  ReportWatch::Report report;
+  report.utime = state.utime;
+  report.controller_time = state.controller_time_us;
+  for (std::size_t i = 0; i < 6; ++i) {
+    report.joints[i] = state.reported_joint[i];
+    report.sigma[i] = state.reported_joint_sigma[i];
+  }
+  const auto wrong = report_watch_[role == ArmRole::replica ? 0 : 1].look(report);
+  if (!wrong) return;
+  if (mode_ != Mode::idle || engaged_) return stop_arms(wrong->code, wrong->text);
+  event(event_t::WARNING, wrong->code, wrong->text);
+}
+
+void TestbedNode::look_at_estimate(const pose_estimate_t& message, const Estimate& estimate) {
+  if (!estimate.usable) return estimate_watch_.forget();
+  EstimateWatch::Position position;
+  position.utime = estimate.utime;
+  position.position = estimate.pose.position;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      position.covariance(row, column) = message.covariance[6 * row + column];
+    }
+  }
+  const bool believed = !estimate_watch_.contradiction();
+  estimate_watch_.on_estimate(position);
+  const auto& wrong = estimate_watch_.contradiction();
+  if (!wrong) return;
+  const bool steers = mode_ != Mode::idle && task_.mode == Mode::closed_loop;
+  if (steers && (engaged_ || mode_ == Mode::starting)) return stop_arms(wrong->code, wrong->text);
+  if (believed) event(event_t::WARNING, wrong->code, wrong->text);
+}
+
+}  // namespace berth

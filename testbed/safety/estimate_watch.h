@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+#include "testbed/safety/report_watch.h"
+#include "testbed/truth/ground_truth.h"
+
+namespace berth::testbed {
+
+/// Compares estimates with ground truth of the same time. The supervisor alone may: guidance flies
+/// by the estimate.
+///
+/// An estimate contradicts truth when its position is further away than a margin and four sigmas of
+/// both together: the largest axis of the sum of both covariances. Attitudes are not compared:
+/// under a target's symmetry another one may be as right.
+class EstimateWatch {
+ public:
+  struct Settings {
+    double margin = 0.15;        ///< m
+    double margin_share = 0.01;  ///< of the range, where that is more
+  };
+  struct Position {
+    std::int64_t utime = 0;
+    Vector3d position = Vector3d::Zero();  ///< m, of T_sensor_model
+    Matrix3d covariance = Matrix3d::Zero();
+  };
+
+  explicit EstimateWatch(Settings settings) : settings_(settings) {}
+
+  void on_truth(const Truth& truth);
+  /// Of a usable estimate. What truth says nothing of is not judged.
+  void on_estimate(const Position& estimate);
+  /// An estimate that nobody may use says nothing.
+  void forget() { contradiction_.reset(); }
+  /// Whether the newest estimate is believed.
+  const std::optional<Contradiction>& contradiction() const { return contradiction_; }
+
+ private:
+  Settings settings_;
+  std::deque<Position> truths_;
+  std::optional<Contradiction> contradiction_;
+};
+
+}  // namespace berth::testbed

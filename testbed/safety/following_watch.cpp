@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/safety/following_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/core/text.h"
+
+namespace berth::testbed {
+namespace {
+
+/// us from one delay that is tried to the next.
+constexpr std::int64_t delay_step = 5000;
+/// us between two looks at which the delay is learned from, and the most that one counts for.
+constexpr std::int64_t learning_period = 40000;
+constexpr std::int64_t longest_weight = 100000;
+/// s times squared limits: see the class.
+constexpr double significant_misfit = 0.1 * 0.1 * 1.0;
+
+}  // namespace
+
+FollowingWatch::FollowingWatch(ArmRole role, const ArmKinematics& arm, const Settings& settings)
+    : role_(role), arm_(arm), settings_(settings) {
+  begin();
+}
+
+void FollowingWatch::begin() {
+  misfit_.assign(static_cast<std::size_t>(settings_.longest_dead_time / delay_step) + 1, 0);
+  dead_time_ = {0, 0, settings_.longest_dead_time};
+  learned_ = 0;
+}
+
+double FollowingWatch::limit(std::size_t joint) const {
+  return arm_.is_linear(static_cast<int>(joint)) ? settings_.largest_linear_lag
+                                                 : settings_.largest_lag;
+}
+
+std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_sigma,
+                                                  const Joints& reported,
+                                                  const CommandHistory& commands) {
+  if (t - learned_ >= learning_period) learn(t, reported, commands);
+  const auto margin = static_cast<std::int64_t>(std::ceil(3e6 * time_sigma)) + delay_step;
+  double least = std::numeric_limits<double>::infinity();  // of the limit
+  std::size_t joint = 0;
+  double away = 0;
+  const std::int64_t longest = dead_time_.longest + margin;
+  for (std::int64_t d = dead_time_.shortest - margin; d <= longest && least > 1; d += delay_step) {
+    const auto commanded = commands.at(t - d);
+    if (!commanded) return std::nullopt;
+    const Joints& told = commanded->of(role_);
+    std::size_t worst = 0;
+    double share = 0;
+    for (std::size_t j = 0; j < 6; ++j) {
+      const double of_limit = std::abs(reported[j] - told[j]) / limit(j);
+      if (of_limit <= share) continue;
+      share = of_limit;
+      worst = j;
+    }
+    if (share >= least) continue;
+    least = share;
+    joint = worst;
+    away = std::abs(reported[worst] - told[worst]);
+  }
+  if (least <= 1) return std::nullopt;
+  const bool linear = arm_.is_linear(static_cast<int>(joint));
+  return Contradiction{
+      "arm-strays", std::string("the ") + name_of(role_) + " arm's joint " +
+                        std::to_string(joint + 1) + " is " +
+                        (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
+                        " away from where it was told to be"};
+}
+
+void FollowingWatch::learn(std::int64_t t, const Joints& reported, const CommandHistory& commands) {
+  const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, longest_weight));
+  learned_ = t;
+  const auto newest = commands.at(t);
+  const auto oldest = commands.at(t - settings_.longest_dead_time);
+  if (!newest || !oldest || largest_change(*newest, *oldest) < 1e-6) return;  // says nothing
+  for (std::size_t i = 0; i < misfit_.size(); ++i) {
+    const ArmPair commanded =
+        commands.at(t - static_cast<std::int64_t>(i) * delay_step).value_or(*newest);
+    const Joints& told = commanded.of(role_);
+    double sum = 0;
+    for (std::size_t j = 0; j < 6; ++j) {
+      const double of_limit = (reported[j] - told[j]) / limit(j);
+      sum += of_limit * of_limit;
+    }
+    misfit_[i] += weight * sum;
+  }
+  const auto best = std::min_element(misfit_.begin(), misfit_.end());
+  const auto believable = [&](double misfit) { return misfit <= *best + significant_misfit; };
+  const auto first = std::find_if(misfit_.begin(), misfit_.end(), believable);
+  const auto last = std::prev(std::find_if(misfit_.rbegin(), misfit_.rend(), believable).base());
+  const auto delay = [&](auto place) { return (place - misfit_.begin()) * delay_step; };
+  dead_time_ = {delay(best), delay(first), delay(last)};
+}
+
+}  // namespace berth::testbed

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "testbed/motion/trail.h"
+#include "testbed/safety/report_watch.h"
+
+namespace berth::testbed {
+
+/// Looks whether one arm is where it was told to be a dead time before. How long that is each
+/// controller has for itself, and what its report lags besides; only the arm's own motion tells. So
+/// nothing is known of it when the controllers are started, and all six joints are explained by one
+/// delay: what no believable delay explains is an arm that does not follow.
+///
+/// A delay is believable while the error that it leaves,
+///   J(delay) = integral of the sum over joints of ((reported - commanded a delay before) /
+///   limit)^2,
+/// is not significantly more than that of the best one: following errors of a tenth of the limit
+/// that last for a second say nothing of the delay.
+class FollowingWatch {
+ public:
+  struct Settings {
+    double largest_lag = 0.0175;       ///< rad, reported joint from the commanded one
+    double largest_linear_lag = 0.05;  ///< m, of a linear axis
+    std::int64_t longest_dead_time =
+        500000;  ///< us from a set-point to where its motion is reported
+  };
+  /// From a set-point to the motion that is reported for it, us.
+  struct DeadTime {
+    std::int64_t best = 0;
+    std::int64_t shortest = 0;  ///< that is believable
+    std::int64_t longest = 0;
+  };
+
+  FollowingWatch(ArmRole role, const ArmKinematics& arm, const Settings& settings);
+
+  /// The controllers are started: what is commanded begins anew.
+  void begin();
+  /// Valid joints at t, us, whose time is known to time_sigma, s; commands: of both arms.
+  /// @return how it strays.
+  std::optional<Contradiction> look(std::int64_t t, double time_sigma, const Joints& reported,
+                                    const CommandHistory& commands);
+  /// What the arm's motion has told; at first anything up to the longest.
+  const DeadTime& dead_time() const { return dead_time_; }
+
+ private:
+  double limit(std::size_t joint) const;
+  void learn(std::int64_t t, const Joints& reported, const CommandHistory& commands);
+
+  ArmRole role_;
+  const ArmKinematics& arm_;
+  Settings settings_;
+  std::vector<double> misfit_;  // J of each delay, s
+  DeadTime dead_time_;
+  std::int64_t learned_ = 0;  // when last; 0: not yet
+};
+
+}  // namespace berth::testbed
