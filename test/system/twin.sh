@@ -47,8 +47,8 @@ criteria:
   - {name: it followed, measurement: achieved_position_error, statistic: peak, phase: spiral, max: 10 mm}
 YAML
 expect 0 "$bin/berth" check "$work/again.yaml"
-expect 0 "$bin/berth" run --twin --out "$work/again" "$work/again.yaml"
-again=$(only_run "$work/again")
+expect 0 "$bin/berth" run --twin --out "$work/flown_again" "$work/again.yaml"
+again=$(only_run "$work/flown_again")
 for run in "$flown" "$again"; do
   "$bin/berth" log export --csv "$work/$(basename "$run")" --channels GROUND_TRUTH "$run" >/dev/null
 done
