@@ -78,12 +78,12 @@ void add_estimators(const Place& place, DelaySample& sample) {
   DelaySample::Design x = DelaySample::Design::Zero(6, truths_nuisances + estimators_nuisances);
   DelaySample::Design rates = x;
   x.leftCols(truths_nuisances) = sample.nuisances;
-  x.col(21).head<3>() = expected.head<3>();
-  x.col(22).tail<3>() = expected.tail<3>();
-  x.col(23).head<3>() = before.velocity.linear - truth.velocity.linear;
-  x.col(24).tail<3>() = before.velocity.angular - truth.velocity.angular;
-  rates.col(21).head<3>() = sample.rate.head<3>();
-  rates.col(22).tail<3>() = sample.rate.tail<3>();
+  x.col(truths_nuisances).head<3>() = expected.head<3>();
+  x.col(truths_nuisances + 1).tail<3>() = expected.tail<3>();
+  x.col(truths_nuisances + 2).head<3>() = before.velocity.linear - truth.velocity.linear;
+  x.col(truths_nuisances + 3).tail<3>() = before.velocity.angular - truth.velocity.angular;
+  rates.col(truths_nuisances).head<3>() = sample.rate.head<3>();
+  rates.col(truths_nuisances + 1).tail<3>() = sample.rate.tail<3>();
   sample.nuisances = x;
   sample.nuisance_rates = rates;
 }

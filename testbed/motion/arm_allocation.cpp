@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "testbed/motion/arm_name.h"
+
 namespace berth::testbed {
 
 std::optional<Joints> nearest_solution(const ArmKinematics& arm, const Pose& flange,
@@ -80,7 +82,7 @@ std::optional<ArmPair> ArmAllocation::joints(const Pose& relative, double progre
     const auto joints = nearest_solution(
         *arm.kinematics, arm.base.inverse() * tool * arm.tool.inverse(), near.of(role), &why);
     if (!joints) {
-      if (reason != nullptr) *reason = std::string("the ") + name_of(role) + " arm: " + why;
+      if (reason != nullptr) *reason = arm_name(role) + ": " + why;
       return std::nullopt;
     }
     pair.of(role) = *joints;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "testbed/motion/arm_name.h"
 #include "testbed/motion/motion_profile.h"
 
 namespace berth::testbed {
@@ -107,12 +108,12 @@ class Search {
     std::string unit = linear ? " mm/s" : " deg/s";
     if (kind == Kind::jerk) unit += "^3";
     if (kind == Kind::acceleration || kind == Kind::hold) unit += "^2";
-    worst_ = RateExcess{samples_[sample].time, samples_[sample].joints,
-                        std::string("the ") + name_of(role) + " arm's " + joint_name(joint) +
-                            " would need " + fixed(scale * value, 1) + unit +
-                            (kind == Kind::hold ? " to hold" : "") + ", limit " +
-                            fixed(scale * limit, 1) + unit,
-                        rate};
+    worst_ =
+        RateExcess{samples_[sample].time, samples_[sample].joints,
+                   arm_name(role) + "'s " + joint_name(joint) + " would need " +
+                       fixed(scale * value, 1) + unit + (kind == Kind::hold ? " to hold" : "") +
+                       ", limit " + fixed(scale * limit, 1) + unit,
+                   rate};
   }
 
   const Cell& cell_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What stops the arms, and what lets them go on.
 #include "common/core/text.h"
+#include "testbed/motion/arm_name.h"
 #include "testbed/node/testbed_node.h"
 #include "testbed/safety/stopping.h"
 
@@ -134,8 +135,7 @@ void TestbedNode::watch_rest() {
   for (const ArmRole role : both_arms) {
     if (largest_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
     stop_arms("arm-creeps",
-              std::string("the ") + name_of(role) +
-                  " arm moves although it was told to stand: press the emergency stop");
+              arm_name(role) + " moves although it was told to stand: press the emergency stop");
     return;
   }
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/core/text.h"
+#include "testbed/motion/arm_name.h"
 
 namespace berth::testbed {
 namespace {
@@ -65,8 +66,7 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
   if (least <= 1) return std::nullopt;
   const bool linear = arm_.is_linear(static_cast<int>(joint));
   return Contradiction{
-      "arm-strays", std::string("the ") + name_of(role_) + " arm's joint " +
-                        std::to_string(joint + 1) + " is " +
+      "arm-strays", arm_name(role_) + "'s joint " + std::to_string(joint + 1) + " is " +
                         (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
                         " away from where it was told to be"};
 }
