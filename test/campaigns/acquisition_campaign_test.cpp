@@ -10,7 +10,7 @@ using namespace berth::campaigns;
 
 namespace {
 
-const std::string text = R"(experiment: acquisition
+const std::string few_trials = R"(experiment: acquisition
 trials: 8
 block: 3
 grid: {returns: [60, 300]}
@@ -24,7 +24,7 @@ TEST_CASE("single scans of the replica are acquired, the same for any number of 
   const TemporaryDirectory directory;
   std::string first;
   for (const int jobs : {1, 3}) {
-    const Campaign campaign = Campaign::create(parse_manifest(text, "few.yaml"),
+    const Campaign campaign = Campaign::create(parse_manifest(few_trials, "few.yaml"),
                                                directory / ("c" + std::to_string(jobs)), 0);
     RunnerOptions options;
     options.jobs = jobs;

@@ -13,7 +13,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::string text = R"(# A file.
+const std::string lidar_file = R"(# A file.
 rate: 2000 Hz      # beams
 beam:
   noise: 1 cm      # of a range
@@ -27,12 +27,12 @@ long:
 
 std::string changed(const std::string& key, const std::string& value) {
   const TemporaryDirectory directory;
-  write_file(directory / "lidar.yaml", text);
+  write_file(directory / "lidar.yaml", lidar_file);
   override_configuration(directory.path(), {{"lidar.yaml:" + key, value}, {"speed", "1 m/s"}});
   return read_file(directory / "lidar.yaml");
 }
 
-std::string complaint(const std::string& key, const std::string& value) {
+std::string override_complaint(const std::string& key, const std::string& value) {
   try {
     changed(key, value);
   } catch (const InputError& e) {
@@ -42,7 +42,7 @@ std::string complaint(const std::string& key, const std::string& value) {
 }
 
 std::string replaced(const std::string& from, const std::string& to) {
-  std::string copy = text;
+  std::string copy = lidar_file;
   return copy.replace(copy.find(from), from.size(), to);
 }
 
@@ -57,14 +57,15 @@ TEST_CASE("a key of a configuration file is changed where it stands, and nothing
 }
 
 TEST_CASE("a value of another kind, or a key that is not there, is refused") {
-  CHECK_THAT(complaint("rate", "1 m"), Contains("1 m"));
-  CHECK_THAT(complaint("rate", "[1 Hz]"), Contains("expected one value such as '2000 Hz'"));
-  CHECK_THAT(complaint("field", "[20 deg]"), Contains("expected a list such as"));
-  CHECK_THAT(complaint("beam", "1"), Contains("no single value"));
-  CHECK_THAT(complaint("beam.nose", "1 cm"),
+  CHECK_THAT(override_complaint("rate", "1 m"), Contains("1 m"));
+  CHECK_THAT(override_complaint("rate", "[1 Hz]"),
+             Contains("expected one value such as '2000 Hz'"));
+  CHECK_THAT(override_complaint("field", "[20 deg]"), Contains("expected a list such as"));
+  CHECK_THAT(override_complaint("beam", "1"), Contains("no single value"));
+  CHECK_THAT(override_complaint("beam.nose", "1 cm"),
              Contains("no key 'nose' of 'beam.nose'; there are: noise, name"));
-  CHECK_THAT(complaint("rate", "1 Hz # really"), Contains("expected plain text"));
-  CHECK_THAT(complaint("long", "[3, 4]"), Contains("not written on one line"));
+  CHECK_THAT(override_complaint("rate", "1 Hz # really"), Contains("expected plain text"));
+  CHECK_THAT(override_complaint("long", "[3, 4]"), Contains("not written on one line"));
   const TemporaryDirectory directory;
   CHECK_THROWS_WITH(check_override(directory.path(), "../x.yaml:a", "1"), Contains("no file"));
 }

@@ -5,26 +5,12 @@
 
 #include "common/core/random.h"
 #include "test/catch.h"
+#include "test/estimator/noisy_poses.h"
 
 using namespace berth;
 using namespace berth::estimator;
 
 namespace {
-
-constexpr double sigma_m = 0.003;
-constexpr double sigma_rad = 0.002;
-
-Matrix6d noise() {
-  Vector6d v;
-  v << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma_rad * sigma_rad);
-  return v.asDiagonal();
-}
-
-Pose measured(const Pose& truth, Random& random) {
-  Vector6d d;
-  d << random.normal_vector(sigma_m), random.normal_vector(sigma_rad);
-  return perturbed(truth, d);
-}
 
 const Pose start = pose_from_xyzwpr({0, 0, 5000, 10, 20, 30});
 const Velocity velocity{{0.01, -0.02, -0.03}, {0.02, 0.01, -0.03}};

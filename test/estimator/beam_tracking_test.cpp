@@ -12,23 +12,19 @@
 using namespace berth;
 using namespace berth::estimator;
 
-namespace {
-
-const BeamModel beam_model;
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("What batches of beams say adds up") {
   const auto model = replica_model();
   ScanMaker lidar(model->target.mesh);
   lidar.pose = paper_pose;
   lidar.velocity = {{0.02, 0, 0.01}, {0, 0.05, 0}};
-  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 1000)), {}, beam_model);
+  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 1000)), {}, nominal_beam);
   const BeamLinearisation at{paper_pose, lidar.velocity, scan.utime_mean, Matrix6d::Zero()};
   const std::span<const Beam> beams = scan.beams;
-  const BeamInformation whole = beam_information(*model, beam_model, beams, at, {});
-  BeamInformation parts = beam_information(*model, beam_model, beams.first(337), at, {});
-  parts += beam_information(*model, beam_model, beams.subspan(337), at, {});
+  const BeamInformation whole = beam_information(*model, nominal_beam, beams, at, {});
+  BeamInformation parts = beam_information(*model, nominal_beam, beams.first(337), at, {});
+  parts += beam_information(*model, nominal_beam, beams.subspan(337), at, {});
   CHECK(parts.used == whole.used);
   CHECK(parts.predicted == whole.predicted);
   CHECK(parts.chi2 == Approx(whole.chi2));
@@ -45,14 +41,14 @@ TEST_CASE("The information of moving beams gives pose and velocity") {
   lidar.pose = paper_pose;
   lidar.velocity = {{0.02, -0.01, 0.01}, {0.01, 0.05, 0}};
   const std::int64_t start = lidar.utime;
-  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 2000)), {}, beam_model);
+  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 2000)), {}, nominal_beam);
   // Knows nothing of the motion; the reference is in the middle of the scan.
   const Pose truth =
       moved(paper_pose, lidar.velocity, static_cast<double>(scan.utime_mean - start) * 1e-6);
   BeamLinearisation at{truth, {}, scan.utime_mean, prior(0.03, 0.03)};
   MotionInformation told;
   for (int i = 0; i < 10; ++i) {
-    told = beam_information(*model, beam_model, scan.beams, at, {}).motion();
+    told = beam_information(*model, nominal_beam, scan.beams, at, {}).motion();
     const Vector12d d = told.information.ldlt().solve(told.gradient);
     at.pose = perturbed(at.pose, d.head<6>());
     at.velocity.linear += d.segment<3>(6);
@@ -85,22 +81,22 @@ struct Scene {
   }
 };
 
-struct Tally {
+struct Tracked {
   int ok = 0;
   int near = 0;  // within 15 mm and 1 degree
   double nees = 0;
   double error2 = 0;  // m^2, mean
 };
 
-Tally track_many(const BeamModel& noise, ScanStrategy strategy, int trials, double start_m,
-                 double start_rad) {
+Tracked track_many(const BeamModel& noise, ScanStrategy strategy, int trials, double start_m,
+                   double start_rad) {
   const auto model = replica_model();
   const BeamTrackingOptions options;
   const BeamTracking tracking(*model, noise, options);
   const PlannerOptions planner_options;
   const ScanPlanner planner(*model, {}, planner_options);
   Random random(2, "beam tracking");
-  Tally tally;
+  Tracked tally;
   for (int i = 0; i < trials; ++i) {
     ScanMaker lidar(model->target.mesh, static_cast<std::uint64_t>(i) + 1);
     lidar.beam = noise;
@@ -123,7 +119,7 @@ Tally track_many(const BeamModel& noise, ScanStrategy strategy, int trials, doub
 
 TEST_CASE("Beams lead from 30 mm and 2 degrees to the millimetre, and say how near") {
   const auto strategy = GENERATE(ScanStrategy::sparse, ScanStrategy::corners_sparse);
-  const Tally tally = track_many({}, strategy, 60, 0.03, radians(2));
+  const Tracked tally = track_many({}, strategy, 60, 0.03, radians(2));
   CHECK(tally.ok == 60);
   CHECK(tally.near == 60);
   CHECK(std::sqrt(tally.error2) < 0.0015);
@@ -133,7 +129,7 @@ TEST_CASE("Beams lead from 30 mm and 2 degrees to the millimetre, and say how ne
 }
 
 TEST_CASE("Beams lead from 100 mm and 5 degrees, too") {
-  const Tally tally = track_many({}, ScanStrategy::corners_sparse, 60, 0.1, radians(5));
+  const Tracked tally = track_many({}, ScanStrategy::corners_sparse, 60, 0.1, radians(5));
   CHECK(tally.ok == 60);
   CHECK(tally.near == 60);
 }
@@ -142,7 +138,7 @@ TEST_CASE("Where the angle noise blurs edges, they are weighed") {
   BeamModel noise;
   noise.range_sigma_m = 0.02;
   noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 1e-3;
-  const Tally tally = track_many(noise, ScanStrategy::edges_sparse, 40, 0.03, radians(2));
+  const Tracked tally = track_many(noise, ScanStrategy::edges_sparse, 40, 0.03, radians(2));
   CHECK(tally.ok == 40);
   CHECK(std::sqrt(tally.error2) < 0.003);
   CHECK(tally.nees < 9);

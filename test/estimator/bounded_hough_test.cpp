@@ -9,8 +9,6 @@ using namespace berth::estimator;
 
 namespace {
 
-const BeamModel beam_model;
-
 Vector6d displacement(Random& random, double translation, double rotation) {
   Vector6d d;
   for (int i = 0; i < 3; ++i) d[i] = random.uniform(-translation, translation);
@@ -29,7 +27,7 @@ double error_at_centre(const Pose& a, const Pose& b, const Vector3d& centre) {
 }
 
 CleanScan scan_of(ScanMaker& lidar, int beams) {
-  return preprocess(lidar.sweep(around(*replica_model(), lidar.pose, beams)), {}, beam_model);
+  return preprocess(lidar.sweep(around(*replica_model(), lidar.pose, beams)), {}, nominal_beam);
 }
 
 }  // namespace
@@ -67,7 +65,7 @@ TEST_CASE("Without returns the expected pose stays") {
 TEST_CASE("A motion from frame to frame is followed, and one beyond the bounds is not ok") {
   const auto model = replica_model();
   const IcpTrackingOptions refinement;
-  const BoundedHoughTracking tracking(*model, beam_model, {}, refinement);
+  const BoundedHoughTracking tracking(*model, nominal_beam, {}, refinement);
   Random random(6, "frames");
   ScanMaker lidar(model->target.mesh);
   lidar.rate_hz = 1e7;  // at rest while it is scanned

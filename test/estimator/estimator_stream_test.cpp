@@ -9,8 +9,6 @@ using Estimate = pose_estimate_t;
 
 namespace {
 
-const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
-
 EstimatorSetup stream_setup() {
   EstimatorSetup setup = test_setup();
   setup.options.tracking_method = "beam";

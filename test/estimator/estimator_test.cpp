@@ -12,8 +12,6 @@ using Estimate = pose_estimate_t;
 namespace {
 
 /// A target as the approach starts: facing the sensor, a little turned.
-const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
-
 template <class Message>
 std::string encoded(const Message& message) {
   std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');

@@ -6,33 +6,20 @@
 #include "common/core/random.h"
 #include "estimator/filter/pose_filter.h"
 #include "test/catch.h"
+#include "test/estimator/noisy_poses.h"
 
 using namespace berth;
 using namespace berth::estimator;
 
 namespace {
 
-constexpr double sigma_m = 0.003;
-constexpr double sigma_rad = 0.002;
 const Pose start_pose = pose_from_xyzwpr({100, -100, 5000, 10, 20, 30});
-const Velocity velocity{{0.01, -0.02, -0.03}, {0.02, 0.01, -0.05}};
-
-Matrix6d noise() {
-  Vector6d v;
-  v << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma_rad * sigma_rad);
-  return v.asDiagonal();
-}
+const Velocity start_velocity{{0.01, -0.02, -0.03}, {0.02, 0.01, -0.05}};
 
 Matrix6d speed_variance(double linear, double angular) {
   Vector6d v;
   v << Vector3d::Constant(linear * linear), Vector3d::Constant(angular * angular);
   return v.asDiagonal();
-}
-
-Pose measured(const Pose& truth, Random& random) {
-  Vector6d d;
-  d << random.normal_vector(sigma_m), random.normal_vector(sigma_rad);
-  return perturbed(truth, d);
 }
 
 Vector12d error_of(const PoseFilter& filter, const Pose& pose, const Velocity& v) {
@@ -88,7 +75,7 @@ TEST_CASE("On a straight line the filter is the least-squares line through the m
   Eigen::Matrix<double, n, 2> a;
   Eigen::Matrix<double, n, 3> z;
   for (int i = 0; i < n; ++i) {
-    const Pose truth = moved(start_pose, {velocity.linear, Vector3d::Zero()}, step * i);
+    const Pose truth = moved(start_pose, {start_velocity.linear, Vector3d::Zero()}, step * i);
     const Pose seen{truth.position + random.normal_vector(sigma_m), truth.rotation};
     a.row(i) << 1, step * (i - n + 1);
     z.row(i) = seen.position.transpose();
@@ -107,7 +94,7 @@ TEST_CASE("On a straight line the filter is the least-squares line through the m
   CHECK(filter.velocity_covariance()(2, 2) == Approx(covariance(1, 1)).epsilon(1e-3));
 }
 
-TEST_CASE("Errors are as large as the covariance says, at rest in velocity and manoeuvring") {
+TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity and manoeuvring") {
   const double acceleration = GENERATE(0.0, 0.02);
   PoseFilterOptions options;
   options.linear_acceleration = options.angular_acceleration = std::max(acceleration, 1e-6);
@@ -118,10 +105,10 @@ TEST_CASE("Errors are as large as the covariance says, at rest in velocity and m
     Random random(seed, "filter");
     PoseFilter filter(options);
     Pose truth = start_pose;
-    Velocity v = velocity;
+    Velocity v = start_velocity;
     v.linear += random.normal_vector(0.05);
     v.angular += random.normal_vector(0.05);
-    filter.start(measured(truth, random), noise(), 0, velocity, speed_variance(0.05, 0.05));
+    filter.start(measured(truth, random), noise(), 0, start_velocity, speed_variance(0.05, 0.05));
     for (int i = 1; i <= 20; ++i) {
       constexpr int pieces = 20;  // of white acceleration between measurements
       constexpr double dt = 0.5 / pieces;
@@ -147,18 +134,19 @@ TEST_CASE("Errors are as large as the covariance says, at rest in velocity and m
   CHECK(nees / count == Approx(1).margin(0.14));
 }
 
-TEST_CASE("Returns at their own times tell pose and velocity together, and how sure") {
+TEST_CASE("Returns at their own times tell pose and start_velocity together, and how sure") {
   double nees = 0;
   constexpr int trials = 150;
   for (std::uint64_t seed = 1; seed <= trials; ++seed) {
     Random random(seed, "returns");
-    Velocity v = velocity;
+    Velocity v = start_velocity;
     v.linear += random.normal_vector(0.05);
     v.angular += random.normal_vector(0.05);
     PoseFilterOptions options;
     options.linear_acceleration = options.angular_acceleration = 1e-6;
     PoseFilter filter(options);
-    filter.start(measured(start_pose, random), noise(), 0, velocity, speed_variance(0.05, 0.05));
+    filter.start(measured(start_pose, random), noise(), 0, start_velocity,
+                 speed_variance(0.05, 0.05));
     Pose truth = start_pose;
     for (int i = 1; i <= 4; ++i) {
       truth = moved(start_pose, v, 0.5 * i);
@@ -178,8 +166,8 @@ TEST_CASE("The order in which a scan's returns are taken in does not matter") {
   PoseFilter whole(options);
   whole.start(start_pose, noise(), 0);
   PoseFilter parts = whole;
-  const Pose truth = moved(start_pose, velocity, 0.5);
-  const Sightings batch = sightings(truth, velocity, 60, random);
+  const Pose truth = moved(start_pose, start_velocity, 0.5);
+  const Sightings batch = sightings(truth, start_velocity, 60, random);
   whole.update([&](const Motion& m) { return batch.about(m); }, 500000);
   for (std::size_t k = 0; k < 6; ++k) {
     Sightings part;
@@ -197,11 +185,11 @@ TEST_CASE("The order in which a scan's returns are taken in does not matter") {
 
 TEST_CASE("A measurement of an earlier time corrects the pose of now") {
   PoseFilter filter({});
-  filter.start(start_pose, noise(), 0, velocity, speed_variance(1e-4, 1e-4));
-  filter.update(moved(start_pose, velocity, 1), noise(), 1000000);
-  filter.update(moved(start_pose, velocity, 0.5), noise(), 500000);
+  filter.start(start_pose, noise(), 0, start_velocity, speed_variance(1e-4, 1e-4));
+  filter.update(moved(start_pose, start_velocity, 1), noise(), 1000000);
+  filter.update(moved(start_pose, start_velocity, 0.5), noise(), 500000);
   CHECK(filter.utime() == 1000000);
-  CHECK(distance(filter.pose(), moved(start_pose, velocity, 1)) < 1e-4);
+  CHECK(distance(filter.pose(), moved(start_pose, start_velocity, 1)) < 1e-4);
 }
 
 TEST_CASE("A turning target is followed across every angle") {
@@ -217,11 +205,11 @@ TEST_CASE("A turning target is followed across every angle") {
 
 TEST_CASE("What the chaser knows of its own motion is not mistaken for the target's") {
   PoseFilter told({});
-  told.start(start_pose, noise(), 0, velocity, speed_variance(0.001, 0.001));
+  told.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
   PoseFilter untold = told;
   const Vector3d burn(0.1, 0, 0.05);
   told.sensor_accelerated(burn, 0.001);
-  const Velocity after{velocity.linear - burn, velocity.angular};
+  const Velocity after{start_velocity.linear - burn, start_velocity.angular};
   const Pose truth = moved(start_pose, after, 2);
   CHECK(distance(told.predict(2000000), truth) < 1e-9);
   CHECK(distance(untold.predict(2000000), truth) > 0.2);

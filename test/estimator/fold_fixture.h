@@ -27,6 +27,9 @@ struct Said final : EstimatorOutput {
   }
 };
 
+/// Where the target is when a test says nothing else.
+inline const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
+
 /// With the shipped configuration, or another file of its kind.
 EstimatorSetup test_setup(const std::string& file = "config/estimator.yaml");
 

@@ -13,8 +13,6 @@ using namespace berth::estimator;
 
 namespace {
 
-const BeamModel beam_model;
-
 /// Median of values.
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
@@ -34,7 +32,7 @@ Trials run_trials(const IcpTrackingOptions& options, ScanStrategy strategy, int 
   const auto model = replica_model();
   const PlannerOptions planner_options;
   const ScanPlanner planner(*model, {}, planner_options);
-  const IcpTracking tracking(*model, beam_model, options);
+  const IcpTracking tracking(*model, nominal_beam, options);
   Random random(2, "tracking");
   Trials trials;
   for (int i = 0; i < count; ++i) {
@@ -44,7 +42,7 @@ Trials run_trials(const IcpTrackingOptions& options, ScanStrategy strategy, int 
     const Pose start = displaced(truth, random, start_m, start_rad);
     const auto raw = lidar.sweep(planner.plan(start, start_m, strategy, 1000));
     const TrackingResult result =
-        tracking.track(preprocess(raw, {}, beam_model), {start, prior(start_m, start_rad), {}});
+        tracking.track(preprocess(raw, {}, nominal_beam), {start, prior(start_m, start_rad), {}});
     const Vector6d error = difference(result.pose, truth);
     trials.error_m.push_back(error.head<3>().norm());
     trials.error_rad.push_back(error.tail<3>().norm());
@@ -95,15 +93,15 @@ TEST_CASE("The covariance says how large the errors are") {
 TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
   const auto model = replica_model();
   const IcpTrackingOptions options;
-  const IcpTracking tracking(*model, beam_model, options);
+  const IcpTracking tracking(*model, nominal_beam, options);
   double trace[2] = {0, 0};
   for (const int noisy : {0, 1}) {
     ScanMaker lidar(model->target.mesh);
     lidar.beam.range_sigma_m = noisy != 0 ? 0.02 : 0.01;
     lidar.pose = paper_pose;
     const auto raw = lidar.sweep(around(*model, paper_pose, 4000));
-    const TrackingResult result =
-        tracking.track(preprocess(raw, {}, beam_model), {paper_pose, prior(0.03, radians(2)), {}});
+    const TrackingResult result = tracking.track(preprocess(raw, {}, nominal_beam),
+                                                 {paper_pose, prior(0.03, radians(2)), {}});
     REQUIRE(result.ok);
     CHECK(result.covariance == result.covariance.transpose());
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(result.covariance);
@@ -116,13 +114,13 @@ TEST_CASE("The covariance is symmetric, positive, and grows with the noise") {
 TEST_CASE("A moving target is measured where it was at the scan's mean time") {
   const auto model = replica_model();
   const IcpTrackingOptions options;
-  const IcpTracking tracking(*model, beam_model, options);
+  const IcpTracking tracking(*model, nominal_beam, options);
   ScanMaker lidar(model->target.mesh);
   lidar.pose = paper_pose;
   lidar.velocity = {{0.03, 0, -0.05}, {0, 0, 0.05}};
   const Pose at_start = lidar.pose;
   const std::int64_t start = lidar.utime;
-  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 4000)), {}, beam_model);
+  const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 4000)), {}, nominal_beam);
   const Pose truth =
       moved(at_start, lidar.velocity, static_cast<double>(scan.utime_mean - start) * 1e-6);
   const TrackingResult result =
@@ -133,7 +131,7 @@ TEST_CASE("A moving target is measured where it was at the scan's mean time") {
 
   IcpTrackingOptions skewed = options;
   skewed.deskew = false;
-  const TrackingResult worse = IcpTracking(*model, beam_model, skewed)
+  const TrackingResult worse = IcpTracking(*model, nominal_beam, skewed)
                                    .track(scan, {truth, prior(0.03, radians(2)), lidar.velocity});
   CHECK(difference(worse.pose, truth).norm() > difference(result.pose, truth).norm());
 }
@@ -141,7 +139,7 @@ TEST_CASE("A moving target is measured where it was at the scan's mean time") {
 TEST_CASE("An arm behind the target and strays in front do not disturb") {
   const auto model = replica_model();
   const IcpTrackingOptions options;
-  const IcpTracking tracking(*model, beam_model, options);
+  const IcpTracking tracking(*model, nominal_beam, options);
   ScanMaker lidar(model->target.mesh);
   lidar.pose = paper_pose;
   Mesh arm;
@@ -154,7 +152,7 @@ TEST_CASE("An arm behind the target and strays in front do not disturb") {
   }
   Random start_random(1, "start");
   const TrackingResult result =
-      tracking.track(preprocess(raw, {}, beam_model),
+      tracking.track(preprocess(raw, {}, nominal_beam),
                      {displaced(paper_pose, start_random, 0.03, 0.03), prior(0.03, 0.03), {}});
   REQUIRE(result.ok);
   CHECK(distance(result.pose, paper_pose) < 0.008);
@@ -163,12 +161,12 @@ TEST_CASE("An arm behind the target and strays in front do not disturb") {
 TEST_CASE("A pose that the scan contradicts is not ok") {
   const auto model = replica_model();
   const IcpTrackingOptions options;
-  const IcpTracking tracking(*model, beam_model, options);
+  const IcpTracking tracking(*model, nominal_beam, options);
   const auto track = [&](const Mesh& mesh, const Pose& truth, const Pose& start) {
     ScanMaker lidar(mesh);
     lidar.pose = truth;
     const auto raw = lidar.sweep(around(*model, start, 2000));
-    return tracking.track(preprocess(raw, {}, beam_model), {start, prior(0.03, radians(2)), {}});
+    return tracking.track(preprocess(raw, {}, nominal_beam), {start, prior(0.03, radians(2)), {}});
   };
   SECTION("the target is elsewhere") {
     const TrackingResult r =

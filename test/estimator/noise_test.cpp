@@ -11,8 +11,6 @@ using Estimate = pose_estimate_t;
 
 namespace {
 
-const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
-
 double noise_factor(const estimator_diagnostics_t& d) {
   for (std::size_t i = 0; i < d.names.size(); ++i) {
     if (d.names[i] == "noise_factor") return d.values[i];

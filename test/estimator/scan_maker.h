@@ -38,6 +38,8 @@ class ScanMaker {
   Random random_;
 };
 
+/// The beam as the estimator believes it to be, where a test says nothing else.
+inline const BeamModel nominal_beam;
 /// The replica and its compiled model, made once per test program, cached in the build directory.
 const Target& replica();
 std::shared_ptr<const TargetModel> replica_model();

@@ -5,36 +5,15 @@
 
 #include "estimator/planning/pose_information.h"
 #include "test/catch.h"
+#include "test/estimator/planned_windows.h"
 #include "test/estimator/scan_maker.h"
 
 using namespace berth;
 using namespace berth::estimator;
 
-namespace {
-
-const PlannerOptions options;
-
-int beams_of(const std::vector<Window>& windows) {
-  int sum = 0;
-  for (const Window& w : windows) sum += w.count;
-  return sum;
-}
-
-void check_in_view(const std::vector<Window>& windows) {
-  for (const Window& w : windows) {
-    CHECK(std::abs(w.azimuth) + 0.5 * w.width <= radians(20) + 1e-9);
-    CHECK(std::abs(w.elevation) + 0.5 * w.height <= radians(20) + 1e-9);
-    CHECK(w.width > 0);
-    CHECK(w.height > 0);
-    CHECK(w.count > 0);
-  }
-}
-
-}  // namespace
-
 TEST_CASE("Every strategy brings the returns asked for, from windows inside the field of view") {
   const auto model = replica_model();
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   const int strategy = GENERATE(range(0, 6));
   const double range = GENERATE(3.6, 5.5, 20.0, 100.0);
   const Pose pose = pose_from_xyzwpr({100, -100, 1e3 * range, 25, 20, -30});
@@ -56,7 +35,7 @@ TEST_CASE("Every strategy brings the returns asked for, from windows inside the 
 
 TEST_CASE("Windows are put on regions of the strategy that can be seen") {
   const auto model = replica_model();
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   Random random(1, "planner");
   for (int i = 0; i < 20; ++i) {
     const Pose pose = random_pose(random, 6);
@@ -86,7 +65,7 @@ TEST_CASE("Regions on the far side are left out") {
   ModelOptions coarse;
   coarse.grid_voxels = 20000;
   const auto model = compile_target_model(box, coarse);
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   // seen along z from below: the face z = -0.5
   const auto seen =
       planner.visible({{0, 0, 6}, Quaterniond::Identity()}, ScanRegion::Kind::surface);
@@ -99,7 +78,7 @@ TEST_CASE("Regions on the far side are left out") {
 
 TEST_CASE("Windows shrink with distance and grow with uncertainty") {
   const auto model = replica_model();
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   const auto width = [&](double range, double sigma) {
     const auto windows =
         planner.plan({{0, 0, range}, Quaterniond::Identity()}, sigma, ScanStrategy::corners, 1000);
@@ -113,7 +92,7 @@ TEST_CASE("Windows shrink with distance and grow with uncertainty") {
 
 TEST_CASE("A target larger than the field of view is scanned where it is in view") {
   const auto model = replica_model();
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   const Pose pose = pose_from_xyzwpr({0, 0, 3300, 0, 0, 0});
   const auto windows = planner.plan(pose, 0.005, ScanStrategy::corners_sparse, 1000);
   check_in_view(windows);
@@ -123,7 +102,7 @@ TEST_CASE("A target larger than the field of view is scanned where it is in view
 
 TEST_CASE("A target out of view has no windows") {
   const auto model = replica_model();
-  const ScanPlanner planner(*model, {}, options);
+  const ScanPlanner planner(*model, {}, planner_options);
   CHECK(planner.plan({{20, 0, 5}, Quaterniond::Identity()}, 0.01, ScanStrategy::corners, 1000)
             .empty());
   CHECK(
@@ -140,7 +119,7 @@ TEST_CASE("Strategies are known by the paper's names") {
 TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
   const auto model = replica_model();
   const FieldOfView field;
-  PlannerOptions informed = options;
+  PlannerOptions informed = planner_options;
   informed.equal_share = 0.25;
   const auto strategy = GENERATE(ScanStrategy::corners, ScanStrategy::edges,
                                  ScanStrategy::corners_sparse, ScanStrategy::edges_sparse);
@@ -149,7 +128,7 @@ TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
   double equal = 0;
   for (int i = 0; i < 5; ++i) {
     const Pose pose = random_pose(random, 7);
-    const PoseView view(*model, field.beam, pose, options.least_cosine);
+    const PoseView view(*model, field.beam, pose, planner_options.least_cosine);
     const auto trace = [&](const PlannerOptions& o) {
       int returns = 0;
       const auto windows = ScanPlanner(*model, field, o).plan(pose, 0.005, strategy, 1000);
@@ -159,7 +138,7 @@ TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
       return (information + Matrix6d::Identity()).inverse().trace();
     };
     shared += trace(informed);
-    equal += trace(options);
+    equal += trace(planner_options);
   }
   CHECK(shared < equal);
 }

@@ -10,7 +10,7 @@ using namespace berth::estimator;
 namespace {
 
 const BeamModel beam_model;
-const VoxelTemplateOptions options;
+const VoxelTemplateOptions voxel_options;
 
 bool is_right(const Pose& pose, const Pose& truth) {
   return angle_between(pose, truth) < radians(5) && distance(pose, truth) < 0.15;
@@ -36,7 +36,7 @@ void add_cell(ScanMaker& lidar, double distance) {
 
 Tally acquire_random_attitudes(int trials, int beams, bool zoomed, bool cell) {
   const auto model = replica_model();
-  const VoxelTemplateAcquisition acquisition(*model, beam_model, options);
+  const VoxelTemplateAcquisition acquisition(*model, beam_model, voxel_options);
   const double distance = 5.5;
   Random random(11, "attitudes");
   Tally tally;
@@ -95,7 +95,7 @@ TEST_CASE("With few returns there may be doubt, but no silent error") {
 
 TEST_CASE("A target without a long axis is refused, and the reason says so") {
   const auto cube = cube_model();
-  const VoxelTemplateAcquisition acquisition(*cube, beam_model, options);
+  const VoxelTemplateAcquisition acquisition(*cube, beam_model, voxel_options);
   ScanMaker lidar(cube->target.mesh);
   const AcquisitionResult result =
       acquisition.acquire(preprocess(lidar.sweep(full_view(4000)), {}, beam_model));
@@ -106,7 +106,7 @@ TEST_CASE("A target without a long axis is refused, and the reason says so") {
 
 TEST_CASE("Something else is not taken for the replica") {
   const auto model = replica_model();
-  const VoxelTemplateAcquisition acquisition(*model, beam_model, options);
+  const VoxelTemplateAcquisition acquisition(*model, beam_model, voxel_options);
   Random random(3, "others");
   const Mesh others[] = {make_box({3, 1.2, 0.6}), make_cylinder(0.5, 3, 24), make_box({1, 1, 1}),
                          make_box({8, 8, 0.1})};
@@ -130,7 +130,7 @@ TEST_CASE("Two equal poses of a symmetric target are one: the one turned less") 
   coarse.surface_samples = 6000;
   coarse.grid_voxels = 100000;
   const auto model = compile_target_model(bar, coarse);
-  const VoxelTemplateAcquisition acquisition(*model, beam_model, options);
+  const VoxelTemplateAcquisition acquisition(*model, beam_model, voxel_options);
   ScanMaker lidar(bar.mesh);
   lidar.pose = pose_from_xyzwpr({0, 0, 5000, 150, 20, 160});
   const AcquisitionResult result =
@@ -148,7 +148,7 @@ TEST_CASE("Two equal poses of a symmetric target are one: the one turned less") 
 
 TEST_CASE("Scans with nothing in them are not found, each with a reason") {
   const auto model = replica_model();
-  const VoxelTemplateAcquisition acquisition(*model, beam_model, options);
+  const VoxelTemplateAcquisition acquisition(*model, beam_model, voxel_options);
   std::vector<RawBeam> misses(3000);
   for (std::size_t i = 0; i < misses.size(); ++i) {
     misses[i].azimuth = 1e-4 * static_cast<double>(i);

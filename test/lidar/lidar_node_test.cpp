@@ -20,8 +20,8 @@ using Catch::Matchers::Contains;
 namespace {
 
 /// The driver, the simulated device on its wire, and a client on the bus.
-struct Bench {
-  explicit Bench(bool with_device = true, SimulatedLidarSettings settings = noiseless()) {
+struct NodeBench {
+  explicit NodeBench(bool with_device = true, SimulatedLidarSettings settings = noiseless()) {
     client.subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(),
                                     [this](const scan_packet_t& p) { packets.push_back(p); });
     client.subscribe<lidar_state_t>(channels::lidar_state, Queue::latest(),
@@ -91,7 +91,7 @@ struct Bench {
 }  // namespace
 
 TEST_CASE("the driver finds its LIDAR and says what it is") {
-  Bench bench;
+  NodeBench bench;
   CHECK(bench.state.state == lidar_state_t::IDLE);
   CHECK(bench.state.model == "ILRIS-3D");
   CHECK(bench.state.serial == "simulated");
@@ -102,7 +102,7 @@ TEST_CASE("the driver finds its LIDAR and says what it is") {
 }
 
 TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed by motion") {
-  Bench bench;
+  NodeBench bench;
   bench.scene.speed = 0.5;
   auto r = bench.request(1);
   r.windows.push_back(r.windows[0]);
@@ -146,7 +146,7 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
 }
 
 TEST_CASE("a repeated request is not scanned again; the end is told again every second") {
-  Bench bench;
+  NodeBench bench;
   bench.ask_and_wait(bench.request(1));
   const auto fired = bench.device->beams_fired();
   const auto told = bench.packets.size();
@@ -165,7 +165,7 @@ TEST_CASE("a repeated request is not scanned again; the end is told again every 
 }
 
 TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves") {
-  Bench bench;
+  NodeBench bench;
   auto r = bench.request(1);
   r.windows[0].azimuth_rad = radians(19);
   bench.ask_and_wait(r);
@@ -180,7 +180,7 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
 }
 
 TEST_CASE("requests of another session or of the past are not obeyed") {
-  Bench bench;
+  NodeBench bench;
   auto foreign = bench.request(1);
   foreign.session = 4;
   bench.ask_and_wait(foreign);
@@ -196,7 +196,7 @@ TEST_CASE("requests of another session or of the past are not obeyed") {
 }
 
 TEST_CASE("cancel ends a scan and says so") {
-  Bench bench;
+  NodeBench bench;
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
   auto r = bench.request(1);
   r.action = scan_request_t::CANCEL;
@@ -209,7 +209,7 @@ TEST_CASE("cancel ends a scan and says so") {
 }
 
 TEST_CASE("a newer request takes the place of a running scan") {
-  Bench bench;
+  NodeBench bench;
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
   bench.ask_and_wait(bench.request(2, 10), 200 * millisecond);
   std::vector<std::pair<std::int64_t, int>> ends;
@@ -221,7 +221,7 @@ TEST_CASE("a newer request takes the place of a running scan") {
 }
 
 TEST_CASE("a device that falls silent ends the scan, is reported, and is found again") {
-  Bench bench;
+  NodeBench bench;
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
   bench.device->faults().silent = true;
   bench.simulation.run_for(2 * second);
@@ -242,12 +242,12 @@ TEST_CASE("a device that falls silent ends the scan, is reported, and is found a
 }
 
 TEST_CASE("a driver that starts before its LIDAR waits for it") {
-  Bench bench(false);
+  NodeBench bench(false);
   bench.simulation.run_for(3 * second);
   CHECK(bench.state.state == lidar_state_t::OFFLINE);
   CHECK_THAT(bench.state.reason, Contains("nobody answers at lidar:1"));
   CHECK(bench.events_named("lidar-offline") == 1);  // once, not with every dial
-  bench.make_device(Bench::noiseless());
+  bench.make_device(NodeBench::noiseless());
   bench.simulation.run_for(2 * second);
   CHECK(bench.state.state == lidar_state_t::IDLE);
 }
@@ -293,7 +293,7 @@ bool behave(Simulation& simulation, lidar::Connection& wire, const lidar::Messag
 }  // namespace
 
 TEST_CASE("another kind of device is not used") {
-  Bench bench(false);
+  NodeBench bench(false);
   OddDevice device(bench.simulation, [](lidar::Connection& wire, const lidar::Message&) {
     lidar::Identity identity;
     identity.model = "toy";
@@ -305,7 +305,7 @@ TEST_CASE("another kind of device is not used") {
 }
 
 TEST_CASE("a device that answers but never measures ends the scan") {
-  Bench bench(false);
+  NodeBench bench(false);
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
     if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
@@ -321,7 +321,7 @@ TEST_CASE("a device that answers but never measures ends the scan") {
 
 TEST_CASE("returns that do not follow one another, or come from another time, are not believed") {
   const auto run = [](std::uint32_t beams_before, Utime clock_step) {
-    Bench bench(false);
+    NodeBench bench(false);
     OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
       if (behave(bench.simulation, wire, message)) return;
       if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
@@ -346,7 +346,7 @@ TEST_CASE("returns that do not follow one another, or come from another time, ar
 }
 
 TEST_CASE("large frames of a device are cut to packets of the bus") {
-  Bench bench(false);
+  NodeBench bench(false);
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
     if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {

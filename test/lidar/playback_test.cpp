@@ -30,8 +30,8 @@ struct Directory {
 };
 
 /// An adapter in a loop, and all it says.
-struct Bench {
-  explicit Bench(LidarDevice device)
+struct PlaybackBench {
+  explicit PlaybackBench(LidarDevice device)
       : adapter(make_adapter(device, ilris(), loop, simulation.wires())) {
     adapter->start({[this] { ++readied; }, [this](const Message& message) { take(message); },
                     [this](const std::string& reason) { lost = reason; }});
@@ -126,7 +126,7 @@ TEST_CASE(
   write_file(directory.path / "b.xyz", "0 0 6\n0.6 0 6\n");
   write_file(directory.path / "a.xyz", "0 0 5\n0.5 0 5\n0 -0.5 5\n");
   write_file(directory.path / "notes.md", "not a cloud");
-  Bench bench(files(directory.path));
+  PlaybackBench bench(files(directory.path));
   CHECK(bench.readied == 1);
   CHECK(bench.adapter->identity().model == "ILRIS-3D");
   const Utime asked = bench.simulation.now();
@@ -157,7 +157,7 @@ TEST_CASE("a recording that repeats starts anew; a bad file is named and passed 
   write_file(directory.path / "2.xyz", "0 0 five\n");
   LidarDevice device = files(directory.path);
   device.repeat = true;
-  Bench bench(device);
+  PlaybackBench bench(device);
   for (int id = 1; id <= 3; ++id) bench.order(id, 10 * millisecond);
   REQUIRE(bench.answers.size() == 3);
   CHECK(bench.answers[0].accepted);
@@ -174,7 +174,7 @@ TEST_CASE("times of clouds part their beams and their scans") {
   write_file(directory.path / "3.csv", "x,y,z,time\n0,0,5,86502.0\n");
   LidarDevice device = files(directory.path);
   device.longest_gap = 3 * second;
-  Bench bench(device);
+  PlaybackBench bench(device);
   bench.order(1, 500 * millisecond);
   bench.order(2, 5 * second);  // early: it waits for its time
   const Utime asked = bench.simulation.now();
@@ -191,7 +191,7 @@ TEST_CASE("a log's scans come as they came, and end as they ended") {
   LidarDevice device;
   device.adapter = LidarDevice::Kind::log;
   device.recording = directory.path;  // a run directory
-  Bench bench(device);
+  PlaybackBench bench(device);
   const Utime asked = bench.simulation.now();
   bench.order(1, 500 * millisecond);
   bench.order(2, 1500 * millisecond);
@@ -218,7 +218,7 @@ TEST_CASE("a played scan can be cancelled; the next order gets the next scan") {
   for (int i = 0; i < 200; ++i) points += "0 0 5 " + std::to_string(0.01 * i) + "\n";
   write_file(directory.path / "1.xyz", points);
   write_file(directory.path / "2.xyz", "0 0 7\n");
-  Bench bench(files(directory.path));
+  PlaybackBench bench(files(directory.path));
   bench.order(1, 600 * millisecond);
   CHECK(bench.beams.size() == 50);
   bench.loop.after(0, [&] { bench.adapter->cancel(1); });

@@ -14,6 +14,7 @@ namespace berth::made {
 
 inline constexpr Utime start = 1000 * second;
 inline constexpr std::int64_t session = 7;
+inline constexpr double mm = 1e-3;
 
 template <class Message>
 void put_pose(const Pose& pose, Message& message) {

@@ -13,10 +13,10 @@
 
 using namespace berth;
 using namespace berth::logs;
+using made::mm;
 
 namespace {
 
-constexpr double mm = 1e-3;
 constexpr double period_s = 0.5;  // of the estimates
 
 using Path = std::function<Pose(double)>;

@@ -9,10 +9,9 @@
 
 using namespace berth;
 using namespace berth::logs;
+using made::mm;
 
 namespace {
-
-constexpr double mm = 1e-3;
 
 /// 20 s of flight with truth at 125 Hz and estimates at 2 Hz, wrong by a constant.
 RunRecord flown(const Vector6d& error, double truth_sigma_m = 1e-3) {
@@ -29,7 +28,7 @@ RunRecord flown(const Vector6d& error, double truth_sigma_m = 1e-3) {
   return record;
 }
 
-double measured(const RunRecord& record, const std::string& name, Statistic statistic,
+double value_of(const RunRecord& record, const std::string& name, Statistic statistic,
                 const std::string& phase = whole_run, const NearestPoint& nearest = {}) {
   const Measurement* what = measurement_named(name);
   REQUIRE(what != nullptr);
@@ -47,25 +46,25 @@ Vector6d error_of(double x, double y, double z, double about_x, double about_y, 
 
 TEST_CASE("a constant error is measured as what it is") {
   const RunRecord record = flown(error_of(3 * mm, -4 * mm, 12 * mm, 0, 0.01, 0));
-  CHECK(measured(record, "position_error", Statistic::rms) == Approx(13 * mm));
-  CHECK(measured(record, "position_error", Statistic::peak) == Approx(13 * mm));
-  CHECK(measured(record, "x_error", Statistic::mean) == Approx(3 * mm));
-  CHECK(measured(record, "y_error", Statistic::mean) == Approx(-4 * mm));
-  CHECK(measured(record, "y_error", Statistic::rms) == Approx(4 * mm));
-  CHECK(measured(record, "z_error", Statistic::deviation) == Approx(0).margin(1e-9));
-  CHECK(measured(record, "attitude_error", Statistic::p95) == Approx(0.01));
-  CHECK(measured(record, "attitude_y_error", Statistic::mean) == Approx(0.01));
-  CHECK(measured(record, "attitude_x_error", Statistic::peak) == Approx(0).margin(1e-9));
-  CHECK(measured(record, "measured_position_error", Statistic::mean) == Approx(13 * mm));
-  CHECK(measured(record, "nees", Statistic::mean) ==
+  CHECK(value_of(record, "position_error", Statistic::rms) == Approx(13 * mm));
+  CHECK(value_of(record, "position_error", Statistic::peak) == Approx(13 * mm));
+  CHECK(value_of(record, "x_error", Statistic::mean) == Approx(3 * mm));
+  CHECK(value_of(record, "y_error", Statistic::mean) == Approx(-4 * mm));
+  CHECK(value_of(record, "y_error", Statistic::rms) == Approx(4 * mm));
+  CHECK(value_of(record, "z_error", Statistic::deviation) == Approx(0).margin(1e-9));
+  CHECK(value_of(record, "attitude_error", Statistic::p95) == Approx(0.01));
+  CHECK(value_of(record, "attitude_y_error", Statistic::mean) == Approx(0.01));
+  CHECK(value_of(record, "attitude_x_error", Statistic::peak) == Approx(0).margin(1e-9));
+  CHECK(value_of(record, "measured_position_error", Statistic::mean) == Approx(13 * mm));
+  CHECK(value_of(record, "nees", Statistic::mean) ==
         Approx(169e-6 / (9e-6 + 1e-6) + 1e-4 / (4e-6 + 1e-6)));
 }
 
 TEST_CASE("truth is interpolated to the estimate's own time") {
   // Exact estimates of a moving target: any other truth than that of their moment shows.
   const RunRecord record = flown(Vector6d::Zero());
-  CHECK(measured(record, "position_error", Statistic::peak) < 1e-9);
-  CHECK(measured(record, "attitude_error", Statistic::peak) < 1e-9);
+  CHECK(value_of(record, "position_error", Statistic::peak) < 1e-9);
+  CHECK(value_of(record, "attitude_error", Statistic::peak) < 1e-9);
 }
 
 TEST_CASE("truth is never extrapolated, nor carried over a hole") {
@@ -123,12 +122,12 @@ TEST_CASE("phases divide the estimates by their own time") {
   RunRecord record = flown(Vector6d::Zero());
   record.add(made::estimate(made::start + 9999 * millisecond,
                             perturbed(made::flight(9.999), error_of(0, 0, 1, 0, 0, 0))));
-  CHECK(measured(record, "position_error", Statistic::peak, "first") == Approx(1));
-  CHECK(measured(record, "position_error", Statistic::peak, "second") < 1e-9);
-  CHECK(measured(record, "estimates", Statistic::mean, "first") == 21);
-  CHECK(measured(record, "estimates", Statistic::mean) == 41);
-  CHECK(measured(record, "duration", Statistic::mean, "second") == Approx(10));
-  CHECK(measured(record, "update_rate", Statistic::mean, "second") == Approx(2));
+  CHECK(value_of(record, "position_error", Statistic::peak, "first") == Approx(1));
+  CHECK(value_of(record, "position_error", Statistic::peak, "second") < 1e-9);
+  CHECK(value_of(record, "estimates", Statistic::mean, "first") == 21);
+  CHECK(value_of(record, "estimates", Statistic::mean) == 41);
+  CHECK(value_of(record, "duration", Statistic::mean, "second") == Approx(10));
+  CHECK(value_of(record, "update_rate", Statistic::mean, "second") == Approx(2));
 }
 
 TEST_CASE("share of time tracking, time to acquire and gaps") {
@@ -141,10 +140,10 @@ TEST_CASE("share of time tracking, time to acquire and gaps") {
   record.add(made::estimate(at(5.5), Pose{}, pose_estimate_t::LOST));  // 1.5 s until here
   record.add(made::estimate(at(10), Pose{}));                          // good for 2 s
   record.add(made::estimate(at(19), Pose{}));                          // 1 s to the end
-  CHECK(measured(record, "tracking_share", Statistic::mean) == Approx(4.5 / 20));
-  CHECK(measured(record, "time_to_acquire", Statistic::mean) == Approx(4));
-  CHECK(measured(record, "longest_gap", Statistic::mean) == Approx(9));
-  CHECK(measured(record, "update_rate", Statistic::mean) == Approx(0.2));
+  CHECK(value_of(record, "tracking_share", Statistic::mean) == Approx(4.5 / 20));
+  CHECK(value_of(record, "time_to_acquire", Statistic::mean) == Approx(4));
+  CHECK(value_of(record, "longest_gap", Statistic::mean) == Approx(9));
+  CHECK(value_of(record, "update_rate", Statistic::mean) == Approx(0.2));
 }
 
 TEST_CASE("the surface range is that of the nearest point, with truth's uncertainty along it") {
@@ -152,15 +151,15 @@ TEST_CASE("the surface range is that of the nearest point, with truth's uncertai
   const NearestPoint nearest = [](const Vector3d&) { return Vector3d(0, 0, -0.5); };
   const RunRecord record = flown(Vector6d::Zero());
   const Vector3d end = made::flight(20) * Vector3d(0, 0, -0.5);
-  CHECK(measured(record, "surface_range", Statistic::final, "second", nearest) ==
+  CHECK(value_of(record, "surface_range", Statistic::final, "second", nearest) ==
         Approx(end.norm()));
-  CHECK(measured(record, "surface_range", Statistic::min, "run", nearest) == Approx(end.norm()));
+  CHECK(value_of(record, "surface_range", Statistic::min, "run", nearest) == Approx(end.norm()));
   const Measurer measurer(record, nearest);
   const Measured m = measurer.measure(*measurement_named("surface_range"), Statistic::final,
                                       *record.phase("second"));
   // 1 mm of position, and 1 mrad at a lever arm of 0.5 m nearly along the line of sight.
   CHECK(m.uncertainty == Approx(1 * mm).epsilon(0.01));
-  CHECK(std::isnan(measured(record, "surface_range", Statistic::final)));
+  CHECK(std::isnan(value_of(record, "surface_range", Statistic::final)));
 }
 
 TEST_CASE("range and bearing errors") {
@@ -170,8 +169,8 @@ TEST_CASE("range and bearing errors") {
   record.add(made::estimate(made::start + 50 * millisecond,
                             {Vector3d(0.05, 0, 5), Quaterniond::Identity()}));
   record.add(made::state({{"go", 0, 0.1}}));
-  CHECK(measured(record, "bearing_error", Statistic::mean) == Approx(std::atan2(0.05, 5)));
-  CHECK(measured(record, "range_error", Statistic::mean) == Approx(std::hypot(0.05, 5) - 5));
+  CHECK(value_of(record, "bearing_error", Statistic::mean) == Approx(std::atan2(0.05, 5)));
+  CHECK(value_of(record, "range_error", Statistic::mean) == Approx(std::hypot(0.05, 5) - 5));
 }
 
 TEST_CASE("statistics of a known series") {
@@ -204,7 +203,7 @@ TEST_CASE("errors drawn from the covariance give a NEES of six") {
     record.add(made::estimate(t, perturbed(truth, error)));
   }
   record.add(made::state({{"go", 0, 40}}));
-  CHECK(measured(record, "nees", Statistic::mean) == Approx(6).epsilon(0.05));
+  CHECK(value_of(record, "nees", Statistic::mean) == Approx(6).epsilon(0.05));
 }
 
 namespace {
@@ -213,8 +212,8 @@ criterion_result_t judged(const RunRecord& record, const std::string& limits,
                           const std::string& what = "position_error, statistic: rms") {
   Config config =
       Config::parse("criteria:\n  - {name: c, measurement: " + what + ", " + limits + "}\n", "t");
-  const auto criteria = read_criteria(config);
-  return judge(criteria.at(0), Measurer(record, {}));
+  const auto read = read_criteria(config);
+  return judge(read.at(0), Measurer(record, {}));
 }
 
 }  // namespace

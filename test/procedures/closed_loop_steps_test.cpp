@@ -2,19 +2,16 @@
 #include "procedures/engine/motion_command.h"
 #include "procedures/language/procedure.h"
 #include "test/catch.h"
+#include "test/procedures/parsed.h"
 
 namespace berth::procedures {
 namespace {
 
 using Catch::Matchers::Contains;
 
-Procedure parsed(const std::string& step) {
-  return parse_procedure("name: t\nsteps:\n  - acquire: {}\n  - " + step + "\n", "p.yaml");
-}
-
 testbed_command_t command_of(const std::string& step) {
   const Pose here = pose_from_xyzwpr({10, 20, 4000, 1, 2, 3});
-  const auto command = motion_command(parsed(step).steps[1].verb, here);
+  const auto command = motion_command(parsed_step(step).steps[1].verb, here);
   REQUIRE(command);
   return *command;
 }
@@ -54,10 +51,11 @@ TEST_CASE("an outside GNC steers by its name, within speeds, until something is 
   CHECK(command.guidance == "gnc");
   CHECK(command.speed_m_s == Approx(0.03));
   CHECK(command.angular_speed_rad_s == Approx(radians(1.0)));
-  CHECK_THROWS_WITH(parsed("guided: {by: gnc, for: 20 s, speed: 30 mm/s, until: nonsense}"),
+  CHECK_THROWS_WITH(parsed_step("guided: {by: gnc, for: 20 s, speed: 30 mm/s, until: nonsense}"),
                     Contains("until"));
-  CHECK_THROWS_WITH(parsed("approach: {standoff: 3 m, speed: 20 mm/s, target_motion: {swing: {}}}"),
-                    Contains("swing"));
+  CHECK_THROWS_WITH(
+      parsed_step("approach: {standoff: 3 m, speed: 20 mm/s, target_motion: {swing: {}}}"),
+      Contains("swing"));
 }
 
 }  // namespace

@@ -30,10 +30,13 @@ criteria:
   - {name: share, measurement: tracking_share, phase: hold, min: 95 %}
 )";
 
+inline std::string procedure_of(const std::string& steps) { return "name: test\nsteps:\n" + steps; }
+
 /// The engine and its fake cell, on a simulated clock, recorded.
-class Bench {
+class EngineBench {
  public:
-  explicit Bench(const Script& given = {}, const std::string& text = script_text) : script(given) {
+  explicit EngineBench(const Script& given = {}, const std::string& text = script_text)
+      : script(given) {
     writer = std::make_unique<logs::LogWriter>(log);
     simulation.record([this](Utime utime, const std::string& channel, Bytes bytes) {
       writer->write(utime, channel, bytes);
@@ -69,7 +72,7 @@ class Bench {
     operator_bus->subscribe<event_t>(channels::event, Queue::fifo(),
                                      [this](const event_t& m) { events.push_back(m); });
   }
-  ~Bench() { std::filesystem::remove(log); }
+  ~EngineBench() { std::filesystem::remove(log); }
 
   /// Runs to the end; the outcome.
   int run(double limit_s = 120) {

@@ -6,7 +6,7 @@
 #include "test/procedures/engine_bench.h"
 
 using namespace berth;
-using fake::Bench;
+using fake::EngineBench;
 using Command = procedure_command_t;
 
 namespace {
@@ -59,7 +59,7 @@ class Operators {
   }
   std::int8_t state() const { return bench.node->state().state; }
 
-  Bench bench;
+  EngineBench bench;
   operator_control_t control{};
 
  private:
@@ -180,7 +180,7 @@ TEST_CASE("control lost before the first step holds it there") {
   fake::Script script;
   script.ready_after_s = 4;
   script.move_takes_s = 10;
-  Bench bench(script, long_move);
+  EngineBench bench(script, long_move);
   bench.run_for(1);
   bench.command(Command::TAKE_CONTROL, "hold");
   bench.run_for(2);
@@ -215,7 +215,7 @@ TEST_CASE("a motion made slow has more time; one at full speed has not") {
   const bool slow = GENERATE(true, false);
   fake::Script script;
   script.move_takes_s = 30;  // as the fake testbed moves, whatever the speed
-  Bench bench(script, long_move);
+  EngineBench bench(script, long_move);
   bench.run_to(procedure_state_t::RUNNING);
   bench.command(Command::SPEED, slow ? "50 %" : "100 %");
   CHECK(bench.run() == (slow ? procedure_state_t::PASS : procedure_state_t::TIMEOUT));

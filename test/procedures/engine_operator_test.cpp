@@ -2,13 +2,12 @@
 #include "test/procedures/engine_bench.h"
 
 using namespace berth;
-using fake::Bench;
+using fake::EngineBench;
+using fake::procedure_of;
 
 namespace {
 
-std::string script(const std::string& steps) { return "name: test\nsteps:\n" + steps; }
-
-const std::string question = script(
+const std::string question = procedure_of(
     "  - prompt: {text: Ready for it, choices: [go, no], go_on: [go]}\n"
     "    timeout: 10 s\n"
     "  - wait: 1 s\n");
@@ -16,7 +15,7 @@ const std::string question = script(
 }  // namespace
 
 TEST_CASE("an operator is asked, and the answer that belongs to the question counts") {
-  Bench bench({}, question);
+  EngineBench bench({}, question);
   bench.run_to(procedure_state_t::PROMPTING);
   const procedure_state_t asked = bench.node->state();
   CHECK(asked.prompt == "Ready for it");
@@ -63,8 +62,9 @@ TEST_CASE("an operator is asked, and the answer that belongs to the question cou
 }
 
 TEST_CASE("where nobody answers, a question can answer itself") {
-  Bench bench({}, script("  - prompt: {text: Ready for it, choices: [go, no], default: go}\n"
-                         "    timeout: 10 s\n"));
+  EngineBench bench(
+      {}, procedure_of("  - prompt: {text: Ready for it, choices: [go, no], default: go}\n"
+                       "    timeout: 10 s\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.step("prompt").detail == "answer: go (nobody answered in time)");
 }
@@ -78,7 +78,7 @@ TEST_CASE("nothing goes on after a hold when something has changed") {
     red = "relative pose";
   }
   SECTION("the E-stop chain is open") { red = "E-stop chain"; }
-  Bench bench(s, script("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}\n"));
+  EngineBench bench(s, procedure_of("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}\n"));
   bench.run_for(5);
   bench.command(procedure_command_t::HOLD);
   bench.run_for(3);
@@ -104,8 +104,8 @@ TEST_CASE("nothing goes on after a hold when something has changed") {
 TEST_CASE("a failed step waits for the operator when it is to") {
   fake::Script s;
   s.acquire_takes_s = 1000;
-  Bench bench(s, script("  - acquire: {}\n    timeout: 3 s\n    on_failure: hold\n"
-                        "  - wait: 1 s\n"));
+  EngineBench bench(s, procedure_of("  - acquire: {}\n    timeout: 3 s\n    on_failure: hold\n"
+                                    "  - wait: 1 s\n"));
   bench.run_to(procedure_state_t::HELD);
   CHECK(bench.step("acquire").state == procedure_step_t::TIMEOUT);
   CHECK(bench.node->state().reason.find("Retry, skip or abort") != std::string::npos);
@@ -140,7 +140,7 @@ TEST_CASE("a failed step waits for the operator when it is to") {
 TEST_CASE("a running step is tried again from its start") {
   fake::Script s;
   s.move_takes_s = 20;
-  Bench bench(s, script("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}\n"));
+  EngineBench bench(s, procedure_of("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}\n"));
   bench.run_for(6);
   bench.script.move_takes_s = 2;
   bench.command(procedure_command_t::RETRY);
@@ -152,9 +152,9 @@ TEST_CASE("a running step is tried again from its start") {
 }
 
 TEST_CASE("between steps the next one can be skipped") {
-  Bench bench({}, script("  - wait: 5 s\n    name: first\n"
-                         "  - wait: 5 s\n    name: second\n"
-                         "  - wait: 5 s\n    name: third\n"));
+  EngineBench bench({}, procedure_of("  - wait: 5 s\n    name: first\n"
+                                     "  - wait: 5 s\n    name: second\n"
+                                     "  - wait: 5 s\n    name: third\n"));
   bench.run_for(3);
   bench.command(procedure_command_t::STEP);
   bench.run_to(procedure_state_t::HELD);
@@ -169,7 +169,7 @@ TEST_CASE("between steps the next one can be skipped") {
 }
 
 TEST_CASE("what cannot be done is refused with the reason") {
-  Bench bench({}, script("  - wait: 20 s\n"));
+  EngineBench bench({}, procedure_of("  - wait: 20 s\n"));
   bench.run_for(3);
   const auto refused = [&bench](std::int8_t what, const std::string& text = "") {
     bench.events.clear();

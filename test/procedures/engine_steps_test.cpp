@@ -2,18 +2,14 @@
 #include "test/procedures/engine_bench.h"
 
 using namespace berth;
-using fake::Bench;
-
-namespace {
-
-std::string script(const std::string& steps) { return "name: test\nsteps:\n" + steps; }
-
-}  // namespace
+using fake::EngineBench;
+using fake::procedure_of;
 
 TEST_CASE("wait_until waits for its condition, for as long as it asks") {
-  Bench bench({}, script("  - acquire: {}\n"
-                         "  - wait_until: estimate is ok and time_in_step > 3 s for 2 s\n"
-                         "  - record: {value: position_error, name: at the end}\n"));
+  EngineBench bench({},
+                    procedure_of("  - acquire: {}\n"
+                                 "  - wait_until: estimate is ok and time_in_step > 3 s for 2 s\n"
+                                 "  - record: {value: position_error, name: at the end}\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   const auto& step = bench.step("wait_until");
   CHECK(seconds(step.utime_end - step.utime_start) == Approx(5).margin(0.2));
@@ -22,31 +18,31 @@ TEST_CASE("wait_until waits for its condition, for as long as it asks") {
 }
 
 TEST_CASE("what never comes runs out of time, and says what is found") {
-  Bench bench({}, script("  - wait_until: clearance > 2 m\n    timeout: 4 s\n"));
+  EngineBench bench({}, procedure_of("  - wait_until: clearance > 2 m\n    timeout: 4 s\n"));
   CHECK(bench.run() == procedure_state_t::TIMEOUT);
   CHECK(bench.step("wait_until").detail ==
         "step 'wait_until' is not done after 4 s: clearance 1.000 m; wanted: clearance > 2 m");
 }
 
 TEST_CASE("what is not known cannot be recorded") {
-  Bench bench({}, script("  - record: estimated_range\n"));
+  EngineBench bench({}, procedure_of("  - record: estimated_range\n"));
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->state().reason == "step 'record': estimated_range = not known");
 }
 
 TEST_CASE("a step whose condition is not met is skipped with the reason, with its block") {
-  Bench bench({}, script("  - wait: 1 s\n"
-                         "    name: never\n"
-                         "    if: estimate is ok\n"
-                         "  - repeat:\n"
-                         "      times: 2\n"
-                         "      steps:\n"
-                         "        - wait: 1 s\n"
-                         "    if: testbed is moving\n"
-                         "  - acquire: {}\n"
-                         "  - wait: 1 s\n"
-                         "    name: now\n"
-                         "    if: estimate is ok\n"));
+  EngineBench bench({}, procedure_of("  - wait: 1 s\n"
+                                     "    name: never\n"
+                                     "    if: estimate is ok\n"
+                                     "  - repeat:\n"
+                                     "      times: 2\n"
+                                     "      steps:\n"
+                                     "        - wait: 1 s\n"
+                                     "    if: testbed is moving\n"
+                                     "  - acquire: {}\n"
+                                     "  - wait: 1 s\n"
+                                     "    name: now\n"
+                                     "    if: estimate is ok\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.step("never").state == procedure_step_t::SKIPPED);
   CHECK(bench.step("never").detail == "estimate is not known; only if estimate is ok");
@@ -60,7 +56,8 @@ TEST_CASE("a step whose condition is not met is skipped with the reason, with it
 TEST_CASE("a step that fails is tried again") {
   fake::Script s;
   s.acquire_takes_s = 1000;
-  Bench bench(s, script("  - acquire: {}\n    timeout: 3 s\n    on_failure: retry 2 times\n"));
+  EngineBench bench(
+      s, procedure_of("  - acquire: {}\n    timeout: 3 s\n    on_failure: retry 2 times\n"));
   CHECK(bench.run() == procedure_state_t::TIMEOUT);
   CHECK(bench.step("acquire").attempts == 3);
   CHECK(bench.step("acquire").state == procedure_step_t::TIMEOUT);
@@ -70,9 +67,9 @@ TEST_CASE("a step that fails is tried again") {
 TEST_CASE("a run goes on past a failure when it may") {
   fake::Script s;
   s.refuse_moves = "out of reach";
-  Bench bench(s, script("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s}\n"
-                        "    on_failure: continue\n"
-                        "  - wait: 1 s\n"));
+  EngineBench bench(s, procedure_of("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s}\n"
+                                    "    on_failure: continue\n"
+                                    "  - wait: 1 s\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.step("move").state == procedure_step_t::ERROR);
   CHECK(bench.step("move").detail == "step 'move': the testbed refuses: out of reach");
@@ -80,14 +77,14 @@ TEST_CASE("a run goes on past a failure when it may") {
 }
 
 TEST_CASE("a broken limit ends the run, or holds it") {
-  const std::string steps = script("  - wait: 3 s\n  - wait: 20 s\n    phase: late\n");
+  const std::string steps = procedure_of("  - wait: 3 s\n  - wait: 20 s\n    phase: late\n");
   const auto limit = [&](const std::string& then) {
     return steps +
            "limits:\n  - {name: short, watch: time_in_run, max: 5 s, phase: late, then: " + then +
            "}\n";
   };
   SECTION("fail") {
-    Bench bench({}, limit("fail"));
+    EngineBench bench({}, limit("fail"));
     CHECK(bench.run() == procedure_state_t::FAIL);
     CHECK(bench.node->state().reason == "limit 'short': time_in_run 5.0 s, not above 5.0 s");
     REQUIRE(bench.node->state().limits.size() == 1);
@@ -95,11 +92,11 @@ TEST_CASE("a broken limit ends the run, or holds it") {
     CHECK(bench.told_testbed(testbed_command_t::STOP));
   }
   SECTION("abort") {
-    Bench bench({}, limit("abort"));
+    EngineBench bench({}, limit("abort"));
     CHECK(bench.run() == procedure_state_t::ABORTED);
   }
   SECTION("hold") {
-    Bench bench({}, limit("hold"));
+    EngineBench bench({}, limit("hold"));
     bench.run_to(procedure_state_t::HELD);
     CHECK(bench.node->state().reason == "limit 'short': time_in_run 5.0 s, not above 5.0 s");
     bench.run_for(2);
@@ -111,21 +108,22 @@ TEST_CASE("a broken limit ends the run, or holds it") {
     CHECK(bench.run() == procedure_state_t::ABORTED);
   }
   SECTION("in its phase alone") {
-    Bench bench({}, script("  - wait: 8 s\n  - wait: 1 s\n    phase: late\n") +
-                        "limits:\n  - {name: a, watch: time_in_phase, max: 5 s, phase: late}\n");
+    EngineBench bench({},
+                      procedure_of("  - wait: 8 s\n  - wait: 1 s\n    phase: late\n") +
+                          "limits:\n  - {name: a, watch: time_in_phase, max: 5 s, phase: late}\n");
     CHECK(bench.run() == procedure_state_t::PASS);
     CHECK(bench.node->state().limits[0].result == criterion_result_t::PASSED);
   }
 }
 
 TEST_CASE("faults are injected until the simulated cell says so, and cleared at the end") {
-  const std::string text = script(
+  const std::string text = procedure_of(
       "  - inject: {device: lidar, fault: silent, value: 2 s, for: 5 s}\n"
       "  - wait: 1 s\n");
   fake::Script s;
   SECTION("accepted") {
     s.simulated_cell = true;
-    Bench bench(s, text);
+    EngineBench bench(s, text);
     CHECK(bench.run() == procedure_state_t::PASS);
     REQUIRE(bench.cell->obeyed.size() == 2);
     CHECK(bench.cell->obeyed[0].fault == "silent");
@@ -137,13 +135,13 @@ TEST_CASE("faults are injected until the simulated cell says so, and cleared at 
   SECTION("refused") {
     s.simulated_cell = true;
     s.refuse_injections = "no such fault; there are: noise";
-    Bench bench(s, text);
+    EngineBench bench(s, text);
     CHECK(bench.run() == procedure_state_t::ERROR);
     CHECK(bench.node->state().reason ==
           "step 'inject': the simulated cell refuses: no such fault; there are: noise");
   }
   SECTION("a real cell") {
-    Bench bench(s, text);
+    EngineBench bench(s, text);
     CHECK(bench.run() == procedure_state_t::ERROR);
     CHECK(bench.step("inject").detail.find("only a simulated cell can be injected") !=
           std::string::npos);
@@ -151,12 +149,13 @@ TEST_CASE("faults are injected until the simulated cell says so, and cleared at 
 }
 
 TEST_CASE("a calibration waits at every pose for good estimates made at rest") {
-  Bench bench({}, script("  - acquire: {}\n"
-                         "  - calibrate:\n"
-                         "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0]]\n"
-                         "      estimates: 6\n"
-                         "      settle: 1 s\n"
-                         "      speed: 100 mm/s\n"));
+  EngineBench bench({},
+                    procedure_of("  - acquire: {}\n"
+                                 "  - calibrate:\n"
+                                 "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0]]\n"
+                                 "      estimates: 6\n"
+                                 "      settle: 1 s\n"
+                                 "      speed: 100 mm/s\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   const auto& dwell = bench.step("dwell (pose 2 of 2)");
   CHECK(dwell.detail == "6 of 6 good estimates");
@@ -169,13 +168,13 @@ TEST_CASE("a calibration leaves out the poses at which the target is not seen, a
   s.move_takes_s = 4;
   s.lost_from_s = 11;  // at the first pose
   s.seen_again_s = 60;
-  Bench bench(s, script("  - acquire: {}\n"
-                        "  - calibrate:\n"
-                        "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0],"
-                        " [0, 0, 5000, 20, 0, 0]]\n"
-                        "      estimates: 12\n"
-                        "      speed: 100 mm/s\n"
-                        "lost_for: 5 s\n"));
+  EngineBench bench(s, procedure_of("  - acquire: {}\n"
+                                    "  - calibrate:\n"
+                                    "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0],"
+                                    " [0, 0, 5000, 20, 0, 0]]\n"
+                                    "      estimates: 12\n"
+                                    "      speed: 100 mm/s\n"
+                                    "lost_for: 5 s\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
   const auto& first = bench.step("dwell (pose 1 of 3)");
   CHECK(first.state == procedure_step_t::FAILED);
@@ -192,7 +191,7 @@ TEST_CASE("a calibration leaves out the poses at which the target is not seen, a
 TEST_CASE("nothing begins while the E-stop chain is open, and the list says so") {
   fake::Script s;
   s.estop_closed = false;
-  Bench bench(s, script("  - wait: 1 s\n"));
+  EngineBench bench(s, procedure_of("  - wait: 1 s\n"));
   bench.run_for(5);
   CHECK(bench.node->state().state == procedure_state_t::PREPARING);
   CHECK_FALSE(bench.precondition("E-stop chain").met);
@@ -212,13 +211,13 @@ TEST_CASE("nothing begins while the E-stop chain is open, and the list says so")
 
 TEST_CASE("many steps and all that is said of them fit into one message") {
   // 380 steps that fail, each with a long reason.
-  Bench bench({}, script("  - repeat:\n"
-                         "      times: 380\n"
-                         "      steps:\n"
-                         "        - record: {value: estimated_range, name: " +
-                         std::string(120, 'n') +
-                         "}\n"
-                         "          on_failure: continue\n"));
+  EngineBench bench({}, procedure_of("  - repeat:\n"
+                                     "      times: 380\n"
+                                     "      steps:\n"
+                                     "        - record: {value: estimated_range, name: " +
+                                     std::string(120, 'n') +
+                                     "}\n"
+                                     "          on_failure: continue\n"));
   CHECK(bench.run(600) == procedure_state_t::PASS);
   CHECK(bench.step("record (380 of 380)").state == procedure_step_t::FAILED);
   CHECK(bench.node->state().getEncodedSize() < Bus::max_message_bytes);

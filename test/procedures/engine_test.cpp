@@ -9,7 +9,7 @@
 #include "test/procedures/engine_bench.h"
 
 using namespace berth;
-using fake::Bench;
+using fake::EngineBench;
 using fake::script_text;
 
 namespace {
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 }  // namespace
 
 TEST_CASE("a good run passes, and its log says the same, number for number") {
-  Bench bench;
+  EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.node->exit_code() == 0);
   const procedure_state_t& state = bench.node->state();
@@ -43,7 +43,7 @@ TEST_CASE("a good run passes, and its log says the same, number for number") {
 }
 
 TEST_CASE("an estimate that comes after the verdict changes nothing of it") {
-  Bench bench;
+  EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
   // A machine under load: true while the target was tracked, heard after the run was judged.
   pose_estimate_t late{};
@@ -66,7 +66,7 @@ TEST_CASE("every command is obeyed once, in the order of the steps") {
   fake::Script script;
   script.commands_lost = 5;
   script.late_refusals = 2;
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::PASS);
   std::vector<int> testbed;
   for (const auto& c : bench.testbed->obeyed) testbed.push_back(c.command);
@@ -86,7 +86,7 @@ TEST_CASE("every command is obeyed once, in the order of the steps") {
 TEST_CASE("a criterion that fails fails the run") {
   fake::Script script;
   script.position_error_m = 0.05;
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->exit_code() == 1);
   CHECK(bench.node->state().criteria[0].result == criterion_result_t::FAILED);
@@ -96,7 +96,7 @@ TEST_CASE("a criterion that fails fails the run") {
 TEST_CASE("without truth the run is inconclusive") {
   fake::Script script;
   script.truth = false;
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::INCONCLUSIVE);
   CHECK(bench.node->exit_code() == 4);
   CHECK(bench.node->state().criteria[0].reason == "no truth for any of 8 estimates");
@@ -106,7 +106,7 @@ TEST_CASE("without truth the run is inconclusive") {
 TEST_CASE("a step that takes too long ends the run, and the teardown still runs") {
   fake::Script script;
   script.acquire_takes_s = 1000;
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::TIMEOUT);
   CHECK(bench.node->exit_code() == 2);
   CHECK(bench.node->state().reason ==
@@ -123,7 +123,7 @@ TEST_CASE("an estimator that loses the target fails the run") {
   fake::Script script;
   script.move_takes_s = 20;
   script.lost_from_s = 30;  // on approach
-  Bench bench(script, std::string(script_text) + "lost_for: 5 s\n");
+  EngineBench bench(script, std::string(script_text) + "lost_for: 5 s\n");
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->state().reason.find(
             "the estimator lost the target: no good estimate for 5 s") == 0);
@@ -154,7 +154,7 @@ TEST_CASE("a rig at fault is an error and no failed test") {
     script.refuse_moves = "joint 5 of replica at its limit";
     reason = "step 'move': the testbed refuses: joint 5 of replica at its limit";
   }
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->exit_code() == 2);
   CHECK(bench.node->state().reason == reason);
@@ -177,7 +177,7 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
     script.other_holder = "somebody";
     reason = "no lease on the testbed within 15 s: somebody has it";
   }
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == reason);
   CHECK_FALSE(bench.told_testbed(testbed_command_t::MOVE));
@@ -187,7 +187,7 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
 TEST_CASE("a node that was never heard of is named") {
   fake::Script script;
   script.lidar_silent_from_s = 0;
-  Bench bench(script);
+  EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (not heard of)");
 }
@@ -195,7 +195,8 @@ TEST_CASE("a node that was never heard of is named") {
 TEST_CASE("lamps that do not answer time out, also in the teardown") {
   fake::Script script;
   script.lamps_work = false;
-  Bench bench(script, "name: dark\nsteps:\n  - wait: 1 s\nteardown:\n  - lights: {sun: 10 %}\n");
+  EngineBench bench(script,
+                    "name: dark\nsteps:\n  - wait: 1 s\nteardown:\n  - lights: {sun: 10 %}\n");
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == "teardown step 'lights' failed: no answer in time");
 }
@@ -203,7 +204,7 @@ TEST_CASE("lamps that do not answer time out, also in the teardown") {
 TEST_CASE("abort stops the arms, tears down and keeps its reason") {
   fake::Script script;
   script.move_takes_s = 30;
-  Bench bench(script);
+  EngineBench bench(script);
   bench.run_for(10);
   CHECK(bench.step("move").state == procedure_step_t::RUNNING);
   bench.command(procedure_command_t::ABORT, "smoke");
@@ -220,7 +221,7 @@ TEST_CASE("abort works before anything has begun, and a second one cuts the tear
   fake::Script script;
   SECTION("before") {
     script.ready_after_s = 1000;
-    Bench bench(script);
+    EngineBench bench(script);
     bench.run_for(1);
     bench.command(procedure_command_t::ABORT);
     CHECK(bench.run() == procedure_state_t::ABORTED);
@@ -228,7 +229,8 @@ TEST_CASE("abort works before anything has begun, and a second one cuts the tear
   }
   SECTION("twice") {
     script.lamps_work = false;
-    Bench bench(script, "name: dark\nsteps:\n  - wait: 20 s\nteardown:\n  - lights: {sun: 10 %}\n");
+    EngineBench bench(script,
+                      "name: dark\nsteps:\n  - wait: 20 s\nteardown:\n  - lights: {sun: 10 %}\n");
     bench.run_for(4);
     bench.command(procedure_command_t::ABORT);
     bench.run_for(2);
@@ -240,7 +242,7 @@ TEST_CASE("abort works before anything has begun, and a second one cuts the tear
 
 TEST_CASE("commands that are late or of another session are not obeyed") {
   // Without criteria: what the made estimator sees does not wait.
-  Bench bench({}, std::string(script_text).substr(0, std::string(script_text).find("crit")));
+  EngineBench bench({}, std::string(script_text).substr(0, std::string(script_text).find("crit")));
   bench.run_for(3);
   procedure_command_t message{};
   message.seq = 100;
@@ -276,7 +278,8 @@ TEST_CASE("on hold the arms wait and the step's clock stands still") {
   fake::Script script;
   script.move_takes_s = 6;
   // Without criteria: the made flight does not wait.
-  Bench bench(script, std::string(script_text).substr(0, std::string(script_text).find("crit")));
+  EngineBench bench(script,
+                    std::string(script_text).substr(0, std::string(script_text).find("crit")));
   const auto hold_for = [&bench](double s) {
     bench.command(procedure_command_t::HOLD);
     bench.run_for(s);
@@ -301,7 +304,8 @@ TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
   fake::Script script;
   script.move_takes_s = 30;
   // Without criteria: what the made estimator sees does not wait.
-  Bench bench(script, std::string(script_text).substr(0, std::string(script_text).find("crit")));
+  EngineBench bench(script,
+                    std::string(script_text).substr(0, std::string(script_text).find("crit")));
   bench.run_for(5);
   bench.command(procedure_command_t::SKIP, "is there already");
   bench.run_for(0.5);
@@ -323,7 +327,7 @@ TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
 }
 
 TEST_CASE("the operator reads steps, errors and the verdict") {
-  Bench bench;
+  EngineBench bench;
   bench.run_for(9);
   const std::string status = bench.progress.status();
   INFO(status);
@@ -343,7 +347,7 @@ TEST_CASE("the operator reads steps, errors and the verdict") {
 
 TEST_CASE("the same run gives the same log to the bit") {
   const auto log_of_a_run = [] {
-    Bench bench;
+    EngineBench bench;
     bench.run();
     std::ifstream in(bench.log, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(in), {}};

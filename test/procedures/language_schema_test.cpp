@@ -8,6 +8,7 @@
 #include "procedures/language/schema.h"
 #include "procedures/language/step_options.h"
 #include "test/catch.h"
+#include "test/procedures/parsed.h"
 
 using namespace berth;
 using namespace berth::procedures;
@@ -66,10 +67,6 @@ std::string all_keys(const std::vector<KeyInfo>& keys) {
   return "{" + text + "}";
 }
 
-Procedure parsed(const std::string& step) {
-  return parse_procedure("name: t\nsteps:\n  - acquire: {}\n  - " + step + "\n", "p.yaml");
-}
-
 }  // namespace
 
 TEST_CASE("the schema that ships is that of the parser") {
@@ -83,20 +80,20 @@ TEST_CASE("the parser knows every key of its tables") {
       // Of the rules of a trajectory only one may be given; a call needs a file.
       if (verb.name == "trajectory" || verb.name == "call" || verb.keys.empty()) continue;
       INFO(verb.name << ": " << all_keys(verb.keys));
-      CHECK_NOTHROW(parsed(verb.name + ": " + all_keys(verb.keys)));
+      CHECK_NOTHROW(parsed_step(verb.name + ": " + all_keys(verb.keys)));
     }
   }
   for (const VerbInfo& verb : verbs()) {
     if (!verb.value) continue;
     INFO(verb.name);
-    CHECK_NOTHROW(parsed(verb.name + ": " + example({"", *verb.value, false, "", ""})));
+    CHECK_NOTHROW(parsed_step(verb.name + ": " + example({"", *verb.value, false, "", ""})));
   }
   std::string step = "wait: 1 s";
   for (const KeyInfo& key : step_keys()) {
     const bool words = key.key == "on_failure";
     step += "\n    " + key.key + ": " + (words ? "retry 2 times" : example(key));
   }
-  CHECK_NOTHROW(parsed(step));
+  CHECK_NOTHROW(parsed_step(step));
   CHECK_NOTHROW(parse_procedure("name: t\nsteps:\n  - wait: 1 s\n    phase: go\nlimits:\n  - " +
                                     all_keys(limit_keys()) + "\n",
                                 "p.yaml"));
@@ -111,9 +108,9 @@ TEST_CASE("keys that must be given are missed by the parser too") {
                               [&](const KeyInfo& k) { return k.key == left_out.key; }));
       INFO(verb.name << " without " << left_out.key);
       if (left_out.required) {
-        CHECK_THROWS_AS(parsed(verb.name + ": " + all_keys(keys)), InputError);
+        CHECK_THROWS_AS(parsed_step(verb.name + ": " + all_keys(keys)), InputError);
       } else {
-        CHECK_NOTHROW(parsed(verb.name + ": " + all_keys(keys)));
+        CHECK_NOTHROW(parsed_step(verb.name + ": " + all_keys(keys)));
       }
     }
   }

@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "procedures/language/procedure.h"
 #include "test/catch.h"
+#include "test/procedures/parsed.h"
 
 using namespace berth;
 using namespace berth::procedures;
@@ -14,19 +15,6 @@ using namespace berth::procedures;
 namespace {
 
 namespace fs = std::filesystem;
-
-Procedure parsed(const std::string& steps) {
-  return parse_procedure("name: t\nsteps:\n" + steps, "p.yaml");
-}
-
-std::string complaint(const std::string& steps) {
-  try {
-    parsed(steps);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
 
 std::vector<std::string> names(const Procedure& procedure) {
   std::vector<std::string> list;
@@ -58,7 +46,7 @@ class Folder {
 }  // namespace
 
 TEST_CASE("a repeat is unrolled") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - repeat:\n"
       "      times: 2\n"
       "      steps:\n"
@@ -75,7 +63,7 @@ TEST_CASE("a repeat is unrolled") {
 }
 
 TEST_CASE("a sweep runs over a grid, with units, ranges and poses") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - sweep:\n"
       "      far: {from: 5 m, to: 4.4 m, step: 0.3 m}\n"
       "      turn: [0, 10.5]\n"
@@ -99,7 +87,7 @@ TEST_CASE("a sweep runs over a grid, with units, ranges and poses") {
 }
 
 TEST_CASE("blocks nest, and what is said of a block holds for its steps") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - sweep:\n"
       "      speed: [1 mm/s, 2 mm/s]\n"
       "      steps:\n"
@@ -132,17 +120,19 @@ TEST_CASE("blocks nest, and what is said of a block holds for its steps") {
 TEST_CASE("names of sweeps are checked") {
   const std::string inside =
       "  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${b}\n  - wait: 1 s\n";
-  CHECK(complaint(inside) == "p.yaml:6: parameter 'b' is not defined; the procedure has none");
-  CHECK(complaint("  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${a}\n"
-                  "  - wait: ${a}\n") ==
+  CHECK(complaint_about_steps(inside) ==
+        "p.yaml:6: parameter 'b' is not defined; the procedure has none");
+  CHECK(complaint_about_steps("  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${a}\n"
+                              "  - wait: ${a}\n") ==
         "p.yaml:7: 'a' has no value here: it belongs to a sweep elsewhere");
-  CHECK(complaint("  - sweep:\n      a: []\n      steps:\n        - wait: 1 s\n")
+  CHECK(complaint_about_steps("  - sweep:\n      a: []\n      steps:\n        - wait: 1 s\n")
             .find("p.yaml:4: key 'steps[0].sweep.a': expected a list of values") == 0);
-  CHECK(complaint("  - sweep:\n      a: {from: 1 s, to: 2 m, step: 1 s}\n      steps:\n"
-                  "        - wait: 1 s\n")
+  CHECK(complaint_about_steps("  - sweep:\n      a: {from: 1 s, to: 2 m, step: 1 s}\n      steps:\n"
+                              "        - wait: 1 s\n")
             .find("p.yaml:4: key 'steps[0].sweep.a.to': found '2 m', expected a time") == 0);
-  CHECK(complaint("  - sweep:\n      a: [1 s, 2 m]\n      steps:\n        - wait: ${a}\n")
-            .find("p.yaml:6: key 'steps[0].sweep.steps[0].wait': found '2 m'") == 0);
+  CHECK(
+      complaint_about_steps("  - sweep:\n      a: [1 s, 2 m]\n      steps:\n        - wait: ${a}\n")
+          .find("p.yaml:6: key 'steps[0].sweep.steps[0].wait': found '2 m'") == 0);
   try {
     parse_procedure(
         "name: t\nparameters:\n  a: 1 s\nsteps:\n  - sweep:\n      a: [2 s]\n      steps:\n"
@@ -156,17 +146,17 @@ TEST_CASE("names of sweeps are checked") {
 }
 
 TEST_CASE("there is a limit to what one message can tell of") {
-  CHECK(complaint("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
-                  "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
+  CHECK(complaint_about_steps("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
+                              "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
   const std::string name(100, 'n');
-  CHECK(complaint("  - repeat:\n      times: 390\n      steps:\n        - wait: 1 s\n"
-                  "          name: " +
-                  name + "\n")
+  CHECK(complaint_about_steps("  - repeat:\n      times: 390\n      steps:\n        - wait: 1 s\n"
+                              "          name: " +
+                              name + "\n")
             .find("with short names") != std::string::npos);
 }
 
 TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - acquire: {}\n"
       "  - calibrate:\n"
       "      poses: [[0, 0, 5000, 0, 0, 0], [0, 0, 5000, 10, 0, 0]]\n"
@@ -181,12 +171,12 @@ TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") 
   CHECK(p.steps[6].phase == "calibrate");
   CHECK(p.steps[6].when_lost == WhenLost::skip);
   CHECK(std::get<Dwell>(p.steps[6].verb).estimates == 12);
-  CHECK(complaint("  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s}\n")
+  CHECK(complaint_about_steps("  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s}\n")
             .find("needs an 'acquire' before it") != std::string::npos);
 }
 
 TEST_CASE("an arm can be told to stand still, in a move and on the way to each calibration pose") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - acquire: {}\n"
       "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s, frozen: sensor}\n"
       "  - calibrate:\n"
@@ -198,12 +188,12 @@ TEST_CASE("an arm can be told to stand still, in a move and on the way to each c
   CHECK(std::get<Move>(p.steps[5].verb).frozen_arm == 0);
   const std::string start =
       "  - acquire: {}\n  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s, frozen: ";
-  CHECK(complaint(start + "[left]}\n").find("found 'left'") != std::string::npos);
-  CHECK(complaint(start + "[none, none]}\n").find("found 2 arms") != std::string::npos);
+  CHECK(complaint_about_steps(start + "[left]}\n").find("found 'left'") != std::string::npos);
+  CHECK(complaint_about_steps(start + "[none, none]}\n").find("found 2 arms") != std::string::npos);
 }
 
 TEST_CASE("the other verbs are read") {
-  const Procedure p = parsed(
+  const Procedure p = parsed_steps(
       "  - prompt: {text: Ready for it, choices: [go, no], go_on: [go], default: go}\n"
       "    timeout: 2 min\n"
       "  - prompt: What do you see\n"
@@ -231,7 +221,7 @@ TEST_CASE("the other verbs are read") {
 
 TEST_CASE("conditions that say nothing are refused, with what would be right") {
   const auto wrong = [](const std::string& text) {
-    return complaint("  - wait_until: " + text + "\n");
+    return complaint_about_steps("  - wait_until: " + text + "\n");
   };
   const std::string place = "p.yaml:3: key 'steps[0].wait_until': ";
   CHECK(wrong("range < 4 m").find(place + "found 'range', expected one of: estimate, ") == 0);
@@ -243,9 +233,9 @@ TEST_CASE("conditions that say nothing are refused, with what would be right") {
   CHECK(wrong("clearance").find("expected a condition such as") != std::string::npos);
   CHECK(wrong("clearance > 1 m and estimate is ok or estimate is lost")
             .find("either 'and' or 'or'") != std::string::npos);
-  CHECK(complaint("  - wait: 1 s\n    if: estimate is ok for 2 s\n")
+  CHECK(complaint_about_steps("  - wait: 1 s\n    if: estimate is ok for 2 s\n")
             .find("p.yaml:4: key 'steps[0].if'") == 0);
-  CHECK(complaint("  - wait: 1 s\n    on_failure: try again\n")
+  CHECK(complaint_about_steps("  - wait: 1 s\n    on_failure: try again\n")
             .find("p.yaml:4: key 'steps[0].on_failure': found 'try again'") == 0);
 }
 
@@ -352,11 +342,11 @@ TEST_CASE("a procedure's figures name phases that it has") {
            "      - {draw: [position_error], phase: " +
            phase + "}\n";
   };
-  const Procedure procedure = parsed(with_phase("still"));
+  const Procedure procedure = parsed_steps(with_phase("still"));
   CHECK(procedure.source == "a paper");
   REQUIRE(procedure.figures.size() == 1);
-  CHECK(complaint(with_phase("run")).empty());
-  CHECK(complaint(with_phase("stil"))
+  CHECK(complaint_about_steps(with_phase("run")).empty());
+  CHECK(complaint_about_steps(with_phase("stil"))
             .find("p.yaml:9: key 'figures': figure 'Figure 1': found phase 'stil', expected one "
                   "of: run, "
                   "still") == 0);

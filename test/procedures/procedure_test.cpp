@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "test/catch.h"
+#include "test/procedures/parsed.h"
 
 using namespace berth;
 using namespace berth::procedures;
@@ -34,15 +35,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   const auto at = text.find(from);
   REQUIRE(at != std::string::npos);
   return text.replace(at, from.size(), to);
-}
-
-std::string complaint(const std::string& text, const Overrides& overrides = {}) {
-  try {
-    parse_procedure(text, "p.yaml", overrides);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
 }
 
 }  // namespace

@@ -11,14 +11,14 @@
 namespace berth::testbed {
 namespace {
 
-const double n = mean_motion(798e3);
+const double orbit_rate = mean_motion(798e3);
 
 /// Fourth-order Runge-Kutta, small steps.
 HillState integrated(HillState s, const Vector3d& thrust, double duration) {
   const int steps = 2000;
   const double dt = duration / steps;
   const auto rate = [&](const HillState& x) {
-    return HillState{x.velocity, relative_gravity(x, n) + thrust};
+    return HillState{x.velocity, relative_gravity(x, orbit_rate) + thrust};
   };
   const auto on = [](const HillState& x, const HillState& r, double h) {
     return HillState{x.position + h * r.position, x.velocity + h * r.velocity};
@@ -39,7 +39,8 @@ HillState any_state(Random& random) {
 
 TEST_CASE("mean motion: a geostationary satellite goes round once in a sidereal day") {
   CHECK(2 * std::numbers::pi / mean_motion(35786e3) == Approx(86164).epsilon(1e-4));
-  CHECK(2 * std::numbers::pi / n / 60 == Approx(100.8).epsilon(1e-3));  // Radarsat-2, minutes
+  CHECK(2 * std::numbers::pi / orbit_rate / 60 ==
+        Approx(100.8).epsilon(1e-3));  // Radarsat-2, minutes
 }
 
 TEST_CASE("propagation is that of the differential equations, thrust and all") {
@@ -48,40 +49,45 @@ TEST_CASE("propagation is that of the differential equations, thrust and all") {
     const HillState start = any_state(random);
     const Vector3d thrust = random.normal_vector(0.02);
     const double duration = random.uniform(0.01, 8000.0);
-    const HillState exact = propagated(start, thrust, n, duration);
+    const HillState exact = propagated(start, thrust, orbit_rate, duration);
     const HillState numeric = integrated(start, thrust, duration);
     const double scale = 1 + exact.position.norm();
     CHECK((exact.position - numeric.position).norm() / scale < 1e-8);
-    CHECK((exact.velocity - numeric.velocity).norm() / (n * scale) < 1e-6);
+    CHECK((exact.velocity - numeric.velocity).norm() / (orbit_rate * scale) < 1e-6);
     // in two steps as in one
-    const HillState half = propagated(start, thrust, n, 0.3 * duration);
-    const HillState again = propagated(half, thrust, n, 0.7 * duration);
+    const HillState half = propagated(start, thrust, orbit_rate, 0.3 * duration);
+    const HillState again = propagated(half, thrust, orbit_rate, 0.7 * duration);
     CHECK((exact.position - again.position).norm() / scale < 1e-9);
   }
   // a set-point's step is no worse than a long one
   const HillState start = any_state(random);
   HillState stepped = start;
-  for (int i = 0; i < 6000; ++i) stepped = propagated(stepped, Vector3d::Zero(), n, 1.0 / 60);
-  CHECK((stepped.position - propagated(start, Vector3d::Zero(), n, 100).position).norm() < 1e-8);
+  for (int i = 0; i < 6000; ++i)
+    stepped = propagated(stepped, Vector3d::Zero(), orbit_rate, 1.0 / 60);
+  CHECK((stepped.position - propagated(start, Vector3d::Zero(), orbit_rate, 100).position).norm() <
+        1e-8);
 }
 
 TEST_CASE("without drift the relative orbit closes, and keeps its integral") {
   Random random(4, "closed orbits");
   for (int i = 0; i < 20; ++i) {
     HillState start = any_state(random);
-    start.velocity.y() = -2 * n * start.position.x();
-    const HillState round = propagated(start, Vector3d::Zero(), n, 2 * std::numbers::pi / n);
+    start.velocity.y() = -2 * orbit_rate * start.position.x();
+    const HillState round =
+        propagated(start, Vector3d::Zero(), orbit_rate, 2 * std::numbers::pi / orbit_rate);
     CHECK((round.position - start.position).norm() < 1e-6);
     CHECK((round.velocity - start.velocity).norm() < 1e-9);
   }
-  // the Jacobi integral of the linearised motion: |v|^2 / 2 - 3/2 n^2 x^2 + n^2 z^2 / 2
+  // the Jacobi integral of the linearised motion: |v|^2 / 2 - 3/2 orbit_rate^2 x^2 + orbit_rate^2
+  // z^2 / 2
   const auto energy = [](const HillState& s) {
-    return 0.5 * s.velocity.squaredNorm() - 1.5 * n * n * s.position.x() * s.position.x() +
-           0.5 * n * n * s.position.z() * s.position.z();
+    return 0.5 * s.velocity.squaredNorm() -
+           1.5 * orbit_rate * orbit_rate * s.position.x() * s.position.x() +
+           0.5 * orbit_rate * orbit_rate * s.position.z() * s.position.z();
   };
   const HillState start = any_state(random);
   for (const double t : {10.0, 700.0, 5000.0, 20000.0}) {
-    const HillState later = propagated(start, Vector3d::Zero(), n, t);
+    const HillState later = propagated(start, Vector3d::Zero(), orbit_rate, t);
     CHECK(energy(later) == Approx(energy(start)).epsilon(1e-9));
   }
 }
@@ -93,15 +99,15 @@ TEST_CASE("a passively safe burn: left alone, the chaser never comes nearer agai
     const Vector3d direction = random.normal_vector(1.0).normalized();
     const HillState state{random.uniform(2.0, 30.0) * direction, random.normal_vector(0.05)};
     const double greatest = 0.05;
-    const Vector3d burn = passively_safe_burn(state, n, 0.1, greatest);
+    const Vector3d burn = passively_safe_burn(state, orbit_rate, 0.1, greatest);
     const double time = burn.lpNorm<Eigen::Infinity>() / greatest;
-    const HillState burnt = propagated(state, burn / time, n, time);
+    const HillState burnt = propagated(state, burn / time, orbit_rate, time);
     const double there = burnt.position.norm();
     CHECK(burnt.velocity.dot(burnt.position.normalized()) > 0.08);
     double nearest = 1e9;
     for (double t = 0; t < 2 * 6040; t += 2) {
-      nearest =
-          std::min(nearest, propagated(burnt, Vector3d::Zero(), n, t).position.norm() / there);
+      nearest = std::min(
+          nearest, propagated(burnt, Vector3d::Zero(), orbit_rate, t).position.norm() / there);
     }
     INFO("from " << state.position.transpose() << ", burn " << burn.transpose());
     CHECK(nearest > 0.999);
@@ -111,7 +117,7 @@ TEST_CASE("a passively safe burn: left alone, the chaser never comes nearer agai
 GuidanceProfile vehicle(double thrust) {
   GuidanceProfile profile;
   profile.law = GuidanceProfile::Law::clohessy_wiltshire;
-  profile.orbit = {n, GuidanceProfile::Bar::v_bar, 5, 2};
+  profile.orbit = {orbit_rate, GuidanceProfile::Bar::v_bar, 5, 2};
   profile.vehicle = {800, thrust, 220};
   return profile;
 }
@@ -142,7 +148,7 @@ TEST_CASE("a chaser that coasts follows its orbit, scaled to the cell") {
   CHECK((chaser.hill().position - Vector3d(0, -20, 0)).norm() < 1e-9);
   const HillState from = chaser.hill();
   for (int i = 0; i < 6000; ++i) chaser.coast(1.0 / 60, Vector3d::Zero(), Vector3d::Zero());
-  const HillState to = propagated(from, Vector3d::Zero(), n, 200);
+  const HillState to = propagated(from, Vector3d::Zero(), orbit_rate, 200);
   CHECK((chaser.hill().position - to.position).norm() < 1e-9);
   CHECK(chaser.delta_v_orbit() == 0);
   // at rest on V-bar it stays there; above it the orbit is longer, and it falls behind
