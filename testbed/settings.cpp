@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "testbed/positive.h"
+#include "common/core/positive.h"
 
 namespace berth::testbed {
 namespace {

@@ -3,19 +3,16 @@
 
 #include <set>
 
+#include "common/core/positive.h"
+
 namespace berth {
 
 TrackerSetup load_tracker_setup(const std::filesystem::path& file) {
   Config config = Config::load(file);
   TrackerSetup setup;
-  const auto positive = [&](const char* key, Dimension dimension) {
-    const double value = config.quantity(key, dimension);
-    if (!(value > 0)) throw config.error(key, "must be positive");
-    return value;
-  };
-  setup.sigma = positive("sigma", Dimension::length);
-  setup.sigma_per_metre = positive("sigma_per_metre", Dimension::length);
-  setup.time_sigma = positive("time_sigma", Dimension::time);
+  setup.sigma = positive(config, "sigma", Dimension::length);
+  setup.sigma_per_metre = positive(config, "sigma_per_metre", Dimension::length);
+  setup.time_sigma = positive(config, "time_sigma", Dimension::time);
   std::set<std::string> names;
   int count[2] = {0, 0};
   for (Config entry : config.sections("reflectors")) {

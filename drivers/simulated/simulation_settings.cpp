@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/simulated/simulation_settings.h"
 
+#include "common/core/positive.h"
+
 namespace berth {
 namespace {
 
@@ -26,9 +28,7 @@ SimulatedController::Options read_controller(Config config) {
   if (options.robot.interpolation_period < millisecond) {
     throw config.error("interpolation_period", "must be at least 1 ms");
   }
-  if (!(options.robot.emergency_braking > 0)) {
-    throw config.error("emergency_braking", "must be positive");
-  }
+  expect_positive(config, "emergency_braking", options.robot.emergency_braking);
   return options;
 }
 

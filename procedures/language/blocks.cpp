@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "common/core/error.h"
+#include "common/core/positive.h"
 #include "common/core/text.h"
 #include "procedures/language/attached_trajectory.h"
 #include "procedures/language/procedure.h"
@@ -172,7 +173,7 @@ class Unroller {
     step.depth = around.depth;
     config.optional("name", step.name);
     config.optional("timeout", Dimension::time, step.timeout);
-    if (step.timeout <= 0) throw config.error("timeout", "must be greater than zero");
+    expect_positive(config, "timeout", step.timeout);
     config.finish();
     add(std::move(step), config);
   }
@@ -272,11 +273,10 @@ class Unroller {
     Config block = config.section("calibrate");
     Move move;
     Dwell dwell{20, 1};
-    move.speed = block.quantity("speed", Dimension::speed);
-    if (move.speed <= 0) throw block.error("speed", "must be greater than zero");
+    move.speed = positive(block, "speed", Dimension::speed);
     move.angular_speed = radians(10);
     block.optional("turn", Dimension::angular_speed, move.angular_speed);
-    if (move.angular_speed <= 0) throw block.error("turn", "must be greater than zero");
+    expect_positive(block, "turn", move.angular_speed);
     block.optional("estimates", dwell.estimates);
     if (dwell.estimates < 1) throw block.error("estimates", "expected at least one");
     block.optional("settle", Dimension::time, dwell.settle);

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/core/file.h"
+#include "common/core/positive.h"
 #include "procedures/language/attached_trajectory.h"
 #include "procedures/language/recorded_trajectory.h"
 #include "testbed/trajectories/lines.h"
@@ -23,18 +24,14 @@ Trajectory made_by(Waypoints (*make)(const Pose&, const Options&), const Options
   return {[=](const Pose& here) { return make(here, options); }, make(Pose{}, options).back().time};
 }
 
-void positive(Config& config, const std::string& key, Dimension dimension, double& value) {
+void optional_positive(Config& config, const std::string& key, Dimension dimension, double& value) {
   config.optional(key, dimension, value);
-  if (!(value > 0)) throw config.error(key, "must be greater than zero");
+  expect_positive(config, key, value);
 }
 
-double required(Config& config, const std::string& key, Dimension dimension) {
-  double value = config.quantity(key, dimension);
-  if (!(value > 0)) throw config.error(key, "must be greater than zero");
-  return value;
+void read_ramp(Config& config, double& ramp) {
+  optional_positive(config, "ramp", Dimension::time, ramp);
 }
-
-void read_ramp(Config& config, double& ramp) { positive(config, "ramp", Dimension::time, ramp); }
 
 void read_axis(Config& config, Vector3d& axis) {
   if (config.has("axis")) axis = config.vector("axis", Dimension::number);
@@ -96,9 +93,9 @@ Trajectory read_log_rule(Config& config) {
   std::string of = "truth";
   if (config.has("of")) of = config.choice("of", {"truth", "commanded"});
   double spacing = 0.25;
-  positive(config, "spacing", Dimension::time, spacing);
-  positive(config, "speed", Dimension::speed, options.speed);
-  positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  optional_positive(config, "spacing", Dimension::time, spacing);
+  optional_positive(config, "speed", Dimension::speed, options.speed);
+  optional_positive(config, "turn", Dimension::angular_speed, options.angular_speed);
   read_ramp(config, options.ramp);
   try {
     const std::string text = attached(config, [&](const std::filesystem::path& folder) {
@@ -115,8 +112,8 @@ Trajectory read_log_rule(Config& config) {
 Trajectory read_straight(Config& config) {
   testbed::Straight options;
   options.by = config.pose("by");
-  positive(config, "speed", Dimension::speed, options.speed);
-  positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  optional_positive(config, "speed", Dimension::speed, options.speed);
+  optional_positive(config, "turn", Dimension::angular_speed, options.angular_speed);
   read_ramp(config, options.ramp);
   if (distance(Pose{}, options.by) < 1e-6 && angle_between(Pose{}, options.by) < 1e-6) {
     throw config.error("by", "goes nowhere");
@@ -126,10 +123,10 @@ Trajectory read_straight(Config& config) {
 
 Trajectory read_bar(Config& config, const Vector3d& bulge_along) {
   testbed::BarApproach options;
-  options.to = required(config, "to", Dimension::length);
+  options.to = positive(config, "to", Dimension::length);
   if (config.has("holds")) options.holds = config.quantities("holds", Dimension::length);
-  positive(config, "hold_for", Dimension::time, options.hold_for);
-  positive(config, "speed", Dimension::speed, options.speed);
+  optional_positive(config, "hold_for", Dimension::time, options.hold_for);
+  optional_positive(config, "speed", Dimension::speed, options.speed);
   config.optional("bulge", Dimension::length, options.bulge);
   read_ramp(config, options.ramp);
   options.bulge_along = bulge_along;
@@ -142,8 +139,8 @@ Trajectory read_r_bar(Config& config) { return read_bar(config, Vector3d::UnitX(
 Trajectory read_oscillation(Config& config) {
   testbed::Oscillation options;
   read_axis(config, options.axis);
-  options.amplitude = required(config, "amplitude", Dimension::length);
-  options.speed = required(config, "speed", Dimension::speed);
+  options.amplitude = positive(config, "amplitude", Dimension::length);
+  options.speed = positive(config, "speed", Dimension::speed);
   config.optional("cycles", options.cycles);
   if (options.cycles < 1) throw config.error("cycles", "expected at least one");
   read_ramp(config, options.ramp);
@@ -152,20 +149,20 @@ Trajectory read_oscillation(Config& config) {
 
 Trajectory read_spiral(Config& config) {
   testbed::Spiral options;
-  options.radius = required(config, "radius", Dimension::length);
-  positive(config, "turns", Dimension::number, options.turns);
-  positive(config, "speed", Dimension::speed, options.speed);
+  options.radius = positive(config, "radius", Dimension::length);
+  optional_positive(config, "turns", Dimension::number, options.turns);
+  optional_positive(config, "speed", Dimension::speed, options.speed);
   read_ramp(config, options.ramp);
   return made_by(testbed::spiral, options);
 }
 
 Trajectory read_drift(Config& config) {
   testbed::Drift options;
-  positive(config, "amplitude", Dimension::length, options.amplitude);
+  optional_positive(config, "amplitude", Dimension::length, options.amplitude);
   config.optional("turn", Dimension::angle, options.turn);
   if (options.turn < 0) throw config.error("turn", "must not be negative");
-  positive(config, "period", Dimension::time, options.period);
-  options.duration = required(config, "duration", Dimension::time);
+  optional_positive(config, "period", Dimension::time, options.period);
+  options.duration = positive(config, "duration", Dimension::time);
   read_ramp(config, options.ramp);
   return made_by(testbed::drift, options);
 }
@@ -175,7 +172,7 @@ Trajectory read_fly_around(Config& config) {
   options.angle = config.quantity("angle", Dimension::angle);
   if (options.angle == 0) throw config.error("angle", "goes nowhere");
   read_axis(config, options.axis);
-  positive(config, "speed", Dimension::angular_speed, options.speed);
+  optional_positive(config, "speed", Dimension::angular_speed, options.speed);
   read_ramp(config, options.ramp);
   return made_by(testbed::fly_around, options);
 }
@@ -191,7 +188,7 @@ Trajectory read_tumble(Config& config) {
   }
   options.rate = config.vector("rate", Dimension::angular_speed);
   if (options.rate.norm() == 0) throw config.error("rate", "a body that does not turn");
-  options.duration = required(config, "duration", Dimension::time);
+  options.duration = positive(config, "duration", Dimension::time);
   read_ramp(config, options.ramp);
   return made_by(testbed::tumble, options);
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/core/config.h"
+#include "common/core/positive.h"
 
 namespace berth::testbed {
 namespace {
@@ -48,8 +49,7 @@ std::vector<CalibrationParameter> make_parameters() {
 ParameterSigmas read_sigmas(Config config) {
   ParameterSigmas sigmas;
   const auto read = [&](const char* key, Kind kind, Dimension dimension) {
-    sigmas[kind] = config.quantity(key, dimension);
-    if (!(sigmas[kind] > 0)) throw config.error(key, "must be positive");
+    sigmas[kind] = positive(config, key, dimension);
   };
   read("base_position", Kind::base_position, Dimension::length);
   read("base_rotation", Kind::base_rotation, Dimension::angle);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/guidance/profile.h"
 
+#include "common/core/positive.h"
 #include "testbed/guidance/clohessy_wiltshire.h"
-#include "testbed/positive.h"
 
 namespace berth::testbed {
 namespace {

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "common/core/positive.h"
+
 namespace berth {
 
 MirrorSettings read_mirror(Config config) {
@@ -14,8 +16,8 @@ MirrorSettings read_mirror(Config config) {
   config.optional("speed", Dimension::angular_speed, mirror.speed);
   config.finish();
   if (mirror.settle < 0) throw config.error("settle", "must not be negative");
-  if (!(mirror.acceleration > 0)) throw config.error("acceleration", "must be greater than zero");
-  if (!(mirror.speed > 0)) throw config.error("speed", "must be greater than zero");
+  expect_positive(config, "acceleration", mirror.acceleration);
+  expect_positive(config, "speed", mirror.speed);
   return mirror;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/positive.h"
+
 namespace berth {
 
 SunGlareSettings read_sun_glare(Config config) {
@@ -19,10 +21,8 @@ SunGlareSettings read_sun_glare(Config config) {
   config.optional("glare_half_angle", Dimension::angle, settings.glare_half_angle);
   config.optional("half_lost", settings.half_lost);
   config.optional("early_share", settings.early_share);
-  if (!(settings.glare_half_angle > 0)) {
-    throw config.error("glare_half_angle", "must be greater than zero");
-  }
-  if (!(settings.half_lost > 0)) throw config.error("half_lost", "must be greater than zero");
+  expect_positive(config, "glare_half_angle", settings.glare_half_angle);
+  expect_positive(config, "half_lost", settings.half_lost);
   if (!(settings.early_share >= 0 && settings.early_share <= 1)) {
     throw config.error("early_share", "expected 0 % to 100 %");
   }

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lamps, and faults of a simulated cell.
+#include "procedures/language/parameters.h"
+#include "procedures/language/verb_families.h"
+
+namespace berth::procedures {
+namespace {
+
+void read_lamp(Config& config, const std::string& key, double& value) {
+  config.optional(key, Dimension::number, value);
+  if (value < 0 || value > 1) throw config.error(key, "expected 0 % to 100 %");
+}
+
+Read read_lights(Config& config) { return {read_lamps(config, {}), 20}; }
+
+Read read_inject(Config& config) {
+  Inject inject;
+  inject.device = config.text("device");
+  inject.fault = config.text("fault");
+  if (config.has("value")) {
+    const std::string value = config.text("value");
+    const auto dimension = dimension_of(value);
+    if (!dimension) throw config.error("value", "found '" + value + "', expected a quantity");
+    inject.value = parse_quantity(value, *dimension);
+  }
+  config.optional("for", Dimension::time, inject.duration);
+  if (inject.duration < 0) throw config.error("for", "must not be negative");
+  config.optional("after", Dimension::time, inject.after);
+  if (inject.after < 0) throw config.error("after", "must not be negative");
+  return {inject, 15};
+}
+
+Read read_clear_injections(Config& config) {
+  ClearInjections clear;
+  clear.device = config.text("device");
+  config.optional("fault", clear.fault);
+  return {clear, 15};
+}
+
+Read read_clear_all(Config& step) {
+  expect_nothing(step, "clear_injections");
+  return {ClearInjections{}, 15};
+}
+
+}  // namespace
+
+Lights read_lamps(Config& config, Lights lights) {
+  read_lamp(config, "sun", lights.sun);
+  read_lamp(config, "albedo", lights.albedo);
+  config.optional("azimuth", Dimension::angle, lights.sun_azimuth);
+  config.optional("elevation", Dimension::angle, lights.sun_elevation);
+  return lights;
+}
+
+std::vector<VerbInfo> cell_verbs() {
+  return {
+      {"lights",
+       "sets the lamps; done when the facility reports them so",
+       "20 s",
+       {{"sun", Kind::number, false, "0 %", "sun lamp"},
+        {"albedo", Kind::number, false, "0 %", "albedo lamp"},
+        {"azimuth", Kind::angle, false, "0 deg", "of the sun lamp, cell frame"},
+        {"elevation", Kind::angle, false, "0 deg", "of the sun lamp, cell frame"}},
+       read_lights},
+      {"inject",
+       "asks the simulated cell for a fault; an error on a real cell",
+       "15 s",
+       {{"device", Kind::text, true, "", "arm-replica, arm-sensor, lidar, plc or target"},
+        {"fault", Kind::text, true, "", "of the device's list"},
+        {"value", Kind::quantity, false, "0", "its size"},
+        {"for", Kind::time, false, "until cleared", "after which it clears itself"},
+        {"after", Kind::time, false, "at once", "in the midst of the steps that follow"}},
+       read_inject},
+      {"clear_injections",
+       "ends injected faults, all of them when nothing stands behind it",
+       "15 s",
+       {{"device", Kind::text, true, "", "as injected"},
+        {"fault", Kind::text, false, "all of the device", "as injected"}},
+       read_clear_injections,
+       std::nullopt,
+       read_clear_all},
+  };
+}
+
+}  // namespace berth::procedures

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What moves the arms.
+#include "common/core/positive.h"
+#include "procedures/language/step_options.h"
+#include "procedures/language/verb_families.h"
+
+namespace berth::procedures {
+namespace {
+
+const KeyInfo guidance_key = {"guidance", Kind::text, false, "the testbed's own",
+                              "profile of config/guidance, without its ending"};
+
+const KeyInfo target_motion_key = {"target_motion", Kind::trajectory, false, "none",
+                                   "the target's own motion meanwhile: a rule of trajectories, in "
+                                   "the frame that the model has at the start"};
+
+Read read_move(Config& config) {
+  Move move;
+  move.to = config.pose("to");
+  move.speed = positive(config, "speed", Dimension::speed);
+  move.angular_speed = radians(10);
+  config.optional("turn", Dimension::angular_speed, move.angular_speed);
+  expect_positive(config, "turn", move.angular_speed);
+  if (config.has("frozen")) {
+    move.frozen_arm = frozen_arm_of(config.choice("frozen", frozen_arms()));
+  }
+  return {move, 180};
+}
+
+Read read_trajectory_step(Config& step) {
+  Trajectory trajectory = read_trajectory(step);
+  const double timeout = trajectory.duration > 0 ? trajectory.duration + 120 : 600;
+  return {std::move(trajectory), timeout};
+}
+
+void optional_target_motion(Config& config, std::optional<Trajectory>& motion) {
+  if (config.has("target_motion")) motion = read_trajectory(config, "target_motion");
+}
+
+ClosedLoop read_loop(Config& config) {
+  ClosedLoop loop;
+  config.optional("guidance", loop.guidance);
+  optional_target_motion(config, loop.target_motion);
+  return loop;
+}
+
+Read read_approach(Config& config) {
+  Approach approach;
+  approach.standoff = positive(config, "standoff", Dimension::length);
+  approach.speed = positive(config, "speed", Dimension::speed);
+  config.optional("dock", approach.dock);
+  approach.loop = read_loop(config);
+  return {approach, 600};
+}
+
+Read read_hold(Config& step) {
+  const double duration = positive(step, "hold", Dimension::time);
+  return {Hold{duration, false, {}}, duration + 30};
+}
+
+Read read_station_keep(Config& step) {
+  const double duration = positive(step, "station_keep", Dimension::time);
+  return {Hold{duration, true, {}}, duration + 30};
+}
+
+Read read_station_keep_map(Config& config) {
+  const double duration = positive(config, "for", Dimension::time);
+  return {Hold{duration, true, read_loop(config)}, duration + 30};
+}
+
+Read read_guided(Config& config) {
+  Guided guided;
+  guided.by = config.text("by");
+  guided.duration = positive(config, "for", Dimension::time);
+  guided.speed = positive(config, "speed", Dimension::speed);
+  guided.angular_speed = radians(5);
+  config.optional("turn", Dimension::angular_speed, guided.angular_speed);
+  expect_positive(config, "turn", guided.angular_speed);
+  if (config.has("until")) {
+    try {
+      guided.until = parse_condition(config.text("until"));
+    } catch (const InputError& e) {
+      throw config.error("until", e.what());
+    }
+  }
+  optional_target_motion(config, guided.target_motion);
+  const double timeout = guided.duration + 30;
+  return {std::move(guided), timeout};
+}
+
+}  // namespace
+
+std::vector<VerbInfo> motion_verbs() {
+  return {
+      {"move",
+       "straight to a relative pose, open loop",
+       "3 min",
+       {{"to", Kind::pose, true, "", "pose of the target in the sensor frame"},
+        {"speed", Kind::speed, true, "", "greatest relative speed"},
+        {"turn", Kind::angular_speed, false, "10 deg/s", "greatest relative turn rate"},
+        {"frozen", Kind::words, false, "none", "the arm that stands still", frozen_arms()}},
+       read_move},
+      {"trajectory", "along a path made by one of these rules, open loop", "its end and 2 min",
+       trajectory_keys(), nullptr, std::nullopt, read_trajectory_step},
+      {"approach",
+       "closed loop, by the estimate alone, to a distance from the target",
+       "10 min",
+       {{"standoff", Kind::length, true, "", "from the sensor to the nearest surface"},
+        {"speed", Kind::speed, true, "", "of the approach"},
+        {"dock", Kind::boolean, false, "false",
+         "the docking interface on the boresight, at the standoff"},
+        guidance_key,
+        target_motion_key},
+       read_approach},
+      {"hold",
+       "stays where it is while tracking goes on",
+       "its time and 30 s",
+       {},
+       nullptr,
+       Kind::time,
+       read_hold},
+      {"station_keep",
+       "closed loop: steers to keep the relative pose",
+       "its time and 30 s",
+       {{"for", Kind::time, true, "", "how long"}, guidance_key, target_motion_key},
+       read_station_keep_map,
+       Kind::time,
+       read_station_keep},
+      {"guided",
+       "closed loop: the set-points of a GNC outside of Berth are flown",
+       "its time and 30 s",
+       {{"by", Kind::text, true, "", "the outside GNC's name, as its set-points say"},
+        {"for", Kind::time, true, "", "at most"},
+        {"speed", Kind::speed, true, "", "greatest of the chaser"},
+        {"turn", Kind::angular_speed, false, "5 deg/s", "greatest of the chaser"},
+        {"until", Kind::condition, false, "its time is over", "done when it is met"},
+        target_motion_key},
+       read_guided},
+  };
+}
+
+}  // namespace berth::procedures
