@@ -97,27 +97,37 @@ TwinResult run_twin(const RunFiles& files,
   const auto setup = [&](const std::string& name) {
     return NodeSetup{name, files.setup.session, files.configuration_hash, delay_of(name)};
   };
-  const auto bus = [&](const std::string& name) -> Bus& {
-    return simulation.make_bus(delay_of(name));
+  struct Place {
+    Bus& bus;
+    Loop& loop;
   };
-  const auto loop = [&]() -> Loop& { return simulation.make_loop(); };
+  const auto place_of = [&](const std::string& name) {
+    SimulatedLoop& loop = simulation.make_loop();
+    return Place{simulation.make_bus(delay_of(name), loop), loop};
+  };
   Wires& wires = simulation.wires();
   const RunSetup& run = files.setup;
 
   std::vector<std::unique_ptr<Node>> nodes;
-  nodes.push_back(
-      make_simulated_cell(setup("simulated-cell"), run, bus("simulated-cell"), loop(), wires));
+  const Place cell = place_of("simulated-cell");
+  nodes.push_back(make_simulated_cell(setup("simulated-cell"), run, cell.bus, cell.loop, wires));
   for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
     const std::string name = std::string("arm-driver-") + name_of(role);
-    nodes.push_back(make_arm_node(setup(name), run, role, bus(name), loop(), wires));
+    const Place arm = place_of(name);
+    nodes.push_back(make_arm_node(setup(name), run, role, arm.bus, arm.loop, wires));
   }
-  nodes.push_back(make_lidar_node(setup("lidar-driver"), run, bus("lidar-driver"), loop(), wires));
+  const Place lidar = place_of("lidar-driver");
+  nodes.push_back(make_lidar_node(setup("lidar-driver"), run, lidar.bus, lidar.loop, wires));
+  const Place facility = place_of("facility-driver");
   nodes.push_back(
-      make_facility_node(setup("facility-driver"), run, bus("facility-driver"), loop(), wires));
-  nodes.push_back(make_testbed_node(setup("testbed"), run, bus("testbed"), loop()));
-  nodes.push_back(make_estimator_node(setup("estimator"), run, bus("estimator"), loop()));
+      make_facility_node(setup("facility-driver"), run, facility.bus, facility.loop, wires));
+  const Place testbed = place_of("testbed");
+  nodes.push_back(make_testbed_node(setup("testbed"), run, testbed.bus, testbed.loop));
+  const Place estimator = place_of("estimator");
+  nodes.push_back(make_estimator_node(setup("estimator"), run, estimator.bus, estimator.loop));
+  const Place engine = place_of("procedure");
   const auto procedure =
-      make_procedure_node(setup("procedure"), run, procedure_run(files), bus("procedure"), loop());
+      make_procedure_node(setup("procedure"), run, procedure_run(files), engine.bus, engine.loop);
   bool finished = false;
   procedure->when_finished([&] { finished = true; });
 

@@ -19,7 +19,7 @@ namespace {
 template <class Message>
 bool take_as(const char* of, const std::string& channel, Bytes bytes, Progress& progress) {
   if (channel != of) return false;
-  if (const auto message = logs::decode<Message>(bytes)) progress.on(*message);
+  if (auto message = logs::decode<Message>(bytes)) progress.on(std::move(*message));
   return true;
 }
 
@@ -38,18 +38,21 @@ TerminalView::TerminalView()
       colours_(colours_wanted(STDOUT_FILENO)) {}
 
 void TerminalView::take(const std::string& channel, Bytes bytes) {
-  take_as<procedure_state_t>(channels::procedure_state, channel, bytes, progress_) ||
-      take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
+  const bool lasting =
+      take_as<procedure_state_t>(channels::procedure_state, channel, bytes, progress_) ||
+      take_as<event_t>(channels::event, channel, bytes, progress_);
+  if (lasting || !is_terminal_) return;  // the rest stands in the panel
+  take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
       take_as<ground_truth_t>(channels::ground_truth, channel, bytes, progress_) ||
       take_as<testbed_state_t>(channels::testbed_state, channel, bytes, progress_) ||
-      take_as<operator_control_t>(channels::operator_control, channel, bytes, progress_) ||
-      take_as<event_t>(channels::event, channel, bytes, progress_);
+      take_as<operator_control_t>(channels::operator_control, channel, bytes, progress_);
 }
 
 void TerminalView::refresh(const std::vector<Line>& below, bool urgent) {
+  if (!is_terminal_) return;
   const double now =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  if (!is_terminal_ || (!urgent && now - last_refresh_s_ < 0.1)) return;
+  if (!urgent && now - last_refresh_s_ < 0.1) return;
   last_refresh_s_ = now;
   const winsize size = window();
   std::vector<Line> lines = progress_.panel();

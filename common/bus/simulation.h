@@ -43,6 +43,8 @@ class Simulation {
   SimulatedLoop& make_loop();
   /// What is published on this bus leaves after compute_delay: how long the node's work takes.
   SimulatedBus& make_bus(Utime compute_delay = 0);
+  /// For a node whose loop this is: its messages are no reason to look at wires it does not have.
+  SimulatedBus& make_bus(Utime compute_delay, const SimulatedLoop& loop);
   /// Socket pairs between dial and listen of the same address, all inside this Simulation.
   Wires& wires();
 
@@ -85,6 +87,7 @@ class SimulatedLoop final : public Loop {
   explicit SimulatedLoop(Simulation& simulation) : simulation_(simulation) {}
   Simulation& simulation_;
   bool stopped_ = false;
+  int watched_ = 0;  // descriptors
   std::vector<Task> waiting_;
 };
 
@@ -100,6 +103,7 @@ class SimulatedBus final : public Bus {
       : simulation_(simulation), compute_delay_(compute_delay) {}
   Simulation& simulation_;
   Utime compute_delay_;
+  const SimulatedLoop* loop_ = nullptr;  // null: not known
   bool stopped_ = false;
   std::vector<std::function<void()>> waiting_;
 };

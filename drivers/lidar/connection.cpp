@@ -57,6 +57,7 @@ void Connection::read() {
       if (!*alive || fd_ < 0) return;
     }
     if (decoder_.broken()) return fail(decoder_.error());
+    if (static_cast<std::size_t>(size) < sizeof bytes) return;  // that was all there is
   }
 }
 

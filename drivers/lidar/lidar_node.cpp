@@ -131,15 +131,22 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
   if (returns.beams_before != scan_->beams || returns.window >= scan_->request.windows.size()) {
     return device_->drop("returns of the LIDAR do not follow one another");
   }
+  const auto most =
+      static_cast<std::size_t>(lidar::packet_size(config_.profile, config_.beams_per_packet));
   for (std::size_t first = 0; first < returns.beams.size();) {
-    const std::size_t count =
-        std::min(returns.beams.size() - first, static_cast<std::size_t>(config_.beams_per_packet));
+    const std::size_t count = std::min(returns.beams.size() - first, most);
     const std::uint32_t base = returns.beams[first].after_us;
     scan_packet_t packet = packet_of(*scan_);
     packet.scan_status = scan_packet_t::RUNNING;
     packet.window = static_cast<std::int16_t>(returns.window);
     packet.utime = returns.device_time + base - scan_->clock_offset;
     packet.count = static_cast<std::int32_t>(count);
+    packet.time_us.reserve(count);
+    packet.range_m.reserve(count);
+    packet.azimuth_rad.reserve(count);
+    packet.elevation_rad.reserve(count);
+    packet.intensity.reserve(count);
+    packet.status.reserve(count);
     for (std::size_t i = first; i < first + count; ++i) {
       const lidar::BeamReturn& beam = returns.beams[i];
       packet.time_us.push_back(static_cast<std::int32_t>(beam.after_us - base));

@@ -16,7 +16,7 @@ namespace berth {
 
 struct LidarNodeConfig {
   LidarProfile profile;
-  int beams_per_packet = 50;  ///< of SCAN_DATA, one window each
+  int beams_per_packet = 50;  ///< of SCAN_DATA, one window each; see lidar::packet_size
 };
 
 /// The LIDAR driver. SCAN_REQUEST in; SCAN_DATA while the scan runs, and LIDAR_STATE out.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/limits.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -68,6 +69,13 @@ std::string check_windows(const LidarProfile& profile, const std::vector<Window>
            std::to_string(profile.beams_max) + " are possible";
   }
   return "";
+}
+
+int packet_size(const LidarProfile& profile, int usual) {
+  constexpr double least_time = 2.5e-3;  // s
+  const double fast =
+      std::min(profile.rate_hz * least_time, static_cast<double>(max_beams_per_message));
+  return std::max(usual, static_cast<int>(fast));
 }
 
 }  // namespace berth::lidar

@@ -13,4 +13,8 @@ namespace berth::lidar {
 /// limit. Driver and simulated device use the same one.
 std::string check_windows(const LidarProfile& profile, const std::vector<Window>& windows);
 
+/// Beams of one packet: so many, or, of a LIDAR so fast that it would send more than 400 packets a
+/// second, what it measures in 2.5 ms; never more than fit a message.
+int packet_size(const LidarProfile& profile, int usual);
+
 }  // namespace berth::lidar

@@ -41,6 +41,11 @@ class Writer {
     put(static_cast<std::uint8_t>(size));
     bytes.insert(bytes.end(), text.begin(), text.begin() + static_cast<std::ptrdiff_t>(size));
   }
+  /// So many more bytes, to be filled by the caller before anything else is put.
+  std::uint8_t* grow(std::size_t size) {
+    bytes.resize(bytes.size() + size);
+    return bytes.data() + bytes.size() - size;
+  }
 
   std::vector<std::uint8_t> bytes;
 };
@@ -91,6 +96,12 @@ class Reader {
     value = static_cast<Enum>(byte);
   }
   void fail() { ok_ = false; }
+  /// So many bytes, which the caller knows to be left.
+  const std::uint8_t* skip(std::size_t size) {
+    const std::uint8_t* at = bytes_.data();
+    bytes_ = bytes_.subspan(size);
+    return at;
+  }
 
   std::size_t left() const { return bytes_.size(); }
   bool ok() const { return ok_; }
@@ -177,13 +188,18 @@ void write(Writer& w, const Returns& m) {
   w.put(m.beams_before);
   w.put(m.device_time);
   w.put(static_cast<std::uint16_t>(m.beams.size()));
+  std::uint8_t* at = w.grow(m.beams.size() * beam_size);
+  const auto put = [&at](auto value) {
+    std::memcpy(at, &value, sizeof value);
+    at += sizeof value;
+  };
   for (const BeamReturn& beam : m.beams) {
-    w.put(beam.after_us);
-    w.put(beam.range_m);
-    w.put(beam.azimuth_rad);
-    w.put(beam.elevation_rad);
-    w.put(beam.intensity);
-    w.put(static_cast<std::uint8_t>(beam.status));
+    put(beam.after_us);
+    put(beam.range_m);
+    put(beam.azimuth_rad);
+    put(beam.elevation_rad);
+    put(beam.intensity);
+    put(static_cast<std::uint8_t>(beam.status));
   }
 }
 void read(Reader& r, Returns& m) {
@@ -194,14 +210,25 @@ void read(Reader& r, Returns& m) {
   const std::size_t count = r.take<std::uint16_t>();
   if (count > max_beams_per_message || r.left() != count * beam_size) return r.fail();
   m.beams.resize(count);
+  const std::uint8_t* at = r.skip(count * beam_size);
+  const auto take = [&at](auto& value) {
+    std::memcpy(&value, at, sizeof value);
+    at += sizeof value;
+  };
+  bool good = true;
   for (BeamReturn& beam : m.beams) {
-    r.take(beam.after_us);
-    r.take(beam.range_m);
-    r.take(beam.azimuth_rad);
-    r.take(beam.elevation_rad);
-    r.take(beam.intensity);
-    r.take_enum(beam.status, BeamStatus::saturated);
+    take(beam.after_us);
+    take(beam.range_m);
+    take(beam.azimuth_rad);
+    take(beam.elevation_rad);
+    take(beam.intensity);
+    const std::uint8_t status = *at++;
+    good = good && status <= static_cast<std::uint8_t>(BeamStatus::saturated) &&
+           std::isfinite(beam.range_m) && std::isfinite(beam.azimuth_rad) &&
+           std::isfinite(beam.elevation_rad);
+    beam.status = good ? static_cast<BeamStatus>(status) : BeamStatus{};
   }
+  if (!good) r.fail();
 }
 
 void write(Writer& w, const ScanEnd& m) {

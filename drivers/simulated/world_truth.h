@@ -23,8 +23,9 @@ class WorldTruthLog {
   void write(const ground_truth_t& truth);
 
  private:
+  std::vector<char> unwritten_;  // the file's own buffer, which it needs until it is closed
   std::unique_ptr<lcm::LogFile> log_;
-  std::vector<unsigned char> buffer_;
+  std::vector<unsigned char> message_;
 };
 
 }  // namespace berth

@@ -10,9 +10,9 @@
 namespace berth::logs {
 
 OutputFile::OutputFile(const std::filesystem::path& path)
-    : name_(path.string()), file_(std::fopen(path.c_str(), "wbx")) {
+    : name_(path.string()), buffer_(1 << 18), file_(std::fopen(path.c_str(), "wbx")) {
   if (file_ == nullptr) throw InputError(name_ + ": cannot be made: " + std::strerror(errno));
-  std::setvbuf(file_, nullptr, _IOFBF, 1 << 18);
+  std::setvbuf(file_, buffer_.data(), _IOFBF, buffer_.size());
 }
 
 OutputFile::~OutputFile() {

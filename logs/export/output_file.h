@@ -3,7 +3,9 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace berth::logs {
 
@@ -25,6 +27,7 @@ class OutputFile {
   [[noreturn]] void fail() const;
 
   std::string name_;
+  std::vector<char> buffer_;  // of the file: glibc makes none larger than a page by itself
   std::FILE* file_;
 };
 

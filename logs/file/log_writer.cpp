@@ -23,11 +23,12 @@ std::uint8_t* big_endian(std::uint8_t* at, Integer value, int bytes) {
 
 LogWriter::LogWriter(const std::filesystem::path& path, Existing existing)
     : name_(path.string()),
+      buffer_(1 << 18),
       file_(std::fopen(path.c_str(), existing == Existing::refuse ? "wbx" : "wb")) {
   if (file_ == nullptr) {
     throw InputError(name_ + ": cannot be written: " + std::strerror(errno));
   }
-  std::setvbuf(file_, nullptr, _IOFBF, 1 << 18);
+  std::setvbuf(file_, buffer_.data(), _IOFBF, buffer_.size());
 }
 
 LogWriter::~LogWriter() { std::fclose(file_); }

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
@@ -35,6 +36,7 @@ class LogWriter {
   void put(const void* data, std::size_t size);
 
   std::string name_;
+  std::vector<char> buffer_;  // of the file: glibc makes none larger than a page by itself
   std::FILE* file_;
   std::int64_t number_ = 0;
 };

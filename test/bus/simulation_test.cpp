@@ -40,6 +40,18 @@ TEST_CASE("a repeated timer keeps its period and can cancel itself") {
   CHECK(beats == 3);
 }
 
+TEST_CASE("the name of a timer that has fired means nothing to those that come after it") {
+  Simulation simulation;
+  SimulatedLoop& loop = simulation.make_loop();
+  int fired = 0;
+  const auto first = loop.after(10, [&] { ++fired; });
+  simulation.run_for(20);
+  loop.after(10, [&] { ++fired; });
+  loop.cancel(first);
+  simulation.run_for(20);
+  CHECK(fired == 2);
+}
+
 TEST_CASE("a message reaches every subscriber after the sender's compute time") {
   Simulation simulation;
   SimulatedBus& sender = simulation.make_bus(5 * millisecond);
@@ -124,6 +136,43 @@ TEST_CASE("bytes written on a wire are seen one wire latency later, in both dire
   close(driver_fd);
   device.unwatch(device_fd);
   close(device_fd);
+}
+
+TEST_CASE("what a node writes on a message is seen, though its bus was made for its loop") {
+  Simulation simulation;
+  SimulatedLoop& device = simulation.make_loop();
+  SimulatedLoop& driver = simulation.make_loop();
+  int device_fd = -1;
+  int driver_fd = -1;
+  Utime seen = 0;
+  simulation.wires().listen("127.0.0.1:502", [&](int fd) {
+    device_fd = fd;
+    device.watch(fd, [&] {
+      char text[8];
+      REQUIRE(read(device_fd, text, sizeof text) == 2);
+      seen = simulation.now();
+    });
+  });
+  simulation.wires().dial("127.0.0.1:502", [&](int fd) {
+    driver_fd = fd;
+    driver.watch(fd, [] {});
+  });
+  simulation.make_bus(0, driver).subscribe<heartbeat_t>(
+      channels::heartbeat, Queue::fifo(),
+      [&](const heartbeat_t&) { REQUIRE(write(driver_fd, "go", 2) == 2); });
+  simulation.run_for(second);
+  const Utime sent = simulation.now();
+  simulation.make_bus().publish(channels::heartbeat, heartbeat_t{});
+  // One that has no wires: nothing it does makes anybody look at them.
+  SimulatedLoop& other = simulation.make_loop();
+  simulation.make_bus(0, other).subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                                                       [](const heartbeat_t&) {});
+  simulation.run_for(second);
+  CHECK(seen - sent == 300);  // of the bus 100, of the wire 200
+  device.unwatch(device_fd);
+  driver.unwatch(driver_fd);
+  close(device_fd);
+  close(driver_fd);
 }
 
 namespace {

@@ -26,6 +26,7 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
       loop_(loop),
       scene_(scene),
       started_(loop.now()) {
+  settings_.beams_per_packet = lidar::packet_size(profile_, settings_.beams_per_packet);
   const double falloff = settings_.receiver.full_scale_range_m / profile_.beam.range_max_m;
   least_power_ = std::max(settings_.receiver.range_max_reflectivity * falloff * falloff,
                           (settings_.least_intensity - 0.5) / full_scale);
