@@ -57,12 +57,22 @@ class CriteriaCheck {
                                 [&](const auto& e) { return phase->contains(e.utime); });
   }
 
-  /// Whether the procedure itself says how long each step of the phase takes.
-  bool timed(const std::string& phase) const {
+  template <class Doubtful>
+  bool none_of_phase(const std::string& phase, Doubtful doubtful) const {
     const auto& steps = rehearsal_.steps();
     return std::none_of(steps.begin(), steps.end(), [&](const StepForecast& step) {
-      return step.guessed && (phase == logs::whole_run || step.phase == phase);
+      return doubtful(step) && (phase == logs::whole_run || step.phase == phase);
     });
+  }
+
+  /// Whether the procedure itself says how long each step of the phase takes.
+  bool timed(const std::string& phase) const {
+    return none_of_phase(phase, [](const StepForecast& step) { return step.guessed; });
+  }
+
+  /// Whether it says where the arms are in it.
+  bool foreseen(const std::string& phase) const {
+    return none_of_phase(phase, [](const StepForecast& step) { return step.steered; });
   }
 
   bool anything_injected() const {
@@ -97,7 +107,8 @@ class CriteriaCheck {
                      " (2 sigma): without any error this would be inconclusive",
                  limits_of(result));
     }
-    const bool certain = criterion.measurement->series || timed(criterion.phase);
+    const bool certain =
+        foreseen(criterion.phase) && (criterion.measurement->series || timed(criterion.phase));
     if (result.result == criterion_result_t::FAILED && by_truth_alone && certain &&
         !rehearsal_.lost_its_way()) {
       add(criterion, Severity::error,

@@ -83,8 +83,11 @@ const StepForecast& Rehearsal::perform(const Step& step) {
   forecast.start = now_.time;
   forecast.first_moment = moments_.size() - 1;
   if (std::holds_alternative<Acquire>(step.verb)) now_.tracked = false;
+  steered_ = steered_ || std::holds_alternative<Guided>(step.verb);
+  forecast.steered = steered_;
   if (const auto command = motion_command(step.verb, now_.pose)) {
     move(*command, forecast);
+    steered_ = steered_ && testbed::is_closed_loop(*command);
   }
   const Course course = std::visit(CourseOf{rig_}, step.verb);
   stay(std::max(0.0, course.duration - (now_.time - forecast.start)));

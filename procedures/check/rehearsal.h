@@ -26,6 +26,7 @@ struct StepForecast {
   double start = 0;        ///< s
   double duration = 0;     ///< s
   bool guessed = false;    ///< how long it takes is not in the procedure: the duration is a guess
+  bool steered = false;    ///< where the arms are, somebody outside decides, or has decided before
   bool moves = false;      ///< a motion that will be carried out
   std::string refusal;     ///< of its motion, in the testbed's own words; empty: none
   bool from_afar = false;  ///< looked at from where a motion refused before begins
@@ -66,6 +67,7 @@ class Rehearsal {
   Moment now_;
   bool lost_ = false;  // where the arms are is not known: the motion before was refused
   bool ever_lost_ = false;
+  bool steered_ = false;  // somebody outside has steered since the last motion to a pose told
   std::vector<Moment> moments_;
   std::vector<StepForecast> steps_;
 };

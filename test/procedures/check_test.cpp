@@ -136,6 +136,19 @@ TEST_CASE("criteria must name what the run will record") {
              Contains("warning") && Contains("truth itself is uncertain"));
 }
 
+TEST_CASE("a criterion that only an outside GNC can meet is left to it") {
+  const auto after = [](const std::string& step) {
+    return said(check_text(tracked + "  - " + step + "\n  - hold: 5 s\n    phase: there\n" +
+                           "criteria:\n  - {name: c, measurement: surface_range, statistic: p95, "
+                           "phase: there, max: 3.7 m}\n"));
+  };
+  CHECK(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}").empty());
+  // once the arms have been told where to be, that is known again
+  CHECK_THAT(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}\n"
+                   "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 200 mm/s}"),
+             Contains("if all goes as planned"));
+}
+
 TEST_CASE("a target without a docking interface is not docked with") {
   Procedure procedure = parse_procedure(tracked + R"(
   - approach: {standoff: 3.5 m, speed: 50 mm/s, dock: true}
