@@ -141,6 +141,31 @@ TEST_CASE("a chaser has no more thrust than it has, along each axis of its own")
   CHECK(chaser.propellant() == Approx(800 * chaser.delta_v_orbit() / (220 * 9.80665)));
 }
 
+TEST_CASE("thrusters give their least impulse or nothing, and nothing is lost of what is wanted") {
+  RelativeLimits limits;
+  limits.acceleration = 1;
+  const Pose start = pose_from_xyzwpr({0, 0, 4000, 0, 0, 0}).inverse();
+  GuidanceProfile coarse = vehicle(40);
+  coarse.vehicle.shortest_burn = 0.02;  // of 0.05 m/s^2: 1 mm/s of orbit, 0.4 mm/s of the cell
+  const auto asked = [&](const GuidanceProfile& profile, auto wanted) {
+    Chaser chaser(profile, limits, start);
+    for (int i = 0; i < 600; ++i) {
+      chaser.coast(1.0 / 60, Vector3d(wanted(i), 0, 0), Vector3d::Zero());
+    }
+    for (int i = 0; i < 120; ++i) chaser.coast(1.0 / 60, Vector3d::Zero(), Vector3d::Zero());
+    return chaser.delta_v_orbit();
+  };
+  const auto steady = [](int) { return 1e-3; };  // for 10 s of the cell: 25 mm/s of orbit
+  CHECK(asked(vehicle(40), steady) == Approx(0.025).epsilon(1e-3));
+  CHECK(asked(coarse, steady) == Approx(0.025).margin(1.01e-3));
+  const auto little = [](int i) { return i < 20 ? 1e-3 : 0.0; };
+  CHECK(asked(vehicle(40), little) > 8e-4);
+  CHECK(asked(coarse, little) == 0);
+  const auto to_and_fro = [](int i) { return i % 20 < 10 ? 1e-3 : -1e-3; };
+  CHECK(asked(vehicle(40), to_and_fro) > 5e-3);
+  CHECK(asked(coarse, to_and_fro) == 0);
+}
+
 TEST_CASE("a chaser that coasts follows its orbit, scaled to the cell") {
   const Pose start = pose_from_xyzwpr({0, 0, 4000, 0, 0, 0}).inverse();
   Chaser chaser(vehicle(40), RelativeLimits{}, start);

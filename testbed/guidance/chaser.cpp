@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "testbed/guidance/retreat.h"
 #include "testbed/guidance/shortened.h"
@@ -41,6 +42,7 @@ Chaser::Chaser(const GuidanceProfile& profile, const RelativeLimits& limits, con
     const double of_orbit = profile.vehicle.thrust / profile.vehicle.mass;
     const double scale = orbit_.time_scale * orbit_.time_scale / orbit_.length_scale;
     greatest_ = std::min(of_orbit * scale, limits.acceleration);
+    least_ = of_orbit * scale * profile.vehicle.shortest_burn / orbit_.time_scale;
   }
 }
 
@@ -73,13 +75,26 @@ void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_ac
     wanted = shortened(thrust, greatest_);
   } else {
     const Vector3d body = pose_.rotation.conjugate() * thrust;
-    wanted = pose_.rotation * body.cwiseMax(-greatest_).cwiseMin(greatest_);
+    wanted = pose_.rotation * fired(dt, body.cwiseMax(-greatest_).cwiseMin(greatest_));
   }
   // neither thrusters nor arms change their acceleration at once
   const double share = 1 - std::exp(-3 * dt / limits_.rise_time);
   thrust_ += share * (wanted - thrust_);
   turning_ += share * (shortened(angular_acceleration, limits_.angular_acceleration) - turning_);
   push(dt, thrust_, turning_);
+}
+
+/// What the thrusters give of it: each axis collects what is wanted until that is its least
+/// impulse, then burns all of it.
+Vector3d Chaser::fired(double dt, const Vector3d& wanted) {
+  owed_ += dt * wanted;
+  Vector3d given;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(owed_[axis]) >= least_) burning_[axis] += std::exchange(owed_[axis], 0);
+    given[axis] = std::clamp(burning_[axis] / dt, -greatest_, greatest_);
+  }
+  burning_ -= dt * given;
+  return given;
 }
 
 void Chaser::push(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration) {

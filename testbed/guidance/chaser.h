@@ -10,8 +10,9 @@ namespace berth::testbed {
 /// The vehicle that the cell stands in for, its sensor at its centre of mass, in the frame N: the
 /// target's at the start of the flight; it goes with the target's origin and does not turn against
 /// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by
-/// thrusters along its body axes; under `kinematic` it goes where it is told within its limits.
-/// Attitude is turned within limits in both. Units of the cell.
+/// thrusters along its body axes, which give no less than their least impulse at a time; under
+/// `kinematic` it goes where it is told within its limits. Attitude is turned within limits in
+/// both. Units of the cell.
 class Chaser {
  public:
   /// start: T_N_sensor, at rest against the target.
@@ -46,6 +47,7 @@ class Chaser {
 
  private:
   Vector3d natural() const;  // acceleration without thrust, frame N, m/s^2
+  Vector3d fired(double dt, const Vector3d& wanted);
   void push(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration);
 
   GuidanceProfile::Law law_;
@@ -57,6 +59,9 @@ class Chaser {
   Quaterniond hill_from_n_;
   Pose pose_;
   Velocity velocity_;
+  double least_ = 0;                     // m/s of the cell that an axis gives at least at a time
+  Vector3d owed_ = Vector3d::Zero();     // not fired yet, m/s, body axes
+  Vector3d burning_ = Vector3d::Zero();  // left of burns that have begun, m/s, body axes
   Vector3d thrust_ = Vector3d::Zero();   // acceleration, frame N
   Vector3d turning_ = Vector3d::Zero();  // angular acceleration, frame N
   double orbit_time_ = 0;

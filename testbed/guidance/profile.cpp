@@ -39,6 +39,8 @@ Profile::Vehicle read_vehicle(Config config) {
   Profile::Vehicle vehicle;
   vehicle.mass = positive(config, "mass", Dimension::mass);
   vehicle.thrust = newtons(config, "thrust");
+  config.optional("shortest_burn", Dimension::time, vehicle.shortest_burn);
+  if (vehicle.shortest_burn < 0) throw config.error("shortest_burn", "must not be negative");
   vehicle.specific_impulse = positive(config, "specific_impulse", Dimension::time);
   config.finish();
   return vehicle;

@@ -27,6 +27,7 @@ struct GuidanceProfile {
     double mass = 0;              ///< kg
     double thrust = 0;            ///< N, greatest of each body axis, either way
     double specific_impulse = 0;  ///< s
+    double shortest_burn = 0;     ///< s at full thrust: the least impulse of an axis, over thrust
   };
   /// Half width at a range: radius + range * tan(half_angle).
   struct Corridor {
