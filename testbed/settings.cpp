@@ -67,7 +67,6 @@ Settings load_settings(const std::filesystem::path& file) {
   path.finish();
 
   Config guidance = config.section("guidance");
-  s.guidance.dead_time = s.dead_time;
   s.guidance.hold_settling = s.hold_settling;
   s.guidance.stale_after = microseconds(guidance, "stale_after");
   s.guidance.give_up_after = microseconds(guidance, "give_up_after");

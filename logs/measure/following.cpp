@@ -1,14 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <limits>
-
 #include "common/core/config.h"
+#include "common/core/dead_time_told.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
 
-/// The testbed's dead time in the run's own configuration; nothing when the log does not hold it.
-std::optional<Utime> dead_time(const RunRecord& record) {
+/// By which the testbed reckoned last: the longer the arms have moved the better it is known. Not
+/// after the newest truth, so that what comes late does not count.
+std::optional<Utime> told_dead_time(const RunRecord& record) {
+  if (record.truth().samples().empty()) return std::nullopt;
+  const Utime newest = record.truth().samples().back().utime;
+  std::optional<Utime> dead;
+  for (const event_t& event : record.events()) {
+    if (event.utime > newest || event.code != DeadTimeTold::event_code) continue;
+    if (const auto told = DeadTimeTold::parse(event.text)) dead = told->us;
+  }
+  return dead;
+}
+
+/// The nominal one in the run's own configuration; nothing when the log does not hold it.
+std::optional<Utime> nominal_dead_time(const RunRecord& record) {
   if (!record.info()) return std::nullopt;
   for (const attachment_t& file : record.info()->attachments) {
     if (file.name != "testbed.yaml" || file.content.empty()) continue;
@@ -25,7 +37,8 @@ using OfDifference = Uncertain (*)(const Vector6d&, const Matrix6d&);
 template <OfDifference value>
 Series following(const Measurer& measurer, const Phase& phase) {
   Series series;
-  const auto dead = dead_time(measurer.record());
+  auto dead = told_dead_time(measurer.record());
+  if (!dead) dead = nominal_dead_time(measurer.record());
   if (!dead) {
     series.reason = "the log does not hold the testbed's configuration";
     return series;

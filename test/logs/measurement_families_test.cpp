@@ -3,6 +3,7 @@
 #include <functional>
 #include <set>
 
+#include "common/core/dead_time_told.h"
 #include "common/core/file.h"
 #include "common/core/random.h"
 #include "common/core/target.h"
@@ -252,6 +253,47 @@ TEST_CASE("the miss distance is that of the interface at closest approach") {
   CHECK(measured(record, "contact_angle").uncertainty == Approx(1e-3).epsilon(0.01));
   CHECK(measured(record, "contact_range").value == Approx(std::hypot(0.4, 0.03)).epsilon(1e-3));
   CHECK(measured(record, "docking_offset", Statistic::min).value == Approx(30 * mm).epsilon(1e-6));
+}
+
+TEST_CASE(
+    "what was achieved is compared with what was commanded a dead time before, the learned one") {
+  RunRecord record = flown(straight_on, 8);
+  for (double t = 0; t < 8; t += 0.1) {
+    testbed_state_t state{};
+    state.utime = made::start + utime_from_seconds(t);
+    state.seq = state.utime;
+    state.session = made::session;
+    state.state = testbed_state_t::MOVING;
+    const Pose pose = straight_on(t + 0.4);  // the arms are there 0.4 s later
+    Vector3d::Map(state.commanded_position_m) = pose.position;
+    state.commanded_q_wxyz[0] = 1;
+    record.add(state);
+  }
+  CHECK(measured(record, "achieved_position_error").reason.find("configuration") !=
+        std::string::npos);
+  run_info_t info{};
+  info.utime = made::start;
+  attachment_t settings{};
+  settings.name = "testbed.yaml";
+  settings.content = "setpoints: {dead_time: 150 ms}";
+  info.attachments = {settings};
+  info.attachment_count = 1;
+  record.add(info);
+  CHECK(measured(record, "achieved_position_error").value == Approx(50 * mm).epsilon(1e-3));
+  const auto tell = [&](double t, std::int64_t us) {
+    event_t event{};
+    event.utime = made::start + utime_from_seconds(t);
+    event.seq = event.utime;
+    event.session = made::session;
+    event.code = DeadTimeTold::event_code;
+    event.text = DeadTimeTold{us}.text("so it is");
+    record.add(event);
+  };
+  tell(9, 100000);  // after all that is judged
+  tell(1, 390000);
+  CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
+  tell(3, 400000);
+  CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
 }
 
 TEST_CASE("latency is what the estimator's node says of each estimate") {

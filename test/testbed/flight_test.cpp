@@ -60,7 +60,9 @@ struct FlightBench {
   FlightBench(const GuidanceProfile& by, const Pose& from, const Flight::Order& order,
               TargetMotion target_motion = {})
       : start(from), motion(std::move(target_motion)) {
-    Flight::Commands before{{now - 2000000, start}, {now, start}};
+    PoseHistory before;
+    before.add(now - 2000000, start);
+    before.add(now, start);
     commanded.assign(200, start);
     const ApproachTarget target{&surface(), true, radarsat().docking};
     auto result = Flight::begin(by, target, settings, order, now, start, before, seen(start));
@@ -76,6 +78,7 @@ struct FlightBench {
     error.tail<3>() += random.normal_vector(0.5 * noise);
     Estimate estimate;
     estimate.utime = now;
+    estimate.dead_time = dead_time;
     estimate.pose = perturbed(pose, error);
     estimate.usable = status.empty();
     estimate.status = status;
@@ -277,7 +280,7 @@ TEST_CASE("what cannot be flown is refused: too near, off the axis, no estimate"
   CHECK_THAT(FlightBench(by, pose_from_xyzwpr({0, 0, 4800, 0, 75, 0}), dock_at(3.2, 0.05)).refusal,
              Contains("off the docking axis"));
   auto none = Flight::begin(by, {&surface(), true, radarsat().docking}, {}, dock_at(3, 0.05), 0,
-                            askew, {}, std::nullopt);
+                            askew, PoseHistory{}, std::nullopt);
   CHECK(std::get<std::string>(none) == "there is no estimate");
 }
 

@@ -29,7 +29,11 @@ struct Flight {
     commanded.push_back(pose);
     now += 10000;
   }
-  void look() { guidance.on_estimate({now - 10000, seen(where), true, "good"}); }
+  void look() {
+    Estimate estimate{now - 10000, seen(where), true, "good"};
+    estimate.dead_time = 150000;
+    guidance.on_estimate(estimate);
+  }
   void fly(double seconds) {
     for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
       output = guidance.step(now, 0.01);

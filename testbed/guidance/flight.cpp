@@ -17,8 +17,6 @@ constexpr double along_share = 0.4;
 /// Near enough to a stop, m, and slow enough there, m/s.
 constexpr double at_stop = 0.02;
 constexpr double slow = 0.003;
-/// us that commands are remembered.
-constexpr std::int64_t history_length = 20000000;
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
 Vector3d correction(const Vector3d& offset, const Vector3d& rate_wanted, const Vector3d& rate,
@@ -42,7 +40,7 @@ double smooth(double x) {
 
 Flight::Result Flight::begin(const GuidanceProfile& profile, const ApproachTarget& target,
                              const Guidance::Settings& settings, const Order& order,
-                             std::int64_t now, const Pose& commanded, const Commands& before,
+                             std::int64_t now, const Pose& commanded, const PoseHistory& before,
                              const std::optional<Estimate>& estimate) {
   if (!estimate) return "there is no estimate";
   if ((order.dock || profile.align == GuidanceProfile::Align::docking_axis) &&
@@ -61,18 +59,17 @@ Flight::Result Flight::begin(const GuidanceProfile& profile, const ApproachTarge
 
 Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
                const Guidance::Settings& settings, const Order& order, std::int64_t now,
-               const Pose& commanded, const Commands& before, const Estimate& estimate)
+               const Pose& commanded, const PoseHistory& before, const Estimate& estimate)
     : profile_(profile),
       settings_(settings),
       order_(order),
       chaser_(profile, order.limits, commanded.inverse()),
       commands_([&] {
-        std::deque<Command> list;
-        for (const auto& [utime, pose] : before) {
-          list.push_back({utime, 1e-6 * static_cast<double>(utime - now), pose.inverse()});
-        }
-        list.push_back({now, 0, commanded.inverse()});
-        return list;
+        auto history = before.mapped([now](std::int64_t utime, const Pose& pose) {
+          return Command{1e-6 * static_cast<double>(utime - now), pose.inverse()};
+        });
+        history.add(now, {0, commanded.inverse()});
+        return history;
       }()),
       estimate_(estimate),
       filter_({profile.tracking.acceleration, profile.tracking.angular_acceleration},
@@ -128,24 +125,10 @@ std::string Flight::refusal() const {
 
 /// The estimate in frame N, at the time of flight of what was being carried out at the scan.
 TargetFilter::Seen Flight::seen(const Estimate& estimate) const {
-  const std::int64_t t = estimate.utime - settings_.dead_time;
-  const auto after =
-      std::upper_bound(commands_.begin(), commands_.end(), t,
-                       [](std::int64_t time, const Command& c) { return time < c.utime; });
+  const Command command = *commands_.at(estimate.commanded());
   TargetFilter::Seen seen;
-  Pose sensor;
-  if (after == commands_.begin() || after == commands_.end()) {
-    const Command& command = after == commands_.end() ? commands_.back() : commands_.front();
-    seen.time = command.time;
-    sensor = command.pose;
-  } else {
-    const Command& before = *std::prev(after);
-    const double s =
-        static_cast<double>(t - before.utime) / static_cast<double>(after->utime - before.utime);
-    seen.time = before.time + s * (after->time - before.time);
-    sensor = interpolate(before.pose, after->pose, s);
-  }
-  seen.pose = sensor * estimate.pose;
+  seen.time = command.time;
+  seen.pose = command.pose * estimate.pose;
   seen.position_sigma = estimate.position_sigma;
   seen.rotation_sigma = estimate.rotation_sigma;
   seen.attitude_known = estimate.attitude_known;
@@ -193,8 +176,7 @@ Steering::Output Flight::step(std::int64_t now, double dt) {
     look(now, dt, model);
     if (phase_ != Phase::retreating) fly(dt, model);
   }
-  commands_.push_back({now, time_, chaser_.pose()});
-  while (commands_.size() > 2 && commands_[1].utime < now - history_length) commands_.pop_front();
+  commands_.add(now, {time_, chaser_.pose()});
   tell(model);
   Output output;
   output.commanded = chaser_.pose().inverse();

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <variant>
 
 #include "testbed/guidance/approach_axis.h"
@@ -28,14 +26,12 @@ class Flight final : public Steering {
     bool dock = false;  ///< standoff and ranges are of the docking interface
     RelativeLimits limits;
   };
-  /// What was commanded before, T_sensor_model, oldest first, us.
-  using Commands = std::deque<std::pair<std::int64_t, Pose>>;
   using Result = std::variant<std::shared_ptr<Flight>, std::string>;
 
   /// Begins at the pose commanded now. @return the flight, or why there can be none.
   static Result begin(const GuidanceProfile& profile, const ApproachTarget& target,
                       const Guidance::Settings& settings, const Order& order, std::int64_t now,
-                      const Pose& commanded, const Commands& before,
+                      const Pose& commanded, const PoseHistory& before,
                       const std::optional<Estimate>& estimate);
 
   void on_estimate(const Estimate& estimate) override;
@@ -53,16 +49,17 @@ class Flight final : public Steering {
  private:
   using Phase = GuidanceReport::Phase;
 
-  /// What was commanded when.
   struct Command {
-    std::int64_t utime = 0;
     double time = 0;  // of flight
     Pose pose;        // T_N_sensor
   };
+  friend Command blend(const Command& a, const Command& b, double s) {
+    return {a.time + s * (b.time - a.time), interpolate(a.pose, b.pose, s)};
+  }
 
   Flight(const GuidanceProfile& profile, const ApproachTarget& target,
          const Guidance::Settings& settings, const Order& order, std::int64_t now,
-         const Pose& commanded, const Commands& before, const Estimate& estimate);
+         const Pose& commanded, const PoseHistory& before, const Estimate& estimate);
 
   std::string refusal() const;
   TargetFilter::Seen seen(const Estimate& estimate) const;
@@ -81,7 +78,7 @@ class Flight final : public Steering {
   Guidance::Settings settings_;
   Order order_;
   Chaser chaser_;
-  std::deque<Command> commands_;
+  CommandHistory<Command> commands_;
   Estimate estimate_;
   TargetFilter filter_;
   Pose first_sight_;  // T_N_model

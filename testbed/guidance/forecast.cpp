@@ -58,6 +58,7 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
       Estimate estimate;
       // the pose there is the one commanded at a whole step
       estimate.utime = now + static_cast<std::int64_t>(shown) * forecast_step + dead_time;
+      estimate.dead_time = dead_time;
       estimate.pose = poses[shown] * seen_as;
       estimate.usable = true;
       twin.on_estimate(estimate);

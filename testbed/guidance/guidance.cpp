@@ -8,9 +8,6 @@
 namespace berth::testbed {
 namespace {
 
-/// How long commanded poses are remembered, us.
-constexpr std::int64_t commanded_history = 20000000;
-
 void slew(Eigen::Ref<Vector3d> value, const Vector3d& to, double most) {
   const Vector3d change = to - value;
   const double length = change.norm();
@@ -43,25 +40,8 @@ Pose Guidance::uncorrected(const Pose& wanted) const {
   return {wanted.position - bias_.head<3>(), (bias.conjugate() * wanted.rotation).normalized()};
 }
 
-void Guidance::note_commanded(std::int64_t now, const Pose& commanded) {
-  history_.emplace_back(now, commanded);
-  while (history_.size() > 2 && history_[1].first < now - commanded_history) history_.pop_front();
-}
-
-std::optional<Pose> Guidance::commanded_at(std::int64_t t) const {
-  if (history_.empty() || t < history_.front().first) return std::nullopt;
-  if (t >= history_.back().first) return history_.back().second;
-  const auto after =
-      std::upper_bound(history_.begin(), history_.end(), t,
-                       [](std::int64_t time, const auto& entry) { return time < entry.first; });
-  const auto before = after - 1;
-  const double s =
-      static_cast<double>(t - before->first) / static_cast<double>(after->first - before->first);
-  return interpolate(before->second, after->second, s);
-}
-
 void Guidance::note_target_moved(const Pose& moved) {
-  for (auto& [time, pose] : history_) pose = pose * moved;
+  history_ = history_.mapped([&](std::int64_t, const Pose& pose) { return pose * moved; });
 }
 
 std::optional<std::int64_t> Guidance::estimate_age(std::int64_t now) const {
@@ -82,7 +62,7 @@ std::string Guidance::unusable(std::int64_t now) const {
 std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& commanded) {
   const std::string reason = unusable(now);
   if (!reason.empty()) return reason;
-  const Pose before = commanded_at(estimate_->utime - settings_.dead_time).value_or(commanded);
+  const Pose before = history_.at(estimate_->commanded()).value_or(commanded);
   bias_.setZero();
   bias_.head<3>() = estimate_->pose.position - before.position;
   bias_rotation_ = estimate_->attitude_known
@@ -174,7 +154,7 @@ void Guidance::on_estimate(const Estimate& estimate) {
 }
 
 void Guidance::correct(const Estimate& estimate) {
-  const auto before = commanded_at(estimate.utime - settings_.dead_time);
+  const auto before = history_.at(estimate.commanded());
   if (!before) return;
   Vector6d bias;
   bias.head<3>() = estimate.pose.position - before->position;
@@ -260,7 +240,7 @@ Guidance::Output Guidance::step(std::int64_t now, double dt) {
   if (keeping_ || time_ < travel_.duration()) return output;
   if (arrived_ == 0) arrived_ = now;
   output.phase = Phase::settling;
-  const bool seen = estimate_->utime - settings_.dead_time >= arrived_;
+  const bool seen = estimate_->commanded() >= arrived_;
   const double error = distance_to_go(estimate_->pose);
   const bool settled = seen && std::abs(error) <= settings_.settle_tolerance;
   if (!settled && now - arrived_ <= settings_.settle_for) return output;

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
 
 #include "common/core/pose.h"
 #include "common/core/ray_caster.h"
 #include "testbed/guidance/steering.h"
+#include "testbed/motion/command_history.h"
 #include "testbed/motion/motion_profile.h"
 #include "testbed/motion/relative_path.h"
 
@@ -31,7 +31,6 @@ struct Docking {
 class Guidance {
  public:
   struct Settings {
-    std::int64_t dead_time = 150000;           ///< us from a command to its motion
     std::int64_t stale_after = 3000000;        ///< us: an older estimate holds the motion
     std::int64_t give_up_after = 30000000;     ///< us of holding
     std::int64_t settle_for = 10000000;        ///< us to wait at the end for the estimate to agree
@@ -64,8 +63,8 @@ class Guidance {
 
   void on_estimate(const Estimate& estimate);
   const std::optional<Estimate>& estimate() const { return estimate_; }
-  /// What was commanded lately, T_sensor_model, oldest first.
-  const std::deque<std::pair<std::int64_t, Pose>>& history() const { return history_; }
+  /// What was commanded lately.
+  const PoseHistory& history() const { return history_; }
   /// The target has moved by itself, to this pose in its frame before; at rest again.
   void note_target_moved(const Pose& moved);
   GuidanceReport report() const;
@@ -95,13 +94,12 @@ class Guidance {
   bool at_rest() const { return scale_.at_rest(); }
   void set_override(double rate) { override_ = rate; }
   /// Keeps the history of what was commanded, while something else commands.
-  void note_commanded(std::int64_t now, const Pose& commanded);
+  void note_commanded(std::int64_t now, const Pose& commanded) { history_.add(now, commanded); }
   Output step(std::int64_t now, double dt);
 
  private:
   std::optional<std::string> begin(std::int64_t now, const Pose& commanded);
   std::string unusable(std::int64_t now) const;
-  std::optional<Pose> commanded_at(std::int64_t t) const;
   void correct(const Estimate& estimate);
   Pose reference(double travelled) const;
   Pose uncorrected(const Pose& wanted) const;
@@ -114,7 +112,7 @@ class Guidance {
   TimeScale scale_;
   std::optional<Estimate> estimate_;
   int good_in_a_row_ = 0;
-  std::deque<std::pair<std::int64_t, Pose>> history_;
+  PoseHistory history_;
 
   bool active_ = false;
   bool keeping_ = false;

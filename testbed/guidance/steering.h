@@ -17,6 +17,10 @@ struct Estimate {
   bool attitude_known = true;     ///< well enough to be steered by
   double position_sigma = 0.005;  ///< m, each axis
   double rotation_sigma = 0.005;  ///< rad, each axis
+  std::int64_t dead_time = 0;     ///< us from a command to its motion, as far as is known
+
+  /// When what was being carried out at utime had been commanded.
+  std::int64_t commanded() const { return utime - dead_time; }
 };
 
 /// What a closed loop does just now, for GUIDANCE_STATE (guidance_state_t has the meanings).

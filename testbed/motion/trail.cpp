@@ -10,8 +10,6 @@ namespace {
 constexpr double spacing = 0.002;
 /// m of relative travel that a radian counts for.
 constexpr double lever = 1.5;
-/// us that commands are remembered.
-constexpr std::int64_t history_length = 2000000;
 
 }  // namespace
 
@@ -49,24 +47,6 @@ std::shared_ptr<const ArmMotion> Trail::way_back(const ArmPair& from,
   return std::make_shared<const RecordedMotion>(std::move(points), lengths, limits.speed,
                                                 limits.acceleration,
                                                 4 * limits.acceleration / limits.rise_time);
-}
-
-void CommandHistory::add(std::int64_t t, const ArmPair& joints) {
-  entries_.emplace_back(t, joints);
-  while (entries_.front().first < t - history_length) entries_.pop_front();
-}
-
-std::optional<ArmPair> CommandHistory::at(std::int64_t t) const {
-  if (entries_.empty()) return std::nullopt;
-  const auto after =
-      std::lower_bound(entries_.begin(), entries_.end(), t,
-                       [](const auto& entry, std::int64_t time) { return entry.first < time; });
-  if (after == entries_.end()) return entries_.back().second;
-  if (after == entries_.begin()) return after->second;
-  const auto before = std::prev(after);
-  const double s =
-      static_cast<double>(t - before->first) / static_cast<double>(after->first - before->first);
-  return blend(before->second, after->second, s);
 }
 
 }  // namespace berth::testbed

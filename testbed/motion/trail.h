@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-#include <deque>
 #include <memory>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "testbed/motion/arm_motion.h"
@@ -34,20 +30,6 @@ class Trail {
   const Cell& cell_;
   std::vector<ArmPair> points_;
   std::vector<double> lengths_;  // of relative travel between the points, m
-};
-
-/// What the arms were told to do in the last seconds.
-class CommandHistory {
- public:
-  /// t: us, later than those before.
-  void add(std::int64_t t, const ArmPair& joints);
-  void clear() { entries_.clear(); }
-  /// Between the set-points around t; the first one before all, the last one after all.
-  /// Nothing when there is none.
-  std::optional<ArmPair> at(std::int64_t t) const;
-
- private:
-  std::deque<std::pair<std::int64_t, ArmPair>> entries_;
 };
 
 }  // namespace berth::testbed

@@ -256,7 +256,7 @@ CommandPlanner::Path CommandPlanner::flight(const testbed_command_t& command, co
                              guidance.history(), guidance.estimate());
   if (auto* reason = std::get_if<std::string>(&begun)) return std::move(*reason);
   auto steering = std::get<std::shared_ptr<Flight>>(std::move(begun));
-  auto path = forecast(*steering, plan.target_motion, now, settings_.dead_time);
+  auto path = forecast(*steering, plan.target_motion, now, guidance.estimate()->dead_time);
   if (auto* reason = std::get_if<std::string>(&path)) return std::move(*reason);
   auto flown = std::get<std::shared_ptr<const RelativePath>>(std::move(path));
   steering->expect(flown->duration());

@@ -2,6 +2,7 @@
 // What the arms and the facility say, and whether the arms follow.
 #include <cmath>
 
+#include "common/core/dead_time_told.h"
 #include "common/core/text.h"
 #include "testbed/node/testbed_node.h"
 
@@ -13,8 +14,10 @@ namespace {
 
 /// us between the shortest and the longest believable dead time for it to be known.
 constexpr Utime dead_time_known = 40 * millisecond;
-/// us by which the nominal one may be off unsaid: 5 mm at 100 mm/s.
+/// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
 constexpr Utime dead_time_off = 50 * millisecond;
+/// us by which another one is reckoned with from then on: 0.1 mm at 50 mm/s.
+constexpr Utime worth_telling = 2 * millisecond;
 
 SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   using State = SafetySupervisor::ArmState;
@@ -63,24 +66,33 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
   const auto strays = watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
   if (strays) stop_arms(strays->code, strays->text);
-  note_dead_time(role, watch.dead_time());
+  learn_dead_time();
 }
 
-/// Guidance goes by the nominal one.
-void TestbedNode::note_dead_time(ArmRole role, const FollowingWatch::DeadTime& found) {
-  if (found.longest - found.shortest > dead_time_known) return;
-  const std::string arm = name_of(role);
-  count("dead_time_" + arm + "_ms", 1e3 * seconds(found.best));
-  const Utime nominal = settings_.dead_time;
-  const bool as_told =
-      nominal > found.shortest - dead_time_off && nominal < found.longest + dead_time_off;
-  bool& told = dead_time_told_[role == ArmRole::replica ? 0 : 1];
-  if (as_told || told) return;
-  told = true;
-  event(event_t::WARNING, "dead-time",
-        "the " + arm + " arm moves " + fixed(1e3 * seconds(found.best), 0) +
-            " ms after its set-points, not " + fixed(1e3 * seconds(nominal), 0) +
-            " ms (setpoints.dead_time of testbed.yaml), by which guidance reckons");
+/// Both arms' mean, of those whose motion has told; until then the nominal one, or what was known
+/// before the controllers were started anew.
+void TestbedNode::learn_dead_time() {
+  double sum = 0;
+  int known = 0;
+  for (const ArmRole role : both_arms) {
+    const auto& found = following_watch_[role == ArmRole::replica ? 0 : 1].dead_time();
+    if (found.longest - found.shortest > dead_time_known) continue;
+    count("dead_time_" + std::string(name_of(role)) + "_ms", 1e3 * seconds(found.best));
+    sum += static_cast<double>(found.best);
+    ++known;
+  }
+  if (known == 0) return;
+  const auto both = static_cast<Utime>(std::llround(sum / known));
+  if (dead_time_told_ && std::abs(both - dead_time_) < worth_telling) return;
+  const bool warn = !dead_time_told_ && std::abs(both - settings_.dead_time) >= dead_time_off;
+  dead_time_ = both;
+  dead_time_told_ = true;
+  event(warn ? event_t::WARNING : event_t::INFO, DeadTimeTold::event_code,
+        DeadTimeTold{both}.text("so long after its set-points " +
+                                std::string(known > 1 ? "an arm moves, in the mean of both"
+                                                      : "the arm moves that was moved") +
+                                "; testbed.yaml has " +
+                                fixed(1e3 * seconds(settings_.dead_time), 0) + " ms"));
 }
 
 void TestbedNode::on_facility(const facility_state_t& state) {

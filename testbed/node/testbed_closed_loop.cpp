@@ -38,6 +38,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   if (message.session != session()) return;
   Estimate estimate;
   estimate.utime = message.utime;
+  estimate.dead_time = dead_time_;
   estimate.usable = message.status == pose_estimate_t::OK;
   estimate.status = status_name(message.status);
   if (!estimate.usable && !message.reason.empty()) estimate.status += " (" + message.reason + ")";

@@ -39,6 +39,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
                     {"the sensor arm", *cell_.sensor.kinematics}},
       following_watch_{{ArmRole::replica, *cell_.replica.kinematics, settings_.following_watch},
                        {ArmRole::sensor, *cell_.sensor.kinematics, settings_.following_watch}},
+      dead_time_(settings_.dead_time),
       estimate_watch_(settings_.estimate_watch),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),

@@ -17,6 +17,7 @@
 #include "common/core/lease.h"
 #include "common/core/run_setup.h"
 #include "testbed/calibration/calibrated_cell.h"
+#include "testbed/motion/command_history.h"
 #include "testbed/motion/trail.h"
 #include "testbed/node/command_planner.h"
 #include "testbed/safety/report_watch.h"
@@ -106,7 +107,7 @@ class TestbedNode final : public Node {
   bool both_reported() const;
   void watch_clearance();
   void watch_rest();
-  void note_dead_time(ArmRole role, const testbed::FollowingWatch::DeadTime& found);
+  void learn_dead_time();
   void look_at_report(ArmRole role, const arm_state_t& state);
   void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
@@ -128,7 +129,8 @@ class TestbedNode final : public Node {
   testbed::SafetySupervisor safety_;
   testbed::ReportWatch report_watch_[2];        // replica, sensor
   testbed::FollowingWatch following_watch_[2];  // replica, sensor
-  bool dead_time_told_[2] = {false, false};     // replica, sensor: that it is not the nominal one
+  Utime dead_time_;  // from a set-point to its motion, by which is reckoned
+  bool dead_time_told_ = false;
   testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;
@@ -138,7 +140,7 @@ class TestbedNode final : public Node {
   bool reported_valid_[2] = {false, false};
   testbed::ArmPair commanded_;
   bool engaged_ = false;  // both arms follow our set-points
-  testbed::CommandHistory command_history_;
+  testbed::JointHistory command_history_;
   Velocity commanded_velocity_;
 
   Mode mode_ = Mode::idle;

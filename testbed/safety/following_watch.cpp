@@ -39,7 +39,7 @@ double FollowingWatch::limit(std::size_t joint) const {
 
 std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_sigma,
                                                   const Joints& reported,
-                                                  const CommandHistory& commands) {
+                                                  const JointHistory& commands) {
   if (t - learned_ >= learning_period) learn(t, reported, commands);
   const auto margin = static_cast<std::int64_t>(std::ceil(3e6 * time_sigma)) + delay_step;
   double least = std::numeric_limits<double>::infinity();  // of the limit
@@ -71,7 +71,7 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
                         " away from where it was told to be"};
 }
 
-void FollowingWatch::learn(std::int64_t t, const Joints& reported, const CommandHistory& commands) {
+void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHistory& commands) {
   const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, longest_weight));
   learned_ = t;
   const auto newest = commands.at(t);
@@ -93,7 +93,19 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const Command
   const auto first = std::find_if(misfit_.begin(), misfit_.end(), believable);
   const auto last = std::prev(std::find_if(misfit_.rbegin(), misfit_.rend(), believable).base());
   const auto delay = [&](auto place) { return (place - misfit_.begin()) * delay_step; };
-  dead_time_ = {delay(best), delay(first), delay(last)};
+  dead_time_ = {delay(best) + beyond(static_cast<std::size_t>(best - misfit_.begin())),
+                delay(first), delay(last)};
+}
+
+/// us from the delay tried that fits best to the lowest place of the parabola through it and its
+/// neighbours.
+std::int64_t FollowingWatch::beyond(std::size_t best) const {
+  if (best == 0 || best + 1 == misfit_.size()) return 0;
+  const double before = misfit_[best - 1];
+  const double after = misfit_[best + 1];
+  const double curvature = before - 2 * misfit_[best] + after;
+  if (!(curvature > 0)) return 0;
+  return std::llround(0.5 * (before - after) / curvature * static_cast<double>(delay_step));
 }
 
 }  // namespace berth::testbed

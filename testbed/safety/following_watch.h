@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "testbed/motion/trail.h"
+#include "testbed/motion/command_history.h"
 #include "testbed/safety/report_watch.h"
 
 namespace berth::testbed {
@@ -43,13 +43,14 @@ class FollowingWatch {
   /// Valid joints at t, us, whose time is known to time_sigma, s; commands: of both arms.
   /// @return how it strays.
   std::optional<Contradiction> look(std::int64_t t, double time_sigma, const Joints& reported,
-                                    const CommandHistory& commands);
+                                    const JointHistory& commands);
   /// What the arm's motion has told; at first anything up to the longest.
   const DeadTime& dead_time() const { return dead_time_; }
 
  private:
   double limit(std::size_t joint) const;
-  void learn(std::int64_t t, const Joints& reported, const CommandHistory& commands);
+  std::int64_t beyond(std::size_t best) const;
+  void learn(std::int64_t t, const Joints& reported, const JointHistory& commands);
 
   ArmRole role_;
   const ArmKinematics& arm_;
