@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/hosts/twin_host.h"
 
+#include <malloc.h>
+
 #include <berth/procedure_command_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <chrono>
@@ -77,6 +79,14 @@ class TwinOperator {
   std::int64_t seq_ = 0;
 };
 
+/// Memory given back to the system between two scans comes back page by page, each of them cleared.
+void keep_memory() {
+#ifdef __GLIBC__
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  mallopt(M_MMAP_THRESHOLD, 64 << 20);
+#endif
+}
+
 /// The longest procedure that is believed in: a stuck one ends here.
 constexpr Utime time_limit = 24 * 3600LL * second;
 
@@ -86,6 +96,7 @@ TwinResult run_twin(const RunFiles& files,
                     const std::function<void(const std::string&, Bytes)>& watch,
                     const std::function<bool()>& abort_requested,
                     const std::map<std::string, std::string>& answers) {
+  keep_memory();
   TwinResult result;
   const double begin = wall_clock();
   const auto delays = compute_delays(files.setup.config);

@@ -6,17 +6,13 @@
 
 namespace berth {
 
-bool EventQueue::later(const Entry& a, const Entry& b) {
-  return a.when != b.when ? a.when > b.when : a.order > b.order;
-}
-
 void EventQueue::push(Utime when, std::uint32_t slot) {
   heap_.push_back({when, ++order_, slot, slots_[slot].uses});
-  std::push_heap(heap_.begin(), heap_.end(), later);
+  std::push_heap(heap_.begin(), heap_.end(), Later());
 }
 
 void EventQueue::pop() {
-  std::pop_heap(heap_.begin(), heap_.end(), later);
+  std::pop_heap(heap_.begin(), heap_.end(), Later());
   heap_.pop_back();
 }
 

@@ -40,7 +40,12 @@ class EventQueue {
     std::uint32_t uses;
   };
 
-  static bool later(const Entry& a, const Entry& b);
+  struct Later {
+    bool operator()(const Entry& a, const Entry& b) const {
+      return a.when != b.when ? a.when > b.when : a.order > b.order;
+    }
+  };
+
   void push(Utime when, std::uint32_t slot);
   void pop();
   void release(std::uint32_t slot);

@@ -211,19 +211,21 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
       continue;
     }
     const Matrix3d turn = to_body * sensor_turn_;
-    std::array<Ray, most_rays> own;
-    std::array<RayHit, most_rays> hits;
-    for (std::size_t i = 0; i < count; ++i) {
-      own[i] = {origin + turn * (rays[i].origin - rays[0].origin), turn * rays[i].direction};
-    }
+    const auto keep = [&](const RayHit& hit, Met& nearest) {
+      if (!(hit.range < nearest.range)) return;
+      nearest = {hit.range, &body, hit.triangle, turn.transpose() * hit.normal};
+    };
     if (count == 1) {
-      if (!body.caster.cast(own[0], until, hits[0])) continue;
+      RayHit hit;
+      if (body.caster.cast({origin, turn * rays[0].direction}, until, hit)) keep(hit, met[0]);
     } else {
+      std::array<Ray, most_rays> own;
+      std::array<RayHit, most_rays> hits;
+      for (std::size_t i = 0; i < count; ++i) {
+        own[i] = {origin + turn * (rays[i].origin - rays[0].origin), turn * rays[i].direction};
+      }
       body.caster.cast({own.data(), count}, until, {hits.data(), count});
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!(hits[i].range < met[i].range)) continue;
-      met[i] = {hits[i].range, &body, hits[i].triangle, turn.transpose() * hits[i].normal};
+      for (std::size_t i = 0; i < count; ++i) keep(hits[i], met[i]);
     }
     until = farthest();
   }
@@ -235,7 +237,7 @@ void CellScene::cast(Utime t, std::span<const Ray> rays, double max_range,
   const std::size_t count = std::min(rays.size(), most_rays);
   std::array<Met, most_rays> all;
   const std::span<Met> met{all.data(), count};
-  for (Met& one : met) one = Met{max_range};
+  for (Met& one : met) one = Met{max_range, nullptr, 0, Vector3d::Zero()};
   for (const Group* group : std::initializer_list<const Group*>{&replica_, &sensor_, &room_}) {
     cast_at(*group, rays.first(count), met);
   }
@@ -291,7 +293,7 @@ Sunlight CellScene::sunlight(Utime t) {
   sun.towards = sensor_turn_.transpose() * lamp.towards();
   if (sun.towards.z() <= 0) return sun;  // behind the aperture
   const Ray ray{Vector3d::Zero(), sun.towards};
-  Met met{std::numeric_limits<double>::infinity()};
+  Met met{std::numeric_limits<double>::infinity(), nullptr, 0, Vector3d::Zero()};
   cast_at(replica_, {&ray, 1}, {&met, 1});
   cast_at(sensor_, {&ray, 1}, {&met, 1});
   sun.in_view = met.body == nullptr;

@@ -103,9 +103,9 @@ class CellScene final : public Scene {
   /// What a ray of the sensor frame meets first: the body, and the normal in the sensor frame.
   struct Met {
     double range;
-    const Body* body = nullptr;
-    std::uint32_t triangle = 0;
-    Vector3d normal = Vector3d::Zero();
+    const Body* body;
+    std::uint32_t triangle;
+    Vector3d normal;
   };
   /// Rays of one beam, sensor frame. met: keeps what is nearer.
   void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const;

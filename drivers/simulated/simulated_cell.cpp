@@ -35,6 +35,7 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
       replica_errors_(draw_errors(setup.settings.perturbation, setup.cell.replica, setup.seed)),
       sensor_errors_(draw_errors(setup.settings.perturbation, setup.cell.sensor, setup.seed)),
       world_(perturbed_cell(setup.cell, replica_errors_, sensor_errors_)),
+      relative_pose_(world_),
       replica_(setup.devices.replica_arm.address, setup.replica_map, setup.cell.replica,
                replica_errors_, setup.settings.controller, loop, wires),
       sensor_(setup.devices.sensor_arm.address, setup.sensor_map, setup.cell.sensor, sensor_errors_,
@@ -85,7 +86,7 @@ SimulatedCell::~SimulatedCell() {
 }
 
 Pose SimulatedCell::true_relative_pose(Utime t) {
-  return world_.relative_pose(replica_.true_joints(t), sensor_.true_joints(t));
+  return relative_pose_.at(replica_.true_joints(t), sensor_.true_joints(t));
 }
 
 void SimulatedCell::write_truth() {

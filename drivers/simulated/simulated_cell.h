@@ -10,6 +10,7 @@
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/lidar_profile.h"
+#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
 #include "drivers/arm/register_map.h"
 #include "drivers/devices.h"
@@ -69,6 +70,7 @@ class SimulatedCell final : public Node {
   ArmErrors replica_errors_;
   ArmErrors sensor_errors_;
   Cell world_;
+  RelativePose relative_pose_;
   SimulatedController replica_;
   SimulatedController sensor_;
   SimulatedPlc plc_;

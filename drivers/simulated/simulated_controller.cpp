@@ -93,17 +93,24 @@ void SimulatedController::renew_variables() {
 
   const Joints joints =
       reported(robot_.joints_at(robot_.tick() - options_.report_lag - errors_.report_lag));
-  const Pose flange = arm_.kinematics->forward(joints);
-  const Xyzwpr xyzwpr = xyzwpr_from_pose(flange);
   const double since = seconds(robot_.tick() - renewed_tick_);
-  double speed = 0;
-  if (renewed_tick_ >= 0) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      speed += std::pow(xyzwpr[i] - memory_.position.cartesian[i], 2);
-    }
-    speed = std::sqrt(speed) / since;
-  }
+  const bool first = renewed_tick_ < 0;
   renewed_tick_ = robot_.tick();
+  const bool stands = !first && joints == renewed_joints_;
+  const double way = stands ? 0 : renew_position(joints);
+  renewed_joints_ = joints;
+  memory_.numbers[Number::tick] = tick_ms();
+  memory_.numbers[Number::heartbeat] = static_cast<double>(robot_.ticks() % map_.counter_wrap);
+  memory_.numbers[Number::override] = 100;
+  memory_.numbers[Number::tcp_speed] = first ? 0 : way / since;
+}
+
+double SimulatedController::renew_position(const Joints& joints) {
+  const Xyzwpr xyzwpr = xyzwpr_from_pose(arm_.kinematics->forward(joints));
+  double way = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    way += std::pow(xyzwpr[i] - memory_.position.cartesian[i], 2);
+  }
   memory_.position.cartesian = xyzwpr;
   memory_.position.cartesian_valid = true;
   if (const auto* arm = dynamic_cast<const SphericalWristArm*>(arm_.kinematics.get())) {
@@ -113,10 +120,7 @@ void SimulatedController::renew_variables() {
     memory_.position.joints[i] =
         pendant_from_si(joints[i], arm_.kinematics->is_linear(static_cast<int>(i)));
   }
-  memory_.numbers[Number::tick] = tick_ms();
-  memory_.numbers[Number::heartbeat] = static_cast<double>(robot_.ticks() % map_.counter_wrap);
-  memory_.numbers[Number::override] = 100;
-  memory_.numbers[Number::tcp_speed] = speed;
+  return std::sqrt(way);
 }
 
 void SimulatedController::before_read(ModbusTable table, int first, int count) {

@@ -66,6 +66,8 @@ class SimulatedController {
   void before_read(ModbusTable table, int first, int count);
   void after_write(ModbusTable table, int first, int count);
   void renew_variables();
+  /// @return how far the flange has moved since the last time, mm
+  double renew_position(const Joints& joints);
   void after_register_write();
   void after_coil_write();
   Joints reported(const Joints& encoders) const;
@@ -85,6 +87,7 @@ class SimulatedController {
   int boot_ms_ = 0;                           // the clock's reading at boot
   bool coil_was_[3] = {false, false, false};  // START, HOLD, RESET
   Utime renewed_tick_ = -1;
+  Joints renewed_joints_{};
   bool estop_closed_ = true;
   bool fence_closed_ = true;
   bool frozen_ = false;

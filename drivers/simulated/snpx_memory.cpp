@@ -8,6 +8,8 @@
 namespace berth {
 namespace {
 
+constexpr std::int64_t most_registers = 65536;  // that Modbus can name
+
 void put_number(double value, int multiply, Word* two) {
   if (multiply == 0) {
     put_float(static_cast<float>(value), two);
@@ -40,6 +42,7 @@ void SnpxMemory::assign(const SnpxAssignment& assignment) {
   // An entry that names nothing shows nothing.
   Slot slot{assignment, variable.value_or(SnpxVariable{SnpxVariable::Kind::system, 0, 1, 2, "$"})};
   slots_[assignment.slot] = slot;
+  find_owners();
 }
 
 const SnpxAssignment* SnpxMemory::assignment(int slot) const {
@@ -47,12 +50,23 @@ const SnpxAssignment* SnpxMemory::assignment(int slot) const {
   return found == slots_.end() ? nullptr : &found->second.assignment;
 }
 
-const SnpxMemory::Slot* SnpxMemory::owner(int address) const {
-  for (const auto& [number, slot] : slots_) {
-    const SnpxAssignment& a = slot.assignment;
-    if (address >= a.address && address < a.address + a.size) return &slot;
+void SnpxMemory::find_owners() {
+  owners_.clear();
+  for (auto it = slots_.rbegin(); it != slots_.rend();
+       ++it) {  // a lower slot comes before a higher
+    const SnpxAssignment& a = it->second.assignment;
+    const std::int64_t end = std::min(std::int64_t{a.address} + a.size, most_registers);
+    for (std::int64_t address = std::max(a.address, 0); address < end; ++address) {
+      const auto at = static_cast<std::size_t>(address);
+      if (at >= owners_.size()) owners_.resize(at + 1, nullptr);
+      owners_[at] = &it->second;
+    }
   }
-  return nullptr;
+}
+
+const SnpxMemory::Slot* SnpxMemory::owner(int address) const {
+  const auto at = static_cast<std::size_t>(address);  // a negative one is beyond all
+  return at < owners_.size() ? owners_[at] : nullptr;
 }
 
 int SnpxMemory::element_size(const Slot& slot) const {
@@ -71,17 +85,15 @@ void SnpxMemory::read(int first, std::span<Word> words) const {
     const int to = std::min(last, a.address + a.size - 1);
     const bool system = slot.variable.kind == SnpxVariable::Kind::system;
     const int shown = system ? a.size : slot.variable.words;  // words of each element
-    int encoded = -1;
-    for (int address = from; address <= to; ++address) {
+    for (int address = from; address <= to;) {
       const int offset = address - a.address;
       const int element = offset / shown;
-      if (element != encoded) {
-        element_.assign(static_cast<std::size_t>(element_size(slot)), 0);
-        encode(slot, slot.variable.index + element, element_);
-        encoded = element;
-      }
+      element_.assign(static_cast<std::size_t>(element_size(slot)), 0);
+      encode(slot, slot.variable.index + element, element_);
       const int word = (system ? 0 : slot.variable.first_word - 1) + offset % shown;
-      words[static_cast<std::size_t>(address - first)] = element_[static_cast<std::size_t>(word)];
+      const int count = std::min(shown - offset % shown, to + 1 - address);
+      std::copy_n(element_.begin() + word, count, words.begin() + (address - first));
+      address += count;
     }
   }
 }

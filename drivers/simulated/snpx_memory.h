@@ -28,6 +28,8 @@ struct SnpxPosition {
 class SnpxMemory {
  public:
   explicit SnpxMemory(const std::vector<SnpxAssignment>& assignments);
+  SnpxMemory(const SnpxMemory&) = delete;
+  SnpxMemory& operator=(const SnpxMemory&) = delete;
 
   // Variables, to be kept up to date before a read.
   SnpxPosition position;                            ///< POS[0], POS[15]
@@ -55,6 +57,7 @@ class SnpxMemory {
 
   /// The slot that shows a register, or null.
   const Slot* owner(int address) const;
+  void find_owners();
   /// All words of one element, encoded with the slot's multiply. words: element_words of its kind,
   /// for texts the slot's size.
   void encode(const Slot& slot, int index, std::span<Word> words) const;
@@ -66,6 +69,7 @@ class SnpxMemory {
   int element_size(const Slot& slot) const;
 
   std::map<int, Slot> slots_;
+  std::vector<const Slot*> owners_;  // of each register; null: nobody's
   mutable std::vector<Word> element_;
 };
 

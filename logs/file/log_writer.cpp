@@ -11,6 +11,8 @@
 namespace berth::logs {
 namespace {
 
+constexpr std::size_t buffer_size = 1 << 18;
+
 template <class Integer>
 std::uint8_t* big_endian(std::uint8_t* at, Integer value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) {
@@ -23,20 +25,29 @@ std::uint8_t* big_endian(std::uint8_t* at, Integer value, int bytes) {
 
 LogWriter::LogWriter(const std::filesystem::path& path, Existing existing)
     : name_(path.string()),
-      buffer_(1 << 18),
       file_(std::fopen(path.c_str(), existing == Existing::refuse ? "wbx" : "wb")) {
   if (file_ == nullptr) {
     throw InputError(name_ + ": cannot be written: " + std::strerror(errno));
   }
-  std::setvbuf(file_, buffer_.data(), _IOFBF, buffer_.size());
+  std::setvbuf(file_, nullptr, _IONBF, 0);
+  buffer_.reserve(buffer_size);
 }
 
-LogWriter::~LogWriter() { std::fclose(file_); }
+LogWriter::~LogWriter() {
+  std::fwrite(buffer_.data(), 1, buffer_.size(), file_);
+  std::fclose(file_);
+}
 
-void LogWriter::put(const void* data, std::size_t size) {
-  if (size != 0 && std::fwrite(data, 1, size, file_) != size) {
-    throw std::runtime_error(name_ + ": " + std::strerror(errno));
-  }
+void LogWriter::put(Bytes bytes) {
+  if (buffer_.size() + bytes.size() > buffer_size) write_out();
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+void LogWriter::write_out() {
+  const std::size_t written = std::fwrite(buffer_.data(), 1, buffer_.size(), file_);
+  const bool all = written == buffer_.size();
+  buffer_.clear();
+  if (!all) throw std::runtime_error(name_ + ": " + std::strerror(errno));
 }
 
 void LogWriter::write(Utime utime, const std::string& channel, Bytes data) {
@@ -47,19 +58,16 @@ void LogWriter::write(Utime utime, const std::string& channel, Bytes data) {
   at = big_endian(at, utime, 8);
   at = big_endian(at, channel.size(), 4);
   big_endian(at, data.size(), 4);
-  put(header.data(), header.size());
-  put(channel.data(), channel.size());
-  put(data.data(), data.size());
+  put(header);
+  put({reinterpret_cast<const std::uint8_t*>(channel.data()), channel.size()});
+  put(data);
 }
 
 void LogWriter::copy(const LogEvent& event) {
-  const Bytes record = record_of(event);
-  put(record.data(), record.size());
+  put(record_of(event));
   ++number_;
 }
 
-void LogWriter::flush() {
-  if (std::fflush(file_) != 0) throw std::runtime_error(name_ + ": " + std::strerror(errno));
-}
+void LogWriter::flush() { write_out(); }
 
 }  // namespace berth::logs

@@ -33,11 +33,12 @@ class LogWriter {
   std::int64_t events() const { return number_; }
 
  private:
-  void put(const void* data, std::size_t size);
+  void put(Bytes bytes);
+  void write_out();
 
   std::string name_;
-  std::vector<char> buffer_;  // of the file: glibc makes none larger than a page by itself
-  std::FILE* file_;
+  std::vector<std::uint8_t> buffer_;  // what is not in the file yet
+  std::FILE* file_;                   // without a buffer of its own
   std::int64_t number_ = 0;
 };
 

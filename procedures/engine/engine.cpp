@@ -69,13 +69,13 @@ const Step& Engine::step(int index) const {
                               : procedure_.teardown[static_cast<std::size_t>(index - main_steps())];
 }
 
-procedure_state_t Engine::snapshot(Utime now) {
+const procedure_state_t& Engine::snapshot(Utime now) {
   state_.utime = now;
   state_.seq = ++seq_;
   state_.limits = limits_.results();
   state_.limit_count = static_cast<std::int32_t>(state_.limits.size());
   if (state_.getEncodedSize() <= Bus::max_message_bytes) return state_;
-  return shortened(state_);
+  return shortened_ = shortened(state_);
 }
 
 operator_control_t Engine::control(Utime now) {

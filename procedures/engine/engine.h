@@ -60,7 +60,7 @@ class Engine {
   /// Grows with every change that observers should see at once.
   int revision() const { return revision_; }
   /// The state to publish now. Fits into one message.
-  procedure_state_t snapshot(Utime now);
+  const procedure_state_t& snapshot(Utime now);
   /// Who steers, to publish with every state.
   operator_control_t control(Utime now);
   std::int8_t outcome() const { return state_.outcome; }
@@ -171,6 +171,7 @@ class Engine {
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;
   procedure_state_t state_{};
+  procedure_state_t shortened_{};  // what was published last where all would not have fitted
   std::int8_t verdict_ = procedure_state_t::NONE;  // shown when FINISHED
   std::int64_t seq_ = 0;
   int revision_ = 0;

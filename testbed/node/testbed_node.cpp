@@ -24,6 +24,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
                          Loop& loop)
     : Node(std::move(setup), bus, loop),
       cell_(std::move(cell.cell)),
+      relative_pose_(cell_),
       settings_(std::move(settings)),
       calibration_(std::move(cell.calibration)),
       target_(cell_.target.mesh),
@@ -98,8 +99,8 @@ TestbedNode::~TestbedNode() {
 
 ArmPair TestbedNode::reference_joints() const { return engaged_ ? commanded_ : reported_; }
 
-Pose TestbedNode::relative(const ArmPair& joints) const {
-  return cell_.relative_pose(joints.replica, joints.sensor);
+Pose TestbedNode::relative(const ArmPair& joints) {
+  return relative_pose_.at(joints.replica, joints.sensor);
 }
 
 void TestbedNode::tick() {

@@ -15,6 +15,7 @@
 
 #include "common/bus/node.h"
 #include "common/core/lease.h"
+#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/motion/command_history.h"
@@ -95,7 +96,7 @@ class TestbedNode final : public Node {
   void order(std::int8_t action);
   void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
   testbed::ArmPair reference_joints() const;
-  Pose relative(const testbed::ArmPair& joints) const;
+  Pose relative(const testbed::ArmPair& joints);
 
   // safety
   void supervise();
@@ -117,6 +118,7 @@ class TestbedNode final : public Node {
   void publish_guidance(testbed::GuidanceReport report);
 
   Cell cell_;
+  RelativePose relative_pose_;
   testbed::Settings settings_;
   testbed::Calibration calibration_;
   RayCaster target_;

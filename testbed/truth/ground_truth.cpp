@@ -18,7 +18,7 @@ double rate(const JointSample& from, const JointSample& to, std::size_t joint) {
 
 GroundTruth::GroundTruth(const Cell& cell, const Calibration& calibration, const Settings& settings,
                          Publish publish)
-    : cell_(cell),
+    : relative_pose_(cell),
       covariance_(cell, calibration),
       settings_(settings),
       publish_(std::move(publish)) {}
@@ -93,7 +93,7 @@ bool GroundTruth::interpolate_at(ArmRole role, std::int64_t utime, ArmMoment& re
 void GroundTruth::publish(std::int64_t utime, const ArmMoment& replica, const ArmMoment& sensor) {
   Truth truth;
   truth.utime = utime;
-  truth.pose = cell_.relative_pose(replica.joints, sensor.joints);
+  truth.pose = relative_pose_.at(replica.joints, sensor.joints);
   while (!recent_.empty() && utime - recent_.front().utime > settings_.velocity_window) {
     recent_.pop_front();
   }

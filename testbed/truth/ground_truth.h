@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 
+#include "common/core/relative_pose.h"
 #include "testbed/truth/truth_covariance.h"
 
 namespace berth::testbed {
@@ -55,7 +56,7 @@ class GroundTruth {
   bool interpolate_at(ArmRole role, std::int64_t utime, ArmMoment& result);
   void publish(std::int64_t utime, const ArmMoment& replica, const ArmMoment& sensor);
 
-  const Cell& cell_;
+  RelativePose relative_pose_;
   TruthCovariance covariance_;
   Settings settings_;
   Publish publish_;

@@ -9,8 +9,9 @@ using Map = Eigen::Map<const Vector6d>;
 constexpr double same_place = 0.005;  // rad, of linear axes m
 
 /// How a point that an arm holds moves in the cell frame, by the arm's joints.
-Matrix6d point_jacobian(const PlacedArm& arm, const Joints& joints, const Vector3d& point) {
-  const Pose flange = arm.base * arm.kinematics->forward(joints);
+/// @param flange where they put it, in the cell
+Matrix6d point_jacobian(const PlacedArm& arm, const Joints& joints, const Pose& flange,
+                        const Vector3d& point) {
   const Matrix3d to_cell = arm.base.rotation.toRotationMatrix();
   const Matrix6d in_base = arm.kinematics->jacobian(joints);
   Matrix6d jacobian;
@@ -23,13 +24,18 @@ Matrix6d point_jacobian(const PlacedArm& arm, const Joints& joints, const Vector
 }  // namespace
 
 RelativeJacobian relative_jacobian(const Cell& cell, const ArmPair& joints) {
-  const Vector3d model = cell.replica.tool_pose(joints.replica).position;
+  const auto flange_of = [](const PlacedArm& arm, const Joints& at) {
+    return arm.base * arm.kinematics->forward(at);
+  };
+  const Pose replica_flange = flange_of(cell.replica, joints.replica);
+  const Pose sensor_flange = flange_of(cell.sensor, joints.sensor);
+  const Vector3d model = (replica_flange * cell.replica.tool).position;
   RelativeJacobian in_cell;
-  in_cell.leftCols<6>() = point_jacobian(cell.replica, joints.replica, model);
+  in_cell.leftCols<6>() = point_jacobian(cell.replica, joints.replica, replica_flange, model);
   // The sensor arm moves the model in the sensor frame as if the model moved the other way with it.
-  in_cell.rightCols<6>() = -point_jacobian(cell.sensor, joints.sensor, model);
+  in_cell.rightCols<6>() = -point_jacobian(cell.sensor, joints.sensor, sensor_flange, model);
   const Matrix3d to_sensor =
-      cell.sensor.tool_pose(joints.sensor).rotation.conjugate().toRotationMatrix();
+      (sensor_flange * cell.sensor.tool).rotation.conjugate().toRotationMatrix();
   RelativeJacobian jacobian;
   jacobian.topRows<3>().noalias() = to_sensor * in_cell.topRows<3>();
   jacobian.bottomRows<3>().noalias() = to_sensor * in_cell.bottomRows<3>();
@@ -74,10 +80,19 @@ void TruthCovariance::look(const ArmPair& joints) {
       spread.col(time_index(ArmRole::sensor));
 }
 
+const RelativeJacobian& TruthCovariance::jacobian_at(const ArmPair& joints) {
+  const bool same =
+      derived_ && joints.replica == derived_at_.replica && joints.sensor == derived_at_.sensor;
+  if (same) return jacobian_;
+  derived_ = true;
+  derived_at_ = joints;
+  return jacobian_ = relative_jacobian(cell_, joints);
+}
+
 Matrix6d TruthCovariance::at(const ArmMoment& replica, const ArmMoment& sensor) {
   const ArmPair joints{replica.joints, sensor.joints};
   look(joints);
-  const RelativeJacobian jacobian = relative_jacobian(cell_, joints);
+  const RelativeJacobian& jacobian = jacobian_at(joints);
   // stamped later by the offset: at a given time the arm is where it was so much earlier
   ByTime by_time;
   by_time << -jacobian.leftCols<6>() * Map(replica.rate.data()),

@@ -76,11 +76,11 @@ std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<co
   }
   std::sort(lights.begin(), lights.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Light& a, const Light& b) { return a.range < b.range; });
-  std::array<Echo, rays_per_beam> echoes;
+  std::array<Light, rays_per_beam> echoes;  // of each the surface that most of it comes from
   std::size_t found = 0;
   double strongest = 0;
   for (std::size_t i = 0; i < count;) {
-    Echo echo;
+    Light echo{0, 0, nullptr};
     double sum = 0;
     double most = -1;
     const double first = lights[i].range;
@@ -89,7 +89,7 @@ std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<co
       sum += lights[i].power * (lights[i].range - first);
       if (lights[i].power > most) {
         most = lights[i].power;
-        echo.hit = *lights[i].hit;
+        echo.hit = lights[i].hit;
       }
     }
     if (!(echo.power > 0)) continue;
@@ -98,8 +98,10 @@ std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<co
     echoes[found++] = echo;
   }
   for (std::size_t i = 0; i < found; ++i) {
-    const Echo& echo = echoes[settings.last_return ? found - 1 - i : i];
-    if (echo.power >= settings.least_echo * strongest) return echo;
+    const Light& echo = echoes[settings.last_return ? found - 1 - i : i];
+    if (echo.power >= settings.least_echo * strongest) {
+      return Echo{echo.range, echo.power, *echo.hit};
+    }
   }
   return std::nullopt;
 }

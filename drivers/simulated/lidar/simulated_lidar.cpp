@@ -196,14 +196,15 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
 
 std::optional<Echo> SimulatedLidar::echo_of(const Vector3d& direction, Utime t) {
   const BeamModel& beam = profile_.beam;
-  std::array<SceneHit, rays_per_beam> hits;
   if (settings_.mixed_pixels && beam.footprint(1) > 0) {
     const auto rays = rays_of_beam(direction, beam);
+    std::array<SceneHit, rays_per_beam> hits;
     scene_.cast(t, rays, beam.range_max_m, hits);
     return received_echo(settings_.receiver, hits, glitter_random_);
   }
-  scene_.cast(t, direction, beam.range_max_m, hits[0]);
-  return received_echo(settings_.receiver, {hits.data(), 1}, glitter_random_);
+  SceneHit hit;
+  scene_.cast(t, direction, beam.range_max_m, hit);
+  return received_echo(settings_.receiver, {&hit, 1}, glitter_random_);
 }
 
 void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& direction,
