@@ -9,6 +9,48 @@
 
 namespace berth::estimator {
 
+namespace {
+
+/// As berth::nearest_on_triangle, bit by bit, but without branches.
+Four3 nearest_on_triangles(const Four3& p, const Four3& a, const Four3& b, const Four3& c) {
+  const Four3 ab = b - a;
+  const Four3 ac = c - a;
+  const Four d1 = ab.dot(p - a);
+  const Four d2 = ac.dot(p - a);
+  const Four d3 = ab.dot(p - b);
+  const Four d4 = ac.dot(p - b);
+  const Four d5 = ab.dot(p - c);
+  const Four d6 = ac.dot(p - c);
+  const Four va = d3 * d6 - d5 * d4;
+  const Four vb = d5 * d2 - d1 * d6;
+  const Four vc = d1 * d4 - d3 * d2;
+  // Of the regions, the first that holds.
+  const auto at_a = (d1 <= 0) & (d2 <= 0);
+  const auto at_b = ~at_a & (d3 >= 0) & (d4 <= d3);
+  const auto on_ab = ~(at_a | at_b) & (vc <= 0) & (d1 >= 0) & (d3 <= 0);
+  const auto before_c = at_a | at_b | on_ab;
+  const auto at_c = ~before_c & (d6 >= 0) & (d5 <= d6);
+  const auto on_ac = ~(before_c | at_c) & (vb <= 0) & (d2 >= 0) & (d6 <= 0);
+  const auto before_bc = before_c | at_c | on_ac;
+  const auto on_bc = ~before_bc & (va <= 0) & (d4 - d3 >= 0) & (d5 - d6 >= 0);
+  const auto inside = ~(before_bc | on_bc);
+  const Four zero = four(0);
+  const Four one = four(1);
+  const Four above = on_ab ? d1 : on_ac ? d2 : on_bc ? d4 - d3 : one;
+  const Four below = on_ab    ? d1 - d3
+                     : on_ac  ? d2 - d6
+                     : on_bc  ? (d4 - d3) + (d5 - d6)
+                     : inside ? va + vb + vc
+                              : one;
+  const Four share = above / below;
+  const Four along = inside ? vb * share : (on_ab | on_bc) ? share : zero;
+  const Four aside = inside ? vc * share : on_ac ? share : zero;
+  const Four3 from = chosen(at_b | on_bc, b, chosen(at_c, c, a));
+  return from + along * chosen(on_bc, c - b, ab) + aside * ac;
+}
+
+}  // namespace
+
 ClosestPointGrid::ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
                                    double margin, int voxels) {
   Mesh seen;
@@ -68,6 +110,26 @@ bool ClosestPointGrid::refined(const Vector3d& query, Match& match) const {
       nearest_on_triangle(query, t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>());
   match.normal = t.normal.cast<double>();
   return true;
+}
+
+ClosestPointGrid::FourMatches ClosestPointGrid::refined(const Four3& queries,
+                                                        const std::int64_t* voxels) const {
+  const auto triangle = [&](int i) -> const Triangle& {
+    return triangles_[nearest_[static_cast<std::size_t>(voxels[i])]];
+  };
+  const Triangle& t0 = triangle(0);
+  const Triangle& t1 = triangle(1);
+  const Triangle& t2 = triangle(2);
+  const Triangle& t3 = triangle(3);
+  const auto all = [&](const Eigen::Vector3f Triangle::*corner) {
+    const auto axis = [&](Eigen::Index i) {
+      return Four{double{(t0.*corner)[i]}, double{(t1.*corner)[i]}, double{(t2.*corner)[i]},
+                  double{(t3.*corner)[i]}};
+    };
+    return Four3{axis(0), axis(1), axis(2)};
+  };
+  return {nearest_on_triangles(queries, all(&Triangle::a), all(&Triangle::b), all(&Triangle::c)),
+          all(&Triangle::normal)};
 }
 
 }  // namespace berth::estimator

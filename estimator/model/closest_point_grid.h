@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/core/mesh.h"
+#include "estimator/model/lanes.h"
 
 namespace berth::estimator {
 
@@ -27,12 +28,19 @@ class ClosestPointGrid {
   bool stored(const Vector3d& query, Match& match) const;
   /// The exact nearest point of the stored triangle.
   bool refined(const Vector3d& query, Match& match) const;
-  /// Asks memory for what `refined` will read: the table is larger than a core's cache, and many
-  /// queries that wait at once wait no longer than one.
-  void fetch(const Vector3d& query) const {
+  /// Voxel of a query; -1 outside the grid. Asks memory for what is stored of it: the table is
+  /// larger than a core's cache, and many queries that wait at once wait no longer than one.
+  std::int64_t voxel(const Vector3d& query) const {
     const std::int64_t i = index(query);
     if (i >= 0) __builtin_prefetch(&nearest_[static_cast<std::size_t>(i)]);
+    return i;
   }
+  struct FourMatches {
+    Four3 point;
+    Four3 normal;
+  };
+  /// As `refined`, of four queries at once. voxels: theirs, none of them outside.
+  FourMatches refined(const Four3& queries, const std::int64_t* voxels) const;
   bool contains(const Vector3d& query) const { return index(query) >= 0; }
 
   double cell() const { return cell_; }
@@ -51,10 +59,13 @@ class ClosestPointGrid {
   /// Of the voxel; -1 outside.
   std::int64_t index(const Vector3d& query) const {
     const Vector3d cell = (query - low_) / cell_;
-    const auto x = static_cast<std::int64_t>(std::floor(cell.x()));
-    const auto y = static_cast<std::int64_t>(std::floor(cell.y()));
-    const auto z = static_cast<std::int64_t>(std::floor(cell.z()));
-    if (x < 0 || y < 0 || z < 0 || x >= size_[0] || y >= size_[1] || z >= size_[2]) return -1;
+    const bool inside = cell.x() >= 0 && cell.x() < static_cast<double>(size_[0]) &&
+                        cell.y() >= 0 && cell.y() < static_cast<double>(size_[1]) &&
+                        cell.z() >= 0 && cell.z() < static_cast<double>(size_[2]);
+    if (!inside) return -1;
+    const auto x = static_cast<std::int64_t>(cell.x());
+    const auto y = static_cast<std::int64_t>(cell.y());
+    const auto z = static_cast<std::int64_t>(cell.z());
     return x + size_[0] * (y + size_[1] * z);
   }
   Vector3d middle_of(std::int64_t x, std::int64_t y, std::int64_t z) const;

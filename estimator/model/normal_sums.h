@@ -4,6 +4,7 @@
 #include <array>
 
 #include "common/core/pose.h"
+#include "estimator/model/lanes.h"
 
 namespace berth::estimator {
 
@@ -31,6 +32,18 @@ class NormalSums {
     residual_[count_] = wr;
     time_[count_] = t;
     ++count_;
+  }
+
+  /// Four rows at time 0, after as many by fours alone.
+  void add(const Four3& normal, const Four3& torque, const Four& w, const Four& wr) {
+    if (count_ == capacity) flush();
+    const std::array<const Four*, 6> row = {&normal.x, &normal.y, &normal.z,
+                                            &torque.x, &torque.y, &torque.z};
+    for (std::size_t i = 0; i < 6; ++i) put(*row[i], &rows_[i][count_]);
+    put(w, &weight_[count_]);
+    put(wr, &residual_[count_]);
+    put(four(0), &time_[count_]);
+    count_ += lanes;
   }
 
   void flush() {

@@ -2,6 +2,7 @@
 #include "estimator/model/point_fit.h"
 
 #include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -9,35 +10,79 @@
 
 namespace berth::estimator {
 
+namespace {
+
+/// Those of the points that are within the grid, turned, by fours: the last four are filled up.
+class TurnedPoints {
+ public:
+  static constexpr std::size_t lanes = 4;
+
+  explicit TurnedPoints(std::size_t most) : voxels_(most + lanes) {
+    for (std::vector<double>& axis : axes_) axis.resize(most + lanes);
+  }
+
+  /// @return how many they are.
+  std::size_t turn(const ClosestPointGrid& grid, std::span<const Vector3d> points,
+                   const Pose& pose) {
+    const Matrix3d rotation = pose.rotation.toRotationMatrix();
+    std::size_t count = 0;
+    for (const Vector3d& point : points) {
+      const Vector3d arm = rotation * point;
+      const std::int64_t voxel = grid.voxel(arm + pose.position);
+      if (voxel < 0) continue;
+      put_at(count, arm, voxel);
+      ++count;
+    }
+    for (std::size_t i = count; i < count + lanes; ++i) put_at(i, Vector3d::Zero(), 0);
+    return count;
+  }
+  Four3 at(std::size_t from) const {
+    return {four_at(&axes_[0][from]), four_at(&axes_[1][from]), four_at(&axes_[2][from])};
+  }
+  const std::int64_t* voxels_at(std::size_t from) const { return &voxels_[from]; }
+
+ private:
+  void put_at(std::size_t i, const Vector3d& arm, std::int64_t voxel) {
+    for (std::size_t k = 0; k < 3; ++k) axes_[k][i] = arm[static_cast<Eigen::Index>(k)];
+    voxels_[i] = voxel;
+  }
+
+  std::array<std::vector<double>, 3> axes_;
+  std::vector<std::int64_t> voxels_;
+};
+
+}  // namespace
+
 Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                 const Pose& to_model, double first_gate, double last_gate, int iterations) {
   Pose pose = to_model;
-  std::vector<Vector3d> arms(points.size());
+  TurnedPoints arms(points.size());
   for (int i = 0; i < iterations; ++i) {
     const double share = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1;
     const double gate = first_gate * std::pow(last_gate / first_gate, share);
-    const Matrix3d rotation = pose.rotation.toRotationMatrix();
-    for (std::size_t n = 0; n < points.size(); ++n) {
-      arms[n] = rotation * points[n];
-      grid.fetch(arms[n] + pose.position);
-    }
+    const std::size_t used = arms.turn(grid, points, pose);
+    if (used < 6) return pose;
     NormalSums sums(false);
     double inertia = 0;
-    int used = 0;
-    for (const Vector3d& arm : arms) {
-      ClosestPointGrid::Match match;
-      if (!grid.refined(arm + pose.position, match)) continue;
-      const Vector3d off = match.point - (arm + pose.position);
-      const double distance = off.norm();
+    for (std::size_t from = 0; from < used; from += TurnedPoints::lanes) {
+      const Four3 arm = arms.at(from);
+      const Four3 place =
+          arm + Four3{four(pose.position.x()), four(pose.position.y()), four(pose.position.z())};
+      const ClosestPointGrid::FourMatches match = grid.refined(place, arms.voxels_at(from));
+      const Four3 off = match.point - place;
+      const Four distance = root(off.dot(off));
       // Off the rim of a panel the way back is not along its normal.
-      const Vector3d along = distance > 1e-6 ? Vector3d(off / distance) : match.normal;
-      const double ratio = distance / gate;
-      const double weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
-      sums.add(along, arm.cross(along), weight, weight * distance, 0);
-      inertia += weight * arm.squaredNorm();
-      ++used;
+      const Four3 along = chosen(distance > 1e-6, off / distance, match.normal);
+      const Four ratio = distance / gate;
+      const Four spread = 1 + ratio * ratio;
+      Four weight = 1 / (spread * spread);
+      for (std::size_t n = 0; n < TurnedPoints::lanes; ++n) {
+        if (from + n >= used) weight[n] = 0;
+      }
+      sums.add(along, arm.cross(along), weight, weight * distance);
+      const Four pull = weight * arm.dot(arm);
+      for (std::size_t n = 0; n < TurnedPoints::lanes; ++n) inertia += pull[n];
     }
-    if (used < 6) return pose;
     sums.flush();
     Matrix6d a = sums.products(0);
     // What no surface holds stays where it is.

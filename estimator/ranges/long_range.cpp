@@ -20,6 +20,37 @@ Quaterniond turn_between(const Vector3d& a, const Vector3d& b) {
   return Quaterniond::FromTwoVectors(a, b);
 }
 
+/// Coordinates one axis after the other, so that the compiler makes vector code of the loop.
+class PointColumns {
+ public:
+  explicit PointColumns(const std::vector<Vector3d>& points) {
+    for (std::vector<double>* column : {&x_, &y_, &z_}) column->reserve(points.size());
+    for (const Vector3d& p : points) {
+      x_.push_back(p.x());
+      y_.push_back(p.y());
+      z_.push_back(p.z());
+    }
+  }
+
+  std::int64_t count_near(const Vector3d& centre, double reach) const {
+    const double x = centre.x();
+    const double y = centre.y();
+    const double z = centre.z();
+    const double reach2 = reach * reach;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const double dx = x_[i] - x;
+      const double dy = y_[i] - y;
+      const double dz = z_[i] - z;
+      count += dx * dx + dy * dy + dz * dz < reach2 ? 1 : 0;
+    }
+    return count;
+  }
+
+ private:
+  std::vector<double> x_, y_, z_;
+};
+
 }  // namespace
 
 LongRange::LongRange(const TargetModel& model, const BeamModel& beam_model, int axis_returns)
@@ -38,11 +69,12 @@ LongRangeFix LongRange::find(const CleanScan& scan) const {
   constexpr std::size_t most_centres = 300;
   const std::size_t stride = 1 + scan.points.size() / most_centres;
   const double reach = 2 * model_.radius;
+  const auto all = static_cast<std::int64_t>(scan.points.size());
+  const PointColumns columns(scan.points);
   std::size_t best = 0;
-  int most = 0;
-  for (std::size_t i = 0; i < scan.points.size(); i += stride) {
-    int near = 0;
-    for (const Vector3d& p : scan.points) near += (p - scan.points[i]).norm() < reach ? 1 : 0;
+  std::int64_t most = 0;
+  for (std::size_t i = 0; i < scan.points.size() && most < all; i += stride) {
+    const std::int64_t near = columns.count_near(scan.points[i], reach);
     if (near > most) {
       most = near;
       best = i;

@@ -11,8 +11,7 @@ namespace berth::estimator {
 
 namespace {
 
-constexpr std::size_t chunk = 64;      // beams at a time, on the stack
-constexpr std::size_t edge_chunk = 8;  // of those near an edge, with all their nodes
+constexpr std::size_t chunk = 64;  // beams at a time, on the stack
 
 Matrix6d both(const Matrix3d& rotation) {
   Matrix6d m = Matrix6d::Zero();
@@ -103,7 +102,6 @@ class Accumulator {
       }
       take(count);
     }
-    take_edges();
     sums_.flush();
     const Matrix6d back = both(at_.pose.rotation.toRotationMatrix());
     for (std::size_t k = 0; k < 3; ++k) {
@@ -139,8 +137,7 @@ class Accumulator {
       // On the surface the noise reaches farther the more it slopes.
       const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
       if (options_.edges && model_.borders.near(hit.triangle, point, reach)) {
-        if (edge_count_ == edge_chunk) take_edges();
-        edges_[edge_count_++] = batch_[i];
+        take_near_edge(*batch_[i], ray, hit);
         continue;
       }
       const double sine2 = 1 - cosine * cosine;
@@ -210,41 +207,30 @@ class Accumulator {
     return j.dot(covariance_ * j);
   }
 
-  /// The beams put aside: near an end of the face that they meet.
-  void take_edges() {
-    std::array<double, edge_chunk> times;
-    std::array<Vector3d, edge_chunk> right;
-    std::array<Vector3d, edge_chunk> up;
-    for (std::size_t i = 0; i < edge_count_; ++i) {
-      times[i] = frame_.go_to(*edges_[i]);
-      const Vector3d& d = edges_[i]->direction;
-      const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
-      // Derivatives of beam_direction(), times the length of an arm.
-      right[i] = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
-      up[i] =
-          frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) * arm_up_;
-      const Vector3d centre = frame_.turn() * d;
-      for (std::size_t n = 0; n < BeamNodes::count; ++n) {
-        node_rays_[i * BeamNodes::count + n] = {
-            frame_.eye(),
-            (centre + BeamNodes::right[n] * right[i] + BeamNodes::up[n] * up[i]).normalized()};
-      }
+  /// A beam near an end of the face that it meets: cast beside itself, too.
+  void take_near_edge(const Beam& beam, const Ray& ray, const RayHit& hit) {
+    const double time = frame_.go_to(beam);
+    const Vector3d& d = beam.direction;
+    const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
+    // Derivatives of beam_direction(), times the length of an arm.
+    const Vector3d right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
+    const Vector3d up =
+        frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) * arm_up_;
+    node_rays_[0] = ray;
+    node_hits_[0] = hit;
+    for (std::size_t n = 1; n < BeamNodes::count; ++n) {
+      node_rays_[n] = {
+          ray.origin,
+          (ray.direction + BeamNodes::right[n] * right + BeamNodes::up[n] * up).normalized()};
     }
-    model_.caster.cast({node_rays_.data(), edge_count_ * BeamNodes::count}, far(), node_hits_);
-    for (std::size_t i = 0; i < edge_count_; ++i) {
-      const std::span<const Ray> rays{&node_rays_[i * BeamNodes::count], BeamNodes::count};
-      const std::span<const RayHit> hits{&node_hits_[i * BeamNodes::count], BeamNodes::count};
-      if (meet_one_plane(rays, hits)) {
-        const RayHit& hit = hits[0];
-        const double cosine = -hit.normal.dot(rays[0].direction);
-        take_plain(*edges_[i], times[i], hit.normal, rays[0].origin + hit.range * rays[0].direction,
-                   hit.range, cosine,
-                   hit.range * hit.range * (1 - cosine * cosine) * angle_variance_);
-      } else {
-        take_edge(*edges_[i], times[i], rays, hits, right[i], up[i]);
-      }
+    model_.caster.cast(std::span(node_rays_).subspan(1), far(), std::span(node_hits_).subspan(1));
+    if (meet_one_plane(node_rays_, node_hits_)) {
+      const double cosine = -hit.normal.dot(ray.direction);
+      take_plain(beam, time, hit.normal, ray.origin + hit.range * ray.direction, hit.range, cosine,
+                 hit.range * hit.range * (1 - cosine * cosine) * angle_variance_);
+    } else {
+      take_edge(beam, time, node_rays_, node_hits_, right, up);
     }
-    edge_count_ = 0;
   }
 
   bool meet_one_plane(std::span<const Ray> rays, std::span<const RayHit> hits) const {
@@ -289,6 +275,8 @@ class Accumulator {
     double sum = 0;
     double regular_sum = 0;
     double chi2 = 0;
+    const Vector3d per_right = right / std::max(1e-30, right.squaredNorm());
+    const Vector3d per_up = up / std::max(1e-30, up.squaredNorm());
     Vector3d force = Vector3d::Zero();
     Vector3d torque = Vector3d::Zero();
     for (std::size_t n = 0; n < BeamNodes::count; ++n) {
@@ -323,9 +311,8 @@ class Accumulator {
       }
       density *= BeamNodes::weight[n];
       sum += density;
-      const Vector3d across = -3 * density / edge_range *
-                              (BeamNodes::right[n] / std::max(1e-30, right.squaredNorm()) * right +
-                               BeamNodes::up[n] / std::max(1e-30, up.squaredNorm()) * up);
+      const Vector3d across =
+          -3 * density / edge_range * (BeamNodes::right[n] * per_right + BeamNodes::up[n] * per_up);
       force += across;
       torque += edge.cross(across);
     }
@@ -361,10 +348,8 @@ class Accumulator {
   std::array<double, chunk> times_;
   std::array<Ray, chunk> rays_;
   std::array<RayHit, chunk> hits_;
-  std::size_t edge_count_ = 0;
-  std::array<const Beam*, edge_chunk> edges_;
-  std::array<Ray, edge_chunk * BeamNodes::count> node_rays_;
-  std::array<RayHit, edge_chunk * BeamNodes::count> node_hits_;
+  std::array<Ray, BeamNodes::count> node_rays_;
+  std::array<RayHit, BeamNodes::count> node_hits_;
   BeamInformation result_;
 };
 
