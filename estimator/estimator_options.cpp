@@ -159,6 +159,7 @@ void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
   config.optional("least_used", t.least_used);
   config.optional("most_settled_contradiction", t.most_settled_contradiction);
+  config.optional("most_open", Dimension::length, t.most_open_m);
   config.optional("most_contradiction", t.most_contradiction);
   config.optional("most_chi2", t.most_chi2);
   config.optional("most_uncertain", Dimension::length, t.most_uncertain_m);

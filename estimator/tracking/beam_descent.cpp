@@ -50,10 +50,97 @@ void BeamDescent::refine(const Pose& start) {
   polish();
 }
 
-void BeamDescent::retry() {
+/// Edges, blurred as far as a slip may reach; and unless that settles it, along what faces leave
+/// open.
+void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
+  if (blurred_) {
+    at_.pose = best_.pose;
+    sharpen({0.016, 0.006, 0.003, 0.0015});
+    polish();
+    return;
+  }
+  // Steps that faces led may have gone away from what was good.
+  best_cost_ = weigh(best_);
+  take_if_likelier({predicted_.pose, best_.covariance, {}, 0});
+  rest_on_edges();
+  if (settled(best_)) return;
+  const double before = best_cost_;
+  Result moved = best_;
+  moved.pose = along_open_directions(
+      best_.pose, faces_at(best_.pose, beams_.few).information[0], model_.radius,
+      [&](const Pose& pose) { return faces_at(pose, outlined().few).cost; },
+      options_.open_directions);
+  take_if_likelier(moved);
+  if (best_cost_ < before) rest_on_edges();
+}
+
+/// From the best: returns and outline, with edges as blurred as beams so far apart see them.
+void BeamDescent::rest_on_edges() {
+  const double last = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
   at_.pose = best_.pose;
-  sharpen({0.016, 0.006, 0.003, 0.0015});
-  polish();
+  sharpen({8 * last, 3 * last, 1.5 * last});
+  for (int i = 0; i < options_.polish_steps; ++i) {
+    at_.covariance = blur(last);
+    if (step(pose_only_, outlined().all) < 0.1) break;
+  }
+  Result rested{at_.pose, covariance_, {}, 0};
+  // Edges this blurred do not count single beams.
+  constexpr double flips = 3;
+  best_cost_ += flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
+  take_if_likelier(rested);
+  best_.covariance = covariance_;
+  best_.steps = steps_;
+}
+
+void BeamDescent::take_if_likelier(Result other) {
+  const double cost = weigh(other);
+  if (cost < best_cost_) {
+    best_cost_ = cost;
+    best_ = other;
+  }
+}
+
+/// Counts and cost of a pose as it is.
+double BeamDescent::weigh(Result& result) const {
+  result.sums = faces_at(result.pose, beams_.all);
+  const Vector6d away = difference(result.pose, predicted_.pose);
+  double cost = result.sums.cost + away.dot(bound_ * away);
+  take_misses(beams_.empty, result, cost);
+  return cost;
+}
+
+/// What beams say of a pose without edges, and without what was known before.
+BeamInformation BeamDescent::faces_at(const Pose& pose, const BeamPicks& picks) const {
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  BeamLinearisation at = at_;
+  at.pose = pose;
+  at.covariance.setZero();
+  return beam_information(model_, beam_model_, scan_.beams, at, how, picks);
+}
+
+/// From a return to the beam after it, m: the middle one.
+double BeamDescent::beam_spacing() const {
+  std::vector<double> squares;
+  squares.reserve(beams_.few.size());
+  for (const std::uint32_t i : beams_.few) {
+    if (i + 1 >= scan_.beams.size()) continue;
+    const Beam& beam = scan_.beams[i];
+    squares.push_back((scan_.beams[i + 1].direction - beam.direction).squaredNorm() * beam.range *
+                      beam.range);
+  }
+  if (squares.empty()) return 0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return std::sqrt(*middle);
+}
+
+/// Covariance that blurs edges by so much.
+Matrix6d BeamDescent::blur(double scale_m) const {
+  const double turn = scale_m / model_.radius;
+  Vector6d variances;
+  variances << Vector3d::Constant(scale_m * scale_m), Vector3d::Constant(turn * turn);
+  return variances.asDiagonal();
 }
 
 /// Without edges; what does not fit is drawn to the nearest surface.
@@ -85,11 +172,8 @@ void BeamDescent::close_in() {
 void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
   constexpr int most_steps = 2;  // at one scale
   for (const double scale : scales_m) {
-    const double turn = scale / model_.radius;
     for (int i = 0; i < most_steps; ++i) {
-      at_.covariance.setZero();
-      at_.covariance.diagonal() << Vector3d::Constant(scale * scale),
-          Vector3d::Constant(turn * turn);
+      at_.covariance = blur(scale);
       if (step(pose_only_, outlined().few) < 1) break;
     }
   }
@@ -130,12 +214,7 @@ void BeamDescent::polish() {
 }
 
 void BeamDescent::take_misses(const BeamSample& sample, Result& result, double& cost) const {
-  BeamInformationOptions how = pose_only_;
-  how.edges = false;
-  BeamLinearisation at = at_;
-  at.pose = result.pose;
-  const BeamInformation said =
-      beam_information(model_, beam_model_, scan_.beams, at, how, sample.picks);
+  const BeamInformation said = faces_at(result.pose, sample.picks);
   const auto scaled = [&](int count) {
     return static_cast<int>(std::lround(sample.weight * count));
   };

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <optional>
 
 #include "estimator/tracking/beam_information.h"
 #include "estimator/tracking/beam_selection.h"
+#include "estimator/tracking/open_directions.h"
 #include "estimator/tracking/tracking.h"
 
 namespace berth::estimator {
@@ -23,6 +25,11 @@ struct BeamDescentOptions {
   /// converge.
   double least_blur = 0.2;
   int polish_steps = 3;  ///< on all beams, at most
+  /// Standard deviation by which edges are blurred on which a pose rests: where they are is seen no
+  /// better than beams are apart. Of that distance, and at least, m.
+  double edge_blur = 0.3;
+  double least_edge_blur_m = 0.001;
+  OpenDirectionsOptions open_directions;
 };
 
 /// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on few with
@@ -45,8 +52,10 @@ class BeamDescent {
   void run(const Pose& start);
   /// From a start within some millimetres.
   void refine(const Pose& start);
-  /// Again from the best, with edges so blurred at first that they are seen from a slip away.
-  void retry();
+  /// When the best is doubtful: from the likelier of it and the prediction, on edges so blurred at
+  /// first that they are seen from a slip away; and unless that settles it, along the directions
+  /// that faces leave open.
+  void search(const std::function<bool(const Result&)>& settled);
   const Result& best() const { return best_; }
   /// Whether edges count to the last, where a return may be of several faces: then sums.chi2 is
   /// less than the noise.
@@ -57,6 +66,12 @@ class BeamDescent {
   void close_in();
   void sharpen(std::initializer_list<double> scales_m);
   void polish();
+  void rest_on_edges();
+  void take_if_likelier(Result other);
+  double weigh(Result& result) const;
+  BeamInformation faces_at(const Pose& pose, const BeamPicks& picks) const;
+  double beam_spacing() const;
+  Matrix6d blur(double scale_m) const;
   /// What the beams say that met nothing, in counts and cost.
   void take_misses(const BeamSample& sample, Result& result, double& cost) const;
   double moved_since(const Pose& before) const;

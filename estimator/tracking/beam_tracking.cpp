@@ -100,7 +100,13 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   if (uncertainty(model_, predicted.covariance) < options_.most_uncertain_start_m) {
     descent.refine(predicted.pose);
   }
-  if (contradicted(descent.best().sums) > options_.most_settled_contradiction) descent.retry();
+  const auto settled = [this](const BeamDescent::Result& r) {
+    return contradicted(r.sums) <= options_.most_settled_contradiction;
+  };
+  if (!settled(descent.best()) ||
+      uncertainty(model_, descent.best().covariance) > options_.most_open_m) {
+    descent.search(settled);
+  }
 
   const BeamDescent::Result& best = descent.best();
   const BeamInformation& sums = best.sums;

@@ -19,6 +19,8 @@ struct BeamTrackingOptions {
   double most_uncertain_start_m = 0.03;
   /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider.
   double most_settled_contradiction = 0.025;
+  /// So where faces leave the target's farthest points more uncertain than this.
+  double most_open_m = 0.01;
   // When the target counts as lost in this scan.
   int least_used = 20;
   double most_contradiction = 0.4;  ///< share of beams, as above

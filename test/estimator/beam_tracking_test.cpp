@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/planning/scan_planner.h"
+#include "estimator/tracking/open_directions.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -132,6 +133,53 @@ TEST_CASE("Beams lead from 100 mm and 5 degrees, too") {
   const Tracked tally = track_many({}, ScanStrategy::corners_sparse, 60, 0.1, radians(5));
   CHECK(tally.ok == 60);
   CHECK(tally.near == 60);
+}
+
+TEST_CASE("Square to the beams a flat target is held by its edges") {
+  // Along its panels and about their normal the ranges say nothing.
+  Scene scene;
+  const PlannerOptions planner_options;
+  const ScanPlanner planner(*scene.model, {}, planner_options);
+  Random random(3, "square");
+  constexpr int trials = 30;
+  double nees = 0;
+  int home = 0;
+  for (int i = 0; i < trials; ++i) {
+    scene.lidar = ScanMaker(replica().mesh, static_cast<std::uint64_t>(i) + 1);
+    const Pose truth = displaced({{0, 0, 5.5}, Quaterniond::Identity()}, random, 0.1, radians(3));
+    scene.lidar.pose = truth;
+    scene.start = displaced(truth, random, 0.05, radians(2));
+    const TrackingResult result =
+        scene.track(scene.lidar.sweep(planner.plan(scene.start, 0.05, ScanStrategy::sparse, 1000)));
+    INFO("trial " << i << ": " << result.reason);
+    CHECK(result.ok);
+    const Vector6d error = difference(result.pose, truth);
+    CHECK(error.head<3>().norm() < 0.02);
+    CHECK(error.tail<3>().norm() < radians(1.5));
+    home += error.head<3>().norm() < 0.01 && error.tail<3>().norm() < radians(1) ? 1 : 0;
+    nees += error.dot(result.covariance.ldlt().solve(error)) / trials;
+  }
+  CHECK(home >= 28);
+  CHECK(nees < 15);  // of 6
+}
+
+TEST_CASE("Along an open direction a pose finds the far side of a hill") {
+  const Pose start{{0.1, 0, 5}, Quaterniond::Identity()};
+  Matrix6d information = 1e8 * Matrix6d::Identity();
+  information(0, 0) = information(1, 1) = 1;  // along x and y nothing is known
+  int asked = 0;
+  const auto cost = [&](const Pose& pose) {
+    ++asked;
+    const double x = pose.position.x();
+    return std::abs(x) + std::abs(pose.position.y() - 0.05) + (x > 0.05 && x < 0.09 ? 1 : 0);
+  };
+  OpenDirectionsOptions options;
+  const Pose found = along_open_directions(start, information, 1.5, cost, options);
+  CHECK(std::abs(found.position.x()) < options.last_m);
+  CHECK(std::abs(found.position.y() - 0.05) < options.last_m);
+  CHECK(found.position.z() == Approx(5));
+  CHECK(angle_between(found, start) < 1e-9);
+  CHECK(asked <= options.most_evaluations + 2 * options.most);
 }
 
 TEST_CASE("Where the angle noise blurs edges, they are weighed") {
