@@ -62,42 +62,42 @@ void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
   // Steps that faces led may have gone away from what was good.
   best_cost_ = weigh(best_);
   take_if_likelier({predicted_.pose, best_.covariance, {}, 0});
-  rest_on_edges();
+  const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
+  rest_on_edges({1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
-  const double before = best_cost_;
+  rest_on_edges({8 * blur_m, 3 * blur_m, 1.5 * blur_m}, blur_m);
+  if (settled(best_)) return;
   Result moved = best_;
   moved.pose = along_open_directions(
       best_.pose, faces_at(best_.pose, beams_.few).information[0], model_.radius,
       [&](const Pose& pose) { return faces_at(pose, outlined().few).cost; },
       options_.open_directions);
-  take_if_likelier(moved);
-  if (best_cost_ < before) rest_on_edges();
+  if (take_if_likelier(moved)) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
 }
 
-/// From the best: returns and outline, with edges as blurred as beams so far apart see them.
-void BeamDescent::rest_on_edges() {
-  const double last = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
+/// From the best: returns and outline, with edges ever less blurred.
+void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double last_m) {
   at_.pose = best_.pose;
-  sharpen({8 * last, 3 * last, 1.5 * last});
+  sharpen(scales_m);
   for (int i = 0; i < options_.polish_steps; ++i) {
-    at_.covariance = blur(last);
+    at_.covariance = blur(last_m);
     if (step(pose_only_, outlined().all) < 0.1) break;
   }
-  Result rested{at_.pose, covariance_, {}, 0};
   // Edges this blurred do not count single beams.
   constexpr double flips = 3;
-  best_cost_ += flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
-  take_if_likelier(rested);
+  take_if_likelier({at_.pose, covariance_, {}, 0},
+                   flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
   best_.covariance = covariance_;
   best_.steps = steps_;
 }
 
-void BeamDescent::take_if_likelier(Result other) {
+/// @return whether it is, or nearly.
+bool BeamDescent::take_if_likelier(Result other, double tolerance) {
   const double cost = weigh(other);
-  if (cost < best_cost_) {
-    best_cost_ = cost;
-    best_ = other;
-  }
+  if (!(cost < best_cost_ + tolerance)) return false;
+  best_cost_ = cost;
+  best_ = other;
+  return true;
 }
 
 /// Counts and cost of a pose as it is.

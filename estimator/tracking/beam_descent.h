@@ -66,8 +66,8 @@ class BeamDescent {
   void close_in();
   void sharpen(std::initializer_list<double> scales_m);
   void polish();
-  void rest_on_edges();
-  void take_if_likelier(Result other);
+  void rest_on_edges(std::initializer_list<double> scales_m, double last_m);
+  bool take_if_likelier(Result other, double tolerance = 0);
   double weigh(Result& result) const;
   BeamInformation faces_at(const Pose& pose, const BeamPicks& picks) const;
   double beam_spacing() const;
