@@ -164,8 +164,9 @@ void CellScene::prepare(Utime last) { prepared_until_ = last; }
 void CellScene::move_to(Utime t) {
   if (moved_ && t == time_) return;
   const Utime next = std::max(t, prepared_until_);
-  move(replica_, t, next);
+  if (move(replica_, t, next)) ++state_;
   if (move(sensor_, t, next)) {
+    ++state_;
     sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
     sensor_turn_ = sensor_pose_.rotation.toRotationMatrix();
   }
@@ -176,6 +177,15 @@ void CellScene::move_to(Utime t) {
 Pose CellScene::relative_pose(Utime t) {
   move_to(t);
   return sensor_pose_.inverse() * (replica_.base * replica_.frames[tool_frame]);
+}
+
+void CellScene::see_from(const Group& group, const Body& body) const {
+  if (body.seen_in == state_) return;
+  body.seen_in = state_;
+  const Pose& frame = group.frames[body.frame];
+  body.to_body = (group.base.rotation * frame.rotation).conjugate().toRotationMatrix();
+  body.sensor_turn = body.to_body * sensor_turn_;
+  body.sensor_place = body.to_body * (sensor_pose_.position - group.base * frame.position);
 }
 
 void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const {
@@ -203,14 +213,13 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
     const double reach = body.radius + beside;
     if (along < -reach || along - reach > until) continue;
     if (to_centre.squaredNorm() - along * along > reach * reach) continue;
-    const Pose& frame = group.frames[body.frame];
-    const Matrix3d to_body = (group.base.rotation * frame.rotation).conjugate().toRotationMatrix();
-    const Vector3d origin = to_body * (middle.origin - group.base * frame.position);
-    if (passes(origin - body.centre, to_body * middle.direction, body.half_size.array() + beside,
-               until)) {
+    see_from(group, body);
+    const Matrix3d& turn = body.sensor_turn;
+    const Vector3d origin = body.sensor_place + turn * rays[0].origin;
+    if (passes(origin - body.centre, body.to_body * middle.direction,
+               body.half_size.array() + beside, until)) {
       continue;
     }
-    const Matrix3d turn = to_body * sensor_turn_;
     const auto keep = [&](const RayHit& hit, Met& nearest) {
       if (!(hit.range < nearest.range)) return;
       nearest = {hit.range, &body, hit.triangle, turn.transpose() * hit.normal};

@@ -63,6 +63,11 @@ class CellScene final : public Scene {
     std::vector<Material> materials;
     std::vector<std::uint8_t> material_of;  // each triangle; empty: the first
     Vector3d place;                         // of the centre in the cell, now
+    // The sensor in the body's frame, as of the scene's state of that number.
+    mutable std::uint64_t seen_in = 0;
+    mutable Matrix3d to_body = Matrix3d::Identity();      // from the cell
+    mutable Matrix3d sensor_turn = Matrix3d::Identity();  // from the sensor
+    mutable Vector3d sensor_place = Vector3d::Zero();
   };
   using Frames = std::array<Pose, 9>;  // in the base: links 0..6 of the arm, its flange, its tool
   /// What moves together, and the frames in which its bodies stand.
@@ -107,6 +112,8 @@ class CellScene final : public Scene {
     std::uint32_t triangle;
     Vector3d normal;
   };
+  /// Brings the sensor into a body's frame, unless it is there.
+  void see_from(const Group& group, const Body& body) const;
   /// Rays of one beam, sensor frame. met: keeps what is nearer.
   void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const;
   bool meets_plate(const Pose& sensor, const Vector3d& direction, double range,
@@ -121,6 +128,7 @@ class CellScene final : public Scene {
   Pose sensor_pose_;                             // in the cell, now
   Matrix3d sensor_turn_ = Matrix3d::Identity();  // its rotation
   bool moved_ = false;
+  std::uint64_t state_ = 1;  // another number after every motion
   Utime time_ = 0;
   Utime prepared_until_ = 0;
 };
