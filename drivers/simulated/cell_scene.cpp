@@ -67,6 +67,10 @@ CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
   if (!room.triangles.empty()) add(room_, room, 0, settings.room);
 }
 
+Pose CellScene::Group::frame(std::size_t i) const {
+  return done == 0 ? frames[i] : blend(frames[i], next[i], done);
+}
+
 CellScene::Arm CellScene::make_arm(const PlacedArm& placed, JointsAt joints_at) {
   Arm arm;
   arm.placed = placed;
@@ -87,7 +91,7 @@ CellScene::Body& CellScene::add(Group& group, const Mesh& mesh, std::size_t fram
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
   group.bodies.push_back({RayCaster(mesh),
                           centre,
-                          radius * 1.0001,
+                          radius * 1.001,  // so that where it is need not be known exactly
                           0.5 * box.size(),
                           frame,
                           false,
@@ -142,20 +146,22 @@ bool CellScene::move(Arm& arm, Utime t, Utime next) {
     }
     if (next > t) find_knot(arm, std::min(next, before.time + longest_span), after);
     if (before.joints != was) arm.placed_once = false;
+    arm.frames = before.frames;
+    arm.next = after.frames;
+    for (Body& body : arm.bodies) {
+      body.place_before = arm.base * (arm.frames[body.frame] * body.centre);
+      body.place_after = arm.base * (arm.next[body.frame] * body.centre);
+    }
   }
   const bool stands = t == before.time || before.joints == after.joints;
   if (stands && arm.placed_once) return false;
-  if (stands) {
-    arm.frames = before.frames;
-  } else {
-    const double s =
-        static_cast<double>(t - before.time) / static_cast<double>(after.time - before.time);
-    for (std::size_t i = 0; i < arm.frames.size(); ++i) {
-      arm.frames[i] = blend(before.frames[i], after.frames[i], s);
-    }
-  }
+  arm.done =
+      stands ? 0
+             : static_cast<double>(t - before.time) / static_cast<double>(after.time - before.time);
   arm.placed_once = stands;
-  for (Body& body : arm.bodies) body.place = arm.base * (arm.frames[body.frame] * body.centre);
+  for (Body& body : arm.bodies) {
+    body.place = body.place_before + arm.done * (body.place_after - body.place_before);
+  }
   return true;
 }
 
@@ -167,7 +173,7 @@ void CellScene::move_to(Utime t) {
   if (move(replica_, t, next)) ++state_;
   if (move(sensor_, t, next)) {
     ++state_;
-    sensor_pose_ = sensor_.base * sensor_.frames[tool_frame];
+    sensor_pose_ = sensor_.base * sensor_.frame(tool_frame);
     sensor_turn_ = sensor_pose_.rotation.toRotationMatrix();
   }
   moved_ = true;
@@ -176,13 +182,13 @@ void CellScene::move_to(Utime t) {
 
 Pose CellScene::relative_pose(Utime t) {
   move_to(t);
-  return sensor_pose_.inverse() * (replica_.base * replica_.frames[tool_frame]);
+  return sensor_pose_.inverse() * (replica_.base * replica_.frame(tool_frame));
 }
 
 void CellScene::see_from(const Group& group, const Body& body) const {
   if (body.seen_in == state_) return;
   body.seen_in = state_;
-  const Pose& frame = group.frames[body.frame];
+  const Pose frame = group.frame(body.frame);
   body.to_body = (group.base.rotation * frame.rotation).conjugate().toRotationMatrix();
   body.sensor_turn = body.to_body * sensor_turn_;
   body.sensor_place = body.to_body * (sensor_pose_.position - group.base * frame.position);
@@ -269,7 +275,7 @@ bool CellScene::meets_plate(const Pose& sensor, const Vector3d& direction, doubl
                             SceneHit& hit) const {
   constexpr double gap = 0.2;  // m between the plate and the nearest the target can reach
   const Vector3d target =
-      (sensor.inverse() * (replica_.base * replica_.frames[tool_frame])).position;
+      (sensor.inverse() * (replica_.base * replica_.frame(tool_frame))).position;
   const double depth = target.z() - target_reach_ - gap;
   if (depth <= 0 || direction.z() <= 0 || depth / direction.z() >= range) return false;
   // Its edge lies on the line of sight to the last point that it hides.

@@ -62,7 +62,9 @@ class CellScene final : public Scene {
     bool target;
     std::vector<Material> materials;
     std::vector<std::uint8_t> material_of;  // each triangle; empty: the first
-    Vector3d place;                         // of the centre in the cell, now
+    Vector3d place;                         // of the centre in the cell, now, to some micrometres
+    Vector3d place_before = Vector3d::Zero();  // at the knots on both sides of now
+    Vector3d place_after = Vector3d::Zero();
     // The sensor in the body's frame, as of the scene's state of that number.
     mutable std::uint64_t seen_in = 0;
     mutable Matrix3d to_body = Matrix3d::Identity();      // from the cell
@@ -75,6 +77,9 @@ class CellScene final : public Scene {
     std::vector<Body> bodies;
     Pose base;  // in the cell
     Frames frames;
+    Frames next;      // where they move to,
+    double done = 0;  // and which share of that way they have come
+    Pose frame(std::size_t i) const;
   };
   /// An arm's frames at one time.
   struct Knot {

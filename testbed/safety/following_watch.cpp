@@ -77,13 +77,14 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
   const auto newest = commands.at(t);
   const auto oldest = commands.at(t - settings_.longest_dead_time);
   if (!newest || !oldest || largest_change(*newest, *oldest) < 1e-6) return;  // says nothing
+  Joints limits{};
+  for (std::size_t j = 0; j < 6; ++j) limits[j] = limit(j);
   for (std::size_t i = 0; i < misfit_.size(); ++i) {
-    const ArmPair commanded =
-        commands.at(t - static_cast<std::int64_t>(i) * delay_step).value_or(*newest);
-    const Joints& told = commanded.of(role_);
+    const auto commanded = commands.at(t - static_cast<std::int64_t>(i) * delay_step);
+    const Joints& told = (commanded ? *commanded : *newest).of(role_);
     double sum = 0;
     for (std::size_t j = 0; j < 6; ++j) {
-      const double of_limit = (reported[j] - told[j]) / limit(j);
+      const double of_limit = (reported[j] - told[j]) / limits[j];
       sum += of_limit * of_limit;
     }
     misfit_[i] += weight * sum;
