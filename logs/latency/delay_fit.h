@@ -13,7 +13,7 @@ namespace berth::logs {
 /// What one thing says of another at one time, six numbers each: a pose against truth, an arm's
 /// joints against those commanded.
 struct DelaySample {
-  static constexpr int most_nuisances = 25;
+  static constexpr int most_nuisances = 33;
   using Design = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, most_nuisances>;
 
   Utime utime = 0;

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int truths_nuisances = 21;
 /// The estimator's: its pull towards what it expected, and its scan put together with the velocity
-/// that it believed; of position and attitude each.
-constexpr int estimators_nuisances = 4;
+/// that it believed; of position and attitude, along each axis of the target.
+constexpr int estimators_nuisances = 12;
 constexpr double pull_sigma = 0.5;
 constexpr double skew_sigma = 0.2;  // s: scans are no longer than a second
 /// Between two estimates of one track.
@@ -69,7 +69,8 @@ DelaySample::Design truths_design(const Pose& truth, const Vector3d& middle) {
 
 /// What the estimator may have mixed into the pose of a single scan: a share of the pose that it
 /// expected, and of the velocity by which it moved the returns to one time. Both lag where the
-/// target accelerates, which looks like a delay.
+/// target accelerates, which looks like a delay. Along a long side, which slips, that share is
+/// large where across it there is none: each axis of the target has its own.
 void add_estimators(const Place& place, DelaySample& sample) {
   const EstimateSample& before = *place.before;
   const TruthSample& truth = place.truth;
@@ -78,12 +79,19 @@ void add_estimators(const Place& place, DelaySample& sample) {
   DelaySample::Design x = DelaySample::Design::Zero(6, truths_nuisances + estimators_nuisances);
   DelaySample::Design rates = x;
   x.leftCols(truths_nuisances) = sample.nuisances;
-  x.col(truths_nuisances).head<3>() = expected.head<3>();
-  x.col(truths_nuisances + 1).tail<3>() = expected.tail<3>();
-  x.col(truths_nuisances + 2).head<3>() = before.velocity.linear - truth.velocity.linear;
-  x.col(truths_nuisances + 3).tail<3>() = before.velocity.angular - truth.velocity.angular;
-  rates.col(truths_nuisances).head<3>() = sample.rate.head<3>();
-  rates.col(truths_nuisances + 1).tail<3>() = sample.rate.tail<3>();
+  Vector6d faster;
+  faster << before.velocity.linear - truth.velocity.linear,
+      before.velocity.angular - truth.velocity.angular;
+  const Matrix3d axes = truth.pose.rotation.toRotationMatrix();
+  for (int half = 0; half < 2; ++half) {  // position, attitude
+    for (int i = 0; i < 3; ++i) {
+      const int pull = truths_nuisances + 3 * half + i;
+      const Matrix3d along = axes.col(i) * axes.col(i).transpose();
+      x.col(pull).segment<3>(3 * half) = along * expected.segment<3>(3 * half);
+      x.col(pull + 6).segment<3>(3 * half) = along * faster.segment<3>(3 * half);
+      rates.col(pull).segment<3>(3 * half) = along * sample.rate.segment<3>(3 * half);
+    }
+  }
   sample.nuisances = x;
   sample.nuisance_rates = rates;
 }
@@ -102,7 +110,7 @@ Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places, EstimatePose wh
   sigma.head<12>() /= std::sqrt(2.0);
   if (which == EstimatePose::filtered) return sigma;
   sigma.conservativeResize(truths_nuisances + estimators_nuisances);
-  sigma.tail<4>() << pull_sigma, pull_sigma, skew_sigma, skew_sigma;
+  sigma.tail<12>() << Vector6d::Constant(pull_sigma), Vector6d::Constant(skew_sigma);
   return sigma;
 }
 

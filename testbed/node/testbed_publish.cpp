@@ -131,7 +131,10 @@ void TestbedNode::publish_state(bool if_changed) {
   state.clearance_m = clearance_m_;
   const auto age = guidance_.estimate_age(now());
   state.estimate_age_s = age ? seconds(*age) : -1;
-  set_pose(relative(commanded_), state.commanded_position_m, state.commanded_q_wxyz);
+  // Between two set-points it is on the way from one to the next.
+  const double since = seconds(now() - last_tick_);
+  set_pose(moved(relative(commanded_), commanded_velocity_, since), state.commanded_position_m,
+           state.commanded_q_wxyz);
   for (int i = 0; i < 3; ++i) {
     state.commanded_velocity_m_s[i] = commanded_velocity_.linear[i];
     state.commanded_angular_velocity_rad_s[i] = commanded_velocity_.angular[i];
