@@ -36,9 +36,9 @@ Line& add_word(Line& line, const std::string& word, Style style) {
 
 }  // namespace
 
-void Progress::on(procedure_state_t message) {
+void Progress::on(const procedure_state_t& message) {
   print_changes(message);
-  state_ = std::move(message);
+  state_ = message;
 }
 
 void Progress::print_changes(const procedure_state_t& message) {

@@ -29,7 +29,7 @@ class Progress {
   explicit Progress(Print print, bool with_panel = false)
       : print_(std::move(print)), with_panel_(with_panel) {}
 
-  void on(procedure_state_t message);
+  void on(const procedure_state_t& message);
   void on(const pose_estimate_t& message);
   void on(const ground_truth_t& message);
   void on(const testbed_state_t& message) { testbed_ = message; }

@@ -19,7 +19,7 @@ namespace {
 template <class Message>
 bool take_as(const char* of, const std::string& channel, Bytes bytes, Progress& progress) {
   if (channel != of) return false;
-  if (auto message = logs::decode<Message>(bytes)) progress.on(std::move(*message));
+  if (const auto message = logs::decode<Message>(bytes)) progress.on(*message);
   return true;
 }
 
@@ -38,9 +38,11 @@ TerminalView::TerminalView()
       colours_(colours_wanted(STDOUT_FILENO)) {}
 
 void TerminalView::take(const std::string& channel, Bytes bytes) {
-  const bool lasting =
-      take_as<procedure_state_t>(channels::procedure_state, channel, bytes, progress_) ||
-      take_as<event_t>(channels::event, channel, bytes, progress_);
+  if (channel == channels::procedure_state) {
+    if (const procedure_state_t* state = state_.decode(bytes)) progress_.on(*state);
+    return;
+  }
+  const bool lasting = take_as<event_t>(channels::event, channel, bytes, progress_);
   if (lasting || !is_terminal_) return;  // the rest stands in the panel
   take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
       take_as<ground_truth_t>(channels::ground_truth, channel, bytes, progress_) ||

@@ -7,6 +7,7 @@
 #include "app/runs/run_files.h"
 #include "app/terminal/progress.h"
 #include "common/bus/bus.h"
+#include "logs/file/reused_message.h"
 
 namespace berth::terminal {
 
@@ -35,6 +36,7 @@ class TerminalView {
  private:
   bool is_terminal_;
   Progress progress_;
+  logs::ReusedMessage<procedure_state_t> state_;  // may be long and comes often
   bool colours_;
   std::size_t panel_lines_ = 0;  // on the screen now
   double last_refresh_s_ = 0;

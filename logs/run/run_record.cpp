@@ -7,6 +7,7 @@
 
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
+#include "logs/file/reused_message.h"
 
 namespace berth::logs {
 namespace {
@@ -210,8 +211,8 @@ class Filler {
  private:
   template <class Message>
   void add(const LogEvent& event) {
-    const auto message = decode<Message>(event.data);
-    if (!message) {
+    const Message* message = std::get<ReusedMessage<Message>>(messages_).decode(event.data);
+    if (message == nullptr) {
       ++summary_.undecodable;
     } else if (session_ && message->session != *session_) {
       ++summary_.other_session;
@@ -223,6 +224,10 @@ class Filler {
   RunRecord& record_;
   LogSummary& summary_;
   std::optional<std::int64_t> session_;
+  std::tuple<ReusedMessage<ground_truth_t>, ReusedMessage<pose_estimate_t>,
+             ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
+             ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>>
+      messages_;
 };
 
 std::optional<std::int64_t> first_session(LogReader& reader) {
