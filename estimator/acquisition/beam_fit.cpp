@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "estimator/model/normal_sums.h"
+
 namespace berth::estimator {
 
 Pose moved_about_centre(const TargetModel& model, const Pose& pose, const Vector6d& d) {
@@ -17,6 +19,10 @@ BeamFit fit_beams(const TargetModel& model, const BeamModel& beam_model,
                   std::span<const Beam> beams, const Pose& start, double first_gate,
                   double last_gate, int iterations) {
   constexpr double grazing = 0.1;  // cosine: below it a range says little of the surface
+  const double az = beam_model.azimuth_sigma_rad;
+  const double el = beam_model.elevation_sigma_rad;
+  const double angle_variance = 0.5 * (az * az + el * el);
+  const double range_variance = beam_model.range_sigma_m * beam_model.range_sigma_m;
   BeamFit fit;
   fit.pose = start;
   for (int i = 0; i < iterations; ++i) {
@@ -25,8 +31,7 @@ BeamFit fit_beams(const TargetModel& model, const BeamModel& beam_model,
     const Pose to_model = fit.pose.inverse();
     const Matrix3d rotation = to_model.rotation.toRotationMatrix();
     const double far = (model.centre - to_model.position).norm() + model.radius;
-    Matrix6d a = Matrix6d::Zero();
-    Vector6d b = Vector6d::Zero();
+    NormalSums sums(false);
     fit.used = 0;
     // All in the model frame; the step is turned to sensor axes at the end.
     for (const Beam& beam : beams) {
@@ -41,8 +46,8 @@ BeamFit fit_beams(const TargetModel& model, const BeamModel& beam_model,
         const double cosine = -direction.dot(hit.normal);
         normal = hit.normal;
         residual = (hit.range - beam.range) * cosine;
-        variance = beam_model.range_variance(hit.range, std::acos(std::min(1.0, cosine))) * cosine *
-                   cosine;
+        variance = cosine * cosine * range_variance +
+                   hit.range * hit.range * (1 - cosine * cosine) * angle_variance;
         met = cosine > grazing && std::abs(residual) < 2 * gate;
       }
       if (!met) {
@@ -52,24 +57,23 @@ BeamFit fit_beams(const TargetModel& model, const BeamModel& beam_model,
         residual = off.norm();
         if (residual > 2 * gate || residual < 1e-9) continue;
         normal = off / residual;
-        variance = beam_model.range_sigma_m * beam_model.range_sigma_m;
+        variance = range_variance;
       }
       const double ratio = residual / gate;
       const double robust = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
       const double weight = robust / std::max(variance, 1e-8);
-      Vector6d j;
-      j << normal, (point - model.centre).cross(normal);
-      a.selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
-      b += j * (weight * residual);
+      sums.add(normal, (point - model.centre).cross(normal), weight, weight * residual, 0);
       ++fit.used;
     }
     if (fit.used < 6) return fit;
+    sums.flush();
+    Matrix6d a = sums.products(0);
     const double strength = a.diagonal().head<3>().sum();
-    fit.information = a.selfadjointView<Eigen::Lower>();
+    fit.information = a;
     // What no surface holds stays where it is.
     a.diagonal().head<3>().array() += 1e-4 * strength;
     a.diagonal().tail<3>().array() += 1e-4 * strength * model.radius * model.radius * 0.1;
-    const Vector6d step = a.selfadjointView<Eigen::Lower>().ldlt().solve(b);
+    const Vector6d step = a.ldlt().solve(sums.residuals(0));
     Matrix6d turn = Matrix6d::Zero();
     turn.topLeftCorner<3, 3>() = rotation.transpose();
     turn.bottomRightCorner<3, 3>() = rotation.transpose();

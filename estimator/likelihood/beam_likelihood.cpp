@@ -9,14 +9,17 @@ namespace berth::estimator {
 BeamLikelihood::BeamLikelihood(const TargetModel& model, const BeamModel& beam_model,
                                const LikelihoodOptions& options, const Pose& pose)
     : model_(&model),
-      beam_model_(&beam_model),
-      noise_variance_scale_(options.noise_scale * options.noise_scale),
       model_variance_(options.model_sigma_m * options.model_sigma_m),
       log_miss_past_(std::log(1 - options.background)),
       log_hit_past_(std::log(options.background / options.background_depth_m)),
       log_drop_out_(std::log(options.drop_out)),
       outlier_density_(options.outlier / options.background_depth_m),
       on_target_(1 - options.drop_out - options.outlier) {
+  const double scale = options.noise_scale * options.noise_scale;
+  const double az = beam_model.azimuth_sigma_rad;
+  const double el = beam_model.elevation_sigma_rad;
+  range_variance_ = scale * beam_model.range_sigma_m * beam_model.range_sigma_m;
+  angle_variance_ = scale * 0.5 * (az * az + el * el);
   const Pose to_model = pose.inverse();
   rotation_ = to_model.rotation.toRotationMatrix();
   origin_ = to_model.position;
@@ -45,9 +48,9 @@ void BeamLikelihood::add(const Beam& beam) {
     return;
   }
   const double cosine = std::clamp(-direction.dot(hit.normal), 0.05, 1.0);
-  const double variance =
-      noise_variance_scale_ * beam_model_->range_variance(hit.range, std::acos(cosine)) +
-      model_variance_ / (cosine * cosine);
+  const double facing = cosine * cosine;
+  const double across = hit.range * hit.range * (1 - facing) * angle_variance_;
+  const double variance = range_variance_ + (across + model_variance_) / facing;
   const double miss = beam.range - hit.range;
   const double density = on_target_ * std::exp(-0.5 * miss * miss / variance) /
                          std::sqrt(2 * radians(180.0) * variance);

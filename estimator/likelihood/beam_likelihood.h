@@ -47,8 +47,7 @@ class BeamLikelihood {
 
  private:
   const TargetModel* model_;
-  const BeamModel* beam_model_;
-  double noise_variance_scale_, model_variance_;
+  double range_variance_, angle_variance_, model_variance_;
   double log_miss_past_, log_hit_past_, log_drop_out_;
   double outlier_density_, on_target_;
   Matrix3d rotation_;  // sensor to model

@@ -18,6 +18,10 @@ PoseView::PoseView(const TargetModel& model, const BeamModel& beam, const Pose& 
 
 void PoseView::roots(std::span<const Vector3d> directions, std::span<Vector6d> roots) const {
   constexpr std::size_t chunk = 64;  // beams at a time, on the stack
+  const double az = beam_.azimuth_sigma_rad;
+  const double el = beam_.elevation_sigma_rad;
+  const double angle_variance = 0.5 * (az * az + el * el);
+  const double range_variance = beam_.range_sigma_m * beam_.range_sigma_m;
   std::array<Ray, chunk> rays;
   std::array<RayHit, chunk> hits;
   for (std::size_t first = 0; first < directions.size(); first += chunk) {
@@ -34,10 +38,12 @@ void PoseView::roots(std::span<const Vector3d> directions, std::span<Vector6d> r
       const Vector3d& direction = rays[i].direction;
       const double cosine = std::min(1.0, -direction.dot(hit.normal));
       if (cosine < least_cosine_) continue;
-      const double variance = beam_.range_variance(hit.range, std::acos(cosine));
+      // Across the surface; BeamModel's variance of the range is that over cosine^2.
+      const double variance = cosine * cosine * range_variance +
+                              hit.range * hit.range * (1 - cosine * cosine) * angle_variance;
       const Vector3d arm = to_model_.position + hit.range * direction;
       root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
-      root /= cosine * std::sqrt(variance);
+      root /= std::sqrt(variance);
     }
   }
 }
