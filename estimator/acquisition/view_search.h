@@ -8,10 +8,10 @@
 namespace berth::estimator {
 
 struct ViewSearchOptions {
-  int turns = 36;          ///< in the image plane, for each view
+  int turns = 24;          ///< in the image plane, for each view
   int first_points = 24;   ///< by which every view and turn is weighed
   int second_points = 96;  ///< by which the best of them are weighed again, and laid on
-  int shortlist = 1200;    ///< hypotheses weighed again
+  int shortlist = 600;     ///< hypotheses weighed again
   int laid = 48;           ///< distinct ones of them that are laid on the surface
   int iterations = 6;
 };
