@@ -182,7 +182,10 @@ def main():
             for speed in SPEEDS:
                 found = [samples(berth, work, config, speed, 1000 * speed + seed) for seed in range(seeds)]
                 means = [sum(column) / seeds for column in zip(*found)]
-                wrong = [not low <= mean <= high for mean, (low, high) in zip(means, allowed)]
+                # Truth takes neighbours' encoders to be wrong alike; here they are not while the arms move, and
+                # interpolating averages them: (s^2 + (1 - s)^2) of the variance, 2/3 in the mean.
+                least = (1, *4 * (2 / 3,)) if name == "motion" else 5 * (1,)
+                wrong = [not share * low <= mean <= high for mean, share, (low, high) in zip(means, least, allowed)]
                 print(f"{name:<8} {speed:>4} mm/s" + "".join(f" {mean:>8.2f}{'!' if bad else ' '}" for mean, bad in
                                                            zip(means, wrong)), flush=True)
                 failed = failed or any(wrong)
