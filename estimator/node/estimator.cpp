@@ -11,7 +11,6 @@ namespace berth::estimator {
 
 namespace {
 
-using Mode = estimator_state_t;
 using Command = estimator_command_t;
 
 // Of a pose that a commander gives: as good as a measuring tape.

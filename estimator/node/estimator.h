@@ -65,6 +65,8 @@ class Estimator {
   const estimator_state_t& state() const { return said_; }
 
  private:
+  using Mode = estimator_state_t;
+
   struct Instructions {  // of the commands obeyed so far
     std::int8_t mode = estimator_state_t::IDLE;
     std::int64_t session = 0;
@@ -150,6 +152,7 @@ class Estimator {
   void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
   void start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime);
   void forget_target();
+  static double largest_sigma(const Matrix3d& covariance);
   static Matrix6d resumed_covariance();
   FieldOfView field_of_view() const;
   /// Around the target in this pose, for the next acquisition scan.

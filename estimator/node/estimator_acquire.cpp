@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From a scan to a first pose.
+#include <berth/event_t.hpp>
+
+#include "estimator/acquisition/discriminating_windows.h"
+#include "estimator/node/estimator.h"
+#include "estimator/node/messages.h"
+#include "estimator/scan/at_mean_time.h"
+
+namespace berth::estimator {
+
+/// Where no pose is known: a near target is acquired, of a far one the place is found.
+void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
+  const std::int64_t start = setup_.stopwatch();
+  const bool was_zoomed = !zoom_.empty();
+  zoom_.clear();
+  noise_.forget();
+  estimate.status = pose_estimate_t::ACQUIRING;
+  const LongRangeFix far = long_range_->find(scan);
+  const double distance = far.pose.position.norm();
+  if (far.used > 0 &&
+      ranges_->suited(distance, OperatingRange::medium_range) == OperatingRange::long_range) {
+    acquire_far(far, was_zoomed, scan, estimate);
+    durations.acquire = setup_.stopwatch() - start;
+    return;
+  }
+  const Found found = find_pose(scan, {}, estimate);
+  durations.acquire = setup_.stopwatch() - start;
+  const double margin = 0.1 * model_->canonical.half_length;
+  // Asked for so many returns, a search shows but where to look; the pose is found anew.
+  if (found.measured && !was_zoomed && now_.acquire_returns > 0) {
+    zoom_ = look_closer(found.measured->pose, margin);
+    if (!zoom_.empty()) {
+      fill_filtered(estimate);
+      estimate.reason = "seen, to be looked at with the returns asked for";
+      return;
+    }
+  }
+  if (found.measured) {
+    start_from(found.measured->pose, found.measured->covariance, scan.utime_mean);
+    fill_measurement(*found.measured, estimate);
+    fill_filtered(estimate);
+    estimate.status = pose_estimate_t::OK;
+    estimate.reason.clear();
+    change_mode(Mode::TRACKING, "tracking");
+    return;
+  }
+  fill_filtered(estimate);
+  if (found.status == AcquisitionResult::Status::ambiguous) {
+    estimate.status = pose_estimate_t::AMBIGUOUS;
+    fill_hypotheses(found.hypotheses, estimate);
+  }
+  if (found.status == AcquisitionResult::Status::refused) {
+    change_mode(Mode::LOST, estimate.reason);
+    estimate.status = pose_estimate_t::LOST;
+  }
+  // The next scan looks where the target seems to be; if this one did so already and found nothing,
+  // everywhere again.
+  std::vector<Pose> open;
+  for (const Hypothesis& h : hints_) open.push_back(h.pose);
+  std::vector<Window> where;
+  if (found.status == AcquisitionResult::Status::ambiguous) {
+    // Half of the beams where the hypotheses differ, the rest on all of the target.
+    const int beams = setup_.options.zoom_beams;
+    where = discriminating_windows(*model_, hints_, field_of_view(), beams / 2);
+    const std::vector<Window> all =
+        planner_->around(open, margin, where.empty() ? beams : beams / 2);
+    where.insert(where.end(), all.begin(), all.end());
+  } else if (!was_zoomed && !open.empty()) {
+    where = look_closer(open.front(), 3 * margin);
+  }
+  if (!where.empty()) {
+    zoom_ = where;
+  } else if (scan.points.empty() && !was_zoomed) {
+    search_more_finely();
+  }
+}
+
+/// Acquisition on a scan of a target that may move, and a first measurement of the pose it finds.
+/// Keeps what it leaves open as hints for the next one.
+Estimator::Found Estimator::find_pose(const CleanScan& scan, const Velocity& velocity,
+                                      pose_estimate_t& estimate) {
+  Found result;
+  const Vector3d origin = scan.points.empty() ? Vector3d::Zero() : scan.points.front();
+  const AcquisitionResult found =
+      acquisition_->acquire(at_mean_time(scan, velocity, origin), hints_);
+  hints_.clear();
+  estimate.method = acquisition_->name();
+  estimate.reason = found.reason;
+  result.status = found.status;
+  result.hypotheses = found.hypotheses;
+  hints_ = found.hypotheses;
+  if (found.status != AcquisitionResult::Status::found) return result;
+  noise_.start_at(noise_.factor() * found.noise_scale);
+  const TrackingResult measured =
+      measure(scan, {found.hypotheses.front().pose, resumed_covariance(), velocity});
+  estimate.confidence = measured.confidence;
+  if (!measured.ok) {
+    estimate.reason = "found a pose that does not hold: " + measured.reason;
+    return result;
+  }
+  hints_.clear();
+  result.measured = measured;
+  if (const int equal = found.hypotheses.front().equal_poses; equal > 1) {
+    output_.note(event_t::NOTICE, "symmetric-target",
+                 "the target looks the same in " + std::to_string(equal) +
+                     " poses found; the one turned least from the sensor's axes is reported");
+  }
+  return result;
+}
+
+}  // namespace berth::estimator

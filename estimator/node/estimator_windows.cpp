@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the next scan looks.
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/node/estimator.h"
+
+namespace berth::estimator {
+
+FieldOfView Estimator::field_of_view() const {
+  return {setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height,
+          setup_.lidar.minimum_step_rad, setup_.lidar.beam};
+}
+
+/// About all of a target whose attitude is not known.
+ModelSphere Estimator::whole_target(double margin) const {
+  return {Vector3d::Zero(), model_->centre.norm() + model_->radius + margin};
+}
+
+std::vector<Window> Estimator::plan_windows() {
+  const EstimatorOptions& o = setup_.options;
+  if (now_.mode == Mode::ACQUIRING) {
+    if (!zoom_.empty()) return zoom_;
+    return {planner_->everything(search_beams_)};
+  }
+  if (now_.mode != Mode::TRACKING) return {};
+  // A target near enough for its pose is looked at more closely until that is found.
+  const bool looking = range_ == OperatingRange::long_range && within_reach_;
+  const int beams = looking ? o.zoom_beams : now_.returns_per_scan;
+  // The middle of the scan to come.
+  const double ahead = o.request_latency_s + 0.5 * beams / setup_.lidar.rate_hz;
+  const std::int64_t then =
+      std::max(last_input_utime_, tracker_->utime()) + static_cast<std::int64_t>(1e6 * ahead);
+  const Pose pose = tracker_->predict(then);
+  const Matrix6d covariance = tracker_->predicted_covariance(then);
+  const double translation = largest_sigma(covariance.topLeftCorner<3, 3>());
+  if (range_ == OperatingRange::long_range) {
+    const auto window = window_around(whole_target(o.planner.margin_sigmas * translation), pose,
+                                      field_of_view(), beams, "target");
+    return window ? std::vector<Window>{*window} : std::vector<Window>{};
+  }
+  const double rotation = largest_sigma(covariance.bottomRightCorner<3, 3>());
+  const double sigma = std::hypot(translation, rotation * model_->canonical.half_length);
+  // Windows that have grown to the size of the target find nothing that the whole view does not.
+  const double most = 0.3 * model_->canonical.half_length;
+  if (range_ == OperatingRange::short_range && docking_) {
+    ModelSphere sphere = *docking_;
+    sphere.radius += o.planner.margin_sigmas * std::min(sigma, most);
+    const auto window = window_around(sphere, pose, field_of_view(), beams, "docking interface");
+    if (window) return {*window};
+  }
+  return planner_->plan(pose, std::min(sigma, most), now_.strategy, beams);
+}
+
+std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) const {
+  if (now_.acquire_returns == 0) {
+    return planner_->around({pose}, margin, setup_.options.zoom_beams);
+  }
+  return planner_->outline(pose, margin, now_.acquire_returns);
+}
+
+/// Beams so far apart that a target at the end of the range gate fits between them.
+void Estimator::search_more_finely() {
+  const double area = setup_.lidar.field_of_view_width * setup_.lidar.field_of_view_height;
+  const double reach = std::min(now_.gate.far, setup_.lidar.beam.range_max_m);
+  const double apart = reach * std::sqrt(area / search_beams_);
+  if (apart < 0.5 * model_->radius) return;
+  search_beams_ =
+      std::min(search_beams_ * setup_.options.ranges.search_growth, setup_.lidar.beams_max);
+}
+
+}  // namespace berth::estimator
