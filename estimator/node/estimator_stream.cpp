@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimates while a tracking scan runs. Its returns go into a copy of the filter, a few at a time;
 // the scan as a whole is judged at its end, and goes into the filter itself then.
+#include <cmath>
+
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
 #include "estimator/tracking/beam_information.h"
@@ -52,8 +54,11 @@ void Estimator::use_batch(Stream& stream) {
   };
   // Once returns contradict the prediction, the rest waits for the judgement of the whole scan.
   linearise({at.pose, at.velocity});
-  const int expected = said.predicted - said.blocked + said.beside;
-  stream.doubtful = stream.doubtful || 4 * said.used < 3 * expected || said.used == 0;
+  // A few of a small batch at edges are no contradiction: twice the chance of the draw.
+  constexpr double share = 0.75;
+  const double expected = said.predicted - said.blocked + said.beside;
+  const double least = share * expected - 2 * std::sqrt(share * (1 - share) * expected);
+  stream.doubtful = stream.doubtful || said.used < least;
   if (stream.doubtful) return;
   if (!stream.tracker->update(linearise, utime)) return;
 

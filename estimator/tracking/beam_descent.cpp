@@ -67,12 +67,16 @@ void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
   if (settled(best_)) return;
   rest_on_edges({8 * blur_m, 3 * blur_m, 1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
-  Result moved = best_;
-  moved.pose = along_open_directions(
-      best_.pose, faces_at(best_.pose, beams_.few).information[0], model_.radius,
-      [&](const Pose& pose) { return faces_at(pose, outlined().few).cost; },
-      options_.open_directions);
-  if (take_if_likelier(moved)) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
+  const Pose starts[] = {best_.pose, predicted_.pose};
+  bool found = false;
+  for (const Pose& start : starts) {
+    const Pose moved = along_open_directions(
+        start, faces_at(start, beams_.few).information[0], model_.radius,
+        [&](const Pose& pose) { return faces_at(pose, outlined().few).cost; },
+        options_.open_directions);
+    found = take_if_likelier({moved, best_.covariance, {}, 0}) || found;
+  }
+  if (found) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
 }
 
 /// From the best: returns and outline, with edges ever less blurred.

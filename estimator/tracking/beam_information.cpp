@@ -77,6 +77,9 @@ class Accumulator {
     angle_variance_ = 0.5 * (az * az + el * el);
     model_variance_ = options.model_sigma_m * options.model_sigma_m;
     gate2_ = options.gate_sigmas * options.gate_sigmas;
+    const LikelihoodOptions& shares = options.likelihood;
+    past_cost_ =
+        std::max(0.0, gate2_ - 2 * std::log(std::max(1.0, shares.background / shares.outlier)));
     const Matrix6d turn = both(frame_.turn());
     covariance_ = turn * at.covariance * turn.transpose();
     certain_ = at.covariance.isZero(0);
@@ -129,6 +132,7 @@ class Accumulator {
       const RayHit& hit = hits_[i];
       const Ray& ray = rays_[i];
       if (!std::isfinite(hit.range)) {
+        if (batch_[i]->hit()) result_.cost += past_cost_;
         take_beside(*batch_[i], times_[i], ray);
         continue;
       }
@@ -143,6 +147,7 @@ class Accumulator {
       const double sine2 = 1 - cosine * cosine;
       if (!take_plain(*batch_[i], times_[i], hit.normal, point, hit.range, cosine,
                       hit.range * hit.range * sine2 * angle_variance_)) {
+        result_.cost += gate2_;
         take_beside(*batch_[i], times_[i], ray);
       }
     }
@@ -151,7 +156,6 @@ class Accumulator {
   /// A return that the model does not explain, but which is near it.
   void take_beside(const Beam& beam, double time, const Ray& ray) {
     if (!beam.hit()) return;
-    result_.cost += gate2_;
     const Vector3d point = ray.origin + beam.range * ray.direction;
     ClosestPointGrid::Match match;
     if (!model_.grid.refined(point, match)) return;
@@ -263,7 +267,7 @@ class Accumulator {
       if (front == BeamNodes::count || hits[n].range < hits[front].range) front = n;
     }
     if (front == BeamNodes::count) {
-      if (beam.hit()) result_.cost += gate2_;
+      if (beam.hit()) result_.cost += past_cost_;
       return;
     }
     // The edge is the front face's: it goes where that goes.
@@ -323,7 +327,7 @@ class Accumulator {
       result_.chi2 += chi2 / regular_sum;
       result_.cost += std::min(chi2 / regular_sum, gate2_);
     } else {
-      result_.cost += beam.hit() ? gate2_ : 0.5 * gate2_ * on;
+      result_.cost += beam.hit() ? on * gate2_ + (1 - on) * past_cost_ : 0.5 * gate2_ * on;
     }
     if (!regularly && on > 0.5) {
       ++(beam.hit() && beam.range < edge_range ? result_.blocked : result_.through);
@@ -341,6 +345,7 @@ class Accumulator {
   NormalSums sums_;
   double angle_variance_, arm_right_, arm_up_;
   double model_variance_, gate2_;
+  double past_cost_;  // of a return from something behind, as is to be expected past the model
   Matrix6d covariance_;
   bool certain_;
   double edge_reach_;  // rad

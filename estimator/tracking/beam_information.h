@@ -57,8 +57,8 @@ struct BeamInformation {
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
   double chi2 = 0;  ///< sum of r^2/s^2 of the returns used
   /// Minus twice the log-likelihood, but for a constant: of every return r^2/s^2, at most the
-  /// gate's square; of every miss of a beam that should meet the model, half that. To compare
-  /// poses.
+  /// gate's square; of a beam past the model that returned, less by how much more likely that is;
+  /// of every miss of a beam that should meet the model, half the gate's square. To compare poses.
   double cost = 0;
   int used = 0;       ///< returns that meet the model where they should
   int predicted = 0;  ///< beams, misses too, that should meet the model

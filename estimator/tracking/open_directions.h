@@ -10,7 +10,7 @@ namespace berth::estimator {
 struct OpenDirectionsOptions {
   int most = 3;               ///< directions
   double least_m = 0.003;     ///< standard deviation along one that is open
-  double first_m = 0.16;      ///< step along a direction, at first
+  double first_m = 0.08;      ///< step along a direction, at first
   double last_m = 0.01;       ///< and at last; each is half of the one before
   int most_evaluations = 90;  ///< of the cost
 };
