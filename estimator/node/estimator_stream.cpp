@@ -59,7 +59,7 @@ void Estimator::use_batch(Stream& stream) {
   const double expected = said.predicted - said.blocked + said.beside;
   const double least = share * expected - 2 * std::sqrt(share * (1 - share) * expected);
   stream.doubtful = stream.doubtful || said.used < least;
-  if (stream.doubtful) return;
+  if (stream.doubtful || said.used == 0) return;
   if (!stream.tracker->update(linearise, utime)) return;
 
   pose_estimate_t estimate = blank_estimate(scan_->id, batch);
