@@ -12,10 +12,10 @@
 
 using namespace berth;
 using namespace berth::logs;
+using made::mm;
 
 namespace {
 
-constexpr double mm = 1e-3;
 /// Of the target, model frame: it swings along it, and across it.
 const Vector3d long_side = Vector3d::UnitY();
 
