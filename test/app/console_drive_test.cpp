@@ -135,7 +135,7 @@ struct WithProcedure {
     script.move_takes_s = 40;
     return script;
   }
-  fake::Bench bench{slow(), long_move};
+  fake::EngineBench bench{slow(), long_move};
   Pages pages{*bench.operator_bus, bench.simulation.make_loop()};
 };
 
@@ -394,7 +394,7 @@ TEST_CASE("control of the cell becomes control of the procedure that begins in i
   fake::Script script;
   script.ready_after_s = 3;
   script.move_takes_s = 4;
-  fake::Bench bench(script, long_move);
+  fake::EngineBench bench(script, long_move);
   Pages pages(*bench.operator_bus, bench.simulation.make_loop());
   // the console is there first; the engine is silent until its nodes are heard
   bench.run_for(0.3);

@@ -25,15 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const TypeCatalogue& our_types() {
-  static const TypeCatalogue types = [] {
-    TypeCatalogue t;
-    t.add("lcmtypes");
-    return t;
-  }();
-  return types;
-}
-
 bool all(std::string_view) { return true; }
 
 scan_packet_t packet(std::int64_t scan_id, int number, int count, bool last) {
@@ -55,7 +46,7 @@ scan_packet_t packet(std::int64_t scan_id, int number, int count, bool last) {
   return m;
 }
 
-void write_made(const fs::path& path) {
+void write_scans(const fs::path& path) {
   LogWriter writer(path);
   for (int k = 0; k < 20; ++k) {
     const Utime utime = made::start + k * second;
@@ -91,7 +82,7 @@ std::vector<std::string> lines_of(const fs::path& path) {
 TEST_CASE("tables have a file for each channel, units in the header, arrays in columns") {
   TemporaryFile log;
   TemporaryDirectory out;
-  write_made(log.path);
+  write_scans(log.path);
   std::vector<std::string> left_out;
   const auto files = export_csv(log.path, out.path() / "csv", our_types(), all, left_out);
   CHECK(files.size() == 4);
@@ -121,7 +112,7 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
   const std::string extension = format == CloudFormat::pcd ? ".pcd" : ".ply";
   TemporaryFile log;
   TemporaryDirectory out;
-  write_made(log.path);
+  write_scans(log.path);
   const CloudExport result = export_clouds(log.path, out.path() / "clouds", format);
   CHECK(result.scans == 20);
   CHECK(result.points == 19 * 135 + 95);
@@ -143,7 +134,7 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
 TEST_CASE("MCAP: every checksum, offset and count is right, and every message is there") {
   TemporaryFile log;
   TemporaryDirectory out;
-  write_made(log.path);
+  write_scans(log.path);
   const fs::path file = out.path() / "run.mcap";
   const McapExport result = export_mcap(log.path, file, our_types(), all);
   CHECK(result.unknown == 1);

@@ -17,15 +17,6 @@ using namespace berth::logs;
 
 namespace {
 
-const TypeCatalogue& our_types() {
-  static const TypeCatalogue types = [] {
-    TypeCatalogue t;
-    t.add("lcmtypes");
-    return t;
-  }();
-  return types;
-}
-
 heartbeat_t heartbeat(const char* node, std::int64_t seq) {
   heartbeat_t m{};
   m.utime = made::start + seq * second / 20;
@@ -36,7 +27,7 @@ heartbeat_t heartbeat(const char* node, std::int64_t seq) {
 }
 
 /// Two nodes' heartbeats and truth, but for those whose seq is left out.
-void write_made(const std::filesystem::path& path, std::set<std::int64_t> left_out = {}) {
+void write_beats(const std::filesystem::path& path, std::set<std::int64_t> left_out = {}) {
   LogWriter writer(path);
   for (std::int64_t seq = 1; seq <= 100; ++seq) {
     const Utime utime = made::start + seq * second / 20;
@@ -53,7 +44,7 @@ void write_made(const std::filesystem::path& path, std::set<std::int64_t> left_o
 
 TEST_CASE("a whole log is sound, with its channels, types, rates and sessions") {
   TemporaryFile file;
-  write_made(file.path);
+  write_beats(file.path);
   const Inspection i = inspect(file.path, our_types());
   CHECK(i.sound());
   CHECK(i.findings.empty());
@@ -71,7 +62,7 @@ TEST_CASE("a whole log is sound, with its channels, types, rates and sessions") 
 
 TEST_CASE("messages that never came are told per channel and sender, and where") {
   TemporaryFile file;
-  write_made(file.path, {50, 51});
+  write_beats(file.path, {50, 51});
   const Inspection i = inspect(file.path, our_types());
   CHECK_FALSE(i.sound());
   CHECK(i.sound(false));
@@ -87,7 +78,7 @@ TEST_CASE("messages that never came are told per channel and sender, and where")
 
 TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is mended by repair") {
   TemporaryFile file;
-  write_made(file.path);
+  write_beats(file.path);
   const auto good = bytes_of(file.path);
   LogReader reader(file.path);
   std::vector<std::size_t> begins;
@@ -136,7 +127,7 @@ TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is me
 
 TEST_CASE("a damaged length within a message drops that message alone") {
   TemporaryFile file;
-  write_made(file.path);
+  write_beats(file.path);
   auto bytes = bytes_of(file.path);
   LogReader reader(file.path);
   LogEvent event;
@@ -177,7 +168,7 @@ TEST_CASE("a damaged event number, a late one and a restart are no gaps") {
 
 TEST_CASE("an excerpt has the channels and the time asked for") {
   TemporaryFile file;
-  write_made(file.path);
+  write_beats(file.path);
   const auto written = [&](const Excerpt& excerpt) {
     TemporaryFile out;
     write_excerpt(file.path, out.path, excerpt);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "logs/file/log_writer.h"
+#include "logs/types/type_catalogue.h"
 
 namespace berth {
 
@@ -23,6 +24,16 @@ struct TemporaryFile {
   ~TemporaryFile() { std::filesystem::remove(path); }
   static inline int count = 0;
 };
+
+/// Our own messages' types.
+inline const logs::TypeCatalogue& our_types() {
+  static const logs::TypeCatalogue types = [] {
+    logs::TypeCatalogue t;
+    t.add("lcmtypes");
+    return t;
+  }();
+  return types;
+}
 
 inline std::vector<std::uint8_t> bytes_of(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
