@@ -38,7 +38,7 @@ struct RayCaster::Impl {
   };
   std::vector<Plane> planes;  // of the triangles
 
-  explicit Impl(const Mesh& m) : mesh(m), bounds(bounding_box(m)) {
+  Impl(const Mesh& m, Edges edges) : mesh(m), bounds(bounding_box(m)) {
     centre = bounds.centre();
     for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
     if (mesh.triangles.empty()) return;
@@ -65,7 +65,7 @@ struct RayCaster::Impl {
     for (const auto& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
     rtcCommitGeometry(geometry);
     scene = rtcNewScene(device());
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(scene, edges == Edges::closed ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene);
@@ -126,7 +126,7 @@ struct RayCaster::Impl {
   }
 };
 
-RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
+RayCaster::RayCaster(const Mesh& mesh, Edges edges) : impl_(std::make_unique<Impl>(mesh, edges)) {}
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;

@@ -18,7 +18,10 @@ DistanceTable distances_of(const TargetModel& model) {
 }  // namespace
 
 TargetModel::TargetModel(Target target_, const ModelOptions& options_)
-    : target(std::move(target_)), options(options_), caster(target.mesh), borders(target.mesh) {
+    : target(std::move(target_)),
+      options(options_),
+      caster(target.mesh, RayCaster::Edges::quick),
+      borders(target.mesh) {
   const Box box = bounding_box(target.mesh);
   centre = box.centre();
   for (const Vector3d& v : target.mesh.vertices) radius = std::max(radius, (v - centre).norm());
