@@ -50,6 +50,14 @@ Matrix6d AlphaBetaTracker::predicted_covariance(std::int64_t utime) const {
                    dt * dt * velocity_covariance_ + Matrix6d(drift.cwiseAbs2().asDiagonal()));
 }
 
+Matrix6d AlphaBetaTracker::predicted_velocity_covariance(std::int64_t utime) const {
+  Vector6d change;
+  change << Vector3d::Constant(options_.linear_acceleration),
+      Vector3d::Constant(options_.angular_acceleration);
+  change *= elapsed(utime_, utime);
+  return velocity_covariance_ + Matrix6d(change.cwiseAbs2().asDiagonal());
+}
+
 void AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
                               std::int64_t utime) {
   const double dt = elapsed(utime_, utime);

@@ -29,6 +29,7 @@ class AlphaBetaTracker final : public TargetTracker {
 
   Pose predict(std::int64_t utime) const override;
   Matrix6d predicted_covariance(std::int64_t utime) const override;
+  Matrix6d predicted_velocity_covariance(std::int64_t utime) const override;
   using TargetTracker::update;
   void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
 

@@ -26,6 +26,12 @@ struct MotionInformation {
   int returns = 0;  ///< that said something
 };
 
+/// What the returns of one time say of the motion then, and about which motion that is linearised.
+struct MeasuredMotion {
+  Motion about;
+  MotionInformation said;
+};
+
 /// Linearises a batch's log-likelihood about a motion at the batch's reference time.
 using InformationSource = std::function<MotionInformation(const Motion& about)>;
 

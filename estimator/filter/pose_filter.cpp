@@ -108,29 +108,52 @@ void PoseFilter::advance(std::int64_t utime) {
   utime_ = utime;
 }
 
-void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
-  const std::int64_t when = std::max(utime, utime_);
-  const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
-  // A measurement that is improbable by its own word is trusted only so far that it is not; but one
-  // after several probable ones only, or a target that has started to move would not be followed.
+Matrix6d PoseFilter::predicted_velocity_covariance(std::int64_t utime) const {
+  return covariance_at(utime).bottomRightCorner<6, 6>();
+}
+
+/// A measurement that is improbable by its own word is trusted only so far that it is not; but one
+/// after several probable ones only, or a target that has started to move would not be followed.
+/// @return the factor on its covariance.
+double PoseFilter::doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   constexpr int needed_to_doubt = 3;
-  const Vector6d surprise = berth::difference(predict(when), now);
-  const Matrix6d expected = predicted_covariance(when) + covariance;
+  const Vector6d surprise = berth::difference(predict(utime), measured);
+  const Matrix6d expected = predicted_covariance(utime) + covariance;
   const double squared_sigmas = surprise.dot(expected.ldlt().solve(surprise));
   const double limit = options_.surprise_sigmas * options_.surprise_sigmas;
   const bool improbable = squared_sigmas > limit;
-  const double doubt = improbable && probable_ >= needed_to_doubt ? squared_sigmas / limit : 1;
+  const double factor = improbable && probable_ >= needed_to_doubt ? squared_sigmas / limit : 1;
   probable_ = improbable ? 0 : probable_ + 1;
+  return factor;
+}
+
+void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
+  const std::int64_t when = std::max(utime, utime_);
+  const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
+  const Matrix6d weight =
+      (doubt(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
   MotionInformation linear;
-  linear.information.topLeftCorner<6, 6>() =
-      (doubt * covariance).ldlt().solve(Matrix6d::Identity());
-  const Matrix6d weight = linear.information.topLeftCorner<6, 6>();
+  linear.information.topLeftCorner<6, 6>() = weight;
   update(
       [&](const Motion& about) {
         linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
         return linear;
       },
       when);
+}
+
+void PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
+                        const MeasuredMotion& motion, std::int64_t utime) {
+  const double factor = doubt(measured, covariance, utime);
+  MotionInformation said = motion.said;
+  said.information /= factor;
+  update(
+      [&](const Motion& about) {
+        said.gradient =
+            motion.said.gradient / factor + said.information * difference(about, motion.about);
+        return said;
+      },
+      utime);
 }
 
 bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {

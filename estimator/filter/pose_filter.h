@@ -39,7 +39,10 @@ class PoseFilter final : public TargetTracker {
 
   Pose predict(std::int64_t utime) const override;
   Matrix6d predicted_covariance(std::int64_t utime) const override;
+  Matrix6d predicted_velocity_covariance(std::int64_t utime) const override;
   void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
+  void update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion& motion,
+              std::int64_t utime) override;
   /// A batch whose reference time is before the last measurement is moved to it.
   /// @return true.
   bool update(const InformationSource& returns, std::int64_t utime) override;
@@ -56,6 +59,7 @@ class PoseFilter final : public TargetTracker {
  private:
   Matrix12d covariance_at(std::int64_t utime) const;
   void advance(std::int64_t utime);
+  double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
   void set_covariance(const Matrix12d& covariance);
 
   PoseFilterOptions options_;

@@ -32,8 +32,15 @@ class TargetTracker {
   virtual Pose predict(std::int64_t utime) const = 0;
   /// Of predict(): what is known now, and what may have happened since.
   virtual Matrix6d predicted_covariance(std::int64_t utime) const = 0;
+  /// Of velocity() then.
+  virtual Matrix6d predicted_velocity_covariance(std::int64_t utime) const = 0;
   /// Takes a measured pose in. A measurement no later than the last only corrects the pose.
   virtual void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) = 0;
+  /// The same where it is known what the returns say of the velocity, too.
+  virtual void update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion&,
+                      std::int64_t utime) {
+    update(measured, covariance, utime);
+  }
   /// Takes in what returns say of the whole motion, pose and velocity. @return false, and nothing
   /// has changed, for a tracker that can only take poses.
   virtual bool update(const InformationSource&, std::int64_t) { return false; }

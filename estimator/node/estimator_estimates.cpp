@@ -129,10 +129,14 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     return;
   }
   const std::int64_t utime = estimate.utime;
-  TrackingResult measured = measure(
-      scan,
-      {tracker_->predict(utime), tracker_->predicted_covariance(utime), tracker_->velocity()});
-  if (measured.ok) tracker_->update(measured.pose, measured.covariance, utime);
+  TrackingResult measured =
+      measure(scan, {tracker_->predict(utime), tracker_->predicted_covariance(utime),
+                     tracker_->velocity(), tracker_->predicted_velocity_covariance(utime)});
+  if (measured.ok && measured.motion) {
+    tracker_->update(measured.pose, measured.covariance, *measured.motion, utime);
+  } else if (measured.ok) {
+    tracker_->update(measured.pose, measured.covariance, utime);
+  }
   // The estimates given while the scan ran are not followed by one of an earlier time.
   if (streams()) {
     estimate.utime = std::max(utime, scan.utime_last);

@@ -9,9 +9,8 @@ namespace berth::estimator {
 
 namespace {
 
-/// Information of a prior three times as wide as the prediction: what no return holds stays there.
-Matrix6d bound_of(const Matrix6d& covariance) {
-  return (9 * covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
+Matrix6d information_of(const Matrix6d& covariance) {
+  return (covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
 }
 
 }  // namespace
@@ -24,20 +23,30 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
       scan_(scan),
       predicted_(predicted),
       options_(options),
-      bound_(bound_of(predicted.covariance)),
       pose_only_(options.information),
       beams_(select_beams(scan, static_cast<std::size_t>(options.settle_returns),
                           static_cast<std::size_t>(options.checked_misses))) {
   pose_only_.of_velocity = false;
   at_.utime = scan.utime_mean;
-  if (deskew) at_.velocity = predicted.velocity;
+  if (deskew) velocity_ = predicted.velocity;
+  of_velocity_ = deskew && !predicted.velocity_covariance.isZero(0);
+  // Three times as wide as the prediction: what no return holds stays there.
+  prior_.topLeftCorner<6, 6>() = information_of(9 * predicted.covariance);
+  if (of_velocity_) {
+    prior_.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
+  }
   const double angle = std::hypot(beam_model.azimuth_sigma_rad, beam_model.elevation_sigma_rad);
   const double distance = (predicted.pose * model.centre).norm();
   blurred_ = angle / std::sqrt(2.0) * distance > options.least_blur * beam_model.range_sigma_m;
 }
 
+void BeamDescent::start_from(const Pose& pose) {
+  at_.pose = pose;
+  at_.velocity = velocity_;
+}
+
 void BeamDescent::run(const Pose& start) {
-  at_.pose = start;
+  start_from(start);
   settle();
   if (blurred_) sharpen({0.008, 0.003});
   close_in();
@@ -45,7 +54,7 @@ void BeamDescent::run(const Pose& start) {
 }
 
 void BeamDescent::refine(const Pose& start) {
-  at_.pose = start;
+  start_from(start);
   covariance_ = predicted_.covariance;
   polish();
 }
@@ -54,44 +63,50 @@ void BeamDescent::refine(const Pose& start) {
 /// open.
 void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
   if (blurred_) {
-    at_.pose = best_.pose;
+    start_from(best_.motion.pose);
     sharpen({0.016, 0.006, 0.003, 0.0015});
     polish();
     return;
   }
   // Steps that faces led may have gone away from what was good.
   best_cost_ = weigh(best_);
-  take_if_likelier({predicted_.pose, best_.covariance, {}, 0});
+  take_if_likelier({{predicted_.pose, velocity_}, best_.covariance, best_.information, {}, 0});
   const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
   rest_on_edges({1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
   rest_on_edges({8 * blur_m, 3 * blur_m, 1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
-  const Pose starts[] = {best_.pose, predicted_.pose};
+  const Pose starts[] = {best_.motion.pose, predicted_.pose};
   bool found = false;
   for (const Pose& start : starts) {
     const Pose moved = along_open_directions(
-        start, faces_at(start, beams_.few).information[0], model_.radius,
-        [&](const Pose& pose) { return faces_at(pose, outlined().few).cost; },
+        start, faces_at({start, velocity_}, beams_.few).information[0], model_.radius,
+        [&](const Pose& pose) {
+          return faces_at({pose, velocity_}, outlined().few).cost;
+        },
         options_.open_directions);
-    found = take_if_likelier({moved, best_.covariance, {}, 0}) || found;
+    found =
+        take_if_likelier({{moved, velocity_}, best_.covariance, best_.information, {}, 0}) || found;
   }
   if (found) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
 }
 
 /// From the best: returns and outline, with edges ever less blurred.
 void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double last_m) {
-  at_.pose = best_.pose;
+  start_from(best_.motion.pose);
   sharpen(scales_m);
+  BeamInformationOptions how = pose_only_;
+  how.of_velocity = of_velocity_;
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = blur(last_m);
-    if (step(pose_only_, outlined().all) < 0.1) break;
+    if (step(how, outlined().all) < 0.1) break;
   }
   // Edges this blurred do not count single beams.
   constexpr double flips = 3;
-  take_if_likelier({at_.pose, covariance_, {}, 0},
+  take_if_likelier({now(), covariance_, information_, {}, 0},
                    flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
   best_.covariance = covariance_;
+  best_.information = information_;
   best_.steps = steps_;
 }
 
@@ -106,19 +121,20 @@ bool BeamDescent::take_if_likelier(Result other, double tolerance) {
 
 /// Counts and cost of a pose as it is.
 double BeamDescent::weigh(Result& result) const {
-  result.sums = faces_at(result.pose, beams_.all);
-  const Vector6d away = difference(result.pose, predicted_.pose);
-  double cost = result.sums.cost + away.dot(bound_ * away);
+  result.sums = faces_at(result.motion, beams_.all);
+  const Vector12d away = away_from(result.motion);
+  double cost = result.sums.cost + away.dot(prior_ * away);
   take_misses(beams_.empty, result, cost);
   return cost;
 }
 
 /// What beams say of a pose without edges, and without what was known before.
-BeamInformation BeamDescent::faces_at(const Pose& pose, const BeamPicks& picks) const {
+BeamInformation BeamDescent::faces_at(const Motion& motion, const BeamPicks& picks) const {
   BeamInformationOptions how = pose_only_;
   how.edges = false;
   BeamLinearisation at = at_;
-  at.pose = pose;
+  at.pose = motion.pose;
+  at.velocity = motion.velocity;
   at.covariance.setZero();
   return beam_information(model_, beam_model_, scan_.beams, at, how, picks);
 }
@@ -192,21 +208,22 @@ void BeamDescent::polish() {
   BeamInformationOptions how = pose_only_;
   how.edges = pose_only_.edges && blurred_;
   how.misses = how.edges;
+  how.of_velocity = of_velocity_;
   const BeamPicks& picks = how.edges ? outlined().all : beams_.all;
   Result last;
   double last_cost = std::numeric_limits<double>::infinity();
   double share = 1;
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = share * covariance_;
-    const Pose before = at_.pose;
+    const Motion before = now();
     step(how, picks);
     if (sums_.cost > last_cost + tolerance) {
-      last.pose = before;
+      last.motion = before;
       break;
     }
-    last = {at_.pose, covariance_, sums_, 0};
+    last = {now(), covariance_, information_, sums_, 0};
     last_cost = sums_.cost;
-    if (!how.edges && moved_since(before) < at_rest_m) break;
+    if (!how.edges && moved_since(before.pose) < at_rest_m) break;
     share *= 0.25;
   }
   take_misses(how.edges ? outlined().clear : beams_.empty, last, last_cost);
@@ -218,7 +235,7 @@ void BeamDescent::polish() {
 }
 
 void BeamDescent::take_misses(const BeamSample& sample, Result& result, double& cost) const {
-  const BeamInformation said = faces_at(result.pose, sample.picks);
+  const BeamInformation said = faces_at(result.motion, sample.picks);
   const auto scaled = [&](int count) {
     return static_cast<int>(std::lround(sample.weight * count));
   };
@@ -240,20 +257,48 @@ double BeamDescent::moved_since(const Pose& before) const {
   return distance(before, at_.pose) + model_.radius * angle_between(before, at_.pose);
 }
 
+/// To what is predicted of pose and velocity.
+Vector12d BeamDescent::away_from(const Motion& motion) const {
+  Vector12d away;
+  away << difference(motion.pose, predicted_.pose), velocity_.linear - motion.velocity.linear,
+      velocity_.angular - motion.velocity.angular;
+  return away;
+}
+
 /// @return the step's length in its own standard deviations, squared.
 double BeamDescent::step(const BeamInformationOptions& how, const BeamPicks& picks) {
   sums_ = beam_information(model_, beam_model_, scan_.beams, at_, how, picks);
-  const Matrix6d information = sums_.information[0] + bound_;
-  const Eigen::LDLT<Matrix6d> solver(information);
-  covariance_ = solver.solve(Matrix6d::Identity());
-  covariance_ = Matrix6d(0.5 * (covariance_ + covariance_.transpose()));
-  const Vector6d away = difference(at_.pose, predicted_.pose);
-  const Vector6d pulled = bound_ * away;
+  const MotionInformation said = sums_.motion();
+  information_ = said.information;
+  const Vector12d away = away_from(now());
+  const Vector12d pulled = prior_ * away;
   sums_.cost += away.dot(pulled);
-  const Vector6d d = solver.solve(sums_.gradient[0] + pulled);
-  at_.pose = perturbed(at_.pose, d);
+  // Of the pose alone, or of the velocity, too; never on the heap.
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
+  const Eigen::Index size = how.of_velocity ? 12 : 6;
+  const Square information = (information_ + prior_).topLeftCorner(size, size);
+  const Eigen::LDLT<Square> solver(information);
+  const Square covariance = solver.solve(Square::Identity(size, size));
+  covariance_ = covariance.topLeftCorner<6, 6>();
+  covariance_ = Matrix6d(0.5 * (covariance_ + covariance_.transpose()));
+  Vector12d d = Vector12d::Zero();
+  d.head(size) = covariance * (said.gradient + pulled).head(size);
+  at_.pose = perturbed(at_.pose, d.head<6>());
+  at_.velocity.linear += d.segment<3>(6);
+  at_.velocity.angular += d.tail<3>();
   ++steps_;
-  return d.dot(information * d);
+  return d.head(size).dot(information * d.head(size));
+}
+
+/// Where pose and velocity are the likeliest, the returns pull away from what was predicted as much
+/// as that pulls back.
+std::optional<MeasuredMotion> BeamDescent::measured() const {
+  if (!of_velocity_) return {};
+  MeasuredMotion measured{best_.motion, {}};
+  measured.said.information = best_.information;
+  measured.said.gradient = -prior_ * away_from(best_.motion);
+  measured.said.returns = best_.sums.used;
+  return measured;
 }
 
 }  // namespace berth::estimator

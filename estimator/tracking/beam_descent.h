@@ -34,13 +34,15 @@ struct BeamDescentOptions {
 
 /// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on few with
 /// edges at ever finer scales, on all. The likelihood has many optima; the best that was met is
-/// kept.
+/// kept. A velocity that is not known is estimated together with the pose in the last steps: a scan
+/// takes time, and what is seen first and last hangs together by the velocity alone.
 class BeamDescent {
  public:
   struct Result {
-    Pose pose;  ///< T_sensor_model at the scan's mean time
-    Matrix6d covariance = Matrix6d::Identity();
-    BeamInformation sums;  ///< at the pose before the last step
+    Motion motion;                               ///< at the scan's mean time
+    Matrix6d covariance = Matrix6d::Identity();  ///< of its pose
+    Matrix12d information = Matrix12d::Zero();   ///< of the returns alone
+    BeamInformation sums;                        ///< at the pose before the last step
     int steps = 0;
   };
 
@@ -57,11 +59,14 @@ class BeamDescent {
   /// that faces leave open.
   void search(const std::function<bool(const Result&)>& settled);
   const Result& best() const { return best_; }
+  /// What the returns alone say of pose and velocity. Nothing where the velocity is known.
+  std::optional<MeasuredMotion> measured() const;
   /// Whether edges count to the last, where a return may be of several faces: then sums.chi2 is
   /// less than the noise.
   bool blurred() const { return blurred_; }
 
  private:
+  void start_from(const Pose& pose);
   void settle();
   void close_in();
   void sharpen(std::initializer_list<double> scales_m);
@@ -69,12 +74,14 @@ class BeamDescent {
   void rest_on_edges(std::initializer_list<double> scales_m, double last_m);
   bool take_if_likelier(Result other, double tolerance = 0);
   double weigh(Result& result) const;
-  BeamInformation faces_at(const Pose& pose, const BeamPicks& picks) const;
+  BeamInformation faces_at(const Motion& motion, const BeamPicks& picks) const;
   double beam_spacing() const;
   Matrix6d blur(double scale_m) const;
   /// What the beams say that met nothing, in counts and cost.
   void take_misses(const BeamSample& sample, Result& result, double& cost) const;
   double moved_since(const Pose& before) const;
+  Vector12d away_from(const Motion& motion) const;
+  Motion now() const { return {at_.pose, at_.velocity}; }
   const OutlineSelection& outlined();
   double step(const BeamInformationOptions& how, const BeamPicks& picks);
 
@@ -83,7 +90,9 @@ class BeamDescent {
   const CleanScan& scan_;
   const Prediction& predicted_;
   const BeamDescentOptions& options_;
-  Matrix6d bound_;  ///< information
+  Velocity velocity_;                    ///< that is predicted
+  bool of_velocity_ = false;             ///< whether it is in question
+  Matrix12d prior_ = Matrix12d::Zero();  ///< information on pose and velocity
   BeamInformationOptions pose_only_;
   bool blurred_;
   BeamSelection beams_;
@@ -91,6 +100,7 @@ class BeamDescent {
   BeamLinearisation at_;
   BeamInformation sums_;
   Matrix6d covariance_ = Matrix6d::Identity();
+  Matrix12d information_ = Matrix12d::Zero();
   int steps_ = 0;
   double best_cost_ = std::numeric_limits<double>::infinity();
   Result best_;

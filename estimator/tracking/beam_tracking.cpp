@@ -110,8 +110,14 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
 
   const BeamDescent::Result& best = descent.best();
   const BeamInformation& sums = best.sums;
-  result.pose = best.pose;
-  result.covariance = variance_factor(sums) * best.covariance;
+  const double factor = variance_factor(sums);
+  result.pose = best.motion.pose;
+  result.covariance = factor * best.covariance;
+  result.motion = descent.measured();
+  if (result.motion) {
+    result.motion->said.information /= factor;
+    result.motion->said.gradient /= factor;
+  }
   result.residual_rms = beam_model_.range_sigma_m * std::sqrt(sums.chi2 / std::max(1, sums.used));
   if (!descent.blurred()) result.spread = sums.chi2 / std::max(1, sums.used - 6);
   result.iterations = best.steps;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "estimator/filter/motion_information.h"
 #include "estimator/likelihood/beam_likelihood.h"
 
 namespace berth::estimator {
@@ -12,6 +14,8 @@ struct Prediction {
   Pose pose;            ///< T_sensor_model at the scan's mean time
   Matrix6d covariance;  ///< of pose, as berth::perturbed
   Velocity velocity;    ///< along which returns are moved to that time
+  /// Of velocity, [linear; angular]. Zero: it is known.
+  Matrix6d velocity_covariance = Matrix6d::Zero();
 };
 
 /// What one scan says of the pose.
@@ -20,6 +24,8 @@ struct TrackingResult {
   std::string reason;  ///< why not
   Pose pose;           ///< T_sensor_model at the scan's mean time
   Matrix6d covariance = Matrix6d::Identity();
+  /// What the returns alone say of pose and velocity, where the method knows.
+  std::optional<MeasuredMotion> motion;
   double residual_rms = 0;  ///< of the returns used, along the surface's normal, m
   /// Variance of the returns used over that of the beam model; 0: the method does not know.
   double spread = 0;

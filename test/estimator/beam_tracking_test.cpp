@@ -210,6 +210,38 @@ TEST_CASE("Returns are used at their own times") {
   CHECK(difference(worse.pose, truth).norm() > difference(result.pose, truth).norm());
 }
 
+TEST_CASE("A velocity that is only supposed is measured with the pose, and doubted with it") {
+  const auto model = replica_model();
+  const BeamTrackingOptions options;
+  const BeamTracking tracking(*model, nominal_beam, options);
+  Random random(6, "velocity");
+  constexpr int trials = 60;
+  double nees = 0;
+  double error2 = 0;
+  double believed2 = 0;
+  for (int i = 0; i < trials; ++i) {
+    ScanMaker lidar(replica().mesh, static_cast<std::uint64_t>(i) + 1);
+    lidar.pose = displaced(paper_pose, random, 0.1, radians(15));
+    lidar.velocity = {random.normal_vector(0.01), random.normal_vector(0.02)};
+    const Pose start = lidar.pose;
+    const std::int64_t first = lidar.utime;
+    const auto scan = preprocess(lidar.sweep(around(*model, start, 3000)), {}, nominal_beam);
+    const Pose truth =
+        moved(start, lidar.velocity, static_cast<double>(scan.utime_mean - first) * 1e-6);
+    Prediction predicted{displaced(truth, random, 0.01, radians(0.5)), prior(0.01, 0.01), {}};
+    believed2 += difference(tracking.track(scan, predicted).pose, truth).squaredNorm();
+    predicted.velocity_covariance = prior(0.01, 0.02);
+    const TrackingResult result = tracking.track(scan, predicted);
+    const Vector6d error = difference(result.pose, truth);
+    nees += error.dot(result.covariance.ldlt().solve(error)) / trials;
+    error2 += error.squaredNorm();
+    REQUIRE(result.motion);
+  }
+  CHECK(nees > 4.5);
+  CHECK(nees < 8);
+  CHECK(error2 < 0.5 * believed2);
+}
+
 TEST_CASE("The same scan gives the same bits") {
   Scene scene;
   const auto raw = scene.scan(3000);

@@ -175,8 +175,12 @@ TEST_CASE("A jump of the target is not streamed as a pose") {
   for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
   for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
     const Estimate& e = run.said.estimates[i];
-    const bool right = distance(pose_in(e), run.lidar.pose) < 0.05;
-    INFO(e.scan_id << " " << e.method << " " << e.returns_used << " of " << e.returns_received);
+    const double off = distance(pose_in(e), run.lidar.pose);
+    // Found again, how it moves is not known yet, and fifty returns hold it along some axes only.
+    const double sigma = std::sqrt(e.covariance[0] + e.covariance[6 + 1] + e.covariance[2 * 6 + 2]);
+    const bool right = off < 0.05 || off < std::min(0.1, 2 * sigma);
+    INFO(e.scan_id << " " << e.method << " " << e.returns_used << " of " << e.returns_received
+                   << ", off by " << off << " m, said " << sigma);
     CHECK((right || e.status != Estimate::OK));
   }
   CHECK(run.last().status == Estimate::OK);

@@ -183,6 +183,21 @@ TEST_CASE("The order in which a scan's returns are taken in does not matter") {
   CHECK(whole.full_covariance().isApprox(parts.full_covariance(), 1e-3));
 }
 
+TEST_CASE("What a scan measured of pose and velocity counts as its returns do") {
+  Random random(5, "measured");
+  PoseFilter by_returns({});
+  by_returns.start(start_pose, noise(), 0);
+  PoseFilter by_measurement = by_returns;
+  const Pose truth = moved(start_pose, start_velocity, 0.5);
+  const Sightings batch = sightings(truth, start_velocity, 60, random);
+  by_returns.update([&](const Motion& m) { return batch.about(m); }, 500000);
+  const Motion about{perturbed(truth, Vector6d::Constant(1e-3)), {}};
+  by_measurement.update(truth, noise(), {about, batch.about(about)}, 500000);
+  CHECK(distance(by_returns.pose(), by_measurement.pose()) < 1e-5);
+  CHECK((by_returns.velocity().angular - by_measurement.velocity().angular).norm() < 1e-4);
+  CHECK(by_returns.full_covariance().isApprox(by_measurement.full_covariance(), 1e-2));
+}
+
 TEST_CASE("A measurement of an earlier time corrects the pose of now") {
   PoseFilter filter({});
   filter.start(start_pose, noise(), 0, start_velocity, speed_variance(1e-4, 1e-4));
