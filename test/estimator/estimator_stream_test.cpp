@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimates while a scan runs.
+#include <algorithm>
+#include <cmath>
+
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
