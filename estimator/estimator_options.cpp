@@ -50,6 +50,7 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
   config.optional("outlier", likelihood.outlier);
   config.optional("background", likelihood.background);
   config.optional("background_depth", Dimension::length, likelihood.background_depth_m);
+  config.optional("footprint", likelihood.footprint);
   config.finish();
   for (const auto& [key, share] :
        {std::pair{"drop_out", likelihood.drop_out}, std::pair{"outlier", likelihood.outlier},
@@ -332,6 +333,8 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   if (config.has("noise")) read_noise(config.section("noise"), options.noise);
   options.icp_tracking.likelihood = options.voxel_template.likelihood;
   options.views.likelihood = options.voxel_template.likelihood;
+  options.beam_tracking.descent.information.likelihood.footprint =
+      options.views.likelihood.footprint;
   read_acquisition(config.section("acquisition"), options);
   read_tracking(config.section("tracking"), options);
   read_tracker(config.section("target_tracker"), options);

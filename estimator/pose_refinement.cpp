@@ -23,12 +23,13 @@ std::size_t stride_for(const CleanScan& scan, std::size_t most) {
 
 /// Gauss-Newton steps on the beams' likelihood.
 RefinedPose stepped(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
-                    const Prediction& start, int steps) {
+                    const Prediction& start, bool footprint, int steps) {
   const BeamPicks picks = evenly(scan.beams.size(), most_stepped);
   const double all = static_cast<double>(scan.beams.size()) /
                      static_cast<double>(std::max<std::size_t>(1, picks.size()));
   BeamInformationOptions of_pose;
   of_pose.of_velocity = false;
+  of_pose.likelihood.footprint = footprint;
   const Matrix6d bound = start.covariance.inverse();
   const double rough = 0.005 * model.target.length;  // what a good start is off by
   Matrix6d off = Matrix6d::Zero();
@@ -56,7 +57,7 @@ RefinedPose refine_pose(const TargetModel& model, const BeamModel& beam_model,
                         const LikelihoodOptions& likelihood, const Tracking& tracking,
                         const CleanScan& scan, const Prediction& start) {
   constexpr int steps = 5;
-  RefinedPose best = stepped(model, beam_model, scan, start, 0);
+  RefinedPose best = stepped(model, beam_model, scan, start, likelihood.footprint, 0);
   const auto weigh = [&](RefinedPose& refined) {
     refined.log_likelihood = beam_likelihood(model, beam_model, scan.beams, refined.pose,
                                              stride_for(scan, most_weighed), likelihood)
@@ -67,7 +68,7 @@ RefinedPose refine_pose(const TargetModel& model, const BeamModel& beam_model,
     weigh(other);
     if (other.log_likelihood > best.log_likelihood) best = std::move(other);
   };
-  challenge(stepped(model, beam_model, scan, start, steps));
+  challenge(stepped(model, beam_model, scan, start, likelihood.footprint, steps));
   const TrackingResult tracked = tracking.track(scan, start);
   if (tracked.ok) challenge({tracked.pose, tracked.covariance, tracked.used, 0, ""});
   best.doubts = doubt(model, beam_model, scan, best.pose);

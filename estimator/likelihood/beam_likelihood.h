@@ -17,6 +17,7 @@ struct LikelihoodOptions {
   double outlier = 0.04;    ///< share of beams on the target with a range of something else
   double background = 0.5;  ///< share of beams past the target that return at all
   double background_depth_m = 6.0;  ///< over which their ranges are spread
+  bool footprint = false;  ///< beams are as wide as the beam model says, else they are rays
 };
 
 struct Likelihood {

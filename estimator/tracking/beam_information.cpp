@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "estimator/model/normal_sums.h"
-#include "estimator/tracking/beam_nodes.h"
+#include "estimator/tracking/edge_beam.h"
+#include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
 
@@ -20,48 +21,6 @@ Matrix6d both(const Matrix3d& rotation) {
   return m;
 }
 
-/// The sensor seen from the model as it moves.
-class MovingFrame {
- public:
-  explicit MovingFrame(const BeamLinearisation& at)
-      : at_(at), rate_(at.velocity.angular.norm()), moves_(rate_ > 0 || speed2(at) > 0) {
-    turn_ = start_ = at.pose.rotation.conjugate().toRotationMatrix();
-    if (rate_ > 0) {
-      const Matrix3d axis = skew(at.velocity.angular / rate_);
-      sine_ = start_ * axis;
-      versine_ = sine_ * axis;
-    }
-    eye_ = turn_ * -at.pose.position;
-  }
-
-  const Matrix3d& turn() const { return turn_; }  ///< sensor to model
-  const Vector3d& eye() const { return eye_; }    ///< origin of the sensor, model frame
-
-  /// @return seconds after the reference time.
-  double go_to(const Beam& beam) {
-    const double time = static_cast<double>(beam.utime - at_.utime) * 1e-6;
-    if (!moves_) return time;
-    if (rate_ > 0) {  // Rodrigues
-      const double angle = rate_ * time;
-      turn_ = start_ - std::sin(angle) * sine_ + (1 - std::cos(angle)) * versine_;
-    }
-    eye_ = turn_ * (-at_.pose.position - time * at_.velocity.linear);
-    return time;
-  }
-
- private:
-  static double speed2(const BeamLinearisation& at) { return at.velocity.linear.squaredNorm(); }
-
-  const BeamLinearisation& at_;
-  double rate_;
-  bool moves_;
-  Matrix3d start_;
-  Matrix3d sine_ = Matrix3d::Zero();
-  Matrix3d versine_ = Matrix3d::Zero();
-  Matrix3d turn_;
-  Vector3d eye_;
-};
-
 class Accumulator {
  public:
   Accumulator(const TargetModel& model, const BeamModel& beam_model, const BeamLinearisation& at,
@@ -71,7 +30,8 @@ class Accumulator {
         options_(options),
         at_(at),
         frame_(at),
-        sums_(options.of_velocity) {
+        sums_(options.of_velocity),
+        edge_sums_(options.of_velocity) {
     const double az = beam_model.azimuth_sigma_rad;
     const double el = beam_model.elevation_sigma_rad;
     angle_variance_ = 0.5 * (az * az + el * el);
@@ -89,9 +49,23 @@ class Accumulator {
     lever << Matrix3d::Identity(), -skew(centre - at.pose.position);
     const double extra2 =
         (lever * at.covariance * lever.transpose()).trace() / 3 / centre.squaredNorm();
-    arm_right_ = std::sqrt(3.0 * (az * az + extra2));
-    arm_up_ = std::sqrt(3.0 * (el * el + extra2));
-    edge_reach_ = 2.5 * std::sqrt(angle_variance_ + extra2);
+    // A disc of even light; as wide at the target as there.
+    const double range = centre.norm();
+    const double footprint = options.likelihood.footprint ? beam_model.footprint(range) : 0;
+    const double half_angle = 0.5 * footprint / range;
+    const double width2 = 0.25 * half_angle * half_angle;
+    wide_ = width2 > 0;
+    edge_variance_ = std::pow(least_edge_share * footprint, 2);
+    // While only faces tell, where else a beam may have gone is left to the gate.
+    const double chance = options.edges ? 1 : 0;
+    const double right2 = chance * (az * az + extra2) + width2;
+    const double up2 = chance * (el * el + extra2) + width2;
+    arm_right_ = std::sqrt(3.0 * right2);
+    arm_up_ = std::sqrt(3.0 * up2);
+    edge_reach_ = 2.5 * std::sqrt(0.5 * (right2 + up2));
+    edge_.footprint = wide_ ? 2 * width2 / (right2 + up2) : 0;
+    edge_.pulse_m = wide_ ? pulse_m : 0;
+    edge_.least_light = least_light;
   }
 
   /// beam(i): the i-th of `total`.
@@ -106,11 +80,16 @@ class Accumulator {
       take(count);
     }
     sums_.flush();
+    edge_sums_.flush();
+    const double weight = 1 / (1 + edge_information_ * edge_variance_);  // of edges
     const Matrix6d back = both(at_.pose.rotation.toRotationMatrix());
     for (std::size_t k = 0; k < 3; ++k) {
-      const Matrix6d a = back * sums_.products(k) * back.transpose();
+      const Matrix6d a =
+          back * (sums_.products(k) + weight * edge_sums_.products(k)) * back.transpose();
       result_.information[k] = 0.5 * (a + a.transpose());
-      if (k < 2) result_.gradient[k] = back * sums_.residuals(k);
+      if (k < 2) {
+        result_.gradient[k] = back * (sums_.residuals(k) + weight * edge_sums_.residuals(k));
+      }
     }
     return result_;
   }
@@ -128,29 +107,50 @@ class Accumulator {
       rays_[i] = {frame_.eye(), frame_.turn() * batch_[i]->direction};
     }
     model_.caster.cast({rays_.data(), count}, far(), hits_);
-    for (std::size_t i = 0; i < count; ++i) {
-      const RayHit& hit = hits_[i];
-      const Ray& ray = rays_[i];
-      if (!std::isfinite(hit.range)) {
-        if (batch_[i]->hit()) result_.cost += past_cost_;
-        take_beside(*batch_[i], times_[i], ray);
-        continue;
-      }
-      const double cosine = -hit.normal.dot(ray.direction);
-      const Vector3d point = ray.origin + hit.range * ray.direction;
-      // On the surface the noise reaches farther the more it slopes.
-      const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
-      if (options_.edges && model_.borders.near(hit.triangle, point, reach)) {
-        take_near_edge(*batch_[i], ray, hit);
-        continue;
-      }
-      const double sine2 = 1 - cosine * cosine;
-      if (!take_plain(*batch_[i], times_[i], hit.normal, point, hit.range, cosine,
-                      hit.range * hit.range * sine2 * angle_variance_)) {
-        result_.cost += gate2_;
-        take_beside(*batch_[i], times_[i], ray);
-      }
+    for (std::size_t i = 0; i < count; ++i) take(*batch_[i], times_[i], rays_[i], hits_[i]);
+  }
+
+  void take(const Beam& beam, double time, const Ray& ray, const RayHit& hit) {
+    if (!std::isfinite(hit.range)) {
+      if (may_touch(beam, ray) && take_near_edge(beam, ray, hit)) return;
+      if (beam.hit()) result_.cost += past_cost_;
+      take_beside(beam, time, ray);
+      return;
     }
+    const double cosine = -hit.normal.dot(ray.direction);
+    const Vector3d point = ray.origin + hit.range * ray.direction;
+    // On the surface the noise reaches farther the more it slopes.
+    const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
+    if ((options_.edges || wide_) && model_.borders.near(hit.triangle, point, reach) &&
+        take_near_edge(beam, ray, hit)) {
+      return;
+    }
+    const double sine2 = 1 - cosine * cosine;
+    const BeamInformation before = result_;
+    if (!take_plain(beam, time, hit.normal, point, hit.range, cosine,
+                    hit.range * hit.range * sine2 * angle_variance_)) {
+      if (wide_ && beam.range < hit.range) {
+        const BeamInformation after = result_;
+        result_ = before;
+        if (take_near_edge(beam, ray, hit)) return;
+        result_ = after;
+      }
+      result_.cost += gate2_;
+      take_beside(beam, time, ray);
+    }
+  }
+
+  /// Whether a beam that passes the model may be so wide that its light does not.
+  bool may_touch(const Beam& beam, const Ray& ray) const {
+    if (!wide_) return false;
+    if (options_.edges) return true;
+    if (!beam.hit()) return false;
+    ClosestPointGrid::Match match;
+    const Vector3d point = ray.origin + beam.range * ray.direction;
+    if (!model_.grid.refined(point, match)) return false;
+    const double reach = edge_reach_ * beam.range;
+    const double noise2 = gate2_ * range_variance(beam) + reach * reach;
+    return (point - match.point).squaredNorm() < noise2;
   }
 
   /// A return that the model does not explain, but which is near it.
@@ -211,130 +211,93 @@ class Accumulator {
     return j.dot(covariance_ * j);
   }
 
-  /// A beam near an end of the face that it meets: cast beside itself, too.
-  void take_near_edge(const Beam& beam, const Ray& ray, const RayHit& hit) {
+  /// A beam near an end of the face that it meets: cast beside itself, too. @return false when it
+  /// is none: what it meets is one face, or nothing.
+  bool take_near_edge(const Beam& beam, const Ray& ray, const RayHit& hit) {
     const double time = frame_.go_to(beam);
     const Vector3d& d = beam.direction;
     const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
     // Derivatives of beam_direction(), times the length of an arm.
-    const Vector3d right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
-    const Vector3d up =
+    edge_.right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
+    edge_.up =
         frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) * arm_up_;
-    node_rays_[0] = ray;
-    node_hits_[0] = hit;
+    edge_.rays[0] = ray;
+    edge_.hits[0] = hit;
     for (std::size_t n = 1; n < BeamNodes::count; ++n) {
-      node_rays_[n] = {
-          ray.origin,
-          (ray.direction + BeamNodes::right[n] * right + BeamNodes::up[n] * up).normalized()};
+      edge_.rays[n] = {ray.origin, (ray.direction + BeamNodes::right[n] * edge_.right +
+                                    BeamNodes::up[n] * edge_.up)
+                                       .normalized()};
     }
-    model_.caster.cast(std::span(node_rays_).subspan(1), far(), std::span(node_hits_).subspan(1));
-    if (meet_one_plane(node_rays_, node_hits_)) {
-      const double cosine = -hit.normal.dot(ray.direction);
-      take_plain(beam, time, hit.normal, ray.origin + hit.range * ray.direction, hit.range, cosine,
-                 hit.range * hit.range * (1 - cosine * cosine) * angle_variance_);
-    } else {
-      take_edge(beam, time, node_rays_, node_hits_, right, up);
+    model_.caster.cast(std::span(edge_.rays).subspan(1), far(), std::span(edge_.hits).subspan(1));
+    if (!edge_.meets() || edge_.one_plane(same_plane * beam_model_.range_sigma_m)) return false;
+    if (options_.edges) {
+      take_edge(beam, time);
+      return true;
     }
+    return take_mixed(beam, time);
   }
 
-  bool meet_one_plane(std::span<const Ray> rays, std::span<const RayHit> hits) const {
-    if (!std::isfinite(hits[0].range)) return false;
-    const Vector3d& normal = hits[0].normal;
-    const Vector3d place = rays[0].origin + hits[0].range * rays[0].direction;
-    for (std::size_t n = 1; n < hits.size(); ++n) {
-      if (!std::isfinite(hits[n].range) || normal.dot(hits[n].normal) < 0.99) return false;
-      const Vector3d other = rays[n].origin + hits[n].range * rays[n].direction;
-      if (std::abs(normal.dot(other - place)) > same_plane * beam_model_.range_sigma_m) {
-        return false;
+  /// A beam whose light meets several faces, or one and what is behind it: the range is their mean,
+  /// if it can be.
+  bool take_mixed(const Beam& beam, double time) {
+    const auto echo = mixed_echo(edge_, options_.least_cosine);
+    if (!echo) return false;
+    if (!beam.hit()) {
+      // Light from half of it would have been seen.
+      if (echo->share > 0.5) {
+        ++result_.predicted;
+        ++result_.through;
       }
+      result_.cost += 0.5 * gate2_ * echo->share;
+      return true;
     }
+    const double variance = range_variance(beam) + model_variance_ + doubtful_shares * echo->spread;
+    const double residual = echo->range - beam.range;
+    const double squared = residual * residual;
+    if (squared > gate2_ * variance &&
+        squared > gate2_ * (variance + pose_variance(echo->normal, echo->torque))) {
+      // What is behind came back alone.
+      return false;
+    }
+    ++result_.predicted;
+    ++result_.used;
+    const double z2 = squared / variance;
+    result_.chi2 += z2;
+    result_.cost += std::min(z2, gate2_);
+    sums_.add(echo->normal, echo->torque, 1 / variance, residual / variance, time);
     return true;
   }
 
-  /// A beam at an edge: the score of its likelihood, integrated over the directions that it may
-  /// have had. Moving the model along the beam moves the expected ranges; moving it across moves
-  /// the edge, which is the same as moving the beam the other way, and so is the integral weighed
-  /// with the score of the angle noise. The information is the score's square (Berndt, Hall, Hall
-  /// and Hausman 1974): right on average, and never negative.
-  void take_edge(const Beam& beam, double time, std::span<const Ray> rays,
-                 std::span<const RayHit> hits, const Vector3d& right, const Vector3d& up) {
-    const LikelihoodOptions& shares = options_.likelihood;
-    std::size_t front = BeamNodes::count;
-    double on = 0;
-    for (std::size_t n = 0; n < BeamNodes::count; ++n) {
-      if (!std::isfinite(hits[n].range)) continue;
-      on += BeamNodes::weight[n];
-      if (front == BeamNodes::count || hits[n].range < hits[front].range) front = n;
-    }
-    if (front == BeamNodes::count) {
-      if (beam.hit()) result_.cost += past_cost_;
-      return;
-    }
-    // The edge is the front face's: it goes where that goes.
-    const double edge_range = hits[front].range;
-    const Vector3d edge = rays[front].origin + edge_range * rays[front].direction;
+  /// A beam at an edge. The information is the score's square (Berndt, Hall, Hall and Hausman
+  /// 1974): right on average, and never negative.
+  void take_edge(const Beam& beam, double time) {
     const double variance = range_variance(beam) + model_variance_;
-    const double regular =
-        (1 - shares.drop_out - shares.outlier) / std::sqrt(2 * radians(180.0) * variance);
-    double sum = 0;
-    double regular_sum = 0;
-    double chi2 = 0;
-    const Vector3d per_right = right / std::max(1e-30, right.squaredNorm());
-    const Vector3d per_up = up / std::max(1e-30, up.squaredNorm());
-    Vector3d force = Vector3d::Zero();
-    Vector3d torque = Vector3d::Zero();
-    for (std::size_t n = 0; n < BeamNodes::count; ++n) {
-      const bool meets = std::isfinite(hits[n].range);
-      const Vector3d& direction = rays[n].direction;
-      double density = 0;
-      if (!beam.hit()) {
-        density = meets ? shares.drop_out : 1 - shares.background;
-      } else if (!meets) {
-        density = shares.background / shares.background_depth_m;
-      } else {
-        const double late = beam.range - hits[n].range;
-        const double likely = regular * std::exp(-0.5 * late * late / variance);
-        density = likely + shares.outlier / shares.background_depth_m;
-        regular_sum += BeamNodes::weight[n] * likely;
-        chi2 += BeamNodes::weight[n] * likely * late * late / variance;
-        const double pull = BeamNodes::weight[n] * likely * late / variance;
-        const Vector3d point = rays[n].origin + hits[n].range * direction;
-        const Vector3d& normal = hits[n].normal;
-        const double facing = normal.dot(direction);
-        if (-facing > options_.least_cosine) {
-          // Of the face's motion, that which is not the edge's motion across the beam.
-          const Vector3d own = pull / facing * normal;
-          const Vector3d shared =
-              pull * hits[n].range / edge_range / facing * (normal - facing * direction);
-          force += own - shared;
-          torque += point.cross(own) - edge.cross(shared);
-        } else {
-          force += pull * direction;
-          torque += pull * point.cross(direction);
-        }
-      }
-      density *= BeamNodes::weight[n];
-      sum += density;
-      const Vector3d across =
-          -3 * density / edge_range * (BeamNodes::right[n] * per_right + BeamNodes::up[n] * per_up);
-      force += across;
-      torque += edge.cross(across);
-    }
-    const bool regularly = beam.hit() && regular_sum > 0.5 * sum;
+    const EdgeScore score =
+        edge_score(edge_, beam, variance, options_.likelihood, options_.least_cosine);
+    const double on = score.on;
+    const bool regularly = beam.hit() && score.regular > 0.5;
     if (regularly || on > 0.5) ++result_.predicted;
     if (regularly) {
       ++result_.used;
-      result_.chi2 += chi2 / regular_sum;
-      result_.cost += std::min(chi2 / regular_sum, gate2_);
+      result_.chi2 += score.chi2;
+      result_.cost += std::min(score.chi2, gate2_);
     } else {
       result_.cost += beam.hit() ? on * gate2_ + (1 - on) * past_cost_ : 0.5 * gate2_ * on;
     }
     if (!regularly && on > 0.5) {
-      ++(beam.hit() && beam.range < edge_range ? result_.blocked : result_.through);
+      ++(beam.hit() && beam.range < score.front ? result_.blocked : result_.through);
     }
-    sums_.add(force / sum, torque / sum, 1, 1, time);
+    edge_sums_.add(score.force, score.torque, 1, 1, time);
+    edge_information_ += score.outwards * score.outwards;
   }
 
+  static constexpr double pulse_m = 0.5;
+  static constexpr double least_light = 0.2;  // of an even beam: a quarter of the other echo's
+  /// How much light which of several surfaces returns is not known: on the variance of their mean.
+  static constexpr double doubtful_shares = 4;
+  /// Of the footprint, standard deviation: where edges are is told no better by all of a scan's
+  /// beams together. How much of a face's light makes an echo depends on what lies behind.
+  static constexpr double least_edge_share = 0.08;
   static constexpr double same_plane = 0.1;  // range sigmas
 
   const TargetModel& model_;
@@ -343,6 +306,7 @@ class Accumulator {
   const BeamLinearisation& at_;
   MovingFrame frame_;
   NormalSums sums_;
+  NormalSums edge_sums_;
   double angle_variance_, arm_right_, arm_up_;
   double model_variance_, gate2_;
   double past_cost_;  // of a return from something behind, as is to be expected past the model
@@ -353,8 +317,10 @@ class Accumulator {
   std::array<double, chunk> times_;
   std::array<Ray, chunk> rays_;
   std::array<RayHit, chunk> hits_;
-  std::array<Ray, BeamNodes::count> node_rays_;
-  std::array<RayHit, BeamNodes::count> node_hits_;
+  bool wide_;
+  double edge_variance_;         // m^2, see least_edge_share
+  double edge_information_ = 0;  // 1/m^2, of where edges are
+  EdgeBeam edge_;
   BeamInformation result_;
 };
 

@@ -103,7 +103,8 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   const auto settled = [this](const BeamDescent::Result& r) {
     return contradicted(r.sums) <= options_.most_settled_contradiction;
   };
-  if (!settled(descent.best()) ||
+  // Where a wide beam meets several faces their ranges tell little: what holds the pose is edges.
+  if (options_.descent.information.likelihood.footprint || !settled(descent.best()) ||
       uncertainty(model_, descent.best().covariance) > options_.most_open_m) {
     descent.search(settled);
   }

@@ -163,6 +163,33 @@ TEST_CASE("Square to the beams a flat target is held by its edges") {
   CHECK(nees < 15);  // of 6
 }
 
+TEST_CASE("Where wide beams meet edges they neither pull the pose nor hold it sharply") {
+  Scene scene;
+  scene.options.descent.information.likelihood.footprint = true;
+  const PlannerOptions planner_options;
+  const ScanPlanner planner(*scene.model, {}, planner_options);
+  Random random(5, "wide");
+  constexpr int trials = 40;
+  double nees = 0;
+  int home = 0;
+  for (int i = 0; i < trials; ++i) {
+    scene.lidar = ScanMaker(replica().mesh, static_cast<std::uint64_t>(i) + 1);
+    scene.lidar.footprint = true;
+    const Pose truth = displaced({{0, 0, 5.5}, Quaterniond::Identity()}, random, 0.1, radians(10));
+    scene.lidar.pose = truth;
+    scene.start = displaced(truth, random, 0.02, radians(1));
+    const TrackingResult result = scene.track(
+        scene.lidar.sweep(planner.plan(scene.start, 0.02, ScanStrategy::information, 1000)));
+    INFO("trial " << i << ": " << result.reason);
+    CHECK(result.ok);
+    const Vector6d error = difference(result.pose, truth);
+    home += error.head<3>().norm() < 0.012 && error.tail<3>().norm() < radians(0.6) ? 1 : 0;
+    nees += error.dot(result.covariance.ldlt().solve(error)) / trials;
+  }
+  CHECK(home >= 36);
+  CHECK(nees < 12);  // of 6
+}
+
 TEST_CASE("Along an open direction a pose finds the far side of a hill") {
   const Pose start{{0.1, 0, 5}, Quaterniond::Identity()};
   Matrix6d information = 1e8 * Matrix6d::Identity();

@@ -2,7 +2,9 @@
 #include "test/estimator/scan_maker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace berth::estimator {
 
@@ -11,25 +13,50 @@ ScanMaker::ScanMaker(const Mesh& mesh, std::uint64_t seed)
 
 void ScanMaker::add_clutter(const Mesh& mesh) { clutter_.emplace_back(mesh); }
 
+double ScanMaker::range_along(const Vector3d& direction) const {
+  const Pose to_model = pose.inverse();
+  RayHit hit;
+  double range = beam.range_max_m;
+  bool found = caster_.cast({to_model.position, to_model.rotation * direction}, range, hit);
+  if (found) range = hit.range;
+  for (const RayCaster& other : clutter_) {
+    if (!other.cast({Vector3d::Zero(), direction}, range, hit)) continue;
+    range = hit.range;
+    found = true;
+  }
+  return found ? range : std::numeric_limits<double>::infinity();
+}
+
+double ScanMaker::first_echo(const Vector3d& direction) const {
+  constexpr int ring = 6;
+  constexpr double pulse_m = 0.5;
+  std::array<double, ring + 1> ranges{range_along(direction)};
+  const double distance = pose.position.norm();
+  const double angle = 0.75 * 0.5 * beam.footprint(distance) / distance;
+  const Vector3d right = direction.unitOrthogonal();
+  const Vector3d up = direction.cross(right);
+  for (int i = 0; i < ring; ++i) {
+    const double at = radians(360) * i / ring;
+    const Vector3d aside = std::cos(at) * right + std::sin(at) * up;
+    ranges[static_cast<std::size_t>(i + 1)] = range_along((direction + angle * aside).normalized());
+  }
+  const double first = *std::min_element(ranges.begin(), ranges.end());
+  double sum = 0;
+  int count = 0;
+  for (const double range : ranges) {
+    if (!(range < first + pulse_m)) continue;
+    sum += range;
+    ++count;
+  }
+  return count > 0 ? sum / count : first;
+}
+
 RawBeam ScanMaker::shoot(double azimuth, double elevation) {
   RawBeam beam_out{utime, 0, azimuth, elevation, BeamStatus::miss};
   const Vector3d direction = beam_direction(azimuth + random_.normal(beam.azimuth_sigma_rad),
                                             elevation + random_.normal(beam.elevation_sigma_rad));
-  const Pose to_model = pose.inverse();
-  RayHit hit;
-  double range = beam.range_max_m;
-  bool found = false;
-  if (caster_.cast({to_model.position, to_model.rotation * direction}, range, hit)) {
-    range = hit.range;
-    found = true;
-  }
-  for (const RayCaster& other : clutter_) {
-    if (other.cast({Vector3d::Zero(), direction}, range, hit)) {
-      range = hit.range;
-      found = true;
-    }
-  }
-  if (!found) return beam_out;
+  const double range = footprint ? first_echo(direction) : range_along(direction);
+  if (!std::isfinite(range)) return beam_out;
   if (range < beam.range_min_m) {
     beam_out.status = BeamStatus::too_near;
     return beam_out;

@@ -22,6 +22,9 @@ class ScanMaker {
   Velocity velocity;                              ///< sensor frame
   std::int64_t utime = 1735689600000000;          ///< when the next beam is sent
   double rate_hz = 2000;
+  /// Whether beams are as wide as the beam model says: the range is then the mean of what seven
+  /// rays meet first, within half a metre; else they are rays.
+  bool footprint = false;
 
   /// Something else in the scene, fixed in the sensor frame. The nearer hit counts.
   void add_clutter(const Mesh& mesh);
@@ -33,6 +36,10 @@ class ScanMaker {
   RawBeam shoot(double azimuth, double elevation);
 
  private:
+  /// m along a ray from the sensor; infinite when it meets nothing.
+  double range_along(const Vector3d& direction) const;
+  double first_echo(const Vector3d& direction) const;
+
   RayCaster caster_;
   std::vector<RayCaster> clutter_;
   Random random_;
