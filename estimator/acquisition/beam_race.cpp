@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/acquisition/beam_race.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "estimator/acquisition/beam_fit.h"
@@ -11,8 +12,9 @@ namespace berth::estimator {
 namespace {
 
 constexpr std::size_t most_returns = 1500;
-constexpr std::size_t block = 64;  // beams
-constexpr double hopeless = 25;    // log-likelihood behind the best
+constexpr std::size_t block = 64;   // beams
+constexpr double hopeless = 25;     // log-likelihood behind the best
+constexpr double beside_it = 0.09;  // of the length: farther off a return may be of anything
 
 bool leads(const Contender& a, const Contender& b) {
   return a.log_likelihood() > b.log_likelihood();
@@ -37,7 +39,7 @@ BeamRace::BeamRace(const TargetModel& model, const BeamModel& beam_model, const 
 
 std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
                                      const LikelihoodOptions& likelihood, std::size_t most_beams,
-                                     std::size_t enough_beams) const {
+                                     std::size_t enough_beams, double forgiven) const {
   constexpr double one_place = 0.7;
   std::vector<Contender> running;
   for (const Pose& pose : poses) {
@@ -59,7 +61,9 @@ std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
     }
     std::stable_sort(running.begin(), running.end(), leads);
     const double least = running.front().log_likelihood() - hopeless;
-    while (running.back().log_likelihood() < least) running.pop_back();
+    std::erase_if(running, [&](const Contender& c) {
+      return c.log_likelihood() + forgiven * c.contradictions() < least;
+    });
   }
   return running;
 }
@@ -73,6 +77,12 @@ std::vector<Pose> BeamRace::fitted(const std::vector<Pose>& poses, std::size_t r
         fit_beams(model_, beam_model_, some, pose, first_gate, last_gate, iterations).pose);
   }
   return result;
+}
+
+Pose BeamRace::polished(const Pose& pose, const LikelihoodOptions& likelihood, std::size_t beams,
+                        const PolishOptions& how) const {
+  const std::span<const std::uint32_t> some(order_.data(), std::min(beams, order_.size()));
+  return estimator::polished(model_, beam_model_, likelihood, scan_.beams, some, pose, how);
 }
 
 bool BeamRace::same(const Pose& a, const Pose& b, double slack) const {
@@ -172,7 +182,6 @@ double BeamRace::misfit_share(const Contender& contender,
   // Of the length: nearer to the surface a return may be of it, farther off it may be anything.
   const double noise = likelihood.noise_scale * beam_model_.range_sigma_m / model_.target.length;
   const double on_it = std::max(0.015, likelihood.noise_scale > 1 ? 2.5 * noise : 0);
-  constexpr double beside_it = 0.09;
   const Pose to_model = contender.pose.inverse();
   const double unit = model_.distances.cut_off() / DistanceTable::most / model_.target.length;
   int on = 0;
@@ -190,10 +199,60 @@ double BeamRace::misfit_share(const Contender& contender,
   return beside > 0 ? static_cast<double>(beside) / (on + beside) : 0;
 }
 
+double BeamRace::rim_share(const Contender& contender) const {
+  // A beam passes the rim so near to the surface, of the length; nearer, noise may decide.
+  constexpr double nearest = 0.01;
+  constexpr double farthest = 0.05;
+  const Pose to_model = contender.pose.inverse();
+  const double unit = model_.distances.cut_off() / DistanceTable::most / model_.target.length;
+  int free = 0;
+  int stopped = 0;
+  for_its_beams(contender, [&](const Beam& beam, bool) {
+    const ClosePass pass = close_pass(model_, contender.pose, beam.direction);
+    if (pass.distance < nearest || pass.distance > farthest) return;
+    if (beam.hit() &&
+        unit * model_.distances.value((to_model * beam.point()).cast<float>()) < beside_it) {
+      ++stopped;
+    } else if (beam.range > pass.range) {
+      ++free;
+    }
+  });
+  return stopped > 0 ? static_cast<double>(stopped) / (stopped + free) : 0;
+}
+
 double BeamRace::explained_share(const Contender& contender) const {
   int inside = 0;
   for_its_beams(contender, [&](const Beam&, bool gated) { inside += gated ? 1 : 0; });
   return inside > 0 ? static_cast<double>(contender.weight.sum().explained) / inside : 0;
+}
+
+double BeamRace::scanned_share(const Contender& contender) const {
+  constexpr std::size_t looked_at = 300;  // places on the surface
+  const auto for_some_beams = [&](auto&& visit) {
+    constexpr std::size_t some = 500;  // spread over the scan, show its outline
+    for (std::size_t i = 0; i < std::min(some, order_.size()); ++i) {
+      visit(scan_.beams[order_[i]].direction);
+    }
+  };
+  Vector3d middle = Vector3d::Zero();
+  for_some_beams([&](const Vector3d& direction) { middle += direction; });
+  const Matrix3d turn = Quaterniond::FromTwoVectors(middle, Vector3d::UnitZ()).toRotationMatrix();
+  // On a plane across the middle direction.
+  const auto place = [](const Vector3d& p) -> Eigen::Vector2d { return p.head<2>() / p.z(); };
+  Eigen::AlignedBox2d outline;
+  for_some_beams([&](const Vector3d& direction) {
+    if (const Vector3d p = turn * direction; p.z() > 0.1) outline.extend(place(p));
+  });
+  const std::vector<SurfaceSample>& samples = model_.surface.samples;
+  const std::size_t stride = 1 + samples.size() / looked_at;
+  int inside = 0;
+  int all = 0;
+  for (std::size_t i = 0; i < samples.size(); i += stride) {
+    const Vector3d p = turn * (contender.pose * samples[i].position.cast<double>());
+    ++all;
+    if (p.z() > 0 && outline.contains(place(p))) ++inside;
+  }
+  return static_cast<double>(inside) / std::max(1, all);
 }
 
 double BeamRace::evidence(const Contender& contender, const LikelihoodOptions& likelihood) const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "estimator/acquisition/acquisition.h"
+#include "estimator/acquisition/beam_polish.h"
 
 namespace berth::estimator {
 
@@ -14,6 +15,8 @@ struct Contender {
   double prior = 0;  ///< log-likelihood that an earlier scan gave it, less that of the best then
 
   double log_likelihood() const { return weight.sum().log_likelihood + prior; }
+  /// Beams that should meet the target and did not.
+  int contradictions() const { return weight.sum().predicted - weight.sum().explained; }
 };
 
 /// Weighs poses against each other on the beams of one scan, taken in an order that looks random
@@ -26,11 +29,17 @@ class BeamRace {
 
   /// Weighs poses on more and more beams, block by block, leaves out those that fall behind the
   /// best by more than `hopeless`, and ends early when after enough_beams one is left. Best first.
+  /// forgiven: log-likelihood of each beam against a pose that is overlooked until the end.
   std::vector<Contender> run(const std::vector<Pose>& poses, const LikelihoodOptions& likelihood,
-                             std::size_t most_beams, std::size_t enough_beams) const;
+                             std::size_t most_beams, std::size_t enough_beams,
+                             double forgiven = 0) const;
   /// The poses fitted to the ranges of so many returns, see fit_beams.
   std::vector<Pose> fitted(const std::vector<Pose>& poses, std::size_t returns, double first_gate,
                            double last_gate, int iterations) const;
+  /// The pose climbed to its likelihood's optimum nearby on so many beams, see polished() in
+  /// beam_polish.h.
+  Pose polished(const Pose& pose, const LikelihoodOptions& likelihood, std::size_t beams,
+                const PolishOptions& how) const;
 
   /// Whether two poses are one, an exact symmetry apart or not. slack 1: 4 degrees and 3 % of the
   /// length.
@@ -47,8 +56,14 @@ class BeamRace {
   /// Share of the returns on and beside the target's surface that are beside it: what goes on where
   /// the target ends, or stands off it, is not the target.
   double misfit_share(const Contender& contender, const LikelihoodOptions& likelihood) const;
+  /// Share that something beside the target stops, of the beams that pass its rim closely and are
+  /// not stopped before it. Where the pose is right they go on, but for where something else
+  /// touches it.
+  double rim_share(const Contender& contender) const;
   /// Share explained of all returns inside the gate.
   double explained_share(const Contender& contender) const;
+  /// Share of the target's surface, seen or not, that lies within the scan's outline.
+  double scanned_share(const Contender& contender) const;
   /// Log-likelihood by which it leads "no target at all".
   double evidence(const Contender& contender, const LikelihoodOptions& likelihood) const;
 

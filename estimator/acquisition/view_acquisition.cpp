@@ -13,6 +13,11 @@ namespace berth::estimator {
 
 namespace {
 
+/// Share of the beams past the target's rim that may be stopped beside it.
+constexpr double most_at_rim = 0.15;
+/// Log-likelihood that a beam against a look-alike may cost it for want of polish alone.
+constexpr double unsettled = 4;
+
 std::vector<Pose> poses_of(const std::vector<Contender>& contenders) {
   std::vector<Pose> result;
   for (const Contender& c : contenders) result.push_back(c.pose);
@@ -52,6 +57,12 @@ class Search {
   /// Why the pose cannot be right; empty when nothing speaks against it.
   std::string objection(const Contender& best) const;
 
+  /// Whether what is about the target is something else: nearly all beams that should meet the
+  /// target do, and nearly all that pass its rim go on.
+  bool stands_clear(const Contender& best) const;
+
+  double decisive_lead(const Contender& best, const Contender& other) const;
+
   const BeamRace& race() const { return race_; }
   double noise_scale() const { return likelihood_.noise_scale; }
   int point_sets = 0;
@@ -63,7 +74,10 @@ class Search {
   std::vector<Contender> settle(std::vector<Pose> poses);
   std::vector<Contender> final_of(std::vector<Pose> poses);
   std::vector<Contender> look_in_parts(std::vector<Contender> so_far);
+  bool looks_alike(const Symmetry& symmetry) const;
+  bool crisp(const Contender& contender) const;
   bool in_one_place() const;
+  bool explains_most(const Contender& contender) const;
   bool explains_the_scan(const std::vector<Contender>& contenders) const;
 
   const TargetModel& model_;
@@ -108,17 +122,60 @@ std::vector<Contender> Search::settle(std::vector<Pose> poses) {
       race_.distinct(poses_of(race_.run(poses, likelihood_, 2 * beams, beams)), most, 0.7));
 }
 
-/// Poses, and what a target is confused with, itself turned, on all beams.
+/// Poses, and what a target is confused with, itself turned, on all beams. A lead is worth no more
+/// than the poses are settled: what wins no clear victory is polished, and races again.
 std::vector<Contender> Search::final_of(std::vector<Pose> poses) {
   constexpr std::size_t enough_beams = 1000;
-  const std::size_t leaders = std::min<std::size_t>(poses.size(), 2);
-  for (std::size_t i = 0; i < leaders; ++i) {
-    for (const Symmetry& s : model_.symmetries.motions) {
-      if (!s.exact) poses.push_back(poses[i] * s.motion);
+  constexpr std::size_t polishing_beams = 2000;
+  constexpr std::size_t most_left = 4;
+  const std::vector<Symmetry>& motions = model_.symmetries.motions;
+  const bool has_alike = std::any_of(motions.begin(), motions.end(),
+                                     [&](const Symmetry& s) { return looks_alike(s); });
+  const auto race = [&](std::size_t leaders) {
+    for (std::size_t i = 0; i < leaders; ++i) {
+      for (const Symmetry& s : motions) {
+        if (!s.exact) poses.push_back(poses[i] * s.motion);
+      }
     }
+    candidates += static_cast<int>(poses.size());
+    return race_.distinct(
+        race_.run(poses, likelihood_, race_.beams(), enough_beams, has_alike ? unsettled : 0), 0.7);
+  };
+  const std::vector<Contender> found = race(std::min<std::size_t>(poses.size(), 2));
+  if (found.empty() || (found.size() == 1 && !has_alike && crisp(found.front()))) return found;
+  std::vector<Pose> left = poses_of(found);
+  if (left.size() > most_left) left.resize(most_left);
+  poses.clear();
+  for (const Pose& pose : left) {
+    poses.push_back(race_.polished(pose, likelihood_, polishing_beams, {}));
   }
-  candidates += static_cast<int>(poses.size());
-  return race_.distinct(race_.run(poses, likelihood_, race_.beams(), enough_beams), 0.7);
+  append(poses, left);
+  return race(1);
+}
+
+bool Search::looks_alike(const Symmetry& symmetry) const {
+  constexpr double least_unlike = 0.007;  // of the length, rms
+  return !symmetry.exact && symmetry.deviation_m < least_unlike * model_.target.length;
+}
+
+/// Log-likelihood by which the best must lead another pose.
+double Search::decisive_lead(const Contender& best, const Contender& other) const {
+  const bool alike = std::any_of(
+      model_.symmetries.motions.begin(), model_.symmetries.motions.end(), [&](const Symmetry& s) {
+        return looks_alike(s) && race_.same(best.pose * s.motion, other.pose, 2);
+      });
+  if (!alike) return options_.decisive_margin;
+  const int strays =
+      std::max(0, other.weight.sum().past_returned - best.weight.sum().past_returned);
+  return options_.decisive_margin + unsettled * (1 + strays + other.contradictions());
+}
+
+/// Whether nearly all beams that should meet the target do, but for what hides it.
+bool Search::crisp(const Contender& contender) const {
+  // More noise than the LIDAR says explains what it likes.
+  const double nearly_all = likelihood_.noise_scale > 1 ? 0.97 : 0.93;
+  const Likelihood& fit = contender.weight.sum();
+  return fit.explained > nearly_all * (fit.predicted - fit.occluded());
 }
 
 bool Search::in_one_place() const {
@@ -127,10 +184,14 @@ bool Search::in_one_place() const {
   });
 }
 
+bool Search::explains_most(const Contender& contender) const {
+  constexpr double most = 0.75;
+  return race_.explained_share(contender) > most;
+}
+
 bool Search::explains_the_scan(const std::vector<Contender>& contenders) const {
-  constexpr double well = 0.75;
-  return !contenders.empty() && objection(contenders.front()).empty() &&
-         race_.explained_share(contenders.front()) > well;
+  return !contenders.empty() && explains_most(contenders.front()) &&
+         objection(contenders.front()).empty();
 }
 
 /// Something else is in the scan: each guess of which returns are the target's has its own winner,
@@ -183,6 +244,12 @@ std::vector<Contender> Search::run(const std::vector<Hypothesis>& hints, const V
   return explains_the_scan(found) ? found : look_in_parts(std::move(found));
 }
 
+bool Search::stands_clear(const Contender& best) const {
+  constexpr double least_inliers = 0.5;
+  return crisp(best) && race_.inlier_share(best) > least_inliers &&
+         race_.rim_share(best) < most_at_rim;
+}
+
 std::string Search::objection(const Contender& best) const {
   const Likelihood& fit = best.weight.sum();
   if (const double lead = race_.evidence(best, likelihood_); lead < options_.least_evidence) {
@@ -195,11 +262,27 @@ std::string Search::objection(const Contender& best) const {
            " % of the beams that the best fit puts on the target return from it, at least " +
            fixed(100 * options_.least_explained, 0) + " % are needed";
   }
-  if (fit.explained < options_.least_in_view * fit.predicted) {
+  const double scanned = race_.scanned_share(best);
+  if (const double seen = scanned * fit.explained / std::max(1, fit.predicted);
+      seen < options_.least_in_view) {
     return "something hides " + fixed(100.0 * fit.occluded() / std::max(1, fit.predicted), 0) +
-           " % of the best fit; at least " + fixed(100 * options_.least_in_view, 0) +
+           " % of the best fit, and " + fixed(100 * (1 - scanned), 0) +
+           " % of it lie outside the scan; at least " + fixed(100 * options_.least_in_view, 0) +
            " % have to be seen";
   }
+  // What fits a part of the scan only, and that not well, may fit by chance.
+  if (!explains_most(best) && !crisp(best)) {
+    if (const double share = race_.rim_share(best); share > most_at_rim) {
+      return fixed(100 * share, 0) +
+             " % of the beams that pass the best fit closely are stopped beside it, at most " +
+             fixed(100 * most_at_rim, 0) + " % may";
+    }
+    if (likelihood_.noise_scale > 1) {
+      return "the best fit explains a part of the scan only, and needs " +
+             fixed(likelihood_.noise_scale, 1) + " times the noise that the LIDAR says";
+    }
+  }
+  if (stands_clear(best)) return "";
   if (const double share = race_.misfit_share(best, likelihood_);
       share > options_.most_misfit_share) {
     return fixed(100 * share, 0) +
@@ -251,11 +334,13 @@ AcquisitionResult ViewAcquisition::acquire(const CleanScan& scan,
   }
   result.reason = search.objection(found.front());
   if (!result.reason.empty()) return result;
-  if (found.size() > 1 && best - found[1].log_likelihood() < options_.decisive_margin) {
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    const double lead = best - found[i].log_likelihood();
+    const double needed = search.decisive_lead(found.front(), found[i]);
+    if (lead >= needed) continue;
     result.status = AcquisitionResult::Status::ambiguous;
     result.reason = "two poses explain the scan nearly equally well: log-likelihoods differ by " +
-                    fixed(best - found[1].log_likelihood(), 1) + ", " +
-                    fixed(options_.decisive_margin, 1) + " decide";
+                    fixed(lead, 1) + ", " + fixed(needed, 1) + " decide";
     return result;
   }
   result.status = AcquisitionResult::Status::found;
