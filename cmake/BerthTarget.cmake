@@ -37,6 +37,12 @@ if(CMAKE_UNITY_BUILD)
   target_compile_options(berth_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 
+# Modules that programs open when they need them stand beside the programs.
+set(BERTH_MODULES ${PROJECT_BINARY_DIR}/lib/berth)
+set(BERTH_INSTALLED_MODULES ${CMAKE_INSTALL_LIBDIR}/berth)
+set(CMAKE_BUILD_RPATH ${BERTH_MODULES})
+set(CMAKE_INSTALL_RPATH $ORIGIN/../${BERTH_INSTALLED_MODULES})
+
 # berth_library(NAME SOURCES... [LINK...]): a static library of the house.
 function(berth_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
