@@ -44,6 +44,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       estimate_watch_(settings_.estimate_watch),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),
+      command_history_(settings_.following_watch.longest_dead_time + second),
       last_tick_(loop.now()),
       trail_(cell_) {
   verdict_ = safety_.judge(now(), {});

@@ -141,8 +141,8 @@ class TestbedNode final : public Node {
   testbed::ArmPair reported_;
   bool reported_valid_[2] = {false, false};
   testbed::ArmPair commanded_;
-  bool engaged_ = false;  // both arms follow our set-points
-  testbed::JointHistory command_history_;
+  bool engaged_ = false;                   // both arms follow our set-points
+  testbed::JointHistory command_history_;  // as far back as an arm may lag
   Velocity commanded_velocity_;
 
   Mode mode_ = Mode::idle;
