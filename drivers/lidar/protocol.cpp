@@ -28,6 +28,39 @@ std::uint32_t frame_crc(std::span<const std::uint8_t> frame) {
   return static_cast<std::uint32_t>(add(add(0, frame.subspan(4, 8)), frame.subspan(header_size)));
 }
 
+/// The last value of each enumeration on the wire.
+template <class Enum>
+constexpr Enum last_value = Enum{};
+template <>
+constexpr Pattern last_value<Pattern> = Pattern::lissajous;
+template <>
+constexpr BeamStatus last_value<BeamStatus> = BeamStatus::saturated;
+template <>
+constexpr ScanResult last_value<ScanResult> = ScanResult::failed;
+template <>
+constexpr DeviceState last_value<DeviceState> = DeviceState::fault;
+
+/// Whether a value that was read is one that may have been written.
+template <class Value>
+bool is_sound(Value value) {
+  if constexpr (std::is_floating_point_v<Value>) return std::isfinite(value);
+  if constexpr (std::is_enum_v<Value>) {
+    return static_cast<std::uint8_t>(value) <= static_cast<std::uint8_t>(last_value<Value>);
+  }
+  return true;
+}
+
+/// A beam's fields in their order on the wire.
+template <class Beam, class Visit>
+void visit_fields(Beam& beam, Visit visit) {
+  visit(beam.after_us);
+  visit(beam.range_m);
+  visit(beam.azimuth_rad);
+  visit(beam.elevation_rad);
+  visit(beam.intensity);
+  visit(beam.status);
+}
+
 class Writer {
  public:
   template <class Value>
@@ -41,67 +74,65 @@ class Writer {
     put(static_cast<std::uint8_t>(size));
     bytes.insert(bytes.end(), text.begin(), text.begin() + static_cast<std::ptrdiff_t>(size));
   }
-  /// So many more bytes, to be filled by the caller before anything else is put.
-  std::uint8_t* grow(std::size_t size) {
-    bytes.resize(bytes.size() + size);
-    return bytes.data() + bytes.size() - size;
+  /// All beams in one go: there are thousands in a message.
+  void put(const std::vector<BeamReturn>& beams) {
+    const std::size_t at = bytes.size();
+    bytes.resize(at + beams.size() * beam_size);
+    std::uint8_t* to = bytes.data() + at;
+    for (const BeamReturn& beam : beams) {
+      visit_fields(beam, [&to](auto value) {
+        std::memcpy(to, &value, sizeof value);
+        to += sizeof value;
+      });
+    }
   }
 
   std::vector<std::uint8_t> bytes;
 };
 
-/// Reads what Writer wrote. After a failure all further values are 0 and ok() is false.
+/// Reads what Writer wrote. A value that fails stays as it was, and ok() is false from then on.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
   template <class Value>
   Value take() {
-    if (bytes_.size() < sizeof(Value)) {
-      ok_ = false;
-      return 0;
-    }
-    Value value;
-    std::memcpy(&value, bytes_.data(), sizeof value);
-    bytes_ = bytes_.subspan(sizeof value);
-    if constexpr (std::is_floating_point_v<Value>) {
-      if (!std::isfinite(value)) {
-        ok_ = false;
-        return 0;
-      }
-    }
+    Value value{};
+    take(value);
     return value;
   }
   template <class Value>
   void take(Value& value) {
-    value = take<Value>();
+    Value read{};
+    if (bytes_.size() < sizeof read) return fail();
+    std::memcpy(&read, bytes_.data(), sizeof read);
+    bytes_ = bytes_.subspan(sizeof read);
+    if (!is_sound(read)) return fail();
+    value = read;
   }
   void take(std::string& text) {
     const std::size_t size = take<std::uint8_t>();
-    if (bytes_.size() < size) {
-      ok_ = false;
-      return;
-    }
+    if (bytes_.size() < size) return fail();
     text.assign(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
     bytes_ = bytes_.subspan(size);
   }
-  /// A byte that names one of the values up to last.
-  template <class Enum>
-  void take_enum(Enum& value, Enum last) {
-    const auto byte = take<std::uint8_t>();
-    if (byte > static_cast<std::uint8_t>(last)) {
-      ok_ = false;
-      return;
+  /// So many beams, after which nothing follows.
+  void take(std::vector<BeamReturn>& beams, std::size_t count) {
+    if (left() != count * beam_size) return fail();
+    beams.resize(count);
+    const std::uint8_t* from = bytes_.data();
+    bool sound = true;
+    for (BeamReturn& beam : beams) {
+      visit_fields(beam, [&](auto& value) {
+        std::memcpy(&value, from, sizeof value);
+        from += sizeof value;
+        sound = sound && is_sound(value);
+      });
     }
-    value = static_cast<Enum>(byte);
+    bytes_ = {};
+    if (!sound) fail();
   }
   void fail() { ok_ = false; }
-  /// So many bytes, which the caller knows to be left.
-  const std::uint8_t* skip(std::size_t size) {
-    const std::uint8_t* at = bytes_.data();
-    bytes_ = bytes_.subspan(size);
-    return at;
-  }
 
   std::size_t left() const { return bytes_.size(); }
   bool ok() const { return ok_; }
@@ -145,7 +176,7 @@ void write(Writer& w, const ScanOrder& m) {
     w.put(window.elevation);
     w.put(window.width);
     w.put(window.height);
-    w.put(static_cast<std::uint8_t>(window.pattern));
+    w.put(window.pattern);
     w.put(window.count);
     w.put(window.spacing);
   }
@@ -161,7 +192,7 @@ void read(Reader& r, ScanOrder& m) {
     r.take(window.elevation);
     r.take(window.width);
     r.take(window.height);
-    r.take_enum(window.pattern, Pattern::lissajous);
+    r.take(window.pattern);
     r.take(window.count);
     r.take(window.spacing);
   }
@@ -188,19 +219,7 @@ void write(Writer& w, const Returns& m) {
   w.put(m.beams_before);
   w.put(m.device_time);
   w.put(static_cast<std::uint16_t>(m.beams.size()));
-  std::uint8_t* at = w.grow(m.beams.size() * beam_size);
-  const auto put = [&at](auto value) {
-    std::memcpy(at, &value, sizeof value);
-    at += sizeof value;
-  };
-  for (const BeamReturn& beam : m.beams) {
-    put(beam.after_us);
-    put(beam.range_m);
-    put(beam.azimuth_rad);
-    put(beam.elevation_rad);
-    put(beam.intensity);
-    put(static_cast<std::uint8_t>(beam.status));
-  }
+  w.put(m.beams);
 }
 void read(Reader& r, Returns& m) {
   r.take(m.scan_id);
@@ -208,39 +227,20 @@ void read(Reader& r, Returns& m) {
   r.take(m.beams_before);
   r.take(m.device_time);
   const std::size_t count = r.take<std::uint16_t>();
-  if (count > max_beams_per_message || r.left() != count * beam_size) return r.fail();
-  m.beams.resize(count);
-  const std::uint8_t* at = r.skip(count * beam_size);
-  const auto take = [&at](auto& value) {
-    std::memcpy(&value, at, sizeof value);
-    at += sizeof value;
-  };
-  bool good = true;
-  for (BeamReturn& beam : m.beams) {
-    take(beam.after_us);
-    take(beam.range_m);
-    take(beam.azimuth_rad);
-    take(beam.elevation_rad);
-    take(beam.intensity);
-    const std::uint8_t status = *at++;
-    good = good && status <= static_cast<std::uint8_t>(BeamStatus::saturated) &&
-           std::isfinite(beam.range_m) && std::isfinite(beam.azimuth_rad) &&
-           std::isfinite(beam.elevation_rad);
-    beam.status = good ? static_cast<BeamStatus>(status) : BeamStatus{};
-  }
-  if (!good) r.fail();
+  if (count > max_beams_per_message) return r.fail();
+  r.take(m.beams, count);
 }
 
 void write(Writer& w, const ScanEnd& m) {
   w.put(m.scan_id);
-  w.put(static_cast<std::uint8_t>(m.result));
+  w.put(m.result);
   w.put(m.beams);
   w.put(m.device_time);
   w.put(m.reason);
 }
 void read(Reader& r, ScanEnd& m) {
   r.take(m.scan_id);
-  r.take_enum(m.result, ScanResult::failed);
+  r.take(m.result);
   r.take(m.beams);
   r.take(m.device_time);
   r.take(m.reason);
@@ -255,7 +255,7 @@ void read(Reader& r, StatusQuery& m) { r.take(m.token); }
 void write(Writer& w, const Status& m) {
   w.put(m.token);
   w.put(m.device_time);
-  w.put(static_cast<std::uint8_t>(m.state));
+  w.put(m.state);
   w.put(m.scan_id);
   w.put(m.beams_done);
   w.put(m.reason);
@@ -263,7 +263,7 @@ void write(Writer& w, const Status& m) {
 void read(Reader& r, Status& m) {
   r.take(m.token);
   r.take(m.device_time);
-  r.take_enum(m.state, DeviceState::fault);
+  r.take(m.state);
   r.take(m.scan_id);
   r.take(m.beams_done);
   r.take(m.reason);
