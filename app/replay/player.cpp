@@ -42,10 +42,7 @@ void Player::anchor(Utime log, Utime wall) {
   anchor_wall_ = wall;
 }
 
-void Player::emit_next() {
-  emit_(index_.at(next_++));
-  ++emitted_;
-}
+void Player::emit_next() { emit_(index_.at(next_++)); }
 
 void Player::run(Utime wall) {
   if (paused_) return;

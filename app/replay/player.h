@@ -52,7 +52,6 @@ class Player {
   Utime position(Utime wall) const { return log_time(wall) - index_.first(); }
   /// Of the log, to the next event; nothing at the end.
   std::optional<Utime> until_next(Utime wall) const;
-  std::int64_t emitted() const { return emitted_; }
 
  private:
   Utime log_time(Utime wall) const;
@@ -71,7 +70,6 @@ class Player {
   bool paused_ = true;
   Utime anchor_log_;       // this place in the log is played
   Utime anchor_wall_ = 0;  // at this time
-  std::int64_t emitted_ = 0;
 };
 
 }  // namespace berth

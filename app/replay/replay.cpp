@@ -135,7 +135,10 @@ class Replay {
         return;  // the live one's come instead
       }
     }
-    if (const auto name = channels_.name_of(event.channel)) publish(*name, event.data);
+    const auto name = channels_.name_of(event.channel);
+    if (!name) return;
+    publish(*name, event.data);
+    ++played_;
   }
 
   /// What the network does not take is told of at the end; the rest goes on.
@@ -239,7 +242,7 @@ class Replay {
   }
 
   int summary() {
-    screen_.print(std::to_string(player_.emitted()) + " messages played" +
+    screen_.print(std::to_string(played_) + " messages played" +
                   (index_.damaged_bytes() > 0 ? "; " + std::to_string(index_.damaged_bytes()) +
                                                     " damaged bytes of the log passed over"
                                               : ""));
@@ -271,6 +274,7 @@ class Replay {
   Loop::TimerId timer_ = 0;
   int exit_code_ = exit_code::passed;
   std::string complaint_;
+  std::int64_t played_ = 0;  // messages of the log
   std::atomic<std::int64_t> unsent_ = 0;
 };
 

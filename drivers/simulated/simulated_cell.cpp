@@ -159,7 +159,7 @@ void SimulatedCell::carry_out(const injection_t& injection) {
   const std::string what =
       injection.action == injection_t::CLEAR_ALL
           ? "all faults cleared"
-          : injection.device + ": " + injection.fault +
+          : injection.device + ": " + (injection.fault.empty() ? "all" : injection.fault) +
                 (injection.action == injection_t::INJECT ? " injected" : " cleared");
   event(event_t::NOTICE, "injection", what + " by '" + injection.commander + "'");
   advance_faults();

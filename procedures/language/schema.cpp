@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/language/schema.h"
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "procedures/language/blocks.h"
@@ -55,6 +56,7 @@ json definitions() {
   d["time"] = quantity("s|ms|us|min|h", false);
   d["speed"] = quantity("m/s|mm/s|cm/s", false);
   d["angular_speed"] = quantity("deg/s|rad/s", false);
+  d["frequency"] = quantity("Hz|kHz", false);
   d["quantity"] = quantity(".*", true);
   d["count"] = {{"anyOf", json::array({{{"type", "integer"}, {"minimum", 0}}, ref("reference")})}};
   d["boolean"] = {{"anyOf", json::array({{{"type", "boolean"}}, ref("reference")})}};
@@ -182,16 +184,55 @@ json behind(const VerbInfo& verb) {
   return result;
 }
 
+/// The definition that a measurement's limits are written by.
+std::string definition_of(Dimension dimension) {
+  switch (dimension) {
+    case Dimension::length:
+      return "length";
+    case Dimension::angle:
+      return "angle";
+    case Dimension::time:
+      return "time";
+    case Dimension::speed:
+      return "speed";
+    case Dimension::angular_speed:
+      return "angular_speed";
+    case Dimension::frequency:
+      return "frequency";
+    default:
+      return "number";
+  }
+}
+
 /// What logs::read_criteria reads.
 json criterion() {
-  json properties;
-  for (const char* text : {"name", "measurement", "statistic", "phase", "claim"}) {
-    properties[text] = ref("text");
+  json names = json::array();
+  std::map<std::pair<std::string, bool>, std::vector<std::string>> alike;  // by limits, statistic
+  for (const logs::Measurement& measurement : logs::measurements()) {
+    names.push_back({{"const", measurement.name}, {"description", measurement.description}});
+    const bool series = static_cast<bool>(measurement.series);
+    alike[{definition_of(measurement.dimension), series}].push_back(measurement.name);
   }
+  names.push_back(ref("reference"));
+  json properties = {{"name", ref("text")}, {"measurement", {{"anyOf", names}}}};
+  properties["statistic"] = {
+      {"anyOf", json::array({{{"enum", logs::statistic_names()}}, ref("reference")})}};
+  properties["phase"] = ref("text");
   for (const char* value : {"min", "max", "nominal"}) properties[value] = ref("quantity");
   properties["samples"] = ref("count");
+  properties["claim"] = ref("text");
   json result = object(properties, {"name", "measurement"});
-  result.erase("additionalProperties");
+  result["anyOf"] = json::array({{{"required", {"min"}}}, {{"required", {"max"}}}});
+  result["allOf"] = json::array();
+  for (const auto& [kind, measurements] : alike) {
+    const auto& [definition, series] = kind;
+    json then;
+    for (const char* value : {"min", "max", "nominal"}) then["properties"][value] = ref(definition);
+    const json statistic = {{"required", {"statistic"}}};
+    then.update(series ? statistic : json{{"not", statistic}});
+    result["allOf"].push_back(
+        {{"if", {{"properties", {{"measurement", {{"enum", measurements}}}}}}}, {"then", then}});
+  }
   return result;
 }
 

@@ -162,6 +162,8 @@ TEST_CASE("a lost estimate: held, then back, and the command has failed") {
   REQUIRE(cell.run_until([&] { return cell.state.refused_seq == seq; }, 120));
   CHECK_THAT(cell.state.refusal, Contains("given up"));
   CHECK(cell.state.state == testbed_state_t::IDLE);
+  CHECK(cell.events["retreat"] == 1);
+  CHECK(cell.events["goes-on"] == 0);
   CHECK(cell.events["approach-aborted"] == 1);
   cell.run_for(0.5);
   CHECK(cell.relative().position.z() > held);

@@ -141,13 +141,15 @@ void TestbedNode::run_closed_loop(double dt) {
   follow_guidance(phase, why);
 }
 
+bool TestbedNode::retreats() const {
+  return task_.steering && task_.steering->report().phase == GuidanceReport::Phase::retreating;
+}
+
 /// A retreat was not checked beforehand and may lead out of the cell: it ends at rest where the
 /// arms would soon reach no further.
 void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& velocity,
                                            double progress, const ArmPair& joints) {
-  const bool retreats =
-      task_.steering && task_.steering->report().phase == GuidanceReport::Phase::retreating;
-  if (!retreats || stopping_) return;
+  if (!retreats() || stopping_) return;
   const Pose ahead =
       moved(wanted, velocity, settings_.hold_settling + seconds(instant_check_period));
   std::string beyond;
@@ -170,7 +172,11 @@ void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reas
   }
   const std::string before = guidance_reason_;
   guidance_reason_ = phase == Steering::Phase::holding ? reason : "";
-  if (before.empty() != guidance_reason_.empty()) {
+  if (retreats() && !task_.given_up) {
+    task_.given_up = true;
+    event(event_t::WARNING, "retreat",
+          "the approach is given up, the chaser backs off: " + task_.steering->report().reason);
+  } else if (before.empty() != guidance_reason_.empty()) {
     if (guidance_reason_.empty()) {
       event(event_t::NOTICE, "goes-on", "guidance goes on");
     } else {

@@ -62,6 +62,7 @@ class TestbedNode final : public Node {
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
     std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
     testbed::TargetMotion target_motion;                       // closed_loop
+    bool given_up = false;  // closed_loop: guidance backs off, and that was told
   };
 
   // messages
@@ -87,6 +88,7 @@ class TestbedNode final : public Node {
   void run_start(double dt);
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
+  bool retreats() const;  // guidance has given the approach up
   void end_retreat_within_reach(const Pose& wanted, const Velocity& velocity, double progress,
                                 const testbed::ArmPair& joints);
   void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
