@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/bus/loop.h"
+#include "common/core/fault_kind.h"
 
 namespace berth {
 
@@ -14,27 +15,12 @@ namespace berth {
 /// cell asks it at the times that matter.
 class FaultTable {
  public:
-  /// What a fault's value means.
-  enum class Value {
-    none,   ///< it is there or not
-    share,  ///< 0..1
-    number,
-    length,  ///< m
-    angle,   ///< rad or m, per joint
-    rate,    ///< rad/s or m/s, per joint
-    time     ///< s
-  };
-  struct Fault {
-    std::string device;
-    std::string name;
-    Value value = Value::none;
-    double least = 0;
-    double greatest = 0;
-    std::function<void(double)> begin;
-    std::function<void()> end;  ///< empty: over as soon as it has begun, as a dropped connection
-  };
-
-  void add(Fault fault) { faults_.push_back(std::move(fault)); }
+  /// What happens when a fault of fault_kinds() begins, with its value, and when it ends; without
+  /// an end it is over as soon as it has begun, as a dropped connection.
+  void set(const std::string& device, const std::string& name, std::function<void(double)> begin,
+           std::function<void()> end);
+  /// @return kinds for which nothing was set.
+  std::vector<std::string> unset() const;
 
   /// A fault that is there already takes the new value and duration.
   /// @param duration from now until it clears itself, s; 0: until it is cleared.
@@ -58,10 +44,14 @@ class FaultTable {
     Utime until = 0;  // 0: until it is cleared
   };
 
-  std::string find(const std::string& device, const std::string& name, std::size_t& index) const;
+  struct Effect {
+    std::function<void(double)> begin;
+    std::function<void()> end;
+  };
+
   void end(std::size_t index);
 
-  std::vector<Fault> faults_;
+  std::vector<Effect> effects_ = std::vector<Effect>(fault_kinds().size());
   std::map<std::size_t, Active> active_;
 };
 

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/procedure_node.h"
 
+#include <algorithm>
+
 #include "lcmtypes/channels.h"
 #include "logs/run/target_surface.h"
 
 namespace berth {
 namespace {
 
-constexpr Utime state_period = 500 * millisecond;
+constexpr Utime control_period = 500 * millisecond;
+/// A state is said again for those who join: as often as control, one of many steps more rarely, so
+/// that a log grows by no more than this for it, bytes a second; but never so rarely that one waits
+/// for long.
+constexpr double repeated_bytes = 10e3;
+constexpr Utime longest_repeat = 2 * second;
 constexpr int final_repeats = 3;
 
 procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
@@ -86,7 +93,8 @@ void ProcedureNode::start() {
   timers_.push_back(loop().every(50 * millisecond, [this] {
     engine_.tick(now());
     after_input();
-    if (now() - last_published_ >= state_period) publish_state();
+    if (now() - last_published_ >= repeat_after_) publish_state();
+    if (now() - last_control_ >= control_period) publish_control();
   }));
   timers_.push_back(loop().every(10 * second, [this] { publish_info(); }));
 }
@@ -107,15 +115,23 @@ void ProcedureNode::publish_state() {
   published_revision_ = engine_.revision();
   last_published_ = now();
   bus().publish(channels::procedure_state, published_);
-  bus().publish(channels::operator_control, engine_.control(now()));
+  publish_control();
   if (!engine_.finished()) {
     report(node_status_t::RUNNING);
+    const double seconds = published_.getEncodedSize() / repeated_bytes;
+    repeat_after_ = std::clamp(utime_from_seconds(seconds), control_period, longest_repeat);
     return;
   }
+  repeat_after_ = control_period;
   ++final_repeats_;
   // Whoever looks on need not wonder at the silence that follows.
   report(final_repeats_ >= final_repeats ? node_status_t::STOPPED : node_status_t::READY);
   if (final_repeats_ == final_repeats && finished_) finished_();
+}
+
+void ProcedureNode::publish_control() {
+  last_control_ = now();
+  bus().publish(channels::operator_control, engine_.control(now()));
 }
 
 void ProcedureNode::send(const testbed_command_t& command) {

@@ -56,6 +56,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
   void start();
   void after_input();
   void publish_state();
+  void publish_control();
   void publish_info();
 
   procedures::Engine engine_;
@@ -63,6 +64,8 @@ class ProcedureNode final : public Node, private procedures::Actions {
   procedure_state_t published_{};
   int published_revision_ = -1;
   Utime last_published_ = 0;
+  Utime repeat_after_ = 0;
+  Utime last_control_ = 0;
   int final_repeats_ = 0;
   std::vector<Loop::TimerId> timers_;
   std::function<void()> finished_;

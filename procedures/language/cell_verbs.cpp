@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Lamps, and faults of a simulated cell.
+#include <algorithm>
+
+#include "common/core/fault_kind.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/verb_families.h"
 
@@ -13,15 +16,48 @@ void read_lamp(Config& config, const std::string& key, double& value) {
 
 Read read_lights(Config& config) { return {read_lamps(config, {}), 20}; }
 
+/// Dimensions that a fault's value may have: of all joints at once, those that turn and those that
+/// slide.
+std::vector<Dimension> dimensions_of(FaultValue value) {
+  switch (value) {
+    case FaultValue::length:
+      return {Dimension::length};
+    case FaultValue::angle:
+      return {Dimension::angle, Dimension::length};
+    case FaultValue::rate:
+      return {Dimension::angular_speed, Dimension::speed};
+    case FaultValue::time:
+      return {Dimension::time};
+    case FaultValue::none:
+    case FaultValue::share:
+    case FaultValue::number:
+      break;
+  }
+  return {Dimension::number};
+}
+
+const FaultKind& read_fault(Config& config, const std::string& device, const std::string& fault) {
+  std::size_t index = 0;
+  const std::string unknown = unknown_fault(device, fault, index);
+  if (!unknown.empty()) throw config.error("fault", unknown);
+  return fault_kinds()[index];
+}
+
 Read read_inject(Config& config) {
   Inject inject;
   inject.device = config.text("device");
   inject.fault = config.text("fault");
-  if (config.has("value")) {
-    const std::string value = config.text("value");
-    const auto dimension = dimension_of(value);
-    if (!dimension) throw config.error("value", "found '" + value + "', expected a quantity");
-    inject.value = parse_quantity(value, *dimension);
+  const FaultKind& kind = read_fault(config, inject.device, inject.fault);
+  const std::string value = config.has("value") ? config.text("value") : "0";
+  const std::vector<Dimension> dimensions = dimensions_of(kind.value);
+  const auto dimension = dimension_of(value);
+  if (config.has("value") && (!dimension || std::find(dimensions.begin(), dimensions.end(),
+                                                      *dimension) == dimensions.end())) {
+    throw config.error("value", "found '" + value + "', expected " + describe(dimensions.front()));
+  }
+  if (dimension) inject.value = parse_quantity(value, *dimension);
+  if (const std::string wrong = wrong_fault_value(kind, inject.value); !wrong.empty()) {
+    throw config.error("value", wrong);
   }
   config.optional("for", Dimension::time, inject.duration);
   if (inject.duration < 0) throw config.error("for", "must not be negative");
@@ -34,6 +70,7 @@ Read read_clear_injections(Config& config) {
   ClearInjections clear;
   clear.device = config.text("device");
   config.optional("fault", clear.fault);
+  if (!clear.fault.empty()) read_fault(config, clear.device, clear.fault);
   return {clear, 15};
 }
 

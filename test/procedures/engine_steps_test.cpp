@@ -118,7 +118,7 @@ TEST_CASE("a broken limit ends the run, or holds it") {
 
 TEST_CASE("faults are injected until the simulated cell says so, and cleared at the end") {
   const std::string text = procedure_of(
-      "  - inject: {device: lidar, fault: silent, value: 2 s, for: 5 s}\n"
+      "  - inject: {device: plc, fault: delayed, value: 2 s, for: 5 s}\n"
       "  - wait: 1 s\n");
   fake::Script s;
   SECTION("accepted") {
@@ -126,7 +126,7 @@ TEST_CASE("faults are injected until the simulated cell says so, and cleared at 
     EngineBench bench(s, text);
     CHECK(bench.run() == procedure_state_t::PASS);
     REQUIRE(bench.cell->obeyed.size() == 2);
-    CHECK(bench.cell->obeyed[0].fault == "silent");
+    CHECK(bench.cell->obeyed[0].fault == "delayed");
     CHECK(bench.cell->obeyed[0].value == 2);
     CHECK(bench.cell->obeyed[0].duration_s == 5);
     CHECK(bench.cell->obeyed[1].action == injection_t::CLEAR_ALL);

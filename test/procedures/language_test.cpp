@@ -219,6 +219,22 @@ TEST_CASE("the other verbs are read") {
   CHECK(std::holds_alternative<ClearInjections>(p.teardown[0].verb));
 }
 
+TEST_CASE("faults that no simulated cell knows are refused, with those that it knows") {
+  const auto complaint_about = [](const std::string& fault) {
+    return complaint_about_steps("  - inject: {" + fault + "}\n");
+  };
+  CHECK(complaint_about("device: lidar, fault: explode").find("range_bias") != std::string::npos);
+  CHECK(complaint_about("device: radar, fault: silent").find("arm-replica") != std::string::npos);
+  CHECK(complaint_about("device: lidar, fault: range_bias, value: 3 s").find("length") !=
+        std::string::npos);
+  CHECK(complaint_about("device: lidar, fault: dropout, value: 120 %").find("100 %") !=
+        std::string::npos);
+  CHECK(complaint_about("device: plc, fault: estop, value: 1").find("takes no value") !=
+        std::string::npos);
+  CHECK(complaint_about_steps("  - clear_injections: {device: lidar, fault: explode}\n")
+            .find("explode") != std::string::npos);
+}
+
 TEST_CASE("conditions that say nothing are refused, with what would be right") {
   const auto wrong = [](const std::string& text) {
     return complaint_about_steps("  - wait_until: " + text + "\n");

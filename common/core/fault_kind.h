@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace berth {
+
+/// What a fault's value means.
+enum class FaultValue {
+  none,   ///< it is there or not
+  share,  ///< 0..1
+  number,
+  length,  ///< m
+  angle,   ///< rad or m, per joint
+  rate,    ///< rad/s or m/s, per joint
+  time     ///< s
+};
+
+/// Something that can be made to go wrong in a simulated cell: whoever asks for it and whoever lets
+/// it happen know the same list.
+struct FaultKind {
+  std::string device;
+  std::string name;
+  FaultValue value = FaultValue::none;
+  double least = 0;
+  double greatest = 0;
+};
+
+/// All of them; those of a device stand together. docs/simulated_cell.md tells what each does.
+const std::vector<FaultKind>& fault_kinds();
+
+/// @param index of the kind, when it is known.
+/// @return why there is no such fault, naming what is known; empty: there is.
+std::string unknown_fault(const std::string& device, const std::string& name, std::size_t& index);
+
+/// @return why a fault cannot have this value, SI; empty: it can.
+std::string wrong_fault_value(const FaultKind& kind, double value);
+
+/// " 50 mm": the value as a person would say it, with a blank before it; empty when it has none.
+std::string text_of(FaultValue value, double size);
+
+}  // namespace berth
