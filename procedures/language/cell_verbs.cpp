@@ -36,6 +36,20 @@ std::vector<Dimension> dimensions_of(FaultValue value) {
   return {Dimension::number};
 }
 
+/// Each once, in the order of the list.
+std::vector<std::string> once(std::string FaultKind::*member) {
+  std::vector<std::string> words;
+  for (const FaultKind& kind : fault_kinds()) {
+    if (std::find(words.begin(), words.end(), kind.*member) == words.end()) {
+      words.push_back(kind.*member);
+    }
+  }
+  return words;
+}
+
+std::vector<std::string> devices_that_fail() { return once(&FaultKind::device); }
+std::vector<std::string> fault_names() { return once(&FaultKind::name); }
+
 const FaultKind& read_fault(Config& config, const std::string& device, const std::string& fault) {
   std::size_t index = 0;
   const std::string unknown = unknown_fault(device, fault, index);
@@ -102,8 +116,9 @@ std::vector<VerbInfo> cell_verbs() {
       {"inject",
        "asks the simulated cell for a fault; an error on a real cell",
        "15 s",
-       {{"device", Kind::text, true, "", "arm-replica, arm-sensor, lidar, plc or target"},
-        {"fault", Kind::text, true, "", "of the device's list"},
+       {{"device", Kind::words, true, "", "arm-replica, arm-sensor, lidar, plc or target",
+         devices_that_fail()},
+        {"fault", Kind::words, true, "", "of the device's list", fault_names()},
         {"value", Kind::quantity, false, "0", "its size"},
         {"for", Kind::time, false, "until cleared", "after which it clears itself"},
         {"after", Kind::time, false, "at once", "in the midst of the steps that follow"}},
@@ -111,8 +126,8 @@ std::vector<VerbInfo> cell_verbs() {
       {"clear_injections",
        "ends injected faults, all of them when nothing stands behind it",
        "15 s",
-       {{"device", Kind::text, true, "", "as injected"},
-        {"fault", Kind::text, false, "all of the device", "as injected"}},
+       {{"device", Kind::words, true, "", "as injected", devices_that_fail()},
+        {"fault", Kind::words, false, "all of the device", "as injected", fault_names()}},
        read_clear_injections,
        std::nullopt,
        read_clear_all},
