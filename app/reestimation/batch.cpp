@@ -69,6 +69,8 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
       reestimate(batch.runs[i], request, tell);
     } catch (const std::exception& error) {
       batch.runs[i].error = error.what();
+      std::error_code ignored;
+      fs::remove_all(batch.runs[i].again, ignored);  // half a run says nothing
     }
     tell(1);
   });

@@ -151,7 +151,7 @@ std::int64_t Inspection::missing_messages() const {
 }
 
 bool Inspection::sound(bool gaps_count) const {
-  return damaged_bytes == 0 && undecodable() == 0 &&
+  return events > 0 && damaged_bytes == 0 && undecodable() == 0 &&
          std::none_of(findings.begin(), findings.end(),
                       [](const Finding& f) { return f.kind == Finding::Kind::odd_number; }) &&
          (!gaps_count || (missing_events == 0 && missing_messages() == 0));

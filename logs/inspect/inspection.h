@@ -53,7 +53,8 @@ struct Inspection {
   std::int64_t undecodable() const;
   std::int64_t unknown() const;
   std::int64_t missing_messages() const;
-  /// No damage, nothing undecodable, and no gaps either unless they do not count.
+  /// Messages are there, no damage, nothing undecodable, and no gaps either unless they do not
+  /// count.
   bool sound(bool gaps_count = true) const;
 };
 

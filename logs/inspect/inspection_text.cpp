@@ -58,6 +58,7 @@ std::string Finding::text() const {
 }
 
 std::string summary_of(const Inspection& i) {
+  if (i.events == 0 && i.damaged_bytes == 0) return "no message in it";
   std::string text =
       i.damaged_bytes == 0
           ? std::string("no damage")

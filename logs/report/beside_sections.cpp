@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "logs/compare/beside.h"
 #include "logs/report/axis.h"
@@ -62,7 +63,15 @@ Curve series_of(const RunView& view, const logs::Measurement& what, const logs::
   curve.name = number_of(i);
   curve.colour = static_cast<int>(1 + i % 7);
   const logs::Series series = what.series(view.measurer(), phase);
+  auto stretch = phase.stretches.begin();
   for (std::size_t k = 0; k < series.value.size(); ++k) {
+    if (stretch != phase.stretches.end() && series.utime[k] > stretch->end) {
+      while (stretch != phase.stretches.end() && series.utime[k] > stretch->end) ++stretch;
+      if (!curve.x.empty()) {  // no line across what is not of the phase
+        curve.x.push_back(curve.x.back());
+        curve.y.push_back(std::numeric_limits<double>::quiet_NaN());
+      }
+    }
     curve.x.push_back(seconds(series.utime[k] - phase.start()));
     curve.y.push_back(what.shown(series.value[k]));
   }

@@ -51,7 +51,7 @@ class MotionRunner final : public StepRunner {
     const auto& state = bench.testbed.state();
     switch (bench.testbed.answer()) {
       case Answer::refused:
-        detail_ = "the testbed refuses: " + bench.testbed.refusal();
+        detail_ = bench.testbed.refusal();
         return StepResult::error;
       case Answer::finished:
         detail_.clear();
@@ -85,7 +85,7 @@ class StoppedRunner final : public StepRunner {
   StepResult poll(Bench& bench, Utime now, Utime active) override {
     const Answer answer = bench.testbed.answer();
     if (answer == Answer::refused) {
-      detail_ = "the testbed refuses: " + bench.testbed.refusal();
+      detail_ = bench.testbed.refusal();
       return StepResult::error;
     }
     if (!stopping_) {

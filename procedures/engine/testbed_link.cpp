@@ -68,8 +68,10 @@ void TestbedLink::look_for_answer(Tracked& tracked, const testbed_state_t& state
   if (tracked.answer != Answer::pending && tracked.answer != Answer::accepted) return;
   const std::int64_t seq = tracked.command.seq;
   if (state.refused_seq == seq) {
+    // Closed loop motion that ends otherwise than it should says why in the same place.
+    const bool under_way = tracked.answer == Answer::accepted;
     tracked.answer = Answer::refused;
-    tracked.refusal = state.refusal;
+    tracked.refusal = (under_way ? "" : "the testbed refuses: ") + state.refusal;
   } else if (state.finished_seq == seq) {
     tracked.answer = Answer::finished;
   } else if (state.command_seq == seq) {

@@ -17,6 +17,7 @@ class TestbedLink {
   /// Starts a motion under a new seq; fills in all but what it asks for.
   void command(testbed_command_t command, Utime now);
   Answer answer() const { return motion_.answer; }
+  /// Why the motion was refused, or given up; a sentence.
   const std::string& refusal() const { return motion_.refusal; }
 
   /// HOLD, RESUME, STOP or RESET: goes beside the motion, whose answer is still awaited.
