@@ -257,7 +257,11 @@ void read_tracker(Config config, EstimatorOptions& options) {
                                      "each estimate when tracking is streaming");
   }
   if (config.has("se3")) read_pose_filter(config.section("se3"), options.pose_filter);
+  config.optional("inertial_motion", options.inertial_motion);
   config.finish();
+  if (options.inertial_motion && options.tracker_method != "se3") {
+    throw config.error("inertial_motion", "found true, which only the method 'se3' can take in");
+  }
 }
 
 void read_planner(Config config, PlannerOptions& planner) {

@@ -46,6 +46,7 @@ struct EstimatorOptions {
   int estimate_every = 50;  ///< returns, when streaming
 
   std::string tracker_method = "alpha_beta";
+  bool inertial_motion = false;  ///< the chaser's own is taken in
   AlphaBetaOptions alpha_beta;
   PoseFilterOptions pose_filter;
   PlannerOptions planner;

@@ -15,6 +15,7 @@ inline constexpr char facility_command[]        = "FACILITY_COMMAND";        // 
 inline constexpr char lidar_state[]             = "LIDAR_STATE";             // lidar_state_t, lidar driver
 inline constexpr char scan_request[]            = "SCAN_REQUEST";            // scan_request_t, estimator
 inline constexpr char scan_data[]               = "SCAN_DATA";               // scan_packet_t, lidar driver
+inline constexpr char inertial_motion[]         = "INERTIAL_MOTION";         // inertial_motion_t, the chaser's instruments
 inline constexpr char estimator_command[]       = "ESTIMATOR_COMMAND";       // estimator_command_t, lease holder
 inline constexpr char estimator_state[]         = "ESTIMATOR_STATE";         // estimator_state_t, estimator
 inline constexpr char pose_estimate[]           = "POSE_ESTIMATE";           // pose_estimate_t, estimator

@@ -37,7 +37,8 @@ void EstimatorFold::take(const logs::LogEvent& event) {
 }
 
 bool EstimatorFold::is_input(const logs::LogEvent& event) {
-  return event.channel == channels::scan_data || event.channel == channels::estimator_command;
+  return event.channel == channels::scan_data || event.channel == channels::estimator_command ||
+         event.channel == channels::inertial_motion;
 }
 
 bool EstimatorFold::is_output(const logs::LogEvent& event) {

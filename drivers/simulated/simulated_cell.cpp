@@ -72,6 +72,15 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
           loop, setup.out / "tracker.csv");
     }
   }
+  if (setup.settings.inertial.publish) {
+    inertial_.emplace(
+        setup.settings.inertial, setup.seed,
+        [this](Utime t) { return world_.sensor.tool_pose(sensor_.true_joints(t)); }, loop,
+        [this](inertial_motion_t message) {
+          message.session = session();
+          this->bus().publish(channels::inertial_motion, message);
+        });
+  }
   counter_timer_ = loop.every(second, [this] {
     show_counters();
     publish_faults();

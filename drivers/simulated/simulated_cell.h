@@ -19,6 +19,7 @@
 #include "drivers/simulated/cell_scene.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "drivers/simulated/simulated_controller.h"
+#include "drivers/simulated/simulated_inertial.h"
 #include "drivers/simulated/simulated_plc.h"
 #include "drivers/simulated/simulation_settings.h"
 #include "drivers/simulated/world_truth.h"
@@ -85,6 +86,7 @@ class SimulatedCell final : public Node {
   Loop::TimerId fault_timer_ = 0;
   std::optional<WorldTruthLog> truth_;
   std::optional<SimulatedTracker> tracker_;
+  std::optional<SimulatedInertial> inertial_;
   std::int64_t truth_seq_ = 0;
   Loop::TimerId truth_timer_ = 0;
   Loop::TimerId counter_timer_ = 0;

@@ -53,6 +53,26 @@ SimulatedTracker::Options read_tracker(Config config) {
   return options;
 }
 
+SimulatedInertial::Options read_inertial(Config config) {
+  SimulatedInertial::Options options;
+  options.publish = config.boolean("publish");
+  const double rate = config.quantity("rate", Dimension::frequency);
+  if (!(rate >= 10 && rate <= 1000)) throw config.error("rate", "expected 10 Hz to 1 kHz");
+  options.period = utime_from_seconds(1 / rate);
+  options.acceleration_bias = config.quantity("acceleration_bias", Dimension::acceleration);
+  options.turn_rate_bias = config.quantity("turn_rate_bias", Dimension::angular_speed);
+  options.velocity_noise = config.quantity("velocity_noise", Dimension::speed);
+  options.turn_rate_noise = config.quantity("turn_rate_noise", Dimension::angular_speed);
+  config.finish();
+  for (const auto& [key, value] : {std::pair{"acceleration_bias", options.acceleration_bias},
+                                   std::pair{"turn_rate_bias", options.turn_rate_bias},
+                                   std::pair{"velocity_noise", options.velocity_noise},
+                                   std::pair{"turn_rate_noise", options.turn_rate_noise}}) {
+    if (!(value >= 0)) throw config.error(key, "must not be negative");
+  }
+  return options;
+}
+
 }  // namespace
 
 SimulationSettings load_simulation(const std::filesystem::path& file) {
@@ -63,6 +83,7 @@ SimulationSettings load_simulation(const std::filesystem::path& file) {
   settings.perturbation =
       load_perturbation(file.parent_path() / "worlds" / (config.text("world") + ".yaml"));
   settings.tracker = read_tracker(config.section("tracker"));
+  settings.inertial = read_inertial(config.section("inertial_unit"));
   config.finish();
   return settings;
 }

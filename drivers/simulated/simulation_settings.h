@@ -5,6 +5,7 @@
 
 #include "drivers/simulated/perturbation.h"
 #include "drivers/simulated/simulated_controller.h"
+#include "drivers/simulated/simulated_inertial.h"
 #include "drivers/simulated/simulated_plc.h"
 #include "drivers/simulated/simulated_tracker.h"
 
@@ -16,6 +17,7 @@ struct SimulationSettings {
   SimulatedPlc::Options plc;
   PerturbationSizes perturbation;
   SimulatedTracker::Options tracker;
+  SimulatedInertial::Options inertial;
 };
 
 /// @throws InputError.

@@ -186,10 +186,30 @@ bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
   return true;
 }
 
-void PoseFilter::sensor_accelerated(const Vector3d& change, double sigma) {
-  motion_.velocity.linear -= change;
+/// What the target seems to do in a frame that accelerates and turns.
+void PoseFilter::accelerate(const SensorMotion& sensor, double dt) {
+  const Vector3d& turn = sensor.angular_velocity;
+  const Vector3d& p = motion_.pose.position;
+  Velocity& v = motion_.velocity;
+  const Vector3d linear = sensor.acceleration + sensor.angular_acceleration.cross(p) +
+                          2 * turn.cross(v.linear) + turn.cross(turn.cross(p));
+  const Vector3d angular = sensor.angular_acceleration + turn.cross(v.angular);
+  v.linear -= dt * linear;
+  v.angular -= dt * angular;
+}
+
+void PoseFilter::carry(const SensorMotion& sensor, std::int64_t until) {
+  advance(sensor.begin);  // unknown until then
+  const double dt = elapsed(utime_, std::min(until, sensor.end));
+  if (!started_ || dt <= 0) return;
+  accelerate(sensor, dt / 2);
+  advance(std::min(until, sensor.end));
+  accelerate(sensor, dt / 2);
   Matrix12d p = covariance_;
-  p.diagonal().segment<3>(6).array() += sigma * sigma;
+  const double share = dt / elapsed(sensor.begin, sensor.end);
+  p.diagonal().segment<3>(6).array() += share * sensor.velocity_sigma * sensor.velocity_sigma;
+  p.diagonal().tail<3>().array() +=
+      share * sensor.angular_velocity_sigma * sensor.angular_velocity_sigma;
   set_covariance(p);
 }
 

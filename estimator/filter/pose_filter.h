@@ -46,7 +46,7 @@ class PoseFilter final : public TargetTracker {
   /// A batch whose reference time is before the last measurement is moved to it.
   /// @return true.
   bool update(const InformationSource& returns, std::int64_t utime) override;
-  void sensor_accelerated(const Vector3d& change, double sigma) override;
+  void carry(const SensorMotion& sensor, std::int64_t until) override;
 
   const Pose& pose() const override { return motion_.pose; }
   const Velocity& velocity() const override { return motion_.velocity; }
@@ -61,6 +61,7 @@ class PoseFilter final : public TargetTracker {
   void advance(std::int64_t utime);
   double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
   void set_covariance(const Matrix12d& covariance);
+  void accelerate(const SensorMotion& sensor, double dt);
 
   PoseFilterOptions options_;
   bool started_ = false;

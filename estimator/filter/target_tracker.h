@@ -6,6 +6,7 @@
 
 #include "common/core/pose.h"
 #include "estimator/filter/motion_information.h"
+#include "estimator/filter/sensor_motion.h"
 
 namespace berth::estimator {
 
@@ -44,15 +45,15 @@ class TargetTracker {
   /// Takes in what returns say of the whole motion, pose and velocity. @return false, and nothing
   /// has changed, for a tracker that can only take poses.
   virtual bool update(const InformationSource&, std::int64_t) { return false; }
-  /// The chaser's own velocity changed by so much (sensor frame, m/s), as its own instruments say,
-  /// with this standard deviation; since the last call. Optional.
-  virtual void sensor_accelerated(const Vector3d&, double) {}
+  /// Goes on to a time (not beyond the motion's end) as the sensor itself has moved. For a tracker
+  /// that knows no such input nothing changes.
+  virtual void carry(const SensorMotion&, std::int64_t) {}
 
   virtual const Pose& pose() const = 0;
   virtual const Velocity& velocity() const = 0;
   virtual const Matrix6d& covariance() const = 0;
   virtual const Matrix6d& velocity_covariance() const = 0;
-  /// Of the last measurement.
+  /// Of the last measurement, or to which carry() has led.
   virtual std::int64_t utime() const = 0;
 };
 

@@ -286,6 +286,16 @@ void Estimator::take(const scan_packet_t& packet) {
   }
 }
 
+void Estimator::take(const inertial_motion_t& motion) {
+  if (!setup_.options.inertial_motion) return;
+  if (is_well_formed(motion)) {
+    sensor_motions_.take(sensor_motion_of(motion));
+  } else {
+    output_.note(event_t::WARNING, "bad-inertial-motion",
+                 "an inertial motion contradicts itself and is ignored");
+  }
+}
+
 Estimator::Bundle Estimator::bundle(const Scan& scan) const {
   Bundle b;
   b.id = scan.id;

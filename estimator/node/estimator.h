@@ -4,6 +4,7 @@
 #include <berth/estimator_command_t.hpp>
 #include <berth/estimator_diagnostics_t.hpp>
 #include <berth/estimator_state_t.hpp>
+#include <berth/inertial_motion_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
@@ -14,6 +15,7 @@
 #include <optional>
 
 #include "common/core/lidar_profile.h"
+#include "estimator/filter/sensor_motion.h"
 #include "estimator/methods.h"
 #include "estimator/ranges/long_range.h"
 #include "estimator/ranges/operating_range.h"
@@ -59,6 +61,9 @@ class Estimator {
 
   void take(const scan_packet_t& packet);
   void take(const estimator_command_t& command);
+  /// Where the options want it. What comes later than the scan in whose time it falls was used is
+  /// of no use any more; the diagnostics tell how much was there (inertial_s).
+  void take(const inertial_motion_t& motion);
 
   /// Says the state, also when nothing changed.
   void announce();
@@ -174,6 +179,7 @@ class Estimator {
   std::unique_ptr<Tracking> tracking_;
   std::unique_ptr<ScanPlanner> planner_;
   std::unique_ptr<TargetTracker> tracker_;
+  SensorMotions sensor_motions_;
   std::unique_ptr<RangeSwitch> ranges_;
   std::unique_ptr<LongRange> long_range_;
   std::optional<ModelSphere> docking_;

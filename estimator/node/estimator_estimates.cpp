@@ -49,6 +49,11 @@ void Estimator::process(const Bundle& b) {
   estimate.packets_missing = b.packets_missing;
   if (scan.points.empty()) estimate.utime = b.utime;
 
+  double inertial_s = 0;
+  if (tracker_->started()) {
+    inertial_s = sensor_motions_.carry(*tracker_, estimate.utime);
+    sensor_motions_.forget_before(tracker_->utime());
+  }
   if (now_.mode == Mode::ACQUIRING) {
     acquire(scan, estimate, durations);
   } else if (now_.mode == Mode::TRACKING) {
@@ -85,6 +90,10 @@ void Estimator::process(const Bundle& b) {
   }
   d.names.emplace_back("noise_factor");
   d.values.push_back(noise_.factor());
+  if (setup_.options.inertial_motion) {
+    d.names.emplace_back("inertial_s");
+    d.values.push_back(inertial_s);
+  }
   d.value_count = static_cast<std::int32_t>(d.names.size());
   output_.diagnostics(d);
 }

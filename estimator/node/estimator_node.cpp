@@ -16,6 +16,10 @@ EstimatorNode::EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimato
                                        [this](const estimator_command_t& command) {
                                          if (is_ours(command)) estimator_.take(command);
                                        });
+  bus().subscribe<inertial_motion_t>(channels::inertial_motion, Queue::fifo(),
+                                     [this](const inertial_motion_t& motion) {
+                                       if (motion.session == session()) estimator_.take(motion);
+                                     });
   estimator_.announce();
   repeat_timer_ = loop().every(
       second, [this] { bus().publish(channels::estimator_state, estimator_.state()); });

@@ -10,9 +10,9 @@
 
 namespace berth {
 
-/// Joins the estimator to the bus: SCAN_DATA and ESTIMATOR_COMMAND in; SCAN_REQUEST, POSE_ESTIMATE,
-/// ESTIMATOR_STATE and ESTIMATOR_DIAGNOSTICS (with latency_us) out. ESTIMATOR_STATE is also
-/// repeated at 1 Hz, for those that join late.
+/// Joins the estimator to the bus: SCAN_DATA, ESTIMATOR_COMMAND and INERTIAL_MOTION in;
+/// SCAN_REQUEST, POSE_ESTIMATE, ESTIMATOR_STATE and ESTIMATOR_DIAGNOSTICS (with latency_us) out.
+/// ESTIMATOR_STATE is also repeated at 1 Hz, for those that join late.
 class EstimatorNode final : public Node, private estimator::EstimatorOutput {
  public:
   EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimator, Bus& bus, Loop& loop);

@@ -42,6 +42,7 @@ void Estimator::use_batch(Stream& stream) {
   if (batch.points.empty()) return;
 
   const std::int64_t utime = batch.utime_mean;
+  sensor_motions_.carry(*stream.tracker, utime);
   BeamLinearisation at{stream.tracker->predict(utime), stream.tracker->velocity(), utime,
                        stream.tracker->predicted_covariance(utime)};
   BeamInformation said;

@@ -49,6 +49,35 @@ void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams) {
   }
 }
 
+bool is_well_formed(const inertial_motion_t& motion) {
+  constexpr std::int64_t end_of_time = 1'000'000'000'000'000'000;
+  bool finite = true;
+  for (int i = 0; i < 3; ++i) {
+    finite = finite && std::isfinite(motion.velocity_change_m_s[i]) &&
+             std::isfinite(motion.angular_velocity_rad_s[i]) &&
+             std::isfinite(motion.angular_velocity_change_rad_s[i]);
+  }
+  const auto is_sigma = [](double value) { return std::isfinite(value) && value >= 0; };
+  return finite && motion.utime >= 0 && motion.utime < end_of_time && motion.interval_us > 0 &&
+         motion.interval_us <= motion.utime && is_sigma(motion.velocity_change_sigma_m_s) &&
+         is_sigma(motion.angular_velocity_change_sigma_rad_s);
+}
+
+SensorMotion sensor_motion_of(const inertial_motion_t& motion) {
+  using Eigen::Map;
+  SensorMotion m;
+  m.begin = motion.utime - motion.interval_us;
+  m.end = motion.utime;
+  const double dt = static_cast<double>(motion.interval_us) * 1e-6;
+  const Vector3d turn_change = Map<const Vector3d>(motion.angular_velocity_change_rad_s);
+  m.acceleration = Map<const Vector3d>(motion.velocity_change_m_s) / dt;
+  m.angular_velocity = Map<const Vector3d>(motion.angular_velocity_rad_s) - turn_change / 2;
+  m.angular_acceleration = turn_change / dt;
+  m.velocity_sigma = motion.velocity_change_sigma_m_s;
+  m.angular_velocity_sigma = motion.angular_velocity_change_sigma_rad_s;
+  return m;
+}
+
 std::vector<scan_window_t> messages_of(const std::vector<Window>& windows) {
   std::vector<scan_window_t> result;
   for (const Window& window : windows) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <berth/estimator_command_t.hpp>
+#include <berth/inertial_motion_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/scan_packet_t.hpp>
 #include <berth/scan_window_t.hpp>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "estimator/acquisition/acquisition.h"
+#include "estimator/filter/sensor_motion.h"
 #include "estimator/scan/scan.h"
 #include "estimator/tracking/icp_tracking.h"
 
@@ -22,6 +24,10 @@ bool is_well_formed(const scan_packet_t& packet);
 std::int64_t utime_of_end(const scan_packet_t& packet);
 void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams);
 std::vector<scan_window_t> messages_of(const std::vector<Window>& windows);
+
+/// Numbers that can be counted with, over some time.
+bool is_well_formed(const inertial_motion_t& motion);
+SensorMotion sensor_motion_of(const inertial_motion_t& motion);
 
 /// Empty, or what is wrong with a command's own values.
 std::string why_malformed(const estimator_command_t& command);

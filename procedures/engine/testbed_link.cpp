@@ -101,7 +101,7 @@ bool TestbedLink::at_rest() const {
 }
 
 void TestbedLink::tick(Utime now) {
-  if (wants_lease_ && now - lease_sent_ >= repeat_period) send_lease(now);
+  if (wants_lease_ && now - lease_sent_ >= lease_period) send_lease(now);
   for (Tracked* tracked : {&motion_, &order_}) {
     if (tracked->answer != Answer::pending || now - tracked->sent < repeat_period) continue;
     tracked->sent = now;

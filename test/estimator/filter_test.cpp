@@ -222,11 +222,64 @@ TEST_CASE("What the chaser knows of its own motion is not mistaken for the targe
   PoseFilter told({});
   told.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
   PoseFilter untold = told;
-  const Vector3d burn(0.1, 0, 0.05);
-  told.sensor_accelerated(burn, 0.001);
-  const Velocity after{start_velocity.linear - burn, start_velocity.angular};
-  const Pose truth = moved(start_pose, after, 2);
+  // In a second the sensor gets faster by 0.1 m/s, then goes on so.
+  const Vector3d none = Vector3d::Zero();
+  const SensorMotion burn{0, 1000000, Vector3d(0.1, 0, 0.05), none, none, 0.001, 0};
+  SensorMotions motions;
+  motions.take(burn);
+  CHECK(motions.carry(told, 2000000) == Approx(1));
+  const Pose straight = moved(start_pose, start_velocity, 2);
+  const Pose truth{straight.position - 1.5 * burn.acceleration, straight.rotation};
   CHECK(distance(told.predict(2000000), truth) < 1e-9);
-  CHECK(distance(untold.predict(2000000), truth) > 0.2);
+  CHECK(distance(untold.predict(2000000), truth) > 0.15);
   CHECK(told.predicted_covariance(2000000)(0, 0) > untold.predicted_covariance(2000000)(0, 0));
+}
+
+TEST_CASE("A target at rest is predicted from a sensor that turns and accelerates") {
+  const Pose target = pose_from_xyzwpr({200, -100, 6000, 10, 20, 30});
+  // T_world_sensor: about a point beside the sensor, faster and faster.
+  const Vector3d axis = Vector3d(0.3, 1, -0.2).normalized();
+  const auto sensor = [&](double t) {
+    const double angle = 0.03 * t + 0.02 * t * t;
+    const Pose turn{Vector3d::Zero(), rotation_from_vector(angle * axis)};
+    return turn * Pose{Vector3d(0.5, -0.3, 0.8), Quaterniond::Identity()};
+  };
+  const auto seen = [&](double t) { return sensor(t).inverse() * target; };
+  const auto rate = [&](const Pose& at, double angular) -> Velocity {
+    const Vector3d w = angular * axis;
+    return {w.cross(at.position), w};
+  };
+  const Velocity first = rate(sensor(0), 0.03);
+  const Pose start = seen(0);
+  PoseFilter filter({});
+  // The target stands: it seems to move against the sensor's own motion.
+  filter.start(start, noise(), 0,
+               {-(first.linear + first.angular.cross(start.position)), -first.angular},
+               speed_variance(0.001, 0.001));
+  // Told in intervals of so many us, in two goes, the first one amid an interval.
+  const auto carried = [&](std::int64_t interval) {
+    const double step = static_cast<double>(interval) * 1e-6;
+    SensorMotions motions;
+    for (std::int64_t begin = 0; begin < 2000000; begin += interval) {
+      const double t = static_cast<double>(begin) * 1e-6;
+      const Velocity a = rate(sensor(t), 0.03 + 0.04 * t);
+      const Velocity b = rate(sensor(t + step), 0.03 + 0.04 * (t + step));
+      const Quaterniond to_sensor = sensor(t + step / 2).rotation.conjugate();
+      motions.take({begin, begin + interval, to_sensor * (b.linear - a.linear) / step,
+                    to_sensor * (a.angular + b.angular) / 2,
+                    to_sensor * (b.angular - a.angular) / step, 0, 0});
+    }
+    PoseFilter told = filter;
+    motions.carry(told, 734567);
+    motions.forget_before(told.utime());
+    motions.carry(told, 2000000);
+    CHECK(told.utime() == 2000000);
+    return told.pose();
+  };
+  const Pose coarse = carried(20000);
+  const Pose fine = carried(5000);
+  CHECK(distance(coarse, seen(2)) < 1e-3);
+  CHECK(angle_between(coarse, seen(2)) < 1e-4);
+  // What is left is the intervals' length.
+  CHECK(distance(fine, seen(2)) < distance(coarse, seen(2)) / 3);
 }

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Faults of processes and of the machine, in the cell of processes, while the arms approach: a node killed or stopped,
 # the recorder killed, the disk full, the clock stepped, packets lost, yesterday's log played. Called with the directory
-# of the programs, that of the preloaded library, and perhaps a file for the table.
+# of the programs, that of the preloaded library, and perhaps a file for the table and the cases wanted (all).
 [ -n "${BERTH_MAY_MOUNT:-}" ] || BERTH_MAY_MOUNT=1 exec unshare -Urm "$0" "$@"
 . "$(dirname "$0")/common.sh"
 machine=$2/libbroken_machine.so
 table=${3:-$work/table.md}
+wanted=${*:4}
 failed=()
 attempts=3
 
@@ -83,6 +84,7 @@ judge() {
 inject() {
   local case=$1 fault=$2 bound=$3 text=$4 how=$5 attempt late
   shift 5
+  [[ -z $wanted || " $wanted " == *" $case "* ]] || return 0
   for attempt in $(seq $attempts); do
     why="it could not be injected"
     begin "$case$attempt" "$@" && at=$(now) && $how && judge "$fault" "$bound" "$text" && return

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/simulated_inertial.h"
+
+#include <cmath>
+
+namespace berth {
+namespace {
+
+/// Either side of a time whose velocity is asked for: as long as the controllers interpolate.
+constexpr Utime beside = 4 * millisecond;
+
+}  // namespace
+
+SimulatedInertial::SimulatedInertial(const Options& options, std::uint64_t seed, SensorPose sensor,
+                                     Loop& loop, Publish publish)
+    : options_(options),
+      random_(seed, "inertial unit"),
+      sensor_(std::move(sensor)),
+      loop_(loop),
+      publish_(std::move(publish)),
+      acceleration_bias_(random_.normal_vector(options.acceleration_bias)),
+      turn_rate_bias_(random_.normal_vector(options.turn_rate_bias)) {
+  timer_ = loop.every(options_.period, [this] { measure(); });
+}
+
+SimulatedInertial::~SimulatedInertial() { loop_.cancel(timer_); }
+
+/// Of the sensor in the cell; angular velocity in the sensor's own axes.
+Velocity SimulatedInertial::true_velocity(Utime t) const {
+  const Pose before = sensor_(t - beside);
+  const Pose after = sensor_(t + beside);
+  const Velocity in_cell = velocity_between(before, after, seconds(2 * beside));
+  return {in_cell.linear, after.rotation.conjugate() * in_cell.angular};
+}
+
+void SimulatedInertial::measure() {
+  const Utime t = loop_.now() - beside;
+  const Velocity after = true_velocity(t);
+  const Velocity before = last_velocity_;
+  const std::optional<Utime> since = last_;
+  last_ = t;
+  last_velocity_ = after;
+  if (!since) return;
+  const double dt = seconds(t - *since);
+  const double velocity_sigma = options_.velocity_noise * std::sqrt(dt);
+  const double turn_rate_sigma = options_.turn_rate_noise * std::sqrt(dt);
+  const Vector3d change = sensor_(t).rotation.conjugate() * (after.linear - before.linear) +
+                          acceleration_bias_ * dt + random_.normal_vector(velocity_sigma);
+  const Vector3d turn = after.angular + turn_rate_bias_;
+  const Vector3d turn_change =
+      after.angular - before.angular + random_.normal_vector(turn_rate_sigma);
+
+  inertial_motion_t message{};
+  message.utime = t;
+  message.seq = ++seq_;
+  message.interval_us = t - *since;
+  for (int i = 0; i < 3; ++i) {
+    message.velocity_change_m_s[i] = change[i];
+    message.angular_velocity_rad_s[i] = turn[i];
+    message.angular_velocity_change_rad_s[i] = turn_change[i];
+  }
+  message.velocity_change_sigma_m_s = velocity_sigma;
+  message.angular_velocity_change_sigma_rad_s = turn_rate_sigma;
+  publish_(message);
+}
+
+}  // namespace berth

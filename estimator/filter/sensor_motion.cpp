@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/filter/sensor_motion.h"
+
+#include <algorithm>
+
+#include "estimator/filter/target_tracker.h"
+
+namespace berth::estimator {
+
+void SensorMotions::take(const SensorMotion& motion) {
+  if (motion.begin >= motion.end) return;
+  if (!motions_.empty() && motion.begin < motions_.back().end) return;
+  constexpr std::size_t most = 100000;  // nobody tracks, nobody forgets
+  if (motions_.size() == most) motions_.pop_front();
+  motions_.push_back(motion);
+}
+
+double SensorMotions::carry(TargetTracker& tracker, std::int64_t until) const {
+  double known = 0;
+  for (const SensorMotion& motion : motions_) {
+    const std::int64_t from = std::max(tracker.utime(), motion.begin);
+    const std::int64_t to = std::min(until, motion.end);
+    if (from >= to) continue;
+    tracker.carry(motion, until);
+    known += elapsed(from, to);
+  }
+  return known;
+}
+
+void SensorMotions::forget_before(std::int64_t utime) {
+  while (!motions_.empty() && motions_.front().end <= utime) motions_.pop_front();
+}
+
+}  // namespace berth::estimator
