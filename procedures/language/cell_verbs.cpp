@@ -62,14 +62,15 @@ Read read_inject(Config& config) {
   inject.device = config.text("device");
   inject.fault = config.text("fault");
   const FaultKind& kind = read_fault(config, inject.device, inject.fault);
-  const std::string value = config.has("value") ? config.text("value") : "0";
-  const std::vector<Dimension> dimensions = dimensions_of(kind.value);
-  const auto dimension = dimension_of(value);
-  if (config.has("value") && (!dimension || std::find(dimensions.begin(), dimensions.end(),
-                                                      *dimension) == dimensions.end())) {
-    throw config.error("value", "found '" + value + "', expected " + describe(dimensions.front()));
+  if (config.has("value")) {
+    const std::string value = config.text("value");
+    const std::vector<Dimension> allowed = dimensions_of(kind.value);
+    const auto dimension = dimension_of(value);
+    if (!dimension || std::find(allowed.begin(), allowed.end(), *dimension) == allowed.end()) {
+      throw config.error("value", "found '" + value + "', expected " + describe(allowed.front()));
+    }
+    inject.value = parse_quantity(value, *dimension);
   }
-  if (dimension) inject.value = parse_quantity(value, *dimension);
   if (const std::string wrong = wrong_fault_value(kind, inject.value); !wrong.empty()) {
     throw config.error("value", wrong);
   }

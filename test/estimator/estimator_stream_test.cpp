@@ -179,7 +179,8 @@ TEST_CASE("A jump of the target is not streamed as a pose") {
   for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
     const Estimate& e = run.said.estimates[i];
     const double off = distance(pose_in(e), run.lidar.pose);
-    // Found again, how it moves is not known yet, and fifty returns hold it along some axes only.
+    // Found again, how it moves is not known yet, and fifty returns hold it along some axes only:
+    // its first batch was 55 mm off, with a sigma of 35 mm.
     const double sigma = std::sqrt(e.covariance[0] + e.covariance[6 + 1] + e.covariance[2 * 6 + 2]);
     const bool right = off < 0.05 || off < std::min(0.1, 2 * sigma);
     INFO(e.scan_id << " " << e.method << " " << e.returns_used << " of " << e.returns_received
