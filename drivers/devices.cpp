@@ -2,6 +2,7 @@
 #include "drivers/devices.h"
 
 #include "common/core/config.h"
+#include "common/core/positive.h"
 
 namespace berth {
 namespace {
@@ -57,7 +58,7 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
   config.optional("repeat", lidar.repeat);
   double gap = seconds(lidar.longest_gap);
   config.optional("longest_gap", Dimension::time, gap);
-  if (!(gap >= 0)) throw config.error("longest_gap", "must not be negative");
+  expect_not_negative(config, "longest_gap", gap);
   lidar.longest_gap = utime_from_seconds(gap);
   config.finish();
   return lidar;

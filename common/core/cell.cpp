@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/body_shapes.h"
+#include "common/core/positive.h"
 #include "common/core/ray_caster.h"
 
 namespace berth {
@@ -141,7 +142,7 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
 
   config.optional("lidar", cell.lidar);
   config.optional("greatest_speed", Dimension::speed, cell.greatest_speed);
-  if (!(cell.greatest_speed >= 0)) throw config.error("greatest_speed", "must not be negative");
+  expect_not_negative(config, "greatest_speed", cell.greatest_speed);
   config.optional("sensor_share", cell.sensor_share);
   if (!(cell.sensor_share >= 0 && cell.sensor_share <= 1)) {
     throw config.error("sensor_share", "expected 0..1");

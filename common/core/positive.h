@@ -19,4 +19,16 @@ inline double positive(Config& config, const std::string& key, Dimension dimensi
   return value;
 }
 
+/// Complains of a value below zero, NaN among them. @throws InputError.
+inline void expect_not_negative(const Config& config, const std::string& key, double value) {
+  if (!(value >= 0)) throw config.error(key, "must not be negative");
+}
+
+/// A quantity that must be there, and not be below zero. @throws InputError.
+inline double not_negative(Config& config, const std::string& key, Dimension dimension) {
+  const double value = config.quantity(key, dimension);
+  expect_not_negative(config, key, value);
+  return value;
+}
+
 }  // namespace berth

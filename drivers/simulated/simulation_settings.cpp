@@ -9,7 +9,7 @@ namespace {
 void read_time(Config& config, const std::string& key, Utime& value) {
   double s = seconds(value);
   config.optional(key, Dimension::time, s);
-  if (!(s >= 0)) throw config.error(key, "must not be negative");
+  expect_not_negative(config, key, s);
   value = utime_from_seconds(s);
 }
 
@@ -59,17 +59,11 @@ SimulatedInertial::Options read_inertial(Config config) {
   const double rate = config.quantity("rate", Dimension::frequency);
   if (!(rate >= 10 && rate <= 1000)) throw config.error("rate", "expected 10 Hz to 1 kHz");
   options.period = utime_from_seconds(1 / rate);
-  options.acceleration_bias = config.quantity("acceleration_bias", Dimension::acceleration);
-  options.turn_rate_bias = config.quantity("turn_rate_bias", Dimension::angular_speed);
-  options.velocity_noise = config.quantity("velocity_noise", Dimension::speed);
-  options.turn_rate_noise = config.quantity("turn_rate_noise", Dimension::angular_speed);
+  options.acceleration_bias = not_negative(config, "acceleration_bias", Dimension::acceleration);
+  options.turn_rate_bias = not_negative(config, "turn_rate_bias", Dimension::angular_speed);
+  options.velocity_noise = not_negative(config, "velocity_noise", Dimension::speed);
+  options.turn_rate_noise = not_negative(config, "turn_rate_noise", Dimension::angular_speed);
   config.finish();
-  for (const auto& [key, value] : {std::pair{"acceleration_bias", options.acceleration_bias},
-                                   std::pair{"turn_rate_bias", options.turn_rate_bias},
-                                   std::pair{"velocity_noise", options.velocity_noise},
-                                   std::pair{"turn_rate_noise", options.turn_rate_noise}}) {
-    if (!(value >= 0)) throw config.error(key, "must not be negative");
-  }
   return options;
 }
 

@@ -280,10 +280,10 @@ class Unroller {
     block.optional("estimates", dwell.estimates);
     if (dwell.estimates < 1) throw block.error("estimates", "expected at least one");
     block.optional("settle", Dimension::time, dwell.settle);
-    if (dwell.settle < 0) throw block.error("settle", "must not be negative");
+    expect_not_negative(block, "settle", dwell.settle);
     Track track;
     block.optional("returns", track.returns);
-    if (track.returns < 0) throw block.error("returns", "must not be negative");
+    expect_not_negative(block, "returns", track.returns);
     const Condition seen = parse_condition("estimate is ok");
     const Condition not_seen = parse_condition("estimate is not ok");
     const auto poses = read_poses(block, "poses");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/core/fault_kind.h"
+#include "common/core/positive.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/verb_families.h"
 
@@ -75,9 +76,9 @@ Read read_inject(Config& config) {
     throw config.error("value", wrong);
   }
   config.optional("for", Dimension::time, inject.duration);
-  if (inject.duration < 0) throw config.error("for", "must not be negative");
+  expect_not_negative(config, "for", inject.duration);
   config.optional("after", Dimension::time, inject.after);
-  if (inject.after < 0) throw config.error("after", "must not be negative");
+  expect_not_negative(config, "after", inject.after);
   return {inject, 15};
 }
 

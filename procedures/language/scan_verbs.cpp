@@ -21,7 +21,7 @@ const KeyInfo acquire_returns_key = {"returns", Kind::count, false, "as they com
 
 void optional_count(Config& config, const std::string& key, int& value) {
   config.optional(key, value);
-  if (value < 0) throw config.error(key, "must not be negative");
+  expect_not_negative(config, key, value);
 }
 
 void optional_gate(Config& config, double& near, double& far) {

@@ -73,7 +73,7 @@ Trajectory read_file_rule(Config& config) {
   testbed::TrajectoryFile options;
   const std::filesystem::path name = config.text("name");
   config.optional("ramp", Dimension::time, options.ramp);
-  if (options.ramp < 0) throw config.error("ramp", "must not be negative");
+  expect_not_negative(config, "ramp", options.ramp);
   try {
     const std::string text = attached(
         config, [&](const std::filesystem::path& folder) { return read_file(folder / name); });
@@ -160,7 +160,7 @@ Trajectory read_drift(Config& config) {
   testbed::Drift options;
   optional_positive(config, "amplitude", Dimension::length, options.amplitude);
   config.optional("turn", Dimension::angle, options.turn);
-  if (options.turn < 0) throw config.error("turn", "must not be negative");
+  expect_not_negative(config, "turn", options.turn);
   optional_positive(config, "period", Dimension::time, options.period);
   options.duration = positive(config, "duration", Dimension::time);
   read_ramp(config, options.ramp);

@@ -40,7 +40,7 @@ Profile::Vehicle read_vehicle(Config config) {
   vehicle.mass = positive(config, "mass", Dimension::mass);
   vehicle.thrust = newtons(config, "thrust");
   config.optional("shortest_burn", Dimension::time, vehicle.shortest_burn);
-  if (vehicle.shortest_burn < 0) throw config.error("shortest_burn", "must not be negative");
+  expect_not_negative(config, "shortest_burn", vehicle.shortest_burn);
   vehicle.specific_impulse = positive(config, "specific_impulse", Dimension::time);
   config.finish();
   return vehicle;
@@ -63,7 +63,7 @@ std::vector<Profile::HoldPoint> read_hold_points(Config& config) {
     Profile::HoldPoint point;
     point.range = positive(section, "range", Dimension::length);
     point.dwell = section.quantity("dwell", Dimension::time);
-    if (point.dwell < 0) throw section.error("dwell", "must not be negative");
+    expect_not_negative(section, "dwell", point.dwell);
     if (!points.empty() && point.range >= points.back().range) {
       throw section.error("range", "must be nearer than the hold point before");
     }

@@ -15,7 +15,7 @@ MirrorSettings read_mirror(Config config) {
   config.optional("acceleration", Dimension::angular_acceleration, mirror.acceleration);
   config.optional("speed", Dimension::angular_speed, mirror.speed);
   config.finish();
-  if (mirror.settle < 0) throw config.error("settle", "must not be negative");
+  expect_not_negative(config, "settle", mirror.settle);
   expect_positive(config, "acceleration", mirror.acceleration);
   expect_positive(config, "speed", mirror.speed);
   return mirror;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/positive.h"
 #include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 
@@ -276,7 +277,7 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   config.optional("noise_scale", settings.noise_scale);
   config.optional("full_scale_range", Dimension::length, settings.receiver.full_scale_range_m);
   config.optional("least_intensity", settings.least_intensity);
-  if (settings.start_delay < 0) throw config.error("start_delay", "must not be negative");
+  expect_not_negative(config, "start_delay", settings.start_delay);
   if (settings.beams_per_packet < 1 ||
       settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {
     throw config.error("beams_per_packet", "expected 1 to 3000");
@@ -284,7 +285,7 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   if (std::abs(settings.clock_drift) > 1e-3) {
     throw config.error("clock_drift", "expected at most 0.001");
   }
-  if (settings.noise_scale < 0) throw config.error("noise_scale", "must not be negative");
+  expect_not_negative(config, "noise_scale", settings.noise_scale);
   config.optional("mixed_pixels", settings.mixed_pixels);
   config.optional("least_echo", settings.receiver.least_echo);
   if (!(settings.receiver.least_echo >= 0 && settings.receiver.least_echo <= 1)) {

@@ -16,7 +16,7 @@ SunGlareSettings read_sun_glare(Config config) {
       {"in_aperture", &settings.in_aperture}};
   for (const auto& [key, value] : not_negative) {
     config.optional(key, *value);
-    if (!(*value >= 0)) throw config.error(key, "must not be negative");
+    expect_not_negative(config, key, *value);
   }
   config.optional("glare_half_angle", Dimension::angle, settings.glare_half_angle);
   config.optional("half_lost", settings.half_lost);
