@@ -53,10 +53,11 @@ class ConsoleNode::ViewSink final : public BoardSink {
 };
 
 ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board, Server& server,
-                         Options options, Bus& the_bus, Loop& the_loop)
+                         Options options, Bus& the_bus, ProcessLoop& the_loop)
     : Node(std::move(node_setup), the_bus, the_loop),
       board_(board),
       server_(server),
+      process_loop_(the_loop),
       sink_(std::make_unique<ViewSink>(board)),
       view_(sight.cell, sight.lidar, sight.types, *sink_, at_every_tick()),
       driver_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
@@ -72,7 +73,7 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board,
   }
   board_.set("procedures", to_json(runnables(shared_files() / "procedures")));
   tell_control();
-  loop().watch(server_.descriptor(), [this] {
+  process_loop_.watch(server_.descriptor(), [this] {
     for (const Incoming& incoming : server_.take()) take(incoming);
   });
   timers_.push_back(loop().every(between_ticks, [this] { tick(); }));
@@ -82,7 +83,7 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board,
 
 ConsoleNode::~ConsoleNode() {
   for (const Loop::TimerId timer : timers_) loop().cancel(timer);
-  loop().unwatch(server_.descriptor());
+  process_loop_.unwatch(server_.descriptor());
 }
 
 void ConsoleNode::take(const std::string& channel, Bytes bytes) {

@@ -9,6 +9,7 @@
 #include "app/console/view/cell_view.h"
 #include "app/runs/run_files.h"
 #include "common/bus/node.h"
+#include "common/bus/process_loop.h"
 #include "logs/types/type_catalogue.h"
 
 namespace berth::console {
@@ -35,7 +36,7 @@ class ConsoleNode final : public Node {
 
   /// Sight, board and server must outlive it.
   ConsoleNode(NodeSetup setup, const Sight& sight, Board& board, Server& server, Options options,
-              Bus& bus, Loop& loop);
+              Bus& bus, ProcessLoop& loop);
   ~ConsoleNode() override;
 
   /// Every message of the bus, as it comes.
@@ -53,6 +54,7 @@ class ConsoleNode final : public Node {
 
   Board& board_;
   Server& server_;
+  ProcessLoop& process_loop_;
   std::unique_ptr<ViewSink> sink_;
   CellView view_;
   Driver driver_;

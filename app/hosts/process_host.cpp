@@ -47,10 +47,9 @@ int run_node_program(int argc, char* argv[], const std::string& name,
     const RunFiles files = RunFiles::open(run);
     ProcessLoop loop(clock_offset_from_environment());
     loop.stop_on_signals();
-    TcpWires wires(loop);
     LcmBus bus(url.empty() ? files.url : url, loop);
     int exit_code = 0;
-    ProcessHost host{files, bus, loop, wires, [&](int code) {
+    ProcessHost host{files, bus, loop, [&](int code) {
                        exit_code = code;
                        loop.stop();
                      }};

@@ -20,7 +20,6 @@ struct ProcessHost {
   const RunFiles& files;
   LcmBus& bus;
   ProcessLoop& loop;
-  Wires& wires;
   std::function<void(int exit_code)> finish;  ///< ends the program
 
   NodeSetup node(const std::string& name) const {

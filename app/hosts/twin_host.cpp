@@ -114,24 +114,22 @@ TwinResult run_twin(const RunFiles& files,
   };
   const auto place_of = [&](const std::string& name) {
     SimulatedLoop& loop = simulation.make_loop();
-    return Place{simulation.make_bus(delay_of(name), loop), loop};
+    return Place{simulation.make_bus(delay_of(name)), loop};
   };
-  Wires& wires = simulation.wires();
   const RunSetup& run = files.setup;
 
   std::vector<std::unique_ptr<Node>> nodes;
   const Place cell = place_of("simulated-cell");
-  nodes.push_back(make_simulated_cell(setup("simulated-cell"), run, cell.bus, cell.loop, wires));
+  nodes.push_back(make_simulated_cell(setup("simulated-cell"), run, cell.bus, cell.loop));
   for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
     const std::string name = std::string("arm-driver-") + name_of(role);
     const Place arm = place_of(name);
-    nodes.push_back(make_arm_node(setup(name), run, role, arm.bus, arm.loop, wires));
+    nodes.push_back(make_arm_node(setup(name), run, role, arm.bus, arm.loop));
   }
   const Place lidar = place_of("lidar-driver");
-  nodes.push_back(make_lidar_node(setup("lidar-driver"), run, lidar.bus, lidar.loop, wires));
+  nodes.push_back(make_lidar_node(setup("lidar-driver"), run, lidar.bus, lidar.loop));
   const Place facility = place_of("facility-driver");
-  nodes.push_back(
-      make_facility_node(setup("facility-driver"), run, facility.bus, facility.loop, wires));
+  nodes.push_back(make_facility_node(setup("facility-driver"), run, facility.bus, facility.loop));
   const Place testbed = place_of("testbed");
   nodes.push_back(make_testbed_node(setup("testbed"), run, testbed.bus, testbed.loop));
   const Place estimator = place_of("estimator");

@@ -12,7 +12,7 @@ int main(int argc, char* argv[]) {
       [&](ProcessHost& host) {
         return make_arm_node(host.node("arm-driver-" + arm), host.files.setup,
                              arm == "replica" ? ArmRole::replica : ArmRole::sensor, host.bus,
-                             host.loop, host.wires);
+                             host.loop);
       },
       [&](CLI::App& options) {
         options.add_option("--arm", arm, "Which arm: replica or sensor")

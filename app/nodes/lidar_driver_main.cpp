@@ -4,10 +4,9 @@
 
 int main(int argc, char* argv[]) {
   using namespace berth;
-  return run_node_program(argc, argv, "lidar-driver",
-                          "Drives a scanning LIDAR: scan requests in, packets of returns out.",
-                          [](ProcessHost& host) {
-                            return make_lidar_node(host.node("lidar-driver"), host.files.setup,
-                                                   host.bus, host.loop, host.wires);
-                          });
+  return run_node_program(
+      argc, argv, "lidar-driver",
+      "Drives a scanning LIDAR: scan requests in, packets of returns out.", [](ProcessHost& host) {
+        return make_lidar_node(host.node("lidar-driver"), host.files.setup, host.bus, host.loop);
+      });
 }

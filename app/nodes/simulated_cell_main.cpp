@@ -9,6 +9,6 @@ int main(int argc, char* argv[]) {
       "The simulated devices: two arm controllers, a PLC and a LIDAR on real sockets.",
       [](ProcessHost& host) {
         return make_simulated_cell(host.node("simulated-cell"), host.files.setup, host.bus,
-                                   host.loop, host.wires);
+                                   host.loop);
       });
 }

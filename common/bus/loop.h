@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "common/bus/wire.h"
+
 namespace berth {
 
 /// Microseconds since the epoch, on the clock that all nodes of a run share.
@@ -14,7 +16,7 @@ constexpr Utime second = 1000000;
 constexpr double seconds(Utime t) { return static_cast<double>(t) * 1e-6; }
 Utime utime_from_seconds(double s);
 
-/// The one thread on which all of a node's code runs, with its clock, timers and file descriptors.
+/// The one thread on which all of a node's code runs, with its clock, timers and wires.
 /// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). Nothing here may be called from
 /// another thread.
 class Loop {
@@ -34,27 +36,12 @@ class Loop {
   /// Of a timer that fired or was cancelled: does nothing.
   virtual void cancel(TimerId timer) = 0;
 
-  /// Calls readable whenever the descriptor has input or its peer is gone, until unwatch.
-  virtual void watch(int fd, Task readable) = 0;
-  virtual void unwatch(int fd) = 0;
+  /// To the devices of the node whose loop this is.
+  virtual Wires& wires() = 0;
 
   /// How long work takes: in real time a steady clock in microseconds; in the twin the simulated
   /// clock, so that nothing measured enters its log.
   virtual Utime stopwatch() const { return now(); }
-};
-
-/// Makes byte-stream connections to devices. Addresses are "host:port". Real sockets in a process;
-/// in the twin socket pairs inside the process, so that the same bytes flow.
-class Wires {
- public:
-  using Connected = std::function<void(int fd)>;
-
-  virtual ~Wires() = default;
-  /// Connects without blocking; calls back with a descriptor that the caller then owns, or with -1.
-  virtual void dial(const std::string& address, Connected connected) = 0;
-  /// Accepts connections until the Wires end; the callee owns each descriptor.
-  /// @throws InputError when the address cannot be listened on.
-  virtual void listen(const std::string& address, Connected accepted) = 0;
 };
 
 }  // namespace berth

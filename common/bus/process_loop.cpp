@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/process_loop.h"
 
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +12,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "common/bus/tcp_wires.h"
 #include "common/core/error.h"
 
 namespace berth {
@@ -52,9 +49,11 @@ Utime clock_offset_from_environment() {
 ProcessLoop::ProcessLoop(Utime clock_offset)
     : clock_offset_(clock_offset), wake_fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_fd_ < 0) throw_errno("eventfd");
+  wires_ = std::make_unique<TcpWires>(*this);
 }
 
 ProcessLoop::~ProcessLoop() {
+  wires_.reset();
   close(wake_fd_);
   if (signal_fd_ >= 0) close(signal_fd_);
 }
@@ -178,87 +177,6 @@ void ProcessLoop::run() {
       (*task)();
     }
   }
-}
-
-namespace {
-
-/// Splits "host:port" and looks the host up. @throws InputError.
-sockaddr_in resolve(const std::string& address) {
-  const auto colon = address.rfind(':');
-  const auto complain = [&](const std::string& what) {
-    return InputError("address '" + address + "': " + what +
-                      ", expected host:port such as 127.0.0.1:502");
-  };
-  if (colon == std::string::npos) throw complain("has no port");
-  addrinfo hints{};
-  hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  const std::string host = address.substr(0, colon);
-  const int error = getaddrinfo(host.c_str(), address.substr(colon + 1).c_str(), &hints, &found);
-  if (error != 0) throw complain(gai_strerror(error));
-  sockaddr_in result{};
-  std::copy_n(reinterpret_cast<const char*>(found->ai_addr), sizeof result,
-              reinterpret_cast<char*>(&result));
-  freeaddrinfo(found);
-  return result;
-}
-
-void send_small_frames_at_once(int fd) {
-  const int on = 1;
-  setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-}
-
-}  // namespace
-
-TcpWires::~TcpWires() {
-  for (const int fd : listening_) {
-    loop_.unwatch(fd);
-    close(fd);
-  }
-}
-
-void TcpWires::dial(const std::string& address, Connected connected) {
-  const sockaddr_in to = resolve(address);
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd < 0) throw_errno("socket");
-  send_small_frames_at_once(fd);
-  const auto finish = [this, fd, connected] {
-    loop_.unwatch(fd);
-    int error = 0;
-    socklen_t size = sizeof error;
-    getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error == 0) return connected(fd);
-    close(fd);
-    connected(-1);
-  };
-  if (connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 && errno != EINPROGRESS) {
-    close(fd);
-    // Through the loop, so that a caller is never called back from inside its own call.
-    loop_.at(loop_.now(), [connected = std::move(connected)] { connected(-1); });
-    return;
-  }
-  loop_.watch_writable(fd, finish);
-}
-
-void TcpWires::listen(const std::string& address, Connected accepted) {
-  const sockaddr_in at = resolve(address);
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd < 0) throw_errno("socket");
-  const int on = 1;
-  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (bind(fd, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 || ::listen(fd, 16) != 0) {
-    const std::string why = std::generic_category().message(errno);
-    close(fd);
-    throw InputError("address '" + address + "' cannot be listened on: " + why);
-  }
-  listening_.push_back(fd);
-  loop_.watch(fd, [fd, accepted = std::move(accepted)] {
-    const int connection = accept4(fd, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (connection < 0) return;
-    send_small_frames_at_once(connection);
-    accepted(connection);
-  });
 }
 
 }  // namespace berth

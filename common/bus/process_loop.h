@@ -26,10 +26,12 @@ class ProcessLoop final : public Loop {
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
-  void watch(int fd, Task readable) override;
+  Wires& wires() override { return *wires_; }
+  /// Calls readable whenever the descriptor has input or its peer is gone, until unwatch.
+  void watch(int fd, Task readable);
   /// Calls writable when the descriptor takes output; replaces a watch for input.
   void watch_writable(int fd, Task writable);
-  void unwatch(int fd) override;
+  void unwatch(int fd);
 
   /// Runs until stop(). Exceptions of tasks pass through.
   void run();
@@ -68,6 +70,7 @@ class ProcessLoop final : public Loop {
   std::mutex mutex_;
   std::vector<Task> posted_;
   bool stopped_ = false;
+  std::unique_ptr<Wires> wires_;  // TcpWires
   int wake_fd_ = -1;
   int signal_fd_ = -1;
 };
@@ -77,21 +80,5 @@ class ProcessLoop final : public Loop {
 Utime clock_offset_from_environment();
 /// System clock minus monotonic clock, us.
 Utime clock_offset_now();
-
-/// Real TCP sockets on a ProcessLoop.
-class TcpWires final : public Wires {
- public:
-  explicit TcpWires(ProcessLoop& loop) : loop_(loop) {}
-  ~TcpWires() override;
-  TcpWires(const TcpWires&) = delete;
-  TcpWires& operator=(const TcpWires&) = delete;
-
-  void dial(const std::string& address, Connected connected) override;
-  void listen(const std::string& address, Connected accepted) override;
-
- private:
-  ProcessLoop& loop_;
-  std::vector<int> listening_;
-};
 
 }  // namespace berth

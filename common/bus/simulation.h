@@ -43,10 +43,6 @@ class Simulation {
   SimulatedLoop& make_loop();
   /// What is published on this bus leaves after compute_delay: how long the node's work takes.
   SimulatedBus& make_bus(Utime compute_delay = 0);
-  /// For a node whose loop this is: its messages are no reason to look at wires it does not have.
-  SimulatedBus& make_bus(Utime compute_delay, const SimulatedLoop& loop);
-  /// Socket pairs between dial and listen of the same address, all inside this Simulation.
-  Wires& wires();
 
   /// As SIGSTOP does to a process: from now on nothing of the node runs. What comes meanwhile
   /// waits, connections stay open.
@@ -75,19 +71,21 @@ class Simulation {
 
 class SimulatedLoop final : public Loop {
  public:
+  ~SimulatedLoop() override;
   Utime now() const override;
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
-  void watch(int fd, Task readable) override;
-  void unwatch(int fd) override;
+  /// Join dial and listen of one address inside the Simulation.
+  Wires& wires() override;
 
  private:
   friend class Simulation;
-  explicit SimulatedLoop(Simulation& simulation) : simulation_(simulation) {}
+  class MemoryWires;
+  explicit SimulatedLoop(Simulation& simulation);
   Simulation& simulation_;
+  std::unique_ptr<MemoryWires> wires_;
   bool stopped_ = false;
-  int watched_ = 0;  // descriptors
   std::vector<Task> waiting_;
 };
 
@@ -103,7 +101,6 @@ class SimulatedBus final : public Bus {
       : simulation_(simulation), compute_delay_(compute_delay) {}
   Simulation& simulation_;
   Utime compute_delay_;
-  const SimulatedLoop* loop_ = nullptr;  // null: not known
   bool stopped_ = false;
   std::vector<std::function<void()>> waiting_;
 };

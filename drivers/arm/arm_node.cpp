@@ -56,16 +56,16 @@ std::string arm_command_channel(ArmRole role) {
   return role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor;
 }
 
-ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop, Wires& wires)
+ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
     : Node(std::move(node), bus, loop),
       arm_(std::move(setup)),
       wire_(arm_.map, linear_axes(*arm_.kinematics)),
       name_(std::string(name_of(arm_.role)) + " arm"),
       state_channel_(arm_state_channel(arm_.role)),
       clock_(arm_.map.tick_period, arm_.map.counter_wrap),
-      reader_(loop, wires, client_options(arm_.device, arm_.map.unit),
+      reader_(loop, client_options(arm_.device, arm_.map.unit),
               [this](bool up, const std::string& reason) { on_connection(up, reason); }),
-      writer_(loop, wires, client_options(arm_.device, arm_.map.unit), nullptr) {
+      writer_(loop, client_options(arm_.device, arm_.map.unit), nullptr) {
   // FIFO: a HOLD must not be replaced by the set-point behind it. The newest set-point is kept
   // here.
   bus.subscribe<arm_command_t>(arm_command_channel(arm_.role), Queue::fifo(100),
@@ -292,7 +292,7 @@ void ArmNode::show_statistics() {
 }
 
 std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole role, Bus& bus,
-                                    Loop& loop, Wires& wires) {
+                                    Loop& loop) {
   ArmNode::Setup setup;
   setup.role = role;
   setup.device = load_devices(run.config).arm(role);
@@ -300,7 +300,7 @@ std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole
   // Of the layout only the arm: rooms and targets are not a driver's business.
   Config layout = Config::load(run.layout_file());
   setup.kinematics = ArmKinematics::load(run.config / layout.section(name_of(role)).text("arm"));
-  return std::make_unique<ArmNode>(std::move(node), std::move(setup), bus, loop, wires);
+  return std::make_unique<ArmNode>(std::move(node), std::move(setup), bus, loop);
 }
 
 }  // namespace berth

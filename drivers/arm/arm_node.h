@@ -34,7 +34,7 @@ class ArmNode final : public Node {
     RegisterMap map;
     std::shared_ptr<const ArmKinematics> kinematics;
   };
-  ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop, Wires& wires);
+  ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop);
   ~ArmNode() override;
 
  private:
@@ -125,6 +125,6 @@ std::string arm_command_channel(ArmRole role);
 
 /// Reads devices.yaml, the register map and the arm of the run's layout. @throws InputError.
 std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole role, Bus& bus,
-                                    Loop& loop, Wires& wires);
+                                    Loop& loop);
 
 }  // namespace berth

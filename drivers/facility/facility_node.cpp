@@ -16,12 +16,11 @@ constexpr int most_unchanged_reads = 10;
 
 }  // namespace
 
-FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop,
-                           Wires& wires)
+FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop)
     : Node(std::move(node), bus, loop),
       device_(std::move(device)),
       map_(map),
-      client_(loop, wires, {device_.address, map_.unit, device_.timeout},
+      client_(loop, {device_.address, map_.unit, device_.timeout},
               [this](bool up, const std::string& reason) { on_connection(up, reason); }) {
   state_.reason = "the PLC has not answered yet";
   bus.subscribe<facility_command_t>(
@@ -160,11 +159,11 @@ void FacilityNode::publish() {
   bus().publish(channels::facility_state, state_);
 }
 
-std::unique_ptr<Node> make_facility_node(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop,
-                                         Wires& wires) {
+std::unique_ptr<Node> make_facility_node(NodeSetup node, const RunSetup& run, Bus& bus,
+                                         Loop& loop) {
   const PlcDevice device = load_devices(run.config).plc;
   const PlcMap map = PlcMap::load(run.config / "registers" / (device.registers + ".yaml"));
-  return std::make_unique<FacilityNode>(std::move(node), device, map, bus, loop, wires);
+  return std::make_unique<FacilityNode>(std::move(node), device, map, bus, loop);
 }
 
 }  // namespace berth

@@ -19,7 +19,7 @@ namespace berth {
 /// for. Safety itself is the PLC's: nothing here can close a chain.
 class FacilityNode final : public Node {
  public:
-  FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop, Wires& wires);
+  FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop);
   ~FacilityNode() override;
 
  private:
@@ -48,7 +48,6 @@ class FacilityNode final : public Node {
 };
 
 /// Reads devices.yaml and the register map. @throws InputError.
-std::unique_ptr<Node> make_facility_node(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop,
-                                         Wires& wires);
+std::unique_ptr<Node> make_facility_node(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop);
 
 }  // namespace berth

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/connection.h"
 
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
+#include <array>
 
 namespace berth::lidar {
 namespace {
@@ -15,9 +11,13 @@ constexpr Utime retry_period = 2 * millisecond;
 
 }  // namespace
 
-Connection::Connection(Loop& loop, int fd, OnMessage on_message, OnClosed on_closed)
-    : loop_(loop), fd_(fd), on_message_(std::move(on_message)), on_closed_(std::move(on_closed)) {
-  loop_.watch(fd_, [this] { read(); });
+Connection::Connection(Loop& loop, std::unique_ptr<Wire> wire, OnMessage on_message,
+                       OnClosed on_closed)
+    : loop_(loop),
+      wire_(std::move(wire)),
+      on_message_(std::move(on_message)),
+      on_closed_(std::move(on_closed)) {
+  wire_->watch([this] { read(); });
 }
 
 Connection::~Connection() {
@@ -26,15 +26,13 @@ Connection::~Connection() {
 }
 
 void Connection::release() {
-  if (fd_ < 0) return;
+  if (!wire_) return;
   loop_.cancel(retry_);
-  loop_.unwatch(fd_);
-  ::close(fd_);
-  fd_ = -1;
+  wire_.reset();
 }
 
 void Connection::fail(const std::string& reason) {
-  if (fd_ < 0) return;
+  if (!wire_) return;
   release();
   // Not from within send(): its caller may be in the midst of something.
   loop_.after(0, [this, reason, alive = alive_] {
@@ -43,26 +41,23 @@ void Connection::fail(const std::string& reason) {
 }
 
 void Connection::read() {
-  std::uint8_t bytes[16384];
+  std::array<std::uint8_t, 16384> bytes;
   const auto alive = alive_;
-  while (fd_ >= 0) {
-    const ssize_t size = ::recv(fd_, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (size < 0 && errno == EINTR) continue;
-    if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    if (size < 0) return fail(std::strerror(errno));
-    if (size == 0) return fail("the peer closed the connection");
-    decoder_.feed({bytes, static_cast<std::size_t>(size)});
+  while (wire_) {
+    const auto size = wire_->read(bytes);
+    if (!size) return fail("the peer closed the connection");
+    decoder_.feed(std::span(bytes).first(*size));
     while (const auto message = decoder_.next()) {
       on_message_(*message);
-      if (!*alive || fd_ < 0) return;
+      if (!*alive || !wire_) return;
     }
     if (decoder_.broken()) return fail(decoder_.error());
-    if (static_cast<std::size_t>(size) < sizeof bytes) return;  // that was all there is
+    if (*size < bytes.size()) return;  // that was all there is
   }
 }
 
 void Connection::send(const Message& message) {
-  if (fd_ < 0) return;
+  if (!wire_) return;
   const auto bytes = encode(message);
   outbox_.insert(outbox_.end(), bytes.begin(), bytes.end());
   flush();
@@ -70,17 +65,12 @@ void Connection::send(const Message& message) {
 
 void Connection::flush() {
   loop_.cancel(retry_);
-  while (!outbox_.empty()) {
-    const ssize_t size = ::send(fd_, outbox_.data(), outbox_.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (size < 0 && errno == EINTR) continue;
-    if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-      if (outbox_.size() > outbox_limit) return fail("the peer does not read");
-      retry_ = loop_.after(retry_period, [this] { flush(); });
-      return;
-    }
-    if (size < 0) return fail(std::strerror(errno));
-    outbox_.erase(outbox_.begin(), outbox_.begin() + size);
-  }
+  const auto taken = wire_->write(outbox_);
+  if (!taken) return fail("the peer closed the connection");
+  outbox_.erase(outbox_.begin(), outbox_.begin() + static_cast<std::ptrdiff_t>(*taken));
+  if (outbox_.empty()) return;
+  if (outbox_.size() > outbox_limit) return fail("the peer does not read");
+  retry_ = loop_.after(retry_period, [this] { flush(); });
 }
 
 }  // namespace berth::lidar

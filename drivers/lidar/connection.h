@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "common/bus/loop.h"
+#include "common/bus/wire.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
 
-/// One end of a byte stream that carries the protocol. Owns the descriptor (non-blocking). Never
-/// blocks: what the peer does not take yet waits here, up to a bound.
+/// One end of a byte stream that carries the protocol. Never waits: what the peer does not take yet
+/// is kept here, up to a bound.
 class Connection {
  public:
   using OnMessage = std::function<void(const Message&)>;
@@ -21,7 +22,7 @@ class Connection {
   /// close() or destruction. The connection may be destroyed in either callback.
   using OnClosed = std::function<void(const std::string& reason)>;
 
-  Connection(Loop& loop, int fd, OnMessage on_message, OnClosed on_closed);
+  Connection(Loop& loop, std::unique_ptr<Wire> wire, OnMessage on_message, OnClosed on_closed);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -37,7 +38,7 @@ class Connection {
   void release();
 
   Loop& loop_;
-  int fd_;
+  std::unique_ptr<Wire> wire_;  // null: closed
   OnMessage on_message_;
   OnClosed on_closed_;
   Decoder decoder_;

@@ -263,12 +263,11 @@ void LidarNode::publish_state() {
   bus().publish(channels::lidar_state, state);
 }
 
-std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop,
-                                      Wires& wires) {
+std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop) {
   const LidarDevice device = load_devices(run.config).lidar;
   LidarNodeConfig config;
   config.profile = load_lidar_profile(run, device.model);
-  auto adapter = lidar::make_adapter(device, config.profile, loop, wires);
+  auto adapter = lidar::make_adapter(device, config.profile, loop);
   return std::make_unique<LidarNode>(std::move(setup), std::move(config), std::move(adapter), bus,
                                      loop);
 }

@@ -77,7 +77,6 @@ class LidarNode final : public Node {
 
 /// Reads devices.yaml and the LIDAR's profile from RunSetup::config; behind the node is the adapter
 /// chosen there. @throws InputError, also when there is nothing to play back.
-std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop,
-                                      Wires& wires);
+std::unique_ptr<Node> make_lidar_node(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
 
 }  // namespace berth

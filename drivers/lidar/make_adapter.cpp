@@ -9,12 +9,12 @@
 namespace berth::lidar {
 
 std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
-                                      Loop& loop, Wires& wires) {
+                                      Loop& loop) {
   if (device.adapter == LidarDevice::Kind::tcp) {
     TcpSettings settings;
     settings.address = device.address;
     settings.model = profile.model;
-    return std::make_unique<TcpAdapter>(std::move(settings), loop, wires);
+    return std::make_unique<TcpAdapter>(std::move(settings), loop);
   }
   std::unique_ptr<Recording> recording;
   if (device.adapter == LidarDevice::Kind::files) {

@@ -12,6 +12,6 @@ namespace berth::lidar {
 /// The adapter that a device's configuration names. @throws InputError when there is nothing to
 /// play back.
 std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
-                                      Loop& loop, Wires& wires);
+                                      Loop& loop);
 
 }  // namespace berth::lidar

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/tcp_adapter.h"
 
-#include <unistd.h>
-
 namespace berth::lidar {
 
-TcpAdapter::TcpAdapter(TcpSettings settings, Loop& loop, Wires& wires)
-    : settings_(std::move(settings)), loop_(loop), wires_(wires), reason_("not connected yet") {}
+TcpAdapter::TcpAdapter(TcpSettings settings, Loop& loop)
+    : settings_(std::move(settings)), loop_(loop), reason_("not connected yet") {}
 
 void TcpAdapter::start(Events events) {
   events_ = std::move(events);
@@ -21,20 +19,16 @@ TcpAdapter::~TcpAdapter() {
 }
 
 void TcpAdapter::dial() {
-  wires_.dial(settings_.address, [this, alive = alive_](int fd) {
-    if (*alive) {
-      connected(fd);
-    } else if (fd >= 0) {
-      ::close(fd);
-    }
+  loop_.wires().dial(settings_.address, [this, alive = alive_](std::unique_ptr<Wire> wire) {
+    if (*alive) connected(std::move(wire));
   });
 }
 
-void TcpAdapter::connected(int fd) {
-  if (fd < 0) return drop("nobody answers at " + settings_.address);
+void TcpAdapter::connected(std::unique_ptr<Wire> wire) {
+  if (!wire) return drop("nobody answers at " + settings_.address);
   heard_ = loop_.now();
   connection_ = std::make_unique<Connection>(
-      loop_, fd, [this](const Message& message) { receive(message); },
+      loop_, std::move(wire), [this](const Message& message) { receive(message); },
       [this](const std::string& reason) { drop(reason); });
   connection_->send(Hello{});
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/bus/loop.h"
+#include "common/bus/wire.h"
 #include "drivers/lidar/adapter.h"
 #include "drivers/lidar/clock_map.h"
 #include "drivers/lidar/connection.h"
@@ -26,7 +27,7 @@ struct TcpSettings {
 /// read.
 class TcpAdapter final : public Adapter {
  public:
-  TcpAdapter(TcpSettings settings, Loop& loop, Wires& wires);
+  TcpAdapter(TcpSettings settings, Loop& loop);
   ~TcpAdapter() override;
   TcpAdapter(const TcpAdapter&) = delete;
   TcpAdapter& operator=(const TcpAdapter&) = delete;
@@ -46,7 +47,7 @@ class TcpAdapter final : public Adapter {
  private:
   void send(const Message& message);
   void dial();
-  void connected(int fd);
+  void connected(std::unique_ptr<Wire> wire);
   void receive(const Message& message);
   void greet(const Identity& identity);
   void read_clock(const Status& status);
@@ -55,7 +56,6 @@ class TcpAdapter final : public Adapter {
 
   TcpSettings settings_;
   Loop& loop_;
-  Wires& wires_;
   Events events_;
   std::unique_ptr<Connection> connection_;
   Identity identity_;

@@ -1,33 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/modbus/frames.h"
 
-#include <sys/socket.h>
-
 #include <algorithm>
-#include <cerrno>
 
 namespace berth {
 
-bool ModbusFrames::fill(int fd) {
+void ModbusFrame::set_transaction(int transaction) {
+  bytes_[0] = static_cast<std::uint8_t>(transaction >> 8 & 0xff);
+  bytes_[1] = static_cast<std::uint8_t>(transaction & 0xff);
+}
+
+std::span<const std::uint8_t> ModbusFrame::bytes() {
+  const std::size_t following = size_ - 6;
+  bytes_[4] = static_cast<std::uint8_t>(following >> 8);
+  bytes_[5] = static_cast<std::uint8_t>(following & 0xff);
+  return std::span<const std::uint8_t>(bytes_).first(size_);
+}
+
+bool ModbusFrames::fill(Wire& wire) {
   std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
             buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
   end_ -= begin_;
   begin_ = 0;
-  const ssize_t got = recv(fd, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
-  if (got > 0) {
-    end_ += static_cast<std::size_t>(got);
-    return true;
-  }
-  return got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR);
+  const auto got = wire.read(std::span(buffer_).subspan(end_));
+  if (got) end_ += *got;
+  return got.has_value();
 }
 
 std::span<const std::uint8_t> ModbusFrames::next(bool& damaged) {
   damaged = false;
   const std::span<const std::uint8_t> bytes(buffer_.data() + begin_, end_ - begin_);
-  if (bytes.size() < header_bytes) return {};
+  if (bytes.size() < ModbusFrame::header_bytes) return {};
   const std::size_t following = static_cast<std::size_t>(bytes[4]) << 8 | bytes[5];
   const std::size_t size = 6 + following;
-  if (bytes[2] != 0 || bytes[3] != 0 || size < header_bytes + 1 || size > max_frame_bytes) {
+  if (bytes[2] != 0 || bytes[3] != 0 || size < ModbusFrame::header_bytes + 1 ||
+      size > ModbusFrame::most_bytes) {
     damaged = true;
     return {};
   }

@@ -4,13 +4,14 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/bus/loop.h"
+#include "common/bus/wire.h"
 #include "drivers/modbus/frames.h"
-#include "drivers/modbus/modbus_context.h"
 #include "drivers/modbus/words.h"
 
 namespace berth {
@@ -44,14 +45,14 @@ class ModbusClient {
   using Done = std::function<void(const ModbusAnswer&)>;
   using ConnectionChanged = std::function<void(bool connected, const std::string& reason)>;
 
-  ModbusClient(Loop& loop, Wires& wires, Options options, ConnectionChanged changed);
+  ModbusClient(Loop& loop, Options options, ConnectionChanged changed);
   ~ModbusClient();
   ModbusClient(const ModbusClient&) = delete;
   ModbusClient& operator=(const ModbusClient&) = delete;
 
-  bool connected() const { return fd_ >= 0; }
+  bool connected() const { return wire_ != nullptr; }
   /// Nothing under way and nothing waiting.
-  bool idle() const { return waiting_.empty() && !under_way_; }
+  bool idle() const { return waiting_.empty() && !current_; }
 
   /// Each calls done exactly once, unless the client is destroyed before. Not connected: at once.
   void read_registers(int first, int count, Done done, Urgency urgency = Urgency::normal);
@@ -66,8 +67,8 @@ class ModbusClient {
 
  private:
   struct Request {
-    std::vector<std::uint8_t> bytes;  // unit, function, data
-    int count = 0;                    // of items asked for
+    ModbusFrame frame;
+    int count = 0;  // of items asked for
     Done done;
   };
 
@@ -75,24 +76,22 @@ class ModbusClient {
   void submit(Request request, Urgency urgency);
   void send_next();
   void dial();
-  void on_dialled(int fd);
+  void on_dialled(std::unique_ptr<Wire> wire);
   void on_readable();
   void on_timeout();
   void on_frame(std::span<const std::uint8_t> frame);
   /// Empty, or what is wrong with the frame as an answer to the request under way.
-  std::string check(std::span<const std::uint8_t> frame) const;
+  std::string check(std::span<const std::uint8_t> frame);
 
   Loop& loop_;
-  Wires& wires_;
   Options options_;
   ConnectionChanged changed_;
-  ModbusContext context_;
   ModbusFrames frames_;
-  int fd_ = -1;
+  std::unique_ptr<Wire> wire_;  // null: not connected
+  std::uint16_t transaction_ = 0;
   Utime backoff_;
   std::deque<Request> waiting_;
-  Request current_;
-  bool under_way_ = false;
+  std::optional<Request> current_;  // under way
   Utime sent_ = 0;
   Loop::TimerId timeout_timer_ = 0;
   Loop::TimerId dial_timer_ = 0;

@@ -1,36 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <modbus/modbus.h>
-
-#include <memory>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "drivers/modbus/words.h"
 
 namespace berth {
 
+enum class ModbusTable { registers, coils, inputs };
+
 /// The registers and bits that a Modbus server shows. Numbers count from 1.
 class ModbusImage {
  public:
-  /// @throws std::bad_alloc.
-  ModbusImage(int registers, int coils, int inputs);
+  ModbusImage(int registers, int coils, int inputs)
+      : registers_(static_cast<std::size_t>(registers)),
+        coils_(static_cast<std::size_t>(coils)),
+        inputs_(static_cast<std::size_t>(inputs)) {}
 
-  Word& holding(int n) { return mapping_->tab_registers[n - 1]; }
+  Word& holding(int n) { return registers_[index(n)]; }
   std::span<Word> holding(int first, int count) {
-    return {mapping_->tab_registers + first - 1, static_cast<std::size_t>(count)};
+    return std::span(registers_).subspan(index(first), static_cast<std::size_t>(count));
   }
-  bool coil(int n) const { return mapping_->tab_bits[n - 1] != 0; }
-  void set_coil(int n, bool on) { mapping_->tab_bits[n - 1] = on ? 1 : 0; }
-  void set_input(int n, bool on) { mapping_->tab_input_bits[n - 1] = on ? 1 : 0; }
+  bool coil(int n) const { return coils_[index(n)] != 0; }
+  void set_coil(int n, bool on) { coils_[index(n)] = on ? 1 : 0; }
+  bool input(int n) const { return inputs_[index(n)] != 0; }
+  void set_input(int n, bool on) { inputs_[index(n)] = on ? 1 : 0; }
 
-  modbus_mapping_t* mapping() { return mapping_.get(); }
+  int size(ModbusTable table) const {
+    const std::size_t size = table == ModbusTable::registers ? registers_.size()
+                             : table == ModbusTable::coils   ? coils_.size()
+                                                             : inputs_.size();
+    return static_cast<int>(size);
+  }
 
  private:
-  struct Deleter {
-    void operator()(modbus_mapping_t* mapping) const { modbus_mapping_free(mapping); }
-  };
-  std::unique_ptr<modbus_mapping_t, Deleter> mapping_;
+  static std::size_t index(int n) { return static_cast<std::size_t>(n - 1); }
+
+  std::vector<Word> registers_;
+  std::vector<std::uint8_t> coils_;
+  std::vector<std::uint8_t> inputs_;
 };
 
 }  // namespace berth

@@ -9,13 +9,11 @@
 #include <vector>
 
 #include "common/bus/loop.h"
+#include "common/bus/wire.h"
 #include "drivers/modbus/frames.h"
-#include "drivers/modbus/modbus_context.h"
 #include "drivers/modbus/modbus_image.h"
 
 namespace berth {
-
-enum class ModbusTable { registers, coils, inputs };
 
 /// What is wrong with a simulated server; each lasts until it is taken back.
 struct ModbusFaults {
@@ -41,8 +39,7 @@ class ModbusServer {
 
   /// before_read may renew the image; after_write looks at what has been written into it.
   /// @throws InputError when the address cannot be listened on.
-  ModbusServer(Loop& loop, Wires& wires, Options options, ModbusImage& image, Hook before_read,
-               Hook after_write);
+  ModbusServer(Loop& loop, Options options, ModbusImage& image, Hook before_read, Hook after_write);
   ~ModbusServer();
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
@@ -56,18 +53,20 @@ class ModbusServer {
 
  private:
   struct Connection {
-    int fd = -1;
+    std::unique_ptr<Wire> wire;
     std::uint64_t id = 0;
     Utime last_heard = 0;
     ModbusFrames frames;
   };
 
-  void on_accepted(int fd);
-  void on_readable(int fd);
+  void on_accepted(std::unique_ptr<Wire> wire);
+  /// Null when it has been closed.
+  Connection* connection(std::uint64_t id);
+  void on_readable(std::uint64_t id);
   /// @return false when the connection cannot go on.
-  bool take(const Connection& connection, std::span<const std::uint8_t> frame);
-  bool answer(int fd, std::span<const std::uint8_t> frame);
-  void drop(int fd);
+  bool take(Connection& from, std::span<const std::uint8_t> frame);
+  bool answer(Wire& wire, std::span<const std::uint8_t> frame);
+  void drop(std::uint64_t id);
   void drop_idle();
 
   Loop& loop_;
@@ -75,7 +74,6 @@ class ModbusServer {
   ModbusImage& image_;
   Hook before_read_;
   Hook after_write_;
-  ModbusContext context_;
   std::vector<std::unique_ptr<Connection>> connections_;
   std::uint64_t last_id_ = 0;
   ModbusFaults faults_;

@@ -30,17 +30,17 @@ SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
 
 }  // namespace
 
-SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop, Wires& wires)
+SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop)
     : Node(std::move(node), bus, loop),
       replica_errors_(draw_errors(setup.settings.perturbation, setup.cell.replica, setup.seed)),
       sensor_errors_(draw_errors(setup.settings.perturbation, setup.cell.sensor, setup.seed)),
       world_(perturbed_cell(setup.cell, replica_errors_, sensor_errors_)),
       relative_pose_(world_),
       replica_(setup.devices.replica_arm.address, setup.replica_map, setup.cell.replica,
-               replica_errors_, setup.settings.controller, loop, wires),
+               replica_errors_, setup.settings.controller, loop),
       sensor_(setup.devices.sensor_arm.address, setup.sensor_map, setup.cell.sensor, sensor_errors_,
-              setup.settings.controller, loop, wires),
-      plc_(setup.devices.plc.address, setup.plc_map, setup.settings.plc, loop, wires,
+              setup.settings.controller, loop),
+      plc_(setup.devices.plc.address, setup.plc_map, setup.settings.plc, loop,
            [this](bool estop_closed, bool fence_closed) {
              replica_.set_safety(estop_closed, fence_closed);
              sensor_.set_safety(estop_closed, fence_closed);
@@ -49,7 +49,7 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
           world_, [this](Utime t) { return replica_.true_joints(t); },
           [this](Utime t) { return sensor_.true_joints(t); }, setup.lidar.scene),
       lidar_(setup.devices.lidar.address, setup.lidar_profile, as_it_is(setup), setup.seed, loop,
-             wires, scene_),
+             scene_),
       faults_(cell_faults(replica_, sensor_, plc_, lidar_, scene_)) {
   scene_.set_sun_lamp([this] {
     return SunLamp{plc_.sun_lamp(), plc_.sun_azimuth(), plc_.sun_elevation(), plc_.albedo_lamp()};
@@ -229,10 +229,9 @@ SimulatedCell::Setup load_simulated_cell(const RunSetup& run) {
   return setup;
 }
 
-std::unique_ptr<Node> make_simulated_cell(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop,
-                                          Wires& wires) {
-  return std::make_unique<SimulatedCell>(std::move(node), load_simulated_cell(run), bus, loop,
-                                         wires);
+std::unique_ptr<Node> make_simulated_cell(NodeSetup node, const RunSetup& run, Bus& bus,
+                                          Loop& loop) {
+  return std::make_unique<SimulatedCell>(std::move(node), load_simulated_cell(run), bus, loop);
 }
 
 }  // namespace berth

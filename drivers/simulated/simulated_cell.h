@@ -47,7 +47,7 @@ class SimulatedCell final : public Node {
   };
 
   /// @throws InputError when an address cannot be listened on.
-  SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop, Wires& wires);
+  SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop);
   ~SimulatedCell() override;
 
   SimulatedController& controller(ArmRole role) {
@@ -93,8 +93,8 @@ class SimulatedCell final : public Node {
 };
 
 /// Reads everything from RunSetup::config. @throws InputError.
-std::unique_ptr<Node> make_simulated_cell(NodeSetup node, const RunSetup& run, Bus& bus, Loop& loop,
-                                          Wires& wires);
+std::unique_ptr<Node> make_simulated_cell(NodeSetup node, const RunSetup& run, Bus& bus,
+                                          Loop& loop);
 /// What make_simulated_cell reads.
 SimulatedCell::Setup load_simulated_cell(const RunSetup& run);
 

@@ -25,7 +25,7 @@ ModbusServer::Options server_options(const std::string& address, int unit,
 
 SimulatedController::SimulatedController(const std::string& address, const RegisterMap& map,
                                          const PlacedArm& arm, const ArmErrors& errors,
-                                         Options options, Loop& loop, Wires& wires)
+                                         Options options, Loop& loop)
     : map_(map),
       arm_(arm),
       errors_(errors),
@@ -37,7 +37,7 @@ SimulatedController::SimulatedController(const std::string& address, const Regis
       image_(register_count, coil_count, coil_count),
       boot_ms_(static_cast<int>(errors.clock / millisecond)),
       server_(
-          loop, wires, server_options(address, map.unit, options), image_,
+          loop, server_options(address, map.unit, options), image_,
           [this](ModbusTable table, int first, int count) { before_read(table, first, count); },
           [this](ModbusTable table, int first, int count) { after_write(table, first, count); }) {}
 

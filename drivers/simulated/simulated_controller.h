@@ -29,7 +29,7 @@ class SimulatedController {
 
   /// Serves at the address from now on. @throws InputError when it cannot be listened on.
   SimulatedController(const std::string& address, const RegisterMap& map, const PlacedArm& arm,
-                      const ArmErrors& errors, Options options, Loop& loop, Wires& wires);
+                      const ArmErrors& errors, Options options, Loop& loop);
 
   /// Where the arm really is, at any time of the last half second up to now.
   Joints true_joints(Utime t);

@@ -13,7 +13,7 @@ constexpr Utime cycle = 10 * millisecond;
 }  // namespace
 
 SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Options options,
-                           Loop& loop, Wires& wires, SafetyChanged changed)
+                           Loop& loop, SafetyChanged changed)
     : map_(map),
       options_(options),
       loop_(loop),
@@ -21,7 +21,7 @@ SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Option
       changed_(std::move(changed)),
       image_(plc_registers, bit_count, bit_count),
       server_(
-          loop, wires, {address, map.unit, options.connections, options.idle_timeout}, image_,
+          loop, {address, map.unit, options.connections, options.idle_timeout}, image_,
           [this](ModbusTable, int, int) { before_read(); },
           [this](ModbusTable, int, int) { after_write(); }) {}
 

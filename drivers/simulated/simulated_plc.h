@@ -23,7 +23,7 @@ class SimulatedPlc {
 
   /// @throws InputError when the address cannot be listened on.
   SimulatedPlc(const std::string& address, const PlcMap& map, Options options, Loop& loop,
-               Wires& wires, SafetyChanged changed);
+               SafetyChanged changed);
 
   void press_estop(bool pressed);
   void open_fence(bool open);

@@ -58,35 +58,35 @@ TEST_CASE("URLs that LCM would misread are refused") {
 
 TEST_CASE("real sockets: dial, listen, refuse") {
   ProcessLoop loop(clock_offset_now());
-  TcpWires wires(loop);
+  Wires& wires = loop.wires();
   const std::string address = "127.0.0.1:" + std::to_string(20000 + getpid() % 10000);
+  std::unique_ptr<Wire> device;
   std::string heard;
-  int refused = 0;
-  wires.listen(address, [&](int fd) {
-    loop.watch(fd, [&, fd] {
-      char text[16];
-      const auto n = read(fd, text, sizeof text);
-      if (n <= 0) {
-        loop.unwatch(fd);
-        close(fd);
-        loop.stop();
-        return;
+  bool refused = false;
+  wires.listen(address, [&](std::unique_ptr<Wire> wire) {
+    device = std::move(wire);
+    device->watch([&] {
+      std::array<std::uint8_t, 16> text;
+      const auto size = device->read(text);
+      if (!size) {
+        device.reset();
+        return loop.stop();
       }
-      heard.append(text, static_cast<std::size_t>(n));
+      heard.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
     });
   });
-  wires.dial("127.0.0.1:1", [&](int fd) {
-    refused = fd;
-    wires.dial(address, [&](int connected) {
-      REQUIRE(connected >= 0);
-      REQUIRE(write(connected, "hello", 5) == 5);
-      close(connected);
+  wires.dial("127.0.0.1:1", [&](const std::unique_ptr<Wire>& nobody) {
+    refused = nobody == nullptr;
+    wires.dial(address, [&](const std::unique_ptr<Wire>& wire) {
+      REQUIRE(wire);
+      const std::vector<std::uint8_t> hello{'h', 'e', 'l', 'l', 'o'};
+      REQUIRE(wire->write(hello) == 5);
     });
   });
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
-  CHECK(refused == -1);
+  CHECK(refused);
   CHECK(heard == "hello");
-  CHECK_THROWS_AS(wires.listen(address, [](int) {}), InputError);
-  CHECK_THROWS_AS(wires.dial("nowhere", [](int) {}), InputError);
+  CHECK_THROWS_AS(wires.listen(address, [](const std::unique_ptr<Wire>&) {}), InputError);
+  CHECK_THROWS_AS(wires.dial("nowhere", [](const std::unique_ptr<Wire>&) {}), InputError);
 }

@@ -26,7 +26,7 @@ struct ArmBench {
     placed.kinematics = ArmKinematics::load(arm_file);
     placed.home = {0.1, 0.2, -0.3, 0.4, -0.5, 0.6};
     controller = std::make_unique<SimulatedController>("arm:502", map, placed, errors, options,
-                                                       simulation.make_loop(), simulation.wires());
+                                                       simulation.make_loop());
     Bus& test_bus = simulation.make_bus();
     bus = &test_bus;
     test_bus.subscribe<arm_state_t>(channels::arm_state_replica, Queue::fifo(),
@@ -51,7 +51,7 @@ struct ArmBench {
     setup.kinematics = placed.kinematics;
     SimulatedLoop& loop = simulation.make_loop();
     node = std::make_unique<ArmNode>(NodeSetup{"arm-driver-replica", session, ""}, setup,
-                                     simulation.make_bus(), loop, simulation.wires());
+                                     simulation.make_bus(), loop);
   }
 
   void send(std::int8_t action, const Joints& joints = {}) {

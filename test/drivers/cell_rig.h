@@ -30,19 +30,16 @@ struct Rig {
     setup.settings.perturbation = perturbation;
     setup.settings.tracker.write = tracker;
     cell = std::make_unique<SimulatedCell>(NodeSetup{"simulated-cell", 5, ""}, setup,
-                                           simulation.make_bus(), simulation.make_loop(),
-                                           simulation.wires());
+                                           simulation.make_bus(), simulation.make_loop());
     nominal = setup.cell;
     for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
       nodes.push_back(make_arm_node(NodeSetup{std::string("arm-driver-") + name_of(role), 5, ""},
-                                    run, role, simulation.make_bus(), simulation.make_loop(),
-                                    simulation.wires()));
+                                    run, role, simulation.make_bus(), simulation.make_loop()));
       bus.subscribe<arm_state_t>(arm_state_channel(role), Queue::fifo(),
                                  [this, role](const arm_state_t& state) { arms[role] = state; });
     }
     nodes.push_back(make_facility_node(NodeSetup{"facility-driver", 5, ""}, run,
-                                       simulation.make_bus(), simulation.make_loop(),
-                                       simulation.wires()));
+                                       simulation.make_bus(), simulation.make_loop()));
     simulation.record([this](Utime t, const std::string& channel, Bytes bytes) {
       if (!recording) return;
       log += std::to_string(t) + channel;

@@ -17,12 +17,12 @@ struct Facility {
     PlcDevice device = load_devices("config").plc;
     device.address = "plc:502";
     const PlcMap map = PlcMap::load("config/registers/plc.yaml");
-    plc.emplace("plc:502", map, SimulatedPlc::Options{}, simulation.make_loop(), simulation.wires(),
+    plc.emplace("plc:502", map, SimulatedPlc::Options{}, simulation.make_loop(),
                 [this](bool estop, bool fence) {
                   chain = {estop, fence};
                 });
     node.emplace(NodeSetup{"facility-driver", 7, ""}, device, map, simulation.make_bus(),
-                 simulation.make_loop(), simulation.wires());
+                 simulation.make_loop());
     bus.subscribe<facility_state_t>(channels::facility_state, Queue::fifo(),
                                     [this](const facility_state_t& s) {
                                       state = s;

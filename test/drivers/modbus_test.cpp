@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <sys/socket.h>
-#include <unistd.h>
+#include <modbus/modbus.h>
 
+#include <array>
 #include <optional>
 
 #include "common/bus/simulation.h"
@@ -15,8 +15,7 @@ namespace {
 /// A server with 100 registers and a client, in the twin.
 struct Pair {
   Pair() {
-    client.emplace(loop, simulation.wires(),
-                   ModbusClient::Options{"device:502", 1, 50 * millisecond},
+    client.emplace(loop, ModbusClient::Options{"device:502", 1, 50 * millisecond},
                    [this](bool up, const std::string& why) {
                      up ? ++connections : ++losses;
                      reason = why;
@@ -24,8 +23,7 @@ struct Pair {
   }
   void serve(int limit = 2) {
     server.emplace(
-        simulation.make_loop(), simulation.wires(),
-        ModbusServer::Options{"device:502", 1, limit, 5 * second}, image,
+        simulation.make_loop(), ModbusServer::Options{"device:502", 1, limit, 5 * second}, image,
         [this](ModbusTable, int first, int count) {
           read = {first, count};
         },
@@ -197,10 +195,8 @@ TEST_CASE("the client waits for a device that starts later, asking ever more rar
   pair.simulation.run_for(10 * second);
   pair.client->read_registers(1, 1, pair.keep());
   CHECK(pair.error == "not connected");
-  pair.simulation.wires().listen("device:502", [&](int fd) {
-    ++dials;
-    close(fd);
-  });
+  pair.simulation.make_loop().wires().listen(
+      "device:502", [&](const std::unique_ptr<Wire>&) { ++dials; });  // and closes it
   pair.simulation.run_for(20 * second);
   CHECK(dials >= 8);
   CHECK(dials <= 11);  // every 2 s
@@ -212,9 +208,9 @@ TEST_CASE("connections beyond the limit are refused until one is free") {
   pair.simulation.run_for(second);
   int second_connections = 0;
   int second_losses = 0;
-  ModbusClient late(
-      pair.simulation.make_loop(), pair.simulation.wires(), {"device:502"},
-      [&](bool up, const std::string&) { ++(up ? second_connections : second_losses); });
+  ModbusClient late(pair.simulation.make_loop(), {"device:502"}, [&](bool up, const std::string&) {
+    ++(up ? second_connections : second_losses);
+  });
   pair.simulation.run_for(100 * millisecond);
   CHECK(second_losses == 1);
   CHECK(pair.server->connections() == 1);
@@ -237,25 +233,21 @@ TEST_CASE("a connection that says nothing for long is closed by the server") {
 struct BadDevice {
   explicit BadDevice(std::vector<std::vector<std::uint8_t>> pieces, Utime pause = millisecond) {
     SimulatedLoop& loop = simulation.make_loop();
-    simulation.wires().listen("device:502", [=, this, &loop](int fd) {
-      loop.watch(fd, [=, this, &loop] {
-        std::uint8_t request[300];
-        if (recv(fd, request, sizeof request, MSG_DONTWAIT) <= 0) {
-          loop.unwatch(fd);
-          close(fd);
-          return;
-        }
+    loop.wires().listen("device:502", [=, this, &loop](std::unique_ptr<Wire> accepted) {
+      wire = std::move(accepted);
+      wire->watch([=, this, &loop] {
+        std::array<std::uint8_t, 300> request;
+        if (!wire->read(request)) return wire.reset();
         Utime delay = 0;
         for (const auto& piece : pieces) {
-          loop.after(delay += pause, [fd, piece] {
-            [[maybe_unused]] const auto sent =
-                send(fd, piece.data(), piece.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+          loop.after(delay += pause, [this, piece] {
+            if (wire) wire->write(piece);
           });
         }
       });
     });
     SimulatedLoop& own = simulation.make_loop();
-    client.emplace(own, simulation.wires(), ModbusClient::Options{"device:502"}, nullptr);
+    client.emplace(own, ModbusClient::Options{"device:502"}, nullptr);
     simulation.run_for(second);
     own.after(0, [this] {
       client->read_registers(1, 1, [this](const ModbusAnswer& answer) {
@@ -267,6 +259,7 @@ struct BadDevice {
     simulation.run_for(80 * millisecond);
   }
   Simulation simulation;
+  std::unique_ptr<Wire> wire;
   std::optional<ModbusClient> client;
   int answers = 0;
   std::string error = "none came";
@@ -309,17 +302,16 @@ TEST_CASE("a client that sends anything but Modbus is cut off, the others are se
   pair.simulation.run_for(second);
   SimulatedLoop& loop = pair.simulation.make_loop();
   int gone = 0;
+  std::vector<std::unique_ptr<Wire>> intruders;
   const auto intrude = [&](std::vector<std::uint8_t> bytes) {
-    pair.simulation.wires().dial("device:502", [&, bytes](int fd) {
-      REQUIRE(send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
-              static_cast<ssize_t>(bytes.size()));
-      loop.watch(fd, [&, fd] {
-        std::uint8_t answer[300];
-        if (recv(fd, answer, sizeof answer, MSG_DONTWAIT) == 0) {
-          loop.unwatch(fd);
-          close(fd);
-          ++gone;
-        }
+    loop.wires().dial("device:502", [&, bytes](std::unique_ptr<Wire> dialled) {
+      REQUIRE(dialled->write(bytes) == bytes.size());
+      Wire& wire = *intruders.emplace_back(std::move(dialled));
+      wire.watch([&] {
+        std::array<std::uint8_t, 300> answer;
+        if (wire.read(answer)) return;
+        wire.unwatch();
+        ++gone;
       });
     });
     pair.simulation.run_for(10 * millisecond);

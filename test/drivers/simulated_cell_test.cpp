@@ -173,10 +173,9 @@ TEST_CASE("an emergency stop at the PLC stops both arms") {
 TEST_CASE("the LIDAR is served at its address") {
   Rig rig("range");
   int connected = 0;
-  rig.simulation.wires().dial(load_devices("config").lidar.address, [&](int fd) {
-    connected += fd >= 0 ? 1 : 0;
-    if (fd >= 0) ::close(fd);
-  });
+  rig.simulation.make_loop().wires().dial(
+      load_devices("config").lidar.address,
+      [&](const std::unique_ptr<Wire>& wire) { connected += wire ? 1 : 0; });
   rig.simulation.run_for(10 * millisecond);
   CHECK(connected == 1);
 }

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
 #include <functional>
@@ -12,22 +8,10 @@
 #include "drivers/arm/arm_node.h"
 #include "drivers/simulated/simulated_controller.h"
 #include "test/catch.h"
+#include "test/free_port.h"
 
 namespace berth {
 namespace {
-
-/// A port that was free a moment ago.
-int free_port() {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0);
-  REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0);
-  close(fd);
-  return ntohs(address.sin_port);
-}
 
 /// Hands messages on at once, within one loop.
 class LocalBus final : public Bus {
@@ -46,14 +30,13 @@ class LocalBus final : public Bus {
 
 TEST_CASE("over real TCP the driver starts the arm and moves it") {
   ProcessLoop loop(clock_offset_now());
-  TcpWires wires(loop);
   LocalBus bus;
-  const std::string address = "127.0.0.1:" + std::to_string(free_port());
+  const std::string address = free_address();
   const RegisterMap map = RegisterMap::load("config/registers/snpx.yaml");
   PlacedArm arm;
   arm.kinematics = ArmKinematics::load("config/arms/m710ic_50.yaml");
   arm.home = {0, 0, 0, 0, -0.5, 0};
-  SimulatedController controller(address, map, arm, {}, {}, loop, wires);
+  SimulatedController controller(address, map, arm, {}, {}, loop);
 
   ArmNode::Setup setup;
   setup.device = load_devices("config").replica_arm;
@@ -61,7 +44,7 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   setup.device.timeout = 5 * second;  // a busy machine is no reason to fail
   setup.map = map;
   setup.kinematics = arm.kinematics;
-  ArmNode node(NodeSetup{"arm-driver-replica", 1, ""}, setup, bus, loop, wires);
+  ArmNode node(NodeSetup{"arm-driver-replica", 1, ""}, setup, bus, loop);
 
   int samples = 0;
   arm_state_t last{};
@@ -103,23 +86,25 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
 
 TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
   ProcessLoop loop(clock_offset_now());
-  TcpWires wires(loop);
-  const std::string address = "127.0.0.1:" + std::to_string(free_port());
-  int got = 0;
-  wires.dial(address, [&](int fd) {
-    got = fd;
+  const std::string address = free_address();
+  bool refused = false;
+  loop.wires().dial(address, [&](const std::unique_ptr<Wire>& wire) {
+    refused = wire == nullptr;
     loop.stop();
   });
   loop.after(30 * second, [&] { loop.stop(); });
   loop.run();
-  CHECK(got == -1);
+  CHECK(refused);
 
   bool connected = false;
-  ModbusClient client(loop, wires, {address}, [&](bool up, const std::string&) {
+  ModbusClient client(loop, {address}, [&](bool up, const std::string&) {
     connected = up;
     loop.stop();
   });
-  loop.after(300 * millisecond, [&] { wires.listen(address, [](int) {}); });
+  std::unique_ptr<Wire> device;
+  loop.after(300 * millisecond, [&] {
+    loop.wires().listen(address, [&](std::unique_ptr<Wire> wire) { device = std::move(wire); });
+  });
   loop.after(30 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(connected);

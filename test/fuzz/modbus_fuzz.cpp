@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <map>
 #include <vector>
 
 #include "drivers/modbus/modbus_client.h"
@@ -15,75 +11,88 @@ using namespace berth;
 
 namespace {
 
-/// Descriptors become readable when the fuzzer says so; no timer ever fires.
-class StillLoop final : public Loop {
+/// The far end of a wire, which the fuzzer holds.
+struct FarEnd {
+  std::vector<std::uint8_t> sent;  // to the near end
+  std::size_t read = 0;            // by it
+  std::vector<std::uint8_t> heard;
+  Wire::Readable readable;
+};
+
+class NearEnd final : public Wire {
+ public:
+  explicit NearEnd(FarEnd& far) : far_(far) {}
+  ~NearEnd() override { far_.readable = nullptr; }
+  std::optional<std::size_t> read(std::span<std::uint8_t> into) override {
+    const std::size_t size = std::min(into.size(), far_.sent.size() - far_.read);
+    std::copy_n(far_.sent.begin() + static_cast<std::ptrdiff_t>(far_.read), size, into.begin());
+    far_.read += size;
+    return size;
+  }
+  std::optional<std::size_t> write(std::span<const std::uint8_t> bytes) override {
+    far_.heard.insert(far_.heard.end(), bytes.begin(), bytes.end());
+    return bytes.size();
+  }
+  void watch(Readable readable) override { far_.readable = std::move(readable); }
+  void unwatch() override { far_.readable = nullptr; }
+
+ private:
+  FarEnd& far_;
+};
+
+/// Whoever dials or listens is joined to the fuzzer at once; no timer ever fires.
+class StillLoop final : public Loop, private Wires {
  public:
   Utime now() const override { return 0; }
   TimerId at(Utime, Task) override { return ++timers_; }
   TimerId every(Utime, Task) override { return ++timers_; }
   void cancel(TimerId) override {}
-  void watch(int fd, Task readable) override { tasks_[fd] = std::move(readable); }
-  void unwatch(int fd) override { tasks_.erase(fd); }
-  /// @return false when nobody watches it any more.
-  bool wake(int fd) {
-    const auto found = tasks_.find(fd);
-    if (found == tasks_.end()) return false;
-    const Task task = found->second;
-    task();
-    return tasks_.contains(fd);
-  }
+  Wires& wires() override { return *this; }
+
+  FarEnd far;
 
  private:
-  TimerId timers_ = 0;
-  std::map<int, Task> tasks_;
-};
-
-/// One socket pair: the near end goes to the part under test, the far end is ours.
-class PairWires final : public Wires {
- public:
-  PairWires() {
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends) != 0) std::abort();
+  void dial(const std::string&, Connected connected) override {
+    connected(std::make_unique<NearEnd>(far));
   }
-  ~PairWires() override { close(ends[1]); }
-  void dial(const std::string&, Connected connected) override { connected(ends[0]); }
-  void listen(const std::string&, Connected accepted) override { accepted(ends[0]); }
-  int ends[2];
+  void listen(const std::string&, Connected accepted) override {
+    accepted(std::make_unique<NearEnd>(far));
+  }
+  TimerId timers_ = 0;
 };
 
 /// Sends the bytes in pieces of the size in the first one.
-void feed(StillLoop& loop, const PairWires& wires, const std::uint8_t* data, std::size_t size) {
+void feed(FarEnd& far, const std::uint8_t* data, std::size_t size) {
   const std::size_t piece = data[0] + std::size_t{1};
   for (std::size_t i = 1; i < size; i += piece) {
-    if (send(wires.ends[1], data + i, std::min(piece, size - i), MSG_NOSIGNAL) < 0) return;
-    if (!loop.wake(wires.ends[0])) return;
+    far.sent.insert(far.sent.end(), data + i, data + i + std::min(piece, size - i));
+    if (!far.readable) return;  // closed
+    const Wire::Readable readable = far.readable;
+    readable();
   }
 }
 
 void fuzz_server(const std::uint8_t* data, std::size_t size) {
   StillLoop loop;
-  PairWires wires;
   ModbusImage image(200, 40, 40);
   const auto check = [](ModbusTable table, int first, int count) {
     if (first < 1 || first + count - 1 > (table == ModbusTable::registers ? 200 : 40)) std::abort();
   };
-  ModbusServer server(loop, wires, {"a:1", 1, 1, second}, image, check, check);
-  feed(loop, wires, data, size);
+  ModbusServer server(loop, {"a:1", 1, 1, second}, image, check, check);
+  feed(loop.far, data, size);
   // Every answer is a sound frame.
-  std::vector<std::uint8_t> bytes(1 << 16);
-  const ssize_t got = recv(wires.ends[1], bytes.data(), bytes.size(), MSG_DONTWAIT);
-  for (ssize_t i = 0; i < got;) {
-    if (got - i < 8) std::abort();
-    const ssize_t length =
-        bytes[static_cast<std::size_t>(i + 4)] << 8 | bytes[static_cast<std::size_t>(i + 5)];
-    if (length < 3 || length > 254 || i + 6 + length > got) std::abort();
+  const std::vector<std::uint8_t>& bytes = loop.far.heard;
+  for (std::size_t i = 0; i < bytes.size();) {
+    if (bytes.size() - i < 8) std::abort();
+    const std::size_t length = static_cast<std::size_t>(bytes[i + 4]) << 8 | bytes[i + 5];
+    if (length < 3 || length > 254 || i + 6 + length > bytes.size()) std::abort();
     i += 6 + length;
   }
 }
 
 void fuzz_client(const std::uint8_t* data, std::size_t size) {
   StillLoop loop;
-  PairWires wires;
-  ModbusClient client(loop, wires, {"a:1"}, nullptr);
+  ModbusClient client(loop, {"a:1"}, nullptr);
   int answers = 0;
   client.read_registers(1, 3, [&](const ModbusAnswer& answer) {
     ++answers;
@@ -93,7 +102,7 @@ void fuzz_client(const std::uint8_t* data, std::size_t size) {
     ++answers;
     if (answer.ok() && answer.bits.size() != 9) std::abort();
   });
-  feed(loop, wires, data, size);
+  feed(loop.far, data, size);
   if (answers > 2) std::abort();
 }
 

@@ -35,10 +35,9 @@ struct NodeBench {
     wire.address = "lidar:1";
     wire.model = "ILRIS-3D";
     SimulatedLoop& loop = simulation.make_loop();
-    node = std::make_unique<LidarNode>(
-        NodeSetup{"lidar-driver", 5, "hash"}, config,
-        std::make_unique<lidar::TcpAdapter>(wire, loop, simulation.wires()), simulation.make_bus(),
-        loop);
+    node = std::make_unique<LidarNode>(NodeSetup{"lidar-driver", 5, "hash"}, config,
+                                       std::make_unique<lidar::TcpAdapter>(wire, loop),
+                                       simulation.make_bus(), loop);
     simulation.run_for(1 * second);
   }
   static SimulatedLidarSettings noiseless() {
@@ -49,8 +48,7 @@ struct NodeBench {
     return settings;
   }
   void make_device(SimulatedLidarSettings settings) {
-    device.emplace("lidar:1", ilris(), std::move(settings), 1, simulation.make_loop(),
-                   simulation.wires(), scene);
+    device.emplace("lidar:1", ilris(), std::move(settings), 1, simulation.make_loop(), scene);
   }
 
   scan_request_t request(std::int64_t scan_id, int count = 120) {
@@ -259,10 +257,10 @@ struct OddDevice {
   OddDevice(Simulation& simulation,
             std::function<void(lidar::Connection&, const lidar::Message&)> on)
       : loop(simulation.make_loop()), answer(std::move(on)) {
-    simulation.wires().listen("lidar:1", [this](int fd) {
+    loop.wires().listen("lidar:1", [this](std::unique_ptr<Wire> wire) {
       ++connections;
       connection = std::make_unique<lidar::Connection>(
-          loop, fd, [this](const lidar::Message& m) { answer(*connection, m); },
+          loop, std::move(wire), [this](const lidar::Message& m) { answer(*connection, m); },
           [](const std::string&) {});
     });
   }

@@ -31,8 +31,7 @@ struct Directory {
 
 /// An adapter in a loop, and all it says.
 struct PlaybackBench {
-  explicit PlaybackBench(LidarDevice device)
-      : adapter(make_adapter(device, ilris(), loop, simulation.wires())) {
+  explicit PlaybackBench(LidarDevice device) : adapter(make_adapter(device, ilris(), loop)) {
     adapter->start({[this] { ++readied; }, [this](const Message& message) { take(message); },
                     [this](const std::string& reason) { lost = reason; }});
     simulation.run_for(millisecond);
@@ -234,9 +233,7 @@ TEST_CASE("nothing to play is said by name") {
   Directory directory;
   Simulation simulation;
   SimulatedLoop& loop = simulation.make_loop();
-  const auto make = [&](const LidarDevice& device) {
-    make_adapter(device, ilris(), loop, simulation.wires());
-  };
+  const auto make = [&](const LidarDevice& device) { make_adapter(device, ilris(), loop); };
   CHECK_THROWS_WITH(make(files(directory.path)), Contains("holds no cloud"));
   CHECK_THROWS_WITH(make(files(directory.path / "none")), Contains("no such"));
   LidarDevice log = files(directory.path);

@@ -19,19 +19,18 @@ namespace {
 struct Bench {
   explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1,
                  LidarProfile profile = ilris())
-      : device("lidar:1", std::move(profile), std::move(settings), seed, device_loop,
-               simulation.wires(), scene) {}
+      : device("lidar:1", std::move(profile), std::move(settings), seed, device_loop, scene) {}
 
   void connect() {
-    simulation.wires().dial("lidar:1", [this](int fd) {
-      REQUIRE(fd >= 0);
+    host_loop.wires().dial("lidar:1", [this](std::unique_ptr<Wire> wire) {
+      REQUIRE(wire);
       host = std::make_unique<Connection>(
-          host_loop, fd, [this](const Message& m) { said.push_back(m); },
+          host_loop, std::move(wire), [this](const Message& m) { said.push_back(m); },
           [this](const std::string& reason) { closed = reason; });
     });
     simulation.run_for(10 * millisecond);
   }
-  /// From an event of the host's loop: the Simulation looks for bytes after each event.
+  /// From an event of the host's loop, as a node would.
   void tell(const Message& message) {
     host_loop.after(0, [this, message] { host->send(message); });
   }

@@ -1,52 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include "common/bus/process_loop.h"
 #include "drivers/lidar/tcp_adapter.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "test/catch.h"
+#include "test/free_port.h"
 #include "test/lidar/lidar_fixture.h"
 #include "test/lidar/wall_scene.h"
 
 using namespace berth;
 
-namespace {
-
-int free_port() {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof at;
-  const bool bound = bind(fd, reinterpret_cast<const sockaddr*>(&at), size) == 0 &&
-                     getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0;
-  close(fd);
-  REQUIRE(bound);
-  return ntohs(at.sin_port);
-}
-
-}  // namespace
-
 TEST_CASE("driver and device speak over real TCP") {
   ProcessLoop loop(clock_offset_now());
-  TcpWires wires(loop);
   WallScene scene(loop.now());
-  const std::string address = "127.0.0.1:" + std::to_string(free_port());
+  const std::string address = free_address();
   LidarProfile profile = ilris();
   profile.rate_hz = 100000;  // a long scan in little time, with frames that fill socket buffers
   SimulatedLidarSettings settings;
   settings.beams_per_packet = 3000;
   settings.clock_offset = 5 * second;
-  SimulatedLidar device(address, profile, settings, 1, loop, wires, scene);
+  SimulatedLidar device(address, profile, settings, 1, loop, scene);
 
   lidar::TcpSettings link_settings;
   link_settings.address = address;
   link_settings.model = "ILRIS-3D";
   std::uint32_t beams = 0;
   std::optional<lidar::ScanEnd> end;
-  lidar::TcpAdapter link(link_settings, loop, wires);
+  lidar::TcpAdapter link(link_settings, loop);
   link.start(lidar::Adapter::Events{
       [&] {
         link.order({1, {{0, 0, 0.1, 0.1, lidar::Pattern::raster, 30000, 0}}});

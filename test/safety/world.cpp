@@ -52,27 +52,26 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
   run_.config = options.config;
   run_.seed = options.seed;
   run_.session = options.session;
-  const auto wires = [this]() -> Wires& { return simulation.wires(); };
   host("simulated-cell", [&](NodeSetup setup, Bus& bus, Loop& loop) {
-    auto node = std::make_unique<SimulatedCell>(std::move(setup), load_simulated_cell(run_), bus,
-                                                loop, wires());
+    auto node =
+        std::make_unique<SimulatedCell>(std::move(setup), load_simulated_cell(run_), bus, loop);
     cell_ = node.get();
     return node;
   });
   for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
     host(std::string("arm-driver-") + name_of(role), [&](NodeSetup setup, Bus& bus, Loop& loop) {
-      return make_arm_node(std::move(setup), run_, role, bus, loop, wires());
+      return make_arm_node(std::move(setup), run_, role, bus, loop);
     });
   }
   host("facility-driver", [&](NodeSetup setup, Bus& bus, Loop& loop) {
-    return make_facility_node(std::move(setup), run_, bus, loop, wires());
+    return make_facility_node(std::move(setup), run_, bus, loop);
   });
   host("testbed", [&](NodeSetup setup, Bus& bus, Loop& loop) {
     return make_testbed_node(std::move(setup), run_, bus, loop);
   });
   if (options.estimator) {
     host("lidar-driver", [&](NodeSetup setup, Bus& bus, Loop& loop) {
-      return make_lidar_node(std::move(setup), run_, bus, loop, wires());
+      return make_lidar_node(std::move(setup), run_, bus, loop);
     });
     host("estimator", [&](NodeSetup setup, Bus& bus, Loop& loop) {
       return make_estimator_node(std::move(setup), run_, bus, loop);

@@ -17,7 +17,7 @@ constexpr double full_scale = 4095;
 
 SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
                                SimulatedLidarSettings settings, std::uint64_t seed, Loop& loop,
-                               Wires& wires, Scene& scene)
+                               Scene& scene)
     : profile_(std::move(profile)),
       settings_(std::move(settings)),
       random_(seed, "lidar"),
@@ -31,16 +31,16 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
   const double falloff = settings_.receiver.full_scale_range_m / profile_.beam.range_max_m;
   least_power_ = std::max(settings_.receiver.range_max_reflectivity * falloff * falloff,
                           (settings_.least_intensity - 0.5) / full_scale);
-  wires.listen(address, [this](int fd) { accept(fd); });
+  loop_.wires().listen(address, [this](std::unique_ptr<Wire> wire) { accept(std::move(wire)); });
 }
 
 SimulatedLidar::~SimulatedLidar() { loop_.cancel(packet_timer_); }
 
-void SimulatedLidar::accept(int fd) {
+void SimulatedLidar::accept(std::unique_ptr<Wire> wire) {
   stop();
   greeted_ = false;
   connection_ = std::make_unique<lidar::Connection>(
-      loop_, fd, [this](const lidar::Message& message) { receive(message); },
+      loop_, std::move(wire), [this](const lidar::Message& message) { receive(message); },
       [this](const std::string&) {
         stop();
         connection_.reset();

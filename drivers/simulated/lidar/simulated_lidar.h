@@ -67,7 +67,7 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 class SimulatedLidar {
  public:
   SimulatedLidar(const std::string& address, LidarProfile profile, SimulatedLidarSettings settings,
-                 std::uint64_t seed, Loop& loop, Wires& wires, Scene& scene);
+                 std::uint64_t seed, Loop& loop, Scene& scene);
   ~SimulatedLidar();
   SimulatedLidar(const SimulatedLidar&) = delete;
   SimulatedLidar& operator=(const SimulatedLidar&) = delete;
@@ -87,7 +87,7 @@ class SimulatedLidar {
     bool over = false;        // ended; kept for its id
   };
 
-  void accept(int fd);
+  void accept(std::unique_ptr<Wire> wire);
   void receive(const lidar::Message& message);
   void greet(const lidar::Hello& hello);
   void take_order(const lidar::ScanOrder& order);
