@@ -1,11 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/runs/choose_setup.h"
 
+#include <algorithm>
+
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
+#include "common/core/text.h"
 
 namespace berth {
 namespace fs = std::filesystem;
+namespace {
+
+/// Of what was chosen by an option, or by a procedure when that is given.
+InputError wrong_choice(const std::string& key, const std::string& found,
+                        const procedures::Procedure* by, int line, const std::string& expected) {
+  const std::string place =
+      by != nullptr ? by->file + ":" + std::to_string(line) + ": key '" + key + "'" : "--" + key;
+  return InputError(place + ": found '" + found + "', expected " + expected);
+}
+
+std::string layouts_of(const fs::path& config) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(config / "layouts")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return joined(names);
+}
+
+}  // namespace
 
 RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* procedure) {
   RunSetup setup;
@@ -13,23 +36,28 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   if (!fs::is_directory(setup.config / "layouts")) {
     throw InputError("configuration " + setup.config.string() + ": has no layouts/");
   }
-  std::string target = choice.target;
-  setup.target_length = choice.target_length;
-  if (procedure != nullptr) {
-    if (!procedure->layout.empty()) setup.layout = procedure->layout;
-    if (target.empty()) {
-      target = procedure->target;
-      if (setup.target_length == 0) setup.target_length = procedure->target_length;
-    }
+  // the procedure's own words, where the operator says nothing else
+  const procedures::Procedure none;
+  const procedures::Procedure& own = procedure != nullptr ? *procedure : none;
+  const auto* layout_by = choice.layout.empty() && !own.layout.empty() ? procedure : nullptr;
+  const auto* target_by = choice.target.empty() && !own.target.empty() ? procedure : nullptr;
+  if (const std::string& layout = layout_by ? own.layout : choice.layout; !layout.empty()) {
+    setup.layout = layout;
   }
-  if (!choice.layout.empty()) setup.layout = choice.layout;
-  if (!target.empty()) setup.target = target;
+  if (const std::string& target = target_by ? own.target : choice.target; !target.empty()) {
+    setup.target = target;
+  }
+  setup.target_length = choice.target_length;
+  if (choice.target.empty() && setup.target_length == 0) setup.target_length = own.target_length;
+
   if (!fs::exists(setup.layout_file())) {
-    throw InputError("layout '" + setup.layout + "': no file " + setup.layout_file().string());
+    throw wrong_choice("layout", setup.layout, layout_by, own.layout_line,
+                       "one of " + setup.config.string() + "/layouts: " + layouts_of(setup.config));
   }
   if (setup.target != "radarsat2") {
     if (!fs::exists(setup.target)) {
-      throw InputError("target '" + setup.target + "': no such file, and not 'radarsat2'");
+      throw wrong_choice("target", setup.target, target_by, own.target_line,
+                         "'radarsat2', or a mesh that is there (PLY, STL, OBJ)");
     }
     setup.target = fs::absolute(setup.target).string();
   }

@@ -102,7 +102,8 @@ class StoppedRunner final : public StepRunner {
       bench.testbed.command(command, now);
       return StepResult::running;
     }
-    return answer == Answer::pending ? StepResult::running : StepResult::passed;
+    // At rest, not only on the way there: the next step may want to move.
+    return answer == Answer::finished ? StepResult::passed : StepResult::running;
   }
 
  private:

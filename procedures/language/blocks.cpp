@@ -183,7 +183,8 @@ class Unroller {
     Config block = config.section("repeat");
     const std::int64_t times = block.integer("times");
     if (times < 1 || times > most_steps) {
-      throw block.error("times", "expected 1 to " + std::to_string(most_steps));
+      throw block.error("times", "found " + std::to_string(times) + ", expected 1 to " +
+                                     std::to_string(most_steps));
     }
     block.raw("steps");
     finish_keys(block, find_in(blocks(), "repeat")->keys, "repeat");

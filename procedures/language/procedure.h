@@ -18,8 +18,10 @@ struct Procedure {
   std::string text;  ///< as it runs: parameters filled in, called procedures attached; stands alone
   std::string name;
   std::string description;
-  std::string layout;        ///< empty: the operator's choice
-  std::string target;        ///< empty: the operator's choice
+  std::string layout;   ///< empty: the operator's choice
+  int layout_line = 0;  ///< of the file
+  std::string target;   ///< empty: the operator's choice
+  int target_line = 0;
   double target_length = 0;  ///< m; 0: as it is
   /// s without a good estimate, while tracking, after which the run has failed
   double lost_for = 15;

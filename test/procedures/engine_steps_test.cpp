@@ -76,6 +76,17 @@ TEST_CASE("a run goes on past a failure when it may") {
   CHECK(bench.step("wait").state == procedure_step_t::PASSED);
 }
 
+TEST_CASE("a closed loop that is stopped has ended when the arms stand: the next step may move") {
+  fake::Script s;
+  s.stop_takes_s = 1;
+  s.move_takes_s = 60;
+  EngineBench bench(s, procedure_of("  - acquire: {}\n  - track: {settle: 3}\n"
+                                    "  - guided: {by: gnc, for: 2 s, speed: 20 mm/s}\n"
+                                    "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s}\n"));
+  CHECK(bench.run() == procedure_state_t::PASS);
+  CHECK(bench.step("move").state == procedure_step_t::PASSED);
+}
+
 TEST_CASE("a broken limit ends the run, or holds it") {
   const std::string steps = procedure_of("  - wait: 3 s\n  - wait: 20 s\n    phase: late\n");
   const auto limit = [&](const std::string& then) {

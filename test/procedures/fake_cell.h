@@ -43,6 +43,7 @@ struct Script {
   bool truth = true;
   bool lamps_work = true;
   double move_takes_s = 2;
+  double stop_takes_s = 0;
   double moved_on_hold_m = 0;  ///< by hand, once it stands
   bool estop_closed = true;
   bool simulated_cell = false;  ///< there is one that takes injections
@@ -131,6 +132,12 @@ class Testbed final : public Clocked {
         report(node_status_t::RUNNING);
         break;
       case testbed_command_t::STOP:
+        if (script_.stop_takes_s > 0 && state_.state == testbed_state_t::MOVING) {
+          motion_seq_ = c.seq;
+          motion_left_ = utime_from_seconds(script_.stop_takes_s);
+          break;
+        }
+        [[fallthrough]];
       case testbed_command_t::RESET:
         state_.state = testbed_state_t::IDLE;
         motion_seq_ = 0;

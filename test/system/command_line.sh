@@ -27,6 +27,13 @@ cmp "$work/out.txt" procedures/schema.json || fail "the schema shipped is anothe
 printf 'name: x\nsteps:\n  - moove: {to: [0, 0, 1, 0, 0, 0]}\n' >"$work/bad.yaml"
 expect 2 "$bin/berth" check "$work/bad.yaml"
 says "bad.yaml:3"
+for key in layout target; do
+  printf 'name: x\n%s: nowhere\nsteps:\n  - wait: 1 s\n' $key >"$work/bad.yaml"
+  expect 2 "$bin/berth" check "$work/bad.yaml"
+  says "bad.yaml:2: key '$key'"
+done
+expect 2 "$bin/berth" run --twin --layout nowhere procedures/approach.yaml
+says "--layout: found 'nowhere', expected one of"
 
 # All files are checked, the others too when one is bad; a run is refused before anything starts.
 cat >"$work/far.yaml" <<'END'
