@@ -87,8 +87,23 @@ void take_recorded_verdict(const RunRecord& record, Comparison& comparison) {
   comparison.reason = state.reason;
 }
 
-/// Whether every step up to the teardown was passed or skipped, so that the criteria decide.
-bool ran_through(const procedure_state_t& state) {
+/// Whether the criteria decide: the engine went by them, gone past what failed or not, or every
+/// step up to the teardown was passed or skipped when the log ends.
+bool criteria_decide(const procedure_state_t& state) {
+  if (state.state == procedure_state_t::FINISHED) {
+    switch (state.outcome) {
+      case procedure_state_t::PASS:
+      case procedure_state_t::INCONCLUSIVE:
+        return true;
+      case procedure_state_t::FAIL:
+        if (state.reason.empty()) return true;  // of a step, a limit or a lost target otherwise
+        break;
+      case procedure_state_t::ERROR:
+        return false;  // the rig's; a teardown that failed, too
+      default:
+        break;
+    }
+  }
   for (const procedure_step_t& step : state.steps) {
     if (step.phase == teardown_phase) continue;
     if (step.state != procedure_step_t::PASSED && step.state != procedure_step_t::SKIPPED) {
@@ -103,8 +118,7 @@ void decide(const RunRecord& record, Comparison& comparison) {
   if (!record.state()) return;
   const bool finished = record.state()->state == procedure_state_t::FINISHED;
   const std::int8_t recorded = comparison.recorded_outcome;
-  const bool rig = recorded == procedure_state_t::ERROR;  // a teardown that failed, too
-  if (ran_through(*record.state()) && !(finished && rig)) {
+  if (criteria_decide(*record.state())) {
     comparison.outcome = judged;
   } else {
     comparison.outcome = finished ? recorded : static_cast<std::int8_t>(procedure_state_t::ERROR);

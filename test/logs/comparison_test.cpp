@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
@@ -39,8 +40,9 @@ const std::string made_procedure =
     "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
     "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
 
-/// A run wrong by 5 mm along z for 10 s, and what its engine would have said.
-void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true) {
+/// A run wrong by 5 mm along z for 10 s, and what its engine would have said, but for `edit`.
+void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true,
+               const std::function<void(procedure_state_t&)>& edit = {}) {
   RunRecord record;
   LogWriter log(path);
   run_info_t info{};
@@ -82,6 +84,7 @@ void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_t
   state.criteria = judge(read_criteria(config), Measurer(record, {}));
   state.criterion_count = static_cast<std::int32_t>(state.criteria.size());
   state.outcome = outcome_of(state.criteria);
+  if (edit) edit(state);
   write(log, channels::procedure_state, state);
 }
 
@@ -111,6 +114,26 @@ TEST_CASE("compare gives the recorded verdict again, from the log alone") {
   CHECK(json["criteria"][1]["value"].is_null());
   CHECK(json["agrees_with_recorded"] == true);
   CHECK(json["phases"][0]["measurements"]["z_error"]["mean"].get<double>() == Approx(5));
+}
+
+TEST_CASE("the criteria are judged again where the run went on past a step that failed") {
+  TemporaryFolder folder;
+  const auto outcome = [&](std::int8_t recorded, const std::string& reason) {
+    write_run(folder.path / "run.lcm", 0, true, [&](procedure_state_t& state) {
+      state.steps.front().state = procedure_step_t::TIMEOUT;
+      state.outcome = recorded;
+      state.reason = reason;
+    });
+    return compare_log(folder.path / "run.lcm").outcome;
+  };
+  // by what the log holds, which is INCONCLUSIVE, whatever was recorded
+  CHECK(outcome(procedure_state_t::PASS, "") == procedure_state_t::INCONCLUSIVE);
+  CHECK(outcome(procedure_state_t::FAIL, "") == procedure_state_t::INCONCLUSIVE);
+  // a step, a limit, the rig, a person decided
+  CHECK(outcome(procedure_state_t::FAIL, "limit 'a'") == procedure_state_t::FAIL);
+  CHECK(outcome(procedure_state_t::TIMEOUT, "step 'go'") == procedure_state_t::TIMEOUT);
+  CHECK(outcome(procedure_state_t::ERROR, "testbed fault") == procedure_state_t::ERROR);
+  CHECK(outcome(procedure_state_t::ABORTED, "aborted") == procedure_state_t::ABORTED);
 }
 
 TEST_CASE("messages of another session do not count") {
