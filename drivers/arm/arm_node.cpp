@@ -73,6 +73,7 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
   poll_timer_ = loop.every(arm_.device.status_period, [this] { poll(); });
   write_timer_ = loop.every(arm_.device.setpoint_period, [this] { write_setpoint(); });
   statistics_timer_ = loop.every(second, [this] { show_statistics(); });
+  report(node_status_t::STARTING, "waiting for the controller at " + arm_.device.address);
 }
 
 ArmNode::~ArmNode() {

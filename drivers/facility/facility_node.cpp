@@ -28,6 +28,7 @@ FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bu
       [this](const facility_command_t& command) { on_command(command); });
   poll_timer_ = loop.every(device_.poll_period, [this] { poll(); });
   publish_timer_ = loop.every(publish_period, [this] { publish(); });
+  report(node_status_t::STARTING, "waiting for the PLC at " + device_.address);
 }
 
 FacilityNode::~FacilityNode() {

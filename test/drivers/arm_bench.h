@@ -4,6 +4,7 @@
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
 #include <berth/event_t.hpp>
+#include <berth/node_status_t.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,8 @@ struct ArmBench {
                                     [this](const arm_state_t& s) { states.push_back(s); });
     test_bus.subscribe<event_t>(channels::event, Queue::fifo(),
                                 [this](const event_t& e) { events.push_back(e); });
+    test_bus.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                      [this](const node_status_t& s) { status = s; });
   }
 
   static SimulatedController::Options default_options() {
@@ -42,11 +45,11 @@ struct ArmBench {
     return options;
   }
 
-  void start_driver() {
+  void start_driver(const std::string& address = "arm:502") {
     ArmNode::Setup setup;
     setup.role = ArmRole::replica;
     setup.device = load_devices("config").replica_arm;
-    setup.device.address = "arm:502";
+    setup.device.address = address;
     setup.map = map;
     setup.kinematics = placed.kinematics;
     SimulatedLoop& loop = simulation.make_loop();
@@ -105,6 +108,7 @@ struct ArmBench {
   std::unique_ptr<Node> node;
   std::vector<arm_state_t> states;
   std::vector<event_t> events;
+  node_status_t status{};
   std::int64_t seq = 0;
 };
 

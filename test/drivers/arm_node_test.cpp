@@ -326,6 +326,14 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   CHECK(bench.last().state == arm_state_t::RUNNING);
 }
 
+TEST_CASE("a driver that nobody has answered yet says for whom it waits") {
+  ArmBench bench;
+  bench.start_driver("nobody:502");
+  bench.simulation.run_for(3 * second);
+  CHECK(bench.status.state == node_status_t::STARTING);
+  CHECK(bench.status.reason == "waiting for the controller at nobody:502");
+}
+
 TEST_CASE("a controller with another map is refused by name, until it is mended") {
   ArmBench bench;
   SnpxAssignment wrong = *bench.controller->memory().assignment(4);
