@@ -160,7 +160,10 @@ std::string CommandPlanner::passing_speed(const testbed_command_t& command, cons
   if (passing <= 0) return "";
   std::string text =
       "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
-  if (command.command != testbed_command_t::TRAJECTORY) {
+  if (command.command == testbed_command_t::TRAJECTORY) {
+    text += ", all its times " + fixed(std::ceil(1e3 / passing) / 1e3, 3) +
+            " times as long, those of ramps too";
+  } else {
     const testbed_command_t passes = slower(command, limits, passing);
     text += ", " + fixed(1e3 * passes.speed_m_s, 1) + " mm/s and " +
             fixed(degrees(passes.angular_speed_rad_s), 2) + " deg/s";
