@@ -244,6 +244,9 @@ void LidarNode::publish_state() {
                 : scan_                  ? lidar_state_t::SCANNING
                                          : lidar_state_t::IDLE;
   state.reason = device_->ready() ? device_fault_ : device_->reason();
+  if (state.state == lidar_state_t::IDLE && last_ && !last_->reason.empty()) {
+    state.reason = "scan " + std::to_string(last_->scan_id) + ": " + last_->reason;
+  }
   state.model = config_.profile.model;
   state.serial = device_->ready() ? device_->identity().serial : "";
   state.scan_id = scan_ ? scan_->request.scan_id : last_ ? last_->scan_id : 0;

@@ -92,7 +92,10 @@ class ScanRunner final : public StepRunner {
     const auto& lidar = bench.live.lidar();
     const bool done = lidar && lidar->scan_id >= bench.estimator.first_scan_id() &&
                       lidar->state == lidar_state_t::IDLE;
-    return done ? StepResult::passed : StepResult::running;
+    if (!done) return StepResult::running;
+    if (lidar->progress >= 1) return StepResult::passed;
+    detail_ = "the scan was not made: " + lidar->reason;
+    return StepResult::error;
   }
 
  private:

@@ -172,8 +172,12 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
   CHECK_THAT(bench.packets[0].reason, Contains("window 0: azimuth reaches to"));
   CHECK(bench.device->beams_fired() == 0);
   CHECK(bench.events_named("scan-refused") == 1);
+  CHECK(bench.state.state == lidar_state_t::IDLE);
+  CHECK(bench.state.progress == 0);
+  CHECK_THAT(bench.state.reason, Contains("scan 1: window 0: azimuth reaches to"));
   // The next good one is done.
   bench.ask_and_wait(bench.request(2));
+  CHECK(bench.state.reason.empty());
   CHECK(bench.packets.back().scan_status == scan_packet_t::COMPLETE);
 }
 

@@ -76,6 +76,18 @@ TEST_CASE("a run goes on past a failure when it may") {
   CHECK(bench.step("wait").state == procedure_step_t::PASSED);
 }
 
+TEST_CASE("a scan that the LIDAR refuses is an error, with its reason") {
+  const std::string steps = procedure_of("  - scan: {width: 5 deg, height: 5 deg, count: 500}\n");
+  EngineBench good({}, steps);
+  CHECK(good.run() == procedure_state_t::PASS);
+  fake::Script s;
+  s.refuse_scans = "scan 1: window 0: too wide";
+  EngineBench bad(s, steps);
+  CHECK(bad.run() == procedure_state_t::ERROR);
+  CHECK(bad.node->state().reason ==
+        "step 'scan': the scan was not made: scan 1: window 0: too wide");
+}
+
 TEST_CASE("a closed loop that is stopped has ended when the arms stand: the next step may move") {
   fake::Script s;
   s.stop_takes_s = 1;

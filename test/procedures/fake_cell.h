@@ -40,6 +40,7 @@ struct Script {
   double lease_lost_from_s = -1;
   double estimator_fault_from_s = -1;
   double lidar_silent_from_s = -1;
+  std::string refuse_scans;  ///< that a procedure asks for
   bool truth = true;
   bool lamps_work = true;
   double move_takes_s = 2;
@@ -317,6 +318,12 @@ class Facility final : public Clocked {
 class LidarDriver {
  public:
   LidarDriver(const Script& script, Bus& bus, Loop& loop) : born_(loop.now()) {
+    bus.subscribe<estimator_command_t>(channels::estimator_command, Queue::fifo(),
+                                       [this, &script](const estimator_command_t& c) {
+                                         if (c.command != estimator_command_t::SCAN) return;
+                                         scan_id_ = c.first_scan_id;
+                                         reason_ = script.refuse_scans;
+                                       });
     loop.every(50 * millisecond, [this, &script, &bus, &loop] {
       const double age = seconds(loop.now() - born_);
       if (script.lidar_silent_from_s >= 0 && age >= script.lidar_silent_from_s) return;
@@ -335,12 +342,17 @@ class LidarDriver {
       lidar.utime = loop.now();
       lidar.session = session;
       lidar.state = lidar_state_t::IDLE;
+      lidar.scan_id = scan_id_;
+      lidar.reason = reason_;
+      lidar.progress = scan_id_ > 0 && reason_.empty() ? 1 : 0;
       bus.publish(channels::lidar_state, lidar);
     });
   }
 
  private:
   Utime born_;
+  std::int64_t scan_id_ = 0;
+  std::string reason_;
 };
 
 /// Takes injections, as the simulated cell does.
