@@ -77,18 +77,13 @@ Config Config::parse(const std::string& text, const std::string& name) {
 
 int Config::line() const { return node_.Mark().line + 1; }
 
-int Config::line_of(const std::string& key) const {
+InputError Config::error(const std::string& key, const std::string& what) const {
   int at = line();
   const YAML::Node& map = node_;
   for (const auto& item : map) {
     if (item.first.Scalar() == key) at = item.first.Mark().line + 1;
   }
-  return at;
-}
-
-InputError Config::error(const std::string& key, const std::string& what) const {
-  return InputError(file_ + ":" + std::to_string(line_of(key)) + ": key '" + prefix_ + key +
-                    "': " + what);
+  return InputError(file_ + ":" + std::to_string(at) + ": key '" + prefix_ + key + "': " + what);
 }
 
 bool Config::has(const std::string& key) const {

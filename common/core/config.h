@@ -72,8 +72,6 @@ class Config {
 
   const std::string& file() const { return file_; }
   int line() const;
-  /// Of this key; of the map when it has none.
-  int line_of(const std::string& key) const;
   /// The raw node, for readers with a grammar of their own; marks the key as read.
   YAML::Node raw(const std::string& key);
   const YAML::Node& node() const { return node_; }

@@ -192,8 +192,8 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   config.optional("description", procedure.description);
   config.optional("layout", procedure.layout);
   config.optional("target", procedure.target);
-  procedure.layout_line = config.line_of("layout");
-  procedure.target_line = config.line_of("target");
+  if (config.has("layout")) procedure.layout_line = config.raw("layout").Mark().line + 1;
+  if (config.has("target")) procedure.target_line = config.raw("target").Mark().line + 1;
   config.optional("target_length", Dimension::length, procedure.target_length);
   config.optional("lost_for", Dimension::time, procedure.lost_for);
   if (procedure.lost_for <= 0) throw config.error("lost_for", "must be greater than zero");
