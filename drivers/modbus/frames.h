@@ -15,6 +15,8 @@ namespace berth {
 class ModbusFrame {
  public:
   static constexpr std::size_t header_bytes = 7;
+  static constexpr std::size_t function_at = header_bytes;
+  static constexpr std::size_t data_at = function_at + 1;
   static constexpr std::size_t most_bytes = 260;
 
   ModbusFrame(int unit, int function) {

@@ -9,8 +9,8 @@
 namespace berth {
 namespace {
 
-constexpr std::size_t function_at = ModbusFrame::header_bytes;
-constexpr std::size_t data_at = function_at + 1;
+constexpr std::size_t function_at = ModbusFrame::function_at;
+constexpr std::size_t data_at = ModbusFrame::data_at;
 
 }  // namespace
 

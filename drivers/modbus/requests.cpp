@@ -6,9 +6,6 @@
 namespace berth {
 namespace {
 
-constexpr std::size_t function_at = ModbusFrame::header_bytes;
-constexpr std::size_t data_at = function_at + 1;
-
 ModbusFrame answer_to(std::span<const std::uint8_t> frame, int function) {
   ModbusFrame answer(frame[6], function);
   answer.set_transaction(frame[0] << 8 | frame[1]);
@@ -95,7 +92,7 @@ ModbusAccess inspect(std::span<const std::uint8_t> frame, const ModbusImage& ima
 
 ModbusFrame carry_out(std::span<const std::uint8_t> frame, const ModbusAccess& access,
                       ModbusImage& image) {
-  const int function = frame[function_at];
+  const int function = frame[ModbusFrame::function_at];
   ModbusFrame answer = answer_to(frame, function);
   if (!access.write) {
     if (access.table == ModbusTable::registers) {
@@ -105,7 +102,7 @@ ModbusFrame carry_out(std::span<const std::uint8_t> frame, const ModbusAccess& a
     }
     return answer;
   }
-  const auto data = frame.subspan(data_at);
+  const auto data = frame.subspan(ModbusFrame::data_at);
   const auto word = [&](std::size_t at) { return static_cast<Word>(data[at] << 8 | data[at + 1]); };
   switch (function) {
     case MODBUS_FC_WRITE_SINGLE_COIL:
@@ -130,7 +127,7 @@ ModbusFrame carry_out(std::span<const std::uint8_t> frame, const ModbusAccess& a
 }
 
 ModbusFrame refuse(std::span<const std::uint8_t> frame, int exception) {
-  ModbusFrame answer = answer_to(frame, frame[function_at] | 0x80);
+  ModbusFrame answer = answer_to(frame, frame[ModbusFrame::function_at] | 0x80);
   answer.put_byte(exception);
   return answer;
 }
