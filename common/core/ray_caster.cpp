@@ -107,6 +107,44 @@ struct RayCaster::Impl {
     return moved;
   }
 
+  /// The same of up to eight rays at once, without branches. valid: -1 where a ray may meet the
+  /// mesh. @return whether one may.
+  bool start(std::span<const Ray> rays, double max_range, RTCRay8& out, std::array<int, 8>& valid,
+             std::array<double, 8>& moved) const {
+    if (scene == nullptr) return false;
+    std::array<std::array<double, 8>, 3> origin{};
+    std::array<std::array<double, 8>, 3> direction{};
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        origin[axis][i] = rays[i].origin[static_cast<Eigen::Index>(axis)];
+        direction[axis][i] = rays[i].direction[static_cast<Eigen::Index>(axis)];
+      }
+    }
+    const double reach = radius * 1.0001 + 1e-6;
+    int any = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      const double x = centre.x() - origin[0][i];
+      const double y = centre.y() - origin[1][i];
+      const double z = centre.z() - origin[2][i];
+      const double along = x * direction[0][i] + (y * direction[1][i] + z * direction[2][i]);
+      const double away2 = x * x + (y * y + z * z) - along * along;
+      moved[i] = std::max(0.0, along - reach);
+      const bool may =
+          (i < rays.size()) & (away2 <= reach * reach) & (along >= -reach) & (moved[i] < max_range);
+      valid[i] = may ? -1 : 0;
+      any |= valid[i];
+      out.org_x[i] = static_cast<float>(origin[0][i] + moved[i] * direction[0][i]);
+      out.org_y[i] = static_cast<float>(origin[1][i] + moved[i] * direction[1][i]);
+      out.org_z[i] = static_cast<float>(origin[2][i] + moved[i] * direction[2][i]);
+      out.dir_x[i] = static_cast<float>(direction[0][i]);
+      out.dir_y[i] = static_cast<float>(direction[1][i]);
+      out.dir_z[i] = static_cast<float>(direction[2][i]);
+      out.tfar[i] = static_cast<float>(std::min(max_range - moved[i], 1e30));
+      out.mask[i] = 0xffffffffU;
+    }
+    return any != 0;
+  }
+
   /// What Embree found in floats, made exact. coarse: m along the ray.
   void refine(const Ray& ray, std::uint32_t triangle, double coarse, RayHit& hit) const {
     const Plane& plane = planes[triangle];
@@ -151,33 +189,15 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  RTCRayHit8 packet{};
   for (std::size_t first = 0; first < rays.size(); first += width) {
     const std::size_t count = std::min(width, rays.size() - first);
     alignas(32) std::array<int, width> valid{};
     std::array<double, width> moved{};
-    RTCRayHit8 packet;
-    bool any = false;
+    const bool any = impl_->start(rays.subspan(first, count), max_range, packet.ray, valid, moved);
     for (std::size_t i = 0; i < width; ++i) {
-      RTCRay one{};
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-      if (i < count) moved[i] = impl_->start(rays[first + i], max_range, one);
-      if (i < count && moved[i] >= 0) {
-        valid[i] = -1;
-        any = true;
-      }
-      packet.ray.org_x[i] = one.org_x;
-      packet.ray.org_y[i] = one.org_y;
-      packet.ray.org_z[i] = one.org_z;
-      packet.ray.dir_x[i] = one.dir_x;
-      packet.ray.dir_y[i] = one.dir_y;
-      packet.ray.dir_z[i] = one.dir_z;
-      packet.ray.tnear[i] = one.tnear;
-      packet.ray.tfar[i] = one.tfar;
-      packet.ray.time[i] = one.time;
-      packet.ray.mask[i] = one.mask;
-      packet.ray.id[i] = one.id;
-      packet.ray.flags[i] = one.flags;
     }
     if (any) rtcIntersect8(valid.data(), impl_->scene, &context, &packet);
     for (std::size_t i = 0; i < count; ++i) {

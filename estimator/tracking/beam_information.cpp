@@ -126,18 +126,16 @@ class Accumulator {
       return;
     }
     const double sine2 = 1 - cosine * cosine;
-    const BeamInformation before = result_;
-    if (!take_plain(beam, time, hit.normal, point, hit.range, cosine,
-                    hit.range * hit.range * sine2 * angle_variance_)) {
-      if (wide_ && beam.range < hit.range) {
-        const BeamInformation after = result_;
-        result_ = before;
-        if (take_near_edge(beam, ray, hit)) return;
-        result_ = after;
-      }
-      result_.cost += gate2_;
-      take_beside(beam, time, ray);
+    if (take_plain(beam, time, hit.normal, point, hit.range, cosine,
+                   hit.range * hit.range * sine2 * angle_variance_)) {
+      return;
     }
+    const bool nearer = beam.range < hit.range;
+    if (wide_ && nearer && take_near_edge(beam, ray, hit)) return;
+    ++result_.predicted;
+    ++(nearer ? result_.blocked : result_.through);
+    result_.cost += gate2_;
+    take_beside(beam, time, ray);
   }
 
   /// Whether a beam that passes the model may be so wide that its light does not.
@@ -179,8 +177,8 @@ class Accumulator {
       if (beam.hit()) result_.cost += gate2_;
       return true;
     }
-    ++result_.predicted;
     if (!beam.hit()) {
+      ++result_.predicted;
       ++result_.through;
       result_.cost += 0.5 * gate2_;
       return true;
@@ -192,9 +190,9 @@ class Accumulator {
     const double squared = residual * residual;
     if (squared > gate2_ * variance &&
         squared > gate2_ * (variance + pose_variance(normal, torque))) {
-      ++(residual < 0 ? result_.through : result_.blocked);
       return false;
     }
+    ++result_.predicted;
     ++result_.used;
     const double z2 = squared / variance;
     result_.chi2 += z2;
