@@ -13,6 +13,13 @@ Matrix6d information_of(const Matrix6d& covariance) {
   return (covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
 }
 
+/// Whether two poses differ no more than one of this covariance does from the truth, on average.
+bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
+  constexpr double most = 6;  // one for each degree of freedom
+  const Vector6d apart = difference(a, b);
+  return apart.dot(covariance.ldlt().solve(apart)) < most;
+}
+
 }  // namespace
 
 BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
@@ -48,6 +55,8 @@ void BeamDescent::start_from(const Pose& pose) {
 void BeamDescent::run(const Pose& start) {
   start_from(start);
   settle();
+  const bool known = std::isfinite(best_cost_);
+  if (known && agree(at_.pose, best_.motion.pose, covariance_)) return;
   if (blurred_) sharpen({0.008, 0.003});
   close_in();
   polish();
@@ -61,7 +70,7 @@ void BeamDescent::refine(const Pose& start) {
 
 /// Edges, blurred as far as a slip may reach; and unless that settles it, along what faces leave
 /// open.
-void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
+void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   if (blurred_) {
     start_from(best_.motion.pose);
     sharpen({0.016, 0.006, 0.003, 0.0015});
@@ -72,8 +81,11 @@ void BeamDescent::search(const std::function<bool(const Result&)>& settled) {
   best_cost_ = weigh(best_);
   take_if_likelier({{predicted_.pose, velocity_}, best_.covariance, best_.information, {}, 0});
   const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
+  const Result by_faces = best_;
   rest_on_edges({1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
+  if (credible(best_) && agree(by_faces.motion.pose, best_.motion.pose, by_faces.covariance))
+    return;
   rest_on_edges({8 * blur_m, 3 * blur_m, 1.5 * blur_m}, blur_m);
   if (settled(best_)) return;
   const Pose starts[] = {best_.motion.pose, predicted_.pose};

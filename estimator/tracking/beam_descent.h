@@ -15,7 +15,7 @@ namespace berth::estimator {
 
 struct BeamDescentOptions {
   BeamInformationOptions information;
-  int settle_returns = 500;    ///< of a scan, on which a fit begins
+  int settle_returns = 250;    ///< of a scan, on which a fit begins
   int checked_misses = 1000;   ///< beams without a return that have a say in the end
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
@@ -50,14 +50,15 @@ class BeamDescent {
   BeamDescent(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
               const Prediction& predicted, const BeamDescentOptions& options, bool deskew);
 
-  /// From a start within some decimetres.
+  /// From a start within some decimetres, unless few returns already lead to the best known.
   void run(const Pose& start);
   /// From a start within some millimetres.
   void refine(const Pose& start);
+  using Judgement = std::function<bool(const Result&)>;
   /// When the best is doubtful: from the likelier of it and the prediction, on edges so blurred at
   /// first that they are seen from a slip away; and unless that settles it, along the directions
-  /// that faces leave open.
-  void search(const std::function<bool(const Result&)>& settled);
+  /// that faces leave open. Where edges lead to what faces said, it is enough that it is credible.
+  void search(const Judgement& settled, const Judgement& credible);
   const Result& best() const { return best_; }
   /// What the returns alone say of pose and velocity. Nothing where the velocity is known.
   std::optional<MeasuredMotion> measured() const;

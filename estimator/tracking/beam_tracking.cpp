@@ -94,19 +94,24 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
     return result;
   }
   BeamDescent descent(model_, beam_model_, scan, predicted, options_.descent, options_.deskew);
-  descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
+  const double most = options_.most_settled_contradiction;
+  const auto open = [this](const BeamDescent::Result& r) {
+    return uncertainty(model_, r.covariance) > options_.most_open_m;
+  };
+  const auto settled = [&](const BeamDescent::Result& r) { return contradicted(r.sums) <= most; };
+  const auto credible = [&](const BeamDescent::Result& r) {
+    return contradicted(r.sums) <= 2 * most && !open(r);
+  };
   // The nearest surface misleads where parts lie side by side: a prediction that is good enough to
   // meet the right faces is a start of its own, and the likelier end counts.
   if (uncertainty(model_, predicted.covariance) < options_.most_uncertain_start_m) {
     descent.refine(predicted.pose);
   }
-  const auto settled = [this](const BeamDescent::Result& r) {
-    return contradicted(r.sums) <= options_.most_settled_contradiction;
-  };
+  descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
   // Where a wide beam meets several faces their ranges tell little: what holds the pose is edges.
   if (options_.descent.information.likelihood.footprint || !settled(descent.best()) ||
-      uncertainty(model_, descent.best().covariance) > options_.most_open_m) {
-    descent.search(settled);
+      open(descent.best())) {
+    descent.search(settled, credible);
   }
 
   const BeamDescent::Result& best = descent.best();

@@ -12,12 +12,13 @@ namespace berth::estimator {
 
 struct BeamTrackingOptions {
   BeamApproachOptions approach;
-  int approach_returns = 240;  ///< of a scan, from which the approach is made
+  int approach_returns = 120;  ///< of a scan, from which the approach is made
   BeamDescentOptions descent;
   bool deskew = true;  ///< each return is used at its own time
   /// A prediction that knows the target's farthest points better than this is a start, too.
   double most_uncertain_start_m = 0.03;
-  /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider.
+  /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider;
+  /// where edges agree with faces, beyond twice that.
   double most_settled_contradiction = 0.025;
   /// So where faces leave the target's farthest points more uncertain than this.
   double most_open_m = 0.01;
