@@ -74,6 +74,7 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   if (blurred_) {
     start_from(best_.motion.pose);
     sharpen({0.016, 0.006, 0.003, 0.0015});
+    if (credible(best_) && agree(at_.pose, best_.motion.pose, covariance_)) return;
     polish();
     return;
   }

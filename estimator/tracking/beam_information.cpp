@@ -214,7 +214,7 @@ class Accumulator {
   bool take_near_edge(const Beam& beam, const Ray& ray, const RayHit& hit) {
     const double time = frame_.go_to(beam);
     const Vector3d& d = beam.direction;
-    const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
+    const double level = std::max(1e-9, std::sqrt(d.x() * d.x() + d.z() * d.z()));
     // Derivatives of beam_direction(), times the length of an arm.
     edge_.right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
     edge_.up =

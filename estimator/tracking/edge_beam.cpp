@@ -89,16 +89,19 @@ EdgeScore edge_score(const EdgeBeam& edge, const Beam& beam, double variance,
   const FirstEcho first(edge);
   const double wide = edge.footprint;
   const double rare = shares.outlier / shares.background_depth_m;
-  const auto likely = [&](double late, double its_variance) {
-    return (1 - shares.drop_out - shares.outlier) / std::sqrt(2 * radians(180.0) * its_variance) *
-           std::exp(-0.5 * late * late / its_variance);
+  const double regularly = 1 - shares.drop_out - shares.outlier;
+  const auto peak = [&](double its_variance) {
+    return regularly / std::sqrt(2 * radians(180.0) * its_variance);
   };
   // A narrow beam meets one surface by chance, a wide one several at once.
   const double mixed_variance = variance + first.spread;
   const double mixed_late = beam.hit() ? beam.range - first.mean : 0;
-  const double mixed = beam.hit() ? likely(mixed_late, mixed_variance) : 0;
+  const double mixed =
+      beam.hit() ? peak(mixed_variance) * std::exp(-0.5 * mixed_late * mixed_late / mixed_variance)
+                 : 0;
   const double mixed_pull = mixed * mixed_late / mixed_variance;
 
+  const double highest = peak(variance);
   std::array<double, BeamNodes::count> regular{};
   std::array<double, BeamNodes::count> density{};
   double in_first = 0;
@@ -111,7 +114,8 @@ EdgeScore edge_score(const EdgeBeam& edge, const Beam& beam, double variance,
     } else if (!meets) {
       density[n] = shares.background / shares.background_depth_m;
     } else {
-      regular[n] = likely(beam.range - edge.hits[n].range, variance);
+      const double late = beam.range - edge.hits[n].range;
+      regular[n] = highest * std::exp(-0.5 * late * late / variance);
       density[n] = rare + (in ? (1 - wide) * regular[n] + wide * mixed : regular[n]);
     }
     (in ? in_first : in_others) += BeamNodes::weight[n] * density[n];
