@@ -13,6 +13,7 @@ ProcedureRun procedure_run(const RunFiles& files) {
   run.host = files.host == "twin"   ? run_info_t::TWIN
              : files.host == "cell" ? run_info_t::CELL
                                     : run_info_t::SIMULATED_CELL;
+  run.attended = files.host != "twin";
   // It knows at once when a process ends that should not.
   if (files.host != "twin") {
     run.disk = files.directory;

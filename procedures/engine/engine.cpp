@@ -325,6 +325,9 @@ void Engine::watch_limits(Utime now) {
     case Limit::Then::abort:
       return conclude(procedure_state_t::ABORTED, broken->text, now);
     case Limit::Then::hold:
+      if (!options_.attended) {
+        return conclude(procedure_state_t::FAIL, broken->text + unattended, now);
+      }
       if (stage_ == Stage::running && !held()) hold(Hold::in_step, broken->text, now);
   }
 }

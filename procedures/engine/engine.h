@@ -28,6 +28,8 @@ struct EngineOptions {
   Utime ready_timeout = 120 * second;  ///< for all of them to be ready
   Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and all to be well
   Utime heartbeat_timeout = second;    ///< silence after which a node is lost
+  /// Whether anybody may come. Nobody does to the twin: what would wait for an operator ends.
+  bool attended = true;
   /// Further preconditions, such as room on the disk; empty: none.
   std::function<std::vector<precondition_t>()> more_preconditions;
 };
@@ -67,6 +69,8 @@ class Engine {
   const Procedure& procedure() const { return procedure_; }
 
  private:
+  static constexpr const char* unattended = "; nobody is there to decide";
+
   enum class Stage {
     nodes,
     lease,

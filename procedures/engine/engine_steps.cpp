@@ -147,8 +147,9 @@ void Engine::step_failed(std::int8_t step_state, const std::string& reason, Utim
   const int index = state_.current_step;
   const OnFailure& on_failure = step(index).on_failure;
   const bool again = current().attempts <= on_failure.retries;
-  if (!again && on_failure.then == OnFailure::Then::abort) {
-    return conclude(outcome_of_step(step_state), reason, now);
+  const bool hold_it = on_failure.then == OnFailure::Then::hold;
+  if (!again && (on_failure.then == OnFailure::Then::abort || (hold_it && !options_.attended))) {
+    return conclude(outcome_of_step(step_state), reason + (hold_it ? unattended : ""), now);
   }
   end_step(step_state, reason, now);
   show_prompt(now);

@@ -30,6 +30,7 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
   }
   options.ready_timeout = run.ready_timeout;
   options.heartbeat_timeout = run.heartbeat_timeout;
+  options.attended = run.attended;
   return options;
 }
 

@@ -26,6 +26,7 @@ struct ProcedureRun {
   std::filesystem::path disk;
   Utime ready_timeout = 120 * second;
   Utime heartbeat_timeout = second;
+  bool attended = true;  ///< as EngineOptions::attended
 };
 
 /// The engine on the bus. Publishes PROCEDURE_STATE and OPERATOR_CONTROL on change and at 2 Hz,

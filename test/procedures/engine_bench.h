@@ -53,6 +53,7 @@ class EngineBench {
     run.host = run_info_t::TWIN;
     run.required_nodes = {"testbed", "estimator", "facility-driver", "lidar-driver"};
     run.ready_timeout = 5 * second;
+    run.attended = given.attended;
     RunSetup setup;
     setup.session = session;
     setup.target = "radarsat2";

@@ -139,6 +139,26 @@ TEST_CASE("a broken limit ends the run, or holds it") {
   }
 }
 
+TEST_CASE("where nobody can come, what would hold for the operator ends the run") {
+  fake::Script s;
+  s.attended = false;
+  SECTION("a step that fails") {
+    EngineBench bench(s, procedure_of("  - wait_until: time_in_run > 100 s\n    timeout: 2 s\n"
+                                      "    on_failure: retry 1 time, then hold\n"));
+    CHECK(bench.run() == procedure_state_t::TIMEOUT);
+    CHECK_THAT(bench.node->state().reason,
+               Catch::Matchers::Contains("is not done after 2 s") &&
+                   Catch::Matchers::Contains("nobody is there to decide"));
+    CHECK(bench.step("wait_until").attempts == 2);
+  }
+  SECTION("a limit") {
+    EngineBench bench(s, procedure_of("  - wait: 9 s\n") +
+                             "limits:\n  - {name: a, watch: time_in_run, max: 5 s, then: hold}\n");
+    CHECK(bench.run() == procedure_state_t::FAIL);
+    CHECK_THAT(bench.node->state().reason, Catch::Matchers::Contains("limit 'a'"));
+  }
+}
+
 TEST_CASE("faults are injected until the simulated cell says so, and cleared at the end") {
   const std::string text = procedure_of(
       "  - inject: {device: plc, fault: delayed, value: 2 s, for: 5 s}\n"

@@ -42,6 +42,7 @@ struct Script {
   double lidar_silent_from_s = -1;
   std::string refuse_scans;  ///< that a procedure asks for
   bool truth = true;
+  bool attended = true;
   bool lamps_work = true;
   double move_takes_s = 2;
   double stop_takes_s = 0;
