@@ -69,7 +69,7 @@ struct CourseOf {
 }  // namespace
 
 Rehearsal::Rehearsal(Rig& rig, const ArmPair& start)
-    : rig_(rig), guidance_(rig.surface, rig.settings.guidance) {
+    : rig_(rig), guidance_(rig.surface, rig.settings.guidance), trail_(rig.cell) {
   now_.joints = start;
   now_.pose = rig.cell.relative_pose(start.replica, start.sensor);
   moments_.push_back(now_);
@@ -117,21 +117,34 @@ void Rehearsal::stay(double duration) {
   }
 }
 
-void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
+std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
+    const testbed_command_t& command) {
+  if (command.command == testbed_command_t::RETREAT) {
+    auto way_back = rig_.commands.way_back(command, trail_, rig_.path_check, now_.joints);
+    trail_.clear();
+    return way_back;
+  }
   const std::int64_t time = utime_from_seconds(now_.time);
-  forecast.from_afar = lost_;
   // The estimator says what is so: guidance flies what was predicted.
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
-  const auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
+  auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
   guidance_.stop();
+  if (auto* refusal = std::get_if<std::string>(&result)) return std::move(*refusal);
+  trail_.begin(now_.joints);
+  return std::get<testbed::CommandPlanner::Plan>(std::move(result)).arms.motion;
+}
+
+void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
+  forecast.from_afar = lost_;
+  const auto result = motion_of(command);
   if (const auto* refusal = std::get_if<std::string>(&result)) {
     forecast.refusal = *refusal;
     lost_ = ever_lost_ = true;
     return;
   }
   if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends where it was told to
-  const auto& motion = *std::get<testbed::CommandPlanner::Plan>(result).arms.motion;
+  const auto& motion = *std::get<Motion>(result);
   forecast.guessed = testbed::is_closed_loop(command);
   if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
   forecast.moves = true;
@@ -147,6 +160,7 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
     if (!joints) break;  // the check has seen that there are some
     now_.time = start + t;
     now_.joints = *joints;
+    if (command.command != testbed_command_t::RETREAT) trail_.add(now_.joints);
     now_.pose = rig_.cell.relative_pose(joints->replica, joints->sensor);
     if (motion.duration() > 0) moments_.push_back(now_);
     if (i % between_looks == 0 || i == count) look_around(now_.joints, forecast);

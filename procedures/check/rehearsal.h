@@ -58,12 +58,16 @@ class Rehearsal {
   static constexpr double spacing = 0.08;  ///< s
 
  private:
+  using Motion = std::shared_ptr<const testbed::ArmMotion>;
+
   void move(const testbed_command_t& command, StepForecast& forecast);
+  std::variant<Motion, std::string> motion_of(const testbed_command_t& command);
   void look_around(const testbed::ArmPair& joints, StepForecast& forecast);
   void stay(double duration);
 
   Rig& rig_;
   testbed::Guidance guidance_;
+  testbed::Trail trail_;
   Moment now_;
   bool lost_ = false;  // where the arms are is not known: the motion before was refused
   bool ever_lost_ = false;

@@ -12,7 +12,7 @@ std::string in_seconds(Utime t) { return std::to_string(t / second) + " s"; }
 /// Steps that last as long as their motion does.
 bool lasts_as_its_motion(const Verb& verb) {
   return std::holds_alternative<Move>(verb) || std::holds_alternative<Trajectory>(verb) ||
-         std::holds_alternative<Approach>(verb);
+         std::holds_alternative<Retreat>(verb) || std::holds_alternative<Approach>(verb);
 }
 
 /// Steps by which the estimator is got to follow the target.

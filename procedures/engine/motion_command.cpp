@@ -47,6 +47,12 @@ struct Maker {
     return command;
   }
 
+  std::optional<testbed_command_t> operator()(const Retreat& retreat) const {
+    testbed_command_t command = command_of(testbed_command_t::RETREAT);
+    command.speed_m_s = retreat.speed;
+    return command;
+  }
+
   std::optional<testbed_command_t> operator()(const Trajectory& trajectory) const {
     testbed_command_t command = command_of(testbed_command_t::TRAJECTORY);
     set_waypoints(trajectory.waypoints(here), command);

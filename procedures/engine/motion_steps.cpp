@@ -38,7 +38,7 @@ Pose commanded_pose(const Bench& bench) {
   return {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
 }
 
-/// Everything the testbed carries out to an end: moves, trajectories, approaches.
+/// Everything the testbed carries out to an end: moves, retreats, trajectories, approaches.
 class MotionRunner final : public StepRunner {
  public:
   explicit MotionRunner(Verb verb) : verb_(std::move(verb)) {}
@@ -130,6 +130,9 @@ std::unique_ptr<StepRunner> make(const Lights& lights) {
   return std::make_unique<LightsRunner>(lights);
 }
 std::unique_ptr<StepRunner> make(const Move& move) { return std::make_unique<MotionRunner>(move); }
+std::unique_ptr<StepRunner> make(const Retreat& retreat) {
+  return std::make_unique<MotionRunner>(retreat);
+}
 std::unique_ptr<StepRunner> make(const Trajectory& trajectory) {
   return std::make_unique<MotionRunner>(trajectory);
 }

@@ -10,6 +10,7 @@ namespace berth::procedures {
 /// The runner of each verb.
 std::unique_ptr<StepRunner> make(const Lights& lights);
 std::unique_ptr<StepRunner> make(const Move& move);
+std::unique_ptr<StepRunner> make(const Retreat& retreat);
 std::unique_ptr<StepRunner> make(const Trajectory& trajectory);
 std::unique_ptr<StepRunner> make(const Acquire& acquire);
 std::unique_ptr<StepRunner> make(const Track& track);

@@ -27,6 +27,12 @@ Read read_move(Config& config) {
   return {move, 180};
 }
 
+Read read_retreat(Config& config) {
+  Retreat retreat;
+  if (config.has("speed")) retreat.speed = positive(config, "speed", Dimension::speed);
+  return {retreat, 600};
+}
+
 Read read_trajectory_step(Config& step) {
   Trajectory trajectory = read_trajectory(step);
   const double timeout = trajectory.duration > 0 ? trajectory.duration + 120 : 600;
@@ -100,6 +106,11 @@ std::vector<VerbInfo> motion_verbs() {
         {"turn", Kind::angular_speed, false, "10 deg/s", "greatest relative turn rate"},
         {"frozen", Kind::words, false, "none", "the arm that stands still", frozen_arms()}},
        read_move},
+      {"retreat",
+       "back along the way that the arms came by the last motion, given up or not",
+       "10 min",
+       {{"speed", Kind::speed, false, "the testbed's own", "greatest relative speed"}},
+       read_retreat},
       {"trajectory", "along a path made by one of these rules, open loop", "its end and 2 min",
        trajectory_keys(), nullptr, std::nullopt, read_trajectory_step},
       {"approach",

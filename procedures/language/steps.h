@@ -31,6 +31,11 @@ struct Move {
   int frozen_arm = 0;  ///< as in testbed_command_t: 0 none, 1 replica, 2 sensor
 };
 
+/// Back along the way that the arms came by the last motion, to where it began.
+struct Retreat {
+  double speed = 0;  ///< 0: the testbed's own
+};
+
 /// Looks for the target; done with the first good estimate.
 struct Acquire {
   double gate_near = 0;  ///< 0, 0: the estimator's own
@@ -136,9 +141,9 @@ struct ClearInjections {
 /// The estimator asks for no more scans.
 struct StopTracking {};
 
-using Verb =
-    std::variant<Lights, Move, Trajectory, Acquire, Track, Approach, Hold, Guided, Wait, WaitUntil,
-                 Dwell, Scan, Prompt, Annotate, Record, Inject, ClearInjections, StopTracking>;
+using Verb = std::variant<Lights, Move, Retreat, Trajectory, Acquire, Track, Approach, Hold, Guided,
+                          Wait, WaitUntil, Dwell, Scan, Prompt, Annotate, Record, Inject,
+                          ClearInjections, StopTracking>;
 
 /// What follows when a step fails, runs out of time or is at fault.
 struct OnFailure {

@@ -84,6 +84,26 @@ steps:
   CHECK(report.steps[2].start == Approx(report.steps[0].duration + report.steps[1].duration));
 }
 
+TEST_CASE("a retreat leads back to where the last motion began; a second one leads nowhere") {
+  const CheckReport report = check_text(R"(name: x
+steps:
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 100 mm/s}
+  - move: {to: [200, 0, 4500, 0, 10, 0], speed: 50 mm/s}
+  - retreat: {}
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s}
+  - retreat: {}
+  - retreat: {}
+)");
+  INFO(said(report));
+  CHECK(report.steps[2].moves);
+  CHECK(report.steps[2].duration > 5);
+  // there already: no way to go
+  CHECK(report.steps[3].duration < 2);
+  CHECK_THAT(said(report),
+             Contains("p.yaml:8: error: step 'retreat': the testbed refuses: there is "
+                      "no way back"));
+}
+
 TEST_CASE("a motion is refused with where, when and which limit, and the next ones are looked at") {
   const CheckReport report = check_text(R"(name: x
 steps:

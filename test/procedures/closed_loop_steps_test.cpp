@@ -34,6 +34,13 @@ TEST_CASE("an approach names its guidance, and what the target does meanwhile") 
   CHECK(plain.waypoint_count == 0);
 }
 
+TEST_CASE("a retreat goes at the speed given, or the testbed's own") {
+  CHECK(command_of("retreat: {speed: 30 mm/s}").command == testbed_command_t::RETREAT);
+  CHECK(command_of("retreat: {speed: 30 mm/s}").speed_m_s == Approx(0.03));
+  CHECK(command_of("retreat: {}").speed_m_s == 0);
+  CHECK_THROWS_WITH(parsed_step("retreat: {speed: 0 mm/s}"), Contains("speed"));
+}
+
 TEST_CASE("a pose is kept for a time alone, or by a profile") {
   CHECK(command_of("station_keep: 5 s").guidance == "");
   const auto command = command_of(

@@ -104,6 +104,20 @@ std::string CommandPlanner::limits_of(const testbed_command_t& command,
   return "";
 }
 
+std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_back(
+    const testbed_command_t& command, const Trail& trail, const PathCheck& check,
+    const ArmPair& start) const {
+  if (trail.empty()) return "there is no way back: nothing has moved since the last retreat";
+  RelativeLimits limits;
+  testbed_command_t with_speed = command;
+  if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
+  std::string wrong = limits_of(with_speed, limits);
+  if (!wrong.empty()) return wrong;
+  auto motion = trail.way_back(start, limits);
+  if (const auto refusal = check.check(*motion, start)) return refusal->text;
+  return motion;
+}
+
 CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, const ArmPair& start,
                                             std::int64_t now, Guidance& guidance) const {
   if (command.frozen_arm < 0 || command.frozen_arm > 2) {

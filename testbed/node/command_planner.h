@@ -10,6 +10,7 @@
 #include "testbed/guidance/steering.h"
 #include "testbed/guidance/target_motion.h"
 #include "testbed/motion/motion_planner.h"
+#include "testbed/motion/trail.h"
 #include "testbed/settings.h"
 
 namespace berth::testbed {
@@ -36,6 +37,11 @@ class CommandPlanner {
   /// @param now us, on guidance's clock
   Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
               Guidance& guidance) const;
+
+  /// A retreat along the trail. @return why there is none otherwise.
+  std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
+      const testbed_command_t& command, const Trail& trail, const PathCheck& check,
+      const ArmPair& start) const;
 
   /// The rates that the command asks for. @return why they cannot be had; empty when they can.
   std::string limits_of(const testbed_command_t& command, RelativeLimits& limits) const;

@@ -189,21 +189,15 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
 
 std::string TestbedNode::retreat(const testbed_command_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
-  if (trail_.empty()) return "there is no way back: nothing has moved since the last retreat";
-  RelativeLimits limits;
-  testbed_command_t with_speed = command;
-  if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
-  const std::string wrong = commands_.limits_of(with_speed, limits);
-  if (!wrong.empty()) return wrong;
-
   const ArmPair start = reference_joints();
   if (engaged_) stream(commanded_, planning_time);
+  auto way_back = commands_.way_back(command, trail_, check_, start);
+  if (auto* wrong = std::get_if<std::string>(&way_back)) return std::move(*wrong);
   Task task;
   task.seq = command.seq;
   task.mode = Mode::moving;
   task.retreat = true;
-  task.motion = trail_.way_back(start, limits);
-  if (const auto refusal = check_.check(*task.motion, start)) return refusal->text;
+  task.motion = std::get<std::shared_ptr<const ArmMotion>>(std::move(way_back));
   set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   start_task(std::move(task));
   return "";
