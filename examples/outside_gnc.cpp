@@ -3,7 +3,7 @@
 // how the chaser is to move. Needs liblcm and the messages of lcmtypes/, nothing else of Berth.
 //
 //   berth run procedures/outside_gnc.yaml       (one terminal)
-//   outside_gnc [LCM URL]                       (another)
+//   outside_gnc [--lcm-url URL]                 (another)
 //
 // The procedure's step `guided: {by: my-gnc, ...}` lets it steer, and ends it.
 #include <algorithm>
@@ -13,6 +13,8 @@
 #include <cmath>
 #include <cstdio>
 #include <lcm/lcm-cpp.hpp>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -71,9 +73,17 @@ class Gnc {
 /// @param arguments an LCM URL; without one LCM_DEFAULT_URL, or LCM's own
 int main(int count, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  lcm::LCM lcm(count > 1 ? arguments[1] : "");
+  const std::vector<std::string> words(arguments + 1, arguments + count);
+  const bool has_url = words.size() == 2 && words[0] == "--lcm-url";
+  if (!words.empty() && !has_url) {
+    const bool asked = words[0] == "--help";
+    std::fprintf(asked ? stdout : stderr, "usage: outside_gnc [--lcm-url URL]\n");
+    return asked ? 0 : 2;
+  }
+  const std::string url = has_url ? words[1] : "";
+  lcm::LCM lcm(url);
   if (!lcm.good()) {
-    std::fprintf(stderr, "outside_gnc: no LCM at '%s'\n", count > 1 ? arguments[1] : "");
+    std::fprintf(stderr, "outside_gnc: no LCM at '%s'\n", url.c_str());
     return 2;
   }
   Gnc gnc(lcm);

@@ -173,6 +173,7 @@ void History::record(const Night& night, const FinishedRun& run) {
   for (const RunValue& value : run.values) {
     insert.run(id, quantity(value), value.value, value.samples);
   }
+  database_.prepare("UPDATE night SET wall_s = ? WHERE id = ?").run(night.wall_s, night.id);
   transaction.commit();
 }
 

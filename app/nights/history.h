@@ -101,7 +101,8 @@ class History {
   void finish(const Night& night, const std::vector<FlaggedChange>& changes);
   void accept(const std::string& night);
 
-  /// In one transaction: a run is there with all its values, or not at all.
+  /// In one transaction: a run is there with all its values, or not at all; and how long the night
+  /// has lasted, should it be interrupted.
   void record(const Night& night, const FinishedRun& run);
   void forget_directory(const Night& night, const std::string& directory);
   /// In the order they were recorded.

@@ -222,7 +222,7 @@ int run_night(const NightRequest& request) {
   std::fflush(stdout);
   Keeper keeper(out, plan.keep);
   for (FinishedRun run : finished) keeper.judge(night, run);
-  double wall_s = 0;
+  const double before_s = night.wall_s;
   {
     ProcessLoop loop(clock_offset_now());
     Runner runner(loop, {request.program, directory, plan.baseline, plan.jobs, plan.run_timeout_s,
@@ -230,10 +230,11 @@ int run_night(const NightRequest& request) {
     NightProgress progress(planned.size() - to_run.size(), planned.size());
     const auto left = runner.run(std::move(to_run), [&](const PlannedRun&, FinishedRun run) {
       keeper.judge(night, run);
+      night.wall_s = before_s + progress.elapsed_s();
       history.record(night, run);
       progress.finished(run);
     });
-    wall_s = progress.elapsed_s();
+    night.wall_s = before_s + progress.elapsed_s();
     if (runner.interrupted()) {
       std::printf("interrupted with %zu runs to go: the same command goes on with them\n",
                   left.size());
@@ -246,7 +247,6 @@ int run_night(const NightRequest& request) {
   report.runs = history.runs(night);
   report.changes = find_changes(evidence_for(history, plan, night, report.runs), plan.false_alarms,
                                 plan.least_change);
-  night.wall_s += wall_s;
   night.configuration_hash = configuration_of(report.runs);
   judge(plan, report);
   night.ended = utc_text(std::time(nullptr));

@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "common/core/error.h"
+#include "common/core/positive.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/procedure.h"
 
@@ -25,10 +26,10 @@ std::vector<std::string> read_range(Config& axis) {
   if (!dimension) throw axis.error("from", "found '" + from + "', expected a quantity");
   const double first = parse_quantity(from, *dimension);
   const double last = axis.quantity("to", *dimension);
-  const double step = axis.quantity("step", *dimension);
+  const double step = positive(axis, "step", *dimension);  // from and to say which way
   axis.finish();
-  const double count = step == 0 ? 0 : std::floor(std::abs((last - first) / step) + 1e-9);
-  if (step == 0 || count >= most_steps) {
+  const double count = std::floor(std::abs((last - first) / step) + 1e-9);
+  if (count >= most_steps) {
     throw axis.error("step", "gives more than " + std::to_string(most_steps) + " values");
   }
   const std::string unit = std::regex_replace(from, std::regex(R"(^\s*[-+0-9.eE]*[0-9.]\s*)"), "");

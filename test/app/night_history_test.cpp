@@ -39,6 +39,7 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
     history.begin(night);
     CHECK(night.number == 1);
     history.record(night, made_run(1, false, 2.5));
+    night.wall_s = 12;
     history.record(night, made_run(77, true, 3.5));
     // What is recorded twice is a mistake, and leaves nothing behind.
     CHECK_THROWS_AS(history.record(night, made_run(1, false, 9)), std::runtime_error);
@@ -46,6 +47,7 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
   History history(directory / "history.sqlite");
   REQUIRE(history.nights().size() == 1);
   CHECK(history.nights()[0].ended.empty());
+  CHECK(history.nights()[0].wall_s == 12);
   auto runs = history.runs(night);
   REQUIRE(runs.size() == 2);
   REQUIRE(runs[0].values.size() == 2);

@@ -5,7 +5,7 @@
 . "$(dirname "$0")/common.sh"
 gnc=$2
 
-"$gnc" "$url" >"$work/gnc.txt" 2>&1 &
+"$gnc" --lcm-url "$url" >"$work/gnc.txt" 2>&1 &
 outside=$!
 expect 0 "$bin/berth" run --no-console --out "$work/steered" --lcm-url "$url" procedures/outside_gnc.yaml
 says "verdict: PASS"
