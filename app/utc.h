@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -18,7 +19,7 @@ inline std::string utc_text(std::time_t time) {
 
 /// A duration: "4:07" or "1:04:07".
 inline std::string clock_text(double s) {
-  const auto total = static_cast<long>(s + 0.5);
+  const auto total = std::lround(s);
   char text[32];
   if (total < 3600) {
     std::snprintf(text, sizeof text, "%ld:%02ld", total / 60, total % 60);

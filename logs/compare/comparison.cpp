@@ -144,7 +144,7 @@ bool same_results(const std::vector<criterion_result_t>& a,
 
 namespace {
 
-double median(std::vector<double> values) {
+double median(const std::vector<double>& values) {
   return values.empty() ? 0 : compute(Statistic::p50, values);
 }
 

@@ -151,16 +151,16 @@ void ProcedureNode::event(std::int8_t severity, const std::string& code, const s
   Node::event(severity, code, text);
 }
 
-std::unique_ptr<ProcedureNode> make_procedure_node(NodeSetup setup, const RunSetup& run_setup,
+std::unique_ptr<ProcedureNode> make_procedure_node(const NodeSetup& setup,
+                                                   const RunSetup& run_setup,
                                                    const ProcedureRun& run, Bus& bus, Loop& loop) {
   procedures::Procedure procedure = procedures::load_procedure(run.file, run.parameters);
   const Target target = load_target(run_setup.target, run_setup.target_length);
   run_info_t info = procedures::make_run_info(procedure, run_setup, target, run.name, run.host,
                                               setup.configuration_hash);
   info.session = setup.session;
-  return std::make_unique<ProcedureNode>(std::move(setup), std::move(procedure), run,
-                                         std::move(info), logs::nearest_point_on(target), bus,
-                                         loop);
+  return std::make_unique<ProcedureNode>(setup, std::move(procedure), run, std::move(info),
+                                         logs::nearest_point_on(target), bus, loop);
 }
 
 }  // namespace berth

@@ -73,7 +73,8 @@ class ProcedureNode final : public Node, private procedures::Actions {
 };
 
 /// @throws InputError for a procedure, parameter, target or configuration that is wrong.
-std::unique_ptr<ProcedureNode> make_procedure_node(NodeSetup setup, const RunSetup& run_setup,
+std::unique_ptr<ProcedureNode> make_procedure_node(const NodeSetup& setup,
+                                                   const RunSetup& run_setup,
                                                    const ProcedureRun& run, Bus& bus, Loop& loop);
 
 }  // namespace berth
