@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/tracking/edge_propagation.h"
+
 namespace berth::estimator {
 
 namespace {
@@ -42,9 +44,7 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
   if (of_velocity_) {
     prior_.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
   }
-  const double angle = std::hypot(beam_model.azimuth_sigma_rad, beam_model.elevation_sigma_rad);
-  const double distance = (predicted.pose * model.centre).norm();
-  blurred_ = angle / std::sqrt(2.0) * distance > options.least_blur * beam_model.range_sigma_m;
+  blurred_ = angles_blur_edges(beam_model, (predicted.pose * model.centre).norm());
 }
 
 void BeamDescent::start_from(const Pose& pose) {
@@ -257,6 +257,65 @@ void BeamDescent::take_misses(const BeamSample& sample, Result& result, double& 
   cost += sample.weight * said.cost;
 }
 
+/// Beams away from edges are summed up once: a small step does not change their faces.
+void BeamDescent::rest_among_edges() {
+  if (!blurred_ && beams_.all.size() > static_cast<std::size_t>(options_.most_edge_returns)) return;
+  constexpr int most_sweeps = 3;
+  constexpr double small = 1;            // step, in its own standard deviations, squared
+  constexpr double start_inflation = 2;  // of the variance: faces may have been mistaken
+  BeamInformationOptions how = pose_only_;
+  how.of_velocity = of_velocity_;
+  start_from(best_.motion.pose);
+  at_.velocity = best_.motion.velocity;
+  Matrix12d covariance = Matrix12d::Zero();
+  solve(best_.information + prior_, Vector12d::Zero(), of_velocity_, covariance);
+  covariance *= start_inflation;
+  at_.covariance = covariance.topLeftCorner<6, 6>();
+
+  BeamPicks near;
+  MotionInformation faces =
+      beam_information(model_, beam_model_, scan_.beams, at_, how, outlined().all, near).motion();
+  EdgePropagation edges(model_, beam_model_, scan_.beams, near, how);
+  MotionInformation said;
+  const auto move = [&] {
+    const Matrix12d information = faces.information + said.information + prior_;
+    const Vector12d pulled = prior_ * away_from(now());
+    const Vector12d d =
+        solve(information, faces.gradient + said.gradient + pulled, of_velocity_, covariance);
+    go_on(d);
+    faces.gradient -= faces.information * d;
+    said.gradient -= said.information * d;
+    edges.moved(d);
+    return d.dot(information * d);
+  };
+  for (int i = 0; i < most_sweeps; ++i) {
+    said = edges.sweep(at_, covariance);
+    if (move() < small) break;
+  }
+  best_.motion = now();
+  best_.covariance = covariance.topLeftCorner<6, 6>();
+  best_.information = faces.information + said.information;
+  best_.steps = steps_;
+}
+
+/// Of the pose alone, or of the velocity, too. covariance: the information's inverse.
+Vector12d BeamDescent::solve(const Matrix12d& information, const Vector12d& gradient,
+                             bool of_velocity, Matrix12d& covariance) {
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
+  const Eigen::Index size = of_velocity ? 12 : 6;
+  const Square known = information.topLeftCorner(size, size);
+  const Square inverse = known.ldlt().solve(Square::Identity(size, size));
+  covariance.topLeftCorner(size, size) = 0.5 * (inverse + inverse.transpose());
+  return covariance * gradient;
+}
+
+void BeamDescent::go_on(const Vector12d& step) {
+  at_.pose = perturbed(at_.pose, step.head<6>());
+  at_.velocity.linear += step.segment<3>(6);
+  at_.velocity.angular += step.tail<3>();
+  ++steps_;
+}
+
 const OutlineSelection& BeamDescent::outlined() {
   if (!outlined_) {
     outlined_ = select_outline(scan_, 2 * static_cast<std::size_t>(options_.settle_returns),
@@ -286,21 +345,12 @@ double BeamDescent::step(const BeamInformationOptions& how, const BeamPicks& pic
   const Vector12d away = away_from(now());
   const Vector12d pulled = prior_ * away;
   sums_.cost += away.dot(pulled);
-  // Of the pose alone, or of the velocity, too; never on the heap.
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
-  const Eigen::Index size = how.of_velocity ? 12 : 6;
-  const Square information = (information_ + prior_).topLeftCorner(size, size);
-  const Eigen::LDLT<Square> solver(information);
-  const Square covariance = solver.solve(Square::Identity(size, size));
+  const Matrix12d information = information_ + prior_;
+  Matrix12d covariance = Matrix12d::Zero();
+  const Vector12d d = solve(information, said.gradient + pulled, how.of_velocity, covariance);
   covariance_ = covariance.topLeftCorner<6, 6>();
-  covariance_ = Matrix6d(0.5 * (covariance_ + covariance_.transpose()));
-  Vector12d d = Vector12d::Zero();
-  d.head(size) = covariance * (said.gradient + pulled).head(size);
-  at_.pose = perturbed(at_.pose, d.head<6>());
-  at_.velocity.linear += d.segment<3>(6);
-  at_.velocity.angular += d.tail<3>();
-  ++steps_;
-  return d.head(size).dot(information * d.head(size));
+  go_on(d);
+  return d.dot(information * d);
 }
 
 /// Where pose and velocity are the likeliest, the returns pull away from what was predicted as much

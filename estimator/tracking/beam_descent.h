@@ -20,16 +20,15 @@ struct BeamDescentOptions {
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
   double gate_shrink = 0.1;    ///< of the gate's variance, from step to step
-  /// Where the angle noise moves a beam on the target by more than so many of its range sigmas, the
-  /// last word is with edges, too. Elsewhere they decide between optima only: too sharp to
-  /// converge.
-  double least_blur = 0.2;
-  int polish_steps = 3;  ///< on all beams, at most
+  int polish_steps = 3;        ///< on all beams, at most
   /// Standard deviation by which edges are blurred on which a pose rests: where they are is seen no
   /// better than beams are apart. Of that distance, and at least, m.
   double edge_blur = 0.3;
   double least_edge_blur_m = 0.001;
   OpenDirectionsOptions open_directions;
+  /// Where angle noise is little a scan of more returns does not come to rest among edges: it would
+  /// take longer than it gains.
+  int most_edge_returns = 10000;
 };
 
 /// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on few with
@@ -59,6 +58,8 @@ class BeamDescent {
   /// first that they are seen from a slip away; and unless that settles it, along the directions
   /// that faces leave open. Where edges lead to what faces said, it is enough that it is credible.
   void search(const Judgement& settled, const Judgement& credible);
+  /// From the best, which faces hold: to where hits and misses about their edges put it, too.
+  void rest_among_edges();
   const Result& best() const { return best_; }
   /// What the returns alone say of pose and velocity. Nothing where the velocity is known.
   std::optional<MeasuredMotion> measured() const;
@@ -80,6 +81,9 @@ class BeamDescent {
   Matrix6d blur(double scale_m) const;
   /// What the beams say that met nothing, in counts and cost.
   void take_misses(const BeamSample& sample, Result& result, double& cost) const;
+  static Vector12d solve(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
+                         Matrix12d& covariance);
+  void go_on(const Vector12d& step);
   double moved_since(const Pose& before) const;
   Vector12d away_from(const Motion& motion) const;
   Motion now() const { return {at_.pose, at_.velocity}; }

@@ -24,10 +24,11 @@ Matrix6d both(const Matrix3d& rotation) {
 class Accumulator {
  public:
   Accumulator(const TargetModel& model, const BeamModel& beam_model, const BeamLinearisation& at,
-              const BeamInformationOptions& options)
+              const BeamInformationOptions& options, std::vector<const Beam*>* at_edges = nullptr)
       : model_(model),
         beam_model_(beam_model),
         options_(options),
+        at_edges_(at_edges),
         at_(at),
         frame_(at),
         sums_(options.of_velocity),
@@ -63,6 +64,7 @@ class Accumulator {
     arm_right_ = std::sqrt(3.0 * right2);
     arm_up_ = std::sqrt(3.0 * up2);
     edge_reach_ = 2.5 * std::sqrt(0.5 * (right2 + up2));
+    blurred_ = angles_blur_edges(beam_model, range);
     edge_.footprint = wide_ ? 2 * width2 / (right2 + up2) : 0;
     edge_.pulse_m = wide_ ? pulse_m : 0;
     edge_.least_light = least_light;
@@ -111,6 +113,10 @@ class Accumulator {
   }
 
   void take(const Beam& beam, double time, const Ray& ray, const RayHit& hit) {
+    if (at_edges_ != nullptr && may_change_face(beam, ray, hit)) {
+      at_edges_->push_back(&beam);
+      return;
+    }
     if (!std::isfinite(hit.range)) {
       if (may_touch(beam, ray) && take_near_edge(beam, ray, hit)) return;
       if (beam.hit()) result_.cost += past_cost_;
@@ -136,6 +142,18 @@ class Accumulator {
     ++(nearer ? result_.blocked : result_.through);
     result_.cost += gate2_;
     take_beside(beam, time, ray);
+  }
+
+  /// Whether the pose or the angle noise may have it meet another face, or none.
+  bool may_change_face(const Beam& beam, const Ray& ray, const RayHit& hit) {
+    if (!std::isfinite(hit.range)) return true;
+    const double cosine = -hit.normal.dot(ray.direction);
+    const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
+    if (model_.borders.near(hit.triangle, ray.origin + hit.range * ray.direction, reach)) {
+      return true;
+    }
+    // Something may stand before the face; where beams go far astray that counts.
+    return blurred_ && cast_beside(beam, ray, hit);
   }
 
   /// Whether a beam that passes the model may be so wide that its light does not.
@@ -212,7 +230,18 @@ class Accumulator {
   /// A beam near an end of the face that it meets: cast beside itself, too. @return false when it
   /// is none: what it meets is one face, or nothing.
   bool take_near_edge(const Beam& beam, const Ray& ray, const RayHit& hit) {
+    if (!cast_beside(beam, ray, hit)) return false;
     const double time = frame_.go_to(beam);
+    if (options_.edges) {
+      take_edge(beam, time);
+      return true;
+    }
+    return take_mixed(beam, time);
+  }
+
+  /// @return whether what is beside it is another face, or none.
+  bool cast_beside(const Beam& beam, const Ray& ray, const RayHit& hit) {
+    frame_.go_to(beam);
     const Vector3d& d = beam.direction;
     const double level = std::max(1e-9, std::sqrt(d.x() * d.x() + d.z() * d.z()));
     // Derivatives of beam_direction(), times the length of an arm.
@@ -227,12 +256,7 @@ class Accumulator {
                                        .normalized()};
     }
     model_.caster.cast(std::span(edge_.rays).subspan(1), far(), std::span(edge_.hits).subspan(1));
-    if (!edge_.meets() || edge_.one_plane(same_plane * beam_model_.range_sigma_m)) return false;
-    if (options_.edges) {
-      take_edge(beam, time);
-      return true;
-    }
-    return take_mixed(beam, time);
+    return edge_.meets() && !edge_.one_plane(same_plane * beam_model_.range_sigma_m);
   }
 
   /// A beam whose light meets several faces, or one and what is behind it: the range is their mean,
@@ -301,6 +325,7 @@ class Accumulator {
   const TargetModel& model_;
   const BeamModel& beam_model_;
   const BeamInformationOptions& options_;
+  std::vector<const Beam*>* at_edges_;
   const BeamLinearisation& at_;
   MovingFrame frame_;
   NormalSums sums_;
@@ -316,6 +341,7 @@ class Accumulator {
   std::array<Ray, chunk> rays_;
   std::array<RayHit, chunk> hits_;
   bool wide_;
+  bool blurred_;
   double edge_variance_;         // m^2, see least_edge_share
   double edge_information_ = 0;  // 1/m^2, of where edges are
   EdgeBeam edge_;
@@ -323,6 +349,11 @@ class Accumulator {
 };
 
 }  // namespace
+
+bool angles_blur_edges(const BeamModel& beam_model, double range) {
+  const double angle = std::hypot(beam_model.azimuth_sigma_rad, beam_model.elevation_sigma_rad);
+  return angle / std::sqrt(2.0) * range > 0.2 * beam_model.range_sigma_m;
+}
 
 BeamInformation& BeamInformation::operator+=(const BeamInformation& other) {
   for (std::size_t i = 0; i < 3; ++i) information[i] += other.information[i];
@@ -358,6 +389,23 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const std::uint32_t> picks) {
   return Accumulator(model, beam_model, at, options)
       .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& { return beams[picks[i]]; });
+}
+
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const std::uint32_t> picks,
+                                 std::vector<std::uint32_t>& at_edges) {
+  std::vector<const Beam*> found;
+  const BeamInformation sums = Accumulator(model, beam_model, at, options, &found)
+                                   .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& {
+                                     return beams[picks[i]];
+                                   });
+  at_edges.clear();
+  for (const Beam* beam : found) {
+    at_edges.push_back(static_cast<std::uint32_t>(beam - beams.data()));
+  }
+  return sums;
 }
 
 }  // namespace berth::estimator

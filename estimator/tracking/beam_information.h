@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "common/core/beam_model.h"
 #include "estimator/filter/motion_information.h"
@@ -71,6 +72,10 @@ struct BeamInformation {
   MotionInformation motion() const;
 };
 
+/// Whether angle noise moves a beam on a target there (m) by a good part of its range noise: then a
+/// descent's last word is with edges. Else they are too sharp to converge from far.
+bool angles_blur_edges(const BeamModel& beam_model, double range);
+
 /// Casts the beams at the model as it moves and sums up their information. Beams that returned
 /// nothing only count. No allocation; the same bits every time; const, safe from several threads.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
@@ -81,5 +86,12 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks);
+/// at_edges: beams whose place among the faces is not certain are left to it, in their order: they
+/// are not summed up, and nor are these beams counted.
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const std::uint32_t> picks,
+                                 std::vector<std::uint32_t>& at_edges);
 
 }  // namespace berth::estimator

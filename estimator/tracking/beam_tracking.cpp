@@ -109,9 +109,11 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   }
   descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
   // Where a wide beam meets several faces their ranges tell little: what holds the pose is edges.
-  if (options_.descent.information.likelihood.footprint || !settled(descent.best()) ||
-      open(descent.best())) {
+  const bool wide = options_.descent.information.likelihood.footprint;
+  if (wide || !settled(descent.best()) || open(descent.best())) {
     descent.search(settled, credible);
+  } else {
+    descent.rest_among_edges();
   }
 
   const BeamDescent::Result& best = descent.best();

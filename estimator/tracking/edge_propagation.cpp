@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/tracking/edge_propagation.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "estimator/tracking/moving_frame.h"
+
+namespace berth::estimator {
+
+namespace {
+
+constexpr std::size_t packet = 8;  // of rays that are cast together
+constexpr std::size_t node_count = 2 * packet;
+using Nodes = std::array<Eigen::Vector2d, node_count>;
+
+/// Of a normal distribution, each with the same weight: on a spiral (Vogel 1979), then with mean 0
+/// and unit covariance. Every second one first: half of them are as far apart as all.
+Nodes make_nodes() {
+  Nodes nodes;
+  const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < node_count; ++k) {
+    const auto along = static_cast<double>(k < packet ? 2 * k : 2 * (k - packet) + 1);
+    const double radius = std::sqrt(-2 * std::log(1 - (along + 0.5) / node_count));
+    const double angle = along * turn;
+    nodes[k] = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    mean += nodes[k] / node_count;
+  }
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (Eigen::Vector2d& node : nodes) {
+    node -= mean;
+    covariance += node * node.transpose() / node_count;
+  }
+  const Eigen::Matrix2d root = covariance.llt().matrixL();
+  for (Eigen::Vector2d& node : nodes) node = root.triangularView<Eigen::Lower>().solve(node);
+  return nodes;
+}
+
+const Nodes& nodes() {
+  static const Nodes made = make_nodes();
+  return made;
+}
+
+/// A node stands for a normal distribution about it, too: this share of the whole one's variance.
+/// Without it a beam of which few nodes are left would know more than it can.
+constexpr double node_width = 0.3;
+
+constexpr double same_plane = 0.1;  // range sigmas
+
+/// Axes of a beam: right, up, along it; sensor frame. They turn with the target, so that what is
+/// found does, too.
+Matrix3d axes_of(const Vector3d& direction, const Pose& pose) {
+  Vector3d up = pose.rotation * Vector3d::UnitZ();
+  if (std::abs(up.dot(direction)) > 0.9) up = pose.rotation * Vector3d::UnitX();
+  Matrix3d axes;
+  axes.col(0) = up.cross(direction).normalized();
+  axes.col(1) = axes.col(0).cross(direction);
+  axes.col(2) = direction;
+  return axes;
+}
+
+/// Covariance of a beam's angle noise along its axes, rad^2.
+Eigen::Matrix2d angle_noise(const Matrix3d& axes, const BeamModel& beam_model) {
+  const Vector3d d = axes.col(2);
+  const double level = std::max(1e-9, std::hypot(d.x(), d.z()));
+  const Vector3d azimuth(d.z(), 0, -d.x());  // change of the direction with it
+  const Vector3d elevation = azimuth.cross(d) / level;
+  const auto across = axes.leftCols<2>();
+  const Eigen::Vector2d right = beam_model.azimuth_sigma_rad * (across.transpose() * azimuth);
+  const Eigen::Vector2d up = beam_model.elevation_sigma_rad * (across.transpose() * elevation);
+  return right * right.transpose() + up * up.transpose();
+}
+
+}  // namespace
+
+/// A beam before the target, cast at where the target may be for all that other beams say.
+struct EdgePropagation::View {
+  const Beam& beam;
+  Matrix3d axes;          // of the beam: right, up, along it; model frame
+  Vector3d eye;           // model frame
+  Eigen::Matrix2d angle;  // covariance of its angle noise: right, up
+  double range_variance;  // m^2
+
+  // Of the target's displacement there, without this beam: [right; up; along], m.
+  Vector3d mean = Vector3d::Zero();
+  Matrix3d cavity = Matrix3d::Zero();
+
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  // of the beam across the target, rad^2
+  std::array<Eigen::Vector2d, node_count> off{};     // from the middle, rad
+  std::array<Ray, node_count> rays{};
+  std::array<RayHit, node_count> hits{};
+
+  /// @return whether any node meets the target. Most beams pass it: half of them tell.
+  bool cast(const RayCaster& caster, double far, double range) {
+    spread = cavity.topLeftCorner<2, 2>() / (range * range) + angle;
+    const Eigen::Matrix2d root =
+        std::sqrt(1 - node_width) * Eigen::Matrix2d(spread.llt().matrixL());
+    const Eigen::Vector2d middle = -mean.head<2>() / range;
+    for (std::size_t k = 0; k < node_count; ++k) {
+      off[k] = root * nodes()[k];
+      const Eigen::Vector2d at = middle + off[k];
+      rays[k] = {eye, (axes * Vector3d(at.x(), at.y(), 1)).normalized()};
+    }
+    const std::span all_rays(rays);
+    const std::span all_hits(hits);
+    caster.cast(all_rays.first(packet), far, all_hits.first(packet));
+    if (std::none_of(hits.begin(), hits.begin() + packet,
+                     [](const RayHit& hit) { return std::isfinite(hit.range); })) {
+      return false;
+    }
+    caster.cast(all_rays.last(packet), far, all_hits.last(packet));
+    return true;
+  }
+
+  double nearest() const {
+    double range = std::numeric_limits<double>::infinity();
+    for (const RayHit& hit : hits) range = std::min(range, hit.range);
+    return range;
+  }
+
+  /// Whether all nodes meet one plane, to so many metres.
+  bool one_plane(double tolerance) const {
+    if (!std::isfinite(hits[0].range)) return false;
+    const Vector3d& normal = hits[0].normal;
+    const Vector3d place = hits[0].range * rays[0].direction;
+    for (std::size_t k = 1; k < node_count; ++k) {
+      if (!std::isfinite(hits[k].range) || normal.dot(hits[k].normal) < 0.99) return false;
+      const double beside = normal.dot(hits[k].range * rays[k].direction - place);
+      if (std::abs(beside) > tolerance) return false;
+    }
+    return true;
+  }
+};
+
+EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamPicks& near,
+                                 const BeamInformationOptions& options)
+    : model_(model), beam_model_(beam_model), beams_(beams), options_(options) {
+  sites_.reserve(near.size());
+  for (const std::uint32_t beam : near) sites_.emplace_back().beam = beam;
+}
+
+MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matrix12d& covariance) {
+  MotionInformation sum;
+  MovingFrame frame(at);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    Site& site = sites_[i];
+    if (!site.final && !renew(site, at, frame, covariance)) continue;
+    const Eigen::Matrix<double, 6, 3> weighted = site.lever.transpose() * site.precision;
+    const Matrix6d information = weighted * site.lever;
+    const Vector6d gradient = site.lever.transpose() * site.shift;
+    const double t = site.time;
+    sum.information.topLeftCorner<6, 6>() += information;
+    sum.gradient.head<6>() += gradient;
+    if (options_.of_velocity) {
+      sum.information.topRightCorner<6, 6>() += t * information;
+      sum.information.bottomLeftCorner<6, 6>() += t * information;
+      sum.information.bottomRightCorner<6, 6>() += t * t * information;
+      sum.gradient.tail<6>() += t * gradient;
+    }
+    ++sum.returns;
+    sites_[kept++] = site;
+  }
+  sites_.resize(kept);
+  return sum;
+}
+
+void EdgePropagation::moved(const Vector12d& step) {
+  for (Site& site : sites_) {
+    const Vector6d then = step.head<6>() + site.time * step.tail<6>();
+    site.shift -= site.precision * (site.lever * then);
+  }
+}
+
+/// @return whether the beam has anything to say.
+bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
+                            const Matrix12d& covariance) const {
+  const Beam& beam = beams_[site.beam];
+  const double t = site.time = frame.go_to(beam);
+  const Matrix3d axes = axes_of(beam.direction, at.pose);
+  const Vector3d origin = at.pose.position + t * at.velocity.linear;
+  const auto reach_to = [&](double range) {
+    site.range = range;
+    site.lever << axes.transpose(), -axes.transpose() * skew(range * beam.direction - origin);
+  };
+  if (site.range == 0) reach_to(beam.hit() ? beam.range : (at.pose * model_.centre).norm());
+  Matrix6d pose = covariance.topLeftCorner<6, 6>();
+  if (options_.of_velocity) {
+    pose += t * (covariance.topRightCorner<6, 6>() + covariance.bottomLeftCorner<6, 6>()) +
+            t * t * covariance.bottomRightCorner<6, 6>();
+  }
+  // Never flat, for rounding.
+  constexpr double least_variance = 1e-10;  // m^2
+  const Matrix3d here =
+      site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
+
+  const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
+  View view{beam, frame.turn() * axes, frame.eye(), angle_noise(axes, beam_model_),
+            sigma * sigma + options_.model_sigma_m * options_.model_sigma_m};
+  leave_out(site, here, view);
+  const double far = (model_.centre - view.eye).norm() + 1.01 * model_.radius;
+  if (!view.cast(model_.caster, far, site.range)) return false;
+  reach_to(view.nearest());
+  if (view.one_plane(same_plane * beam_model_.range_sigma_m)) {
+    site.final = true;
+    return rest_on_face(site, here, view);
+  }
+  match_moments(site, view);
+  return true;
+}
+
+/// The cavity.
+void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, View& view) {
+  view.cavity = here;
+  if (site.precision.isZero(0)) return;
+  constexpr double least_left = 0.02;  // of the variance; this beam may be all that holds it
+  const Matrix3d root = here.llt().matrixL();
+  const Matrix3d left = Matrix3d::Identity() - root.transpose() * site.precision * root;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(left);
+  const Matrix3d turned = root * eigen.eigenvectors();
+  view.cavity = turned * eigen.eigenvalues().cwiseMax(least_left).cwiseInverse().asDiagonal() *
+                turned.transpose();
+  view.mean = -view.cavity * site.shift;
+}
+
+/// The row that it would be far from edges. @return whether its return fits.
+bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const View& view) const {
+  if (!view.beam.hit()) return false;
+  const Vector3d& facing = view.hits[0].normal;
+  const Vector3d normal = view.axes.transpose() * facing;
+  const double cosine = -normal.z();
+  if (cosine < options_.least_cosine) return false;
+  const double range = -view.hits[0].range * facing.dot(view.rays[0].direction) / cosine;
+  const double variance = cosine * cosine * view.range_variance +
+                          range * range * normal.head<2>().dot(view.angle * normal.head<2>());
+  const double residual = cosine * (range - view.beam.range);
+  const double gate2 = options_.gate_sigmas * options_.gate_sigmas;
+  if (residual * residual > gate2 * (variance + normal.dot(here * normal))) return false;
+  site.precision = normal * normal.transpose() / variance;
+  site.shift = normal * (residual / variance);
+  return true;
+}
+
+/// Given where across the target the beam went (a node), the displacement is normal, and with the
+/// node's face, the range is normal and linear in it; so it is a mixture of normal distributions.
+void EdgePropagation::match_moments(Site& site, const View& view) const {
+  const LikelihoodOptions& shares = options_.likelihood;
+  const double rare = shares.outlier / shares.background_depth_m;
+  const double past = shares.background / shares.background_depth_m;
+  const double regularly = 1 - shares.drop_out - shares.outlier;
+
+  // With the beam's place on the target: moving the target is moving the beam the other way.
+  const Eigen::Matrix<double, 3, 2> with_place = -view.cavity.leftCols<2>() / site.range;
+  const Eigen::Matrix<double, 3, 2> gain = with_place * view.spread.inverse();
+  const Matrix3d rest = view.cavity - (1 - node_width) * gain * with_place.transpose();
+
+  double total = 0;
+  Vector3d first = Vector3d::Zero();
+  Matrix3d second = Matrix3d::Zero();
+  const auto add = [&](double weight, const Vector3d& mean) {
+    total += weight;
+    first += weight * mean;
+    second += weight * mean * mean.transpose();
+  };
+  for (std::size_t k = 0; k < node_count; ++k) {
+    const RayHit& hit = view.hits[k];
+    const Vector3d mean = gain * view.off[k];
+    const bool meets = std::isfinite(hit.range);
+    if (!view.beam.hit()) {
+      add(meets ? shares.drop_out : 1 - shares.background, mean);
+      continue;
+    }
+    add(meets ? rare : past, mean);
+    const double facing = hit.normal.dot(view.rays[k].direction);
+    if (!meets || -facing < 0.5 * options_.least_cosine) continue;
+    const Eigen::Vector2d slope =
+        -hit.range / facing * (view.axes.leftCols<2>().transpose() * hit.normal);
+    const Vector3d with_range = rest.col(2) + node_width * with_place * slope;
+    const double variance = view.range_variance + rest(2, 2) +
+                            2 * node_width * with_place.row(2).dot(slope) +
+                            node_width * slope.dot(view.spread * slope);
+    const double late = view.beam.range - hit.range - mean.z() - view.mean.z();
+    const double weight = regularly * std::exp(-0.5 * late * late / variance) /
+                          std::sqrt(2 * std::numbers::pi * variance);
+    add(weight, mean + with_range * (late / variance));
+    second -= weight / variance * with_range * with_range.transpose();
+  }
+  first /= total;  // from the cavity's mean
+  const Matrix3d covariance = rest + second / total - first * first.transpose();
+
+  // What the beam adds, never less than nothing.
+  const Matrix3d root = view.cavity.llt().matrixL();
+  const Matrix3d unroot = root.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
+  const Matrix3d left = unroot * covariance * unroot.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(left);
+  const Vector3d added =
+      (eigen.eigenvalues().cwiseMax(1e-3).cwiseInverse().array() - 1).cwiseMax(0).matrix();
+  const Matrix3d turned = unroot.transpose() * eigen.eigenvectors();
+  site.precision = turned * added.asDiagonal() * turned.transpose();
+  site.shift = site.precision * (view.mean + first) + unroot.transpose() * (unroot * first);
+}
+
+}  // namespace berth::estimator

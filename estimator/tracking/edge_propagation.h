@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "estimator/tracking/beam_information.h"
+#include "estimator/tracking/beam_selection.h"
+#include "estimator/tracking/moving_frame.h"
+
+namespace berth::estimator {
+
+/// What beams near the ends of faces say of the motion: each may have met one face, another, or
+/// passed, as the pose and its own angle noise decide. Expectation propagation (Minka 2001): what a
+/// beam says is replaced by a normal distribution (a site) such that, together with what all others
+/// say (its cavity), the displacement of the target at that beam gets the mean and covariance that
+/// it has by the beam's likelihood. So edges are as blurred as the pose is uncertain, and hits and
+/// misses on both sides of one tell where it is.
+class EdgePropagation {
+ public:
+  /// near: the beams. What is passed in must outlive it.
+  EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
+                  std::span<const Beam> beams, const BeamPicks& near,
+                  const BeamInformationOptions& options);
+
+  /// Every site anew. covariance: of the motion at the linearisation as it is known from all beams,
+  /// those of the sites before included; as MotionInformation's d. @return the sum of the sites.
+  MotionInformation sweep(const BeamLinearisation& at, const Matrix12d& covariance);
+  /// The linearisation moves by so much, and the sites stay where they are.
+  void moved(const Vector12d& step);
+
+ private:
+  using Lever = Eigen::Matrix<double, 3, 6>;  // of a pose, sensor frame
+
+  /// Of the target's displacement at the beam: [right; up; along the beam], m.
+  struct Site {
+    std::uint32_t beam = 0;
+    double range = 0;  // of the edge; 0: not yet known
+    double time = 0;   // s, after the reference
+    Lever lever = Lever::Zero();
+    Matrix3d precision = Matrix3d::Zero();
+    Vector3d shift = Vector3d::Zero();  // precision times mean
+    bool final = false;                 // what it meets is one face, whatever the pose
+  };
+  struct View;
+
+  bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
+             const Matrix12d& covariance) const;
+  static void leave_out(const Site& site, const Matrix3d& here, View& view);
+  bool rest_on_face(Site& site, const Matrix3d& here, const View& view) const;
+  void match_moments(Site& site, const View& view) const;
+
+  const TargetModel& model_;
+  const BeamModel& beam_model_;
+  std::span<const Beam> beams_;
+  const BeamInformationOptions& options_;
+  std::vector<Site> sites_;
+};
+
+}  // namespace berth::estimator
