@@ -30,4 +30,29 @@ DistanceTable::DistanceTable(const ClosestPointGrid& grid, double cut_off)
   }
 }
 
+/// Sphere tracing (Hart 1996): nothing is nearer than the distance says, so that much is skipped.
+bool DistanceTable::may_come_near(const Vector3d& origin, const Vector3d& direction,
+                                  double distance) const {
+  const Eigen::Vector3f from = (origin.cast<float>() - low_) / cell_;  // voxels, as all below
+  const Eigen::Vector3f along = direction.cast<float>();
+  float t = 0;
+  float end = 1e30F;
+  for (int i = 0; i < 3; ++i) {
+    const float to_low = (1 - from[i]) / along[i];
+    const float to_high = (top_[static_cast<std::size_t>(i)] - from[i]) / along[i];
+    t = std::max(t, std::min(to_low, to_high));
+    end = std::min(end, std::max(to_low, to_high));
+  }
+  const float unit = static_cast<float>(cut_off_) / (most * cell_);
+  constexpr float half_diagonal = 0.87F;
+  const float near = static_cast<float>(distance) / cell_ + half_diagonal;
+  while (t < end) {
+    const Eigen::Vector3f at = from + t * along;
+    const float free = unit * static_cast<float>(value(index(at.x(), at.y(), at.z()))) - near;
+    if (free <= 0) return true;
+    t += std::max(free, 0.5F);
+  }
+  return false;
+}
+
 }  // namespace berth::estimator

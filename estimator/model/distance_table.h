@@ -38,6 +38,9 @@ class DistanceTable {
     const Eigen::Vector3f place = (point - low_) / cell_;
     return value(index(place.x(), place.y(), place.z()));
   }
+  /// Whether a ray may come nearer than this to the surface, m: never a false no, but a yes from up
+  /// to the diagonal of a voxel farther off.
+  bool may_come_near(const Vector3d& origin, const Vector3d& direction, double distance) const;
 
  private:
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();

@@ -15,6 +15,29 @@ Matrix6d information_of(const Matrix6d& covariance) {
   return (covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
 }
 
+Vector12d apart(const Motion& from, const Motion& to) {
+  Vector12d apart;
+  apart << difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
+      to.velocity.angular - from.velocity.angular;
+  return apart;
+}
+
+/// What is known from where a descent comes to is taken for so much less, in variance: some faces
+/// may have been mistaken.
+constexpr double looseness = 8;
+
+/// Of beams that each stand for so many.
+void add_counts(const BeamInformation& counted, double weight, BeamInformation& sums) {
+  const auto scaled = [weight](int count) { return static_cast<int>(std::lround(weight * count)); };
+  sums.chi2 += weight * counted.chi2;
+  sums.used += scaled(counted.used);
+  sums.doubtful += scaled(counted.doubtful);
+  sums.predicted += scaled(counted.predicted);
+  sums.through += scaled(counted.through);
+  sums.blocked += scaled(counted.blocked);
+  sums.beside += scaled(counted.beside);
+}
+
 /// Whether two poses differ no more than one of this covariance does from the truth, on average.
 bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
   constexpr double most = 6;  // one for each degree of freedom
@@ -45,6 +68,8 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
     prior_.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
   }
   blurred_ = angles_blur_edges(beam_model, (predicted.pose * model.centre).norm());
+  const bool many = beams_.all.size() > static_cast<std::size_t>(options_.most_edge_returns);
+  among_edges_ = !wide() && (blurred_ || !many);
 }
 
 void BeamDescent::start_from(const Pose& pose) {
@@ -55,32 +80,35 @@ void BeamDescent::start_from(const Pose& pose) {
 void BeamDescent::run(const Pose& start) {
   start_from(start);
   settle();
-  const bool known = std::isfinite(best_cost_);
-  if (known && agree(at_.pose, best_.motion.pose, covariance_)) return;
-  if (blurred_) sharpen({0.008, 0.003});
+  if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
   close_in();
-  polish();
+  take(polish());
 }
 
 void BeamDescent::refine(const Pose& start) {
   start_from(start);
   covariance_ = predicted_.covariance;
-  polish();
+  take(polish());
 }
 
-/// Edges, blurred as far as a slip may reach; and unless that settles it, along what faces leave
-/// open.
-void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
-  if (blurred_) {
-    start_from(best_.motion.pose);
-    sharpen({0.016, 0.006, 0.003, 0.0015});
-    if (credible(best_) && agree(at_.pose, best_.motion.pose, covariance_)) return;
-    polish();
-    return;
+/// The first, or if it is likelier than what was known.
+void BeamDescent::take(Result result) {
+  if (known_) {
+    best_cost_ = weigh(best_);
+    take_if_likelier(std::move(result));
+  } else {
+    best_ = std::move(result);
+    known_ = true;
   }
+}
+
+/// By edges, from the likelier of the best and the prediction; and unless that settles it, along
+/// what faces leave open.
+void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
+  if (by_faces_) best_ = *by_faces_;
   // Steps that faces led may have gone away from what was good.
   best_cost_ = weigh(best_);
-  take_if_likelier({{predicted_.pose, velocity_}, best_.covariance, best_.information, {}, 0});
+  take_if_likelier(found_at({predicted_.pose, velocity_}));
   const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
   const Result by_faces = best_;
   rest_on_edges({1.5 * blur_m}, blur_m);
@@ -98,10 +126,18 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
           return faces_at({pose, velocity_}, outlined().few).cost;
         },
         options_.open_directions);
-    found =
-        take_if_likelier({{moved, velocity_}, best_.covariance, best_.information, {}, 0}) || found;
+    found = take_if_likelier(found_at({moved, velocity_})) || found;
   }
   if (found) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
+}
+
+/// As well known as the best.
+BeamDescent::Result BeamDescent::found_at(const Motion& motion) const {
+  Result result;
+  result.motion = motion;
+  result.covariance = best_.covariance;
+  result.information = best_.information;
+  return result;
 }
 
 /// From the best: returns and outline, with edges ever less blurred.
@@ -116,11 +152,9 @@ void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double l
   }
   // Edges this blurred do not count single beams.
   constexpr double flips = 3;
-  take_if_likelier({now(), covariance_, information_, {}, 0},
-                   flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
+  take_if_likelier(found_at(now()), flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
   best_.covariance = covariance_;
   best_.information = information_;
-  best_.steps = steps_;
 }
 
 /// @return whether it is, or nearly.
@@ -128,7 +162,7 @@ bool BeamDescent::take_if_likelier(Result other, double tolerance) {
   const double cost = weigh(other);
   if (!(cost < best_cost_ + tolerance)) return false;
   best_cost_ = cost;
-  best_ = other;
+  best_ = std::move(other);
   return true;
 }
 
@@ -137,8 +171,9 @@ double BeamDescent::weigh(Result& result) const {
   result.sums = faces_at(result.motion, beams_.all);
   const Vector12d away = away_from(result.motion);
   double cost = result.sums.cost + away.dot(prior_ * away);
-  take_misses(beams_.empty, result, cost);
-  return cost;
+  const BeamInformation missed = faces_at(result.motion, beams_.empty.picks);
+  add_counts(missed, beams_.empty.weight, result.sums);
+  return cost + beams_.empty.weight * missed.cost;
 }
 
 /// What beams say of a pose without edges, and without what was known before.
@@ -212,74 +247,74 @@ void BeamDescent::sharpen(std::initializer_list<double> scales_m) {
   }
 }
 
-/// All returns. A step after which they are less likely is taken back.
-void BeamDescent::polish() {
+/// All returns, or all but those near edges. A step after which they are less likely is taken back.
+BeamDescent::Result BeamDescent::polish() {
   constexpr double flips = 3;  // beams that come to another face make the cost jump by gates
   const double tolerance = flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas;
   // A further step would change the pose by the square of this one, and few beams' faces.
-  constexpr double at_rest_m = 0.001;  // of the target's ends
+  constexpr double small_m = 0.001;  // of the target's ends
+  constexpr double most_small_m = 4 * small_m;
+  constexpr double small = 100;  // in its own standard deviations, squared; then up to the latter
   BeamInformationOptions how = pose_only_;
-  how.edges = pose_only_.edges && blurred_;
-  how.misses = how.edges;
+  how.edges = false;
+  how.misses = false;
   how.of_velocity = of_velocity_;
-  const BeamPicks& picks = how.edges ? outlined().all : beams_.all;
   Result last;
   double last_cost = std::numeric_limits<double>::infinity();
-  double share = 1;
   for (int i = 0; i < options_.polish_steps; ++i) {
-    at_.covariance = share * covariance_;
+    at_.covariance = (i == 0 ? 1 : looseness) * covariance_;
     const Motion before = now();
-    step(how, picks);
+    BeamPicks near;
+    const double length2 = among_edges_ ? take_step(certain_faces(beams_.all, near), of_velocity_)
+                                        : step(how, beams_.all);
     if (sums_.cost > last_cost + tolerance) {
       last.motion = before;
       break;
     }
     last = {now(), covariance_, information_, sums_, 0};
     last_cost = sums_.cost;
-    if (!how.edges && moved_since(before.pose) < at_rest_m) break;
-    share *= 0.25;
+    const double moved = moved_since(before.pose);
+    if (moved < small_m || (moved < most_small_m && length2 < small)) break;
   }
-  take_misses(how.edges ? outlined().clear : beams_.empty, last, last_cost);
-  if (last_cost < best_cost_) {
-    best_cost_ = last_cost;
-    best_ = last;
-  }
-  best_.steps = steps_;
+  return last;
 }
 
-void BeamDescent::take_misses(const BeamSample& sample, Result& result, double& cost) const {
-  const BeamInformation said = faces_at(result.motion, sample.picks);
-  const auto scaled = [&](int count) {
-    return static_cast<int>(std::lround(sample.weight * count));
-  };
-  result.sums.predicted += scaled(said.predicted);
-  result.sums.through += scaled(said.through);
-  cost += sample.weight * said.cost;
+void BeamDescent::rest() {
+  constexpr double far = 100;  // in standard deviations, squared
+  constexpr int most_rounds = 2;
+  by_faces_ = best_;
+  for (int i = 0; among_edges_ && i < most_rounds; ++i) {
+    const Pose before = best_.motion.pose;
+    rest_among_edges();
+    const Vector6d d = difference(before, best_.motion.pose);
+    if (d.dot(best_.covariance.ldlt().solve(d)) < far) break;
+  }
+  count();
 }
 
 /// Beams away from edges are summed up once: a small step does not change their faces.
 void BeamDescent::rest_among_edges() {
-  if (!blurred_ && beams_.all.size() > static_cast<std::size_t>(options_.most_edge_returns)) return;
-  constexpr int most_sweeps = 3;
-  constexpr double small = 1;            // step, in its own standard deviations, squared
-  constexpr double start_inflation = 2;  // of the variance: faces may have been mistaken
-  BeamInformationOptions how = pose_only_;
-  how.of_velocity = of_velocity_;
-  start_from(best_.motion.pose);
-  at_.velocity = best_.motion.velocity;
+  constexpr int most_sweeps = 2;
+  constexpr double small = 1;  // step, in its own standard deviations, squared
+  const Motion start = best_.motion;
+  at_.pose = start.pose;
+  at_.velocity = start.velocity;
+  // Until all beams have been looked at, the start counts, too.
+  Matrix12d held = (best_.information + prior_) / looseness;
   Matrix12d covariance = Matrix12d::Zero();
-  solve(best_.information + prior_, Vector12d::Zero(), of_velocity_, covariance);
-  covariance *= start_inflation;
+  solve(held, Vector12d::Zero(), of_velocity_, covariance);
   at_.covariance = covariance.topLeftCorner<6, 6>();
 
   BeamPicks near;
-  MotionInformation faces =
-      beam_information(model_, beam_model_, scan_.beams, at_, how, outlined().all, near).motion();
+  MotionInformation faces = certain_faces(beams_.all, near).motion();
+  near.insert(near.end(), outlined().outline.begin(), outlined().outline.end());
+  BeamInformationOptions how = pose_only_;
+  how.of_velocity = of_velocity_;
   EdgePropagation edges(model_, beam_model_, scan_.beams, near, how);
   MotionInformation said;
   const auto move = [&] {
-    const Matrix12d information = faces.information + said.information + prior_;
-    const Vector12d pulled = prior_ * away_from(now());
+    const Matrix12d information = faces.information + said.information + prior_ + held;
+    const Vector12d pulled = prior_ * away_from(now()) + held * apart(now(), start);
     const Vector12d d =
         solve(information, faces.gradient + said.gradient + pulled, of_velocity_, covariance);
     go_on(d);
@@ -288,6 +323,11 @@ void BeamDescent::rest_among_edges() {
     edges.moved(d);
     return d.dot(information * d);
   };
+  while (edges.waiting()) {
+    said = edges.take(at_, covariance);
+    move();
+  }
+  held.setZero();
   for (int i = 0; i < most_sweeps; ++i) {
     said = edges.sweep(at_, covariance);
     if (move() < small) break;
@@ -295,7 +335,29 @@ void BeamDescent::rest_among_edges() {
   best_.motion = now();
   best_.covariance = covariance.topLeftCorner<6, 6>();
   best_.information = faces.information + said.information;
+}
+
+/// What some beams say of the end. Those near edges, as well as these are known now, say nothing.
+void BeamDescent::count() {
+  constexpr std::size_t most_returns = 500;
+  at_.pose = best_.motion.pose;
+  at_.velocity = best_.motion.velocity;
+  at_.covariance = best_.covariance;
+  best_.sums = {};
+  for (const BeamSample& some : {sample(beams_.all, most_returns), beams_.empty}) {
+    BeamPicks near;
+    add_counts(wide() ? faces_at(best_.motion, some.picks) : certain_faces(some.picks, near),
+               some.weight, best_.sums);
+  }
   best_.steps = steps_;
+}
+
+/// At the linearisation, of beams that meet the same face wherever it may be; near: the others.
+BeamInformation BeamDescent::certain_faces(const BeamPicks& picks, BeamPicks& near) const {
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  how.of_velocity = of_velocity_;
+  return beam_information(model_, beam_model_, scan_.beams, at_, how, picks, near);
 }
 
 /// Of the pose alone, or of the velocity, too. covariance: the information's inverse.
@@ -331,15 +393,17 @@ double BeamDescent::moved_since(const Pose& before) const {
 
 /// To what is predicted of pose and velocity.
 Vector12d BeamDescent::away_from(const Motion& motion) const {
-  Vector12d away;
-  away << difference(motion.pose, predicted_.pose), velocity_.linear - motion.velocity.linear,
-      velocity_.angular - motion.velocity.angular;
-  return away;
+  return apart(motion, {predicted_.pose, velocity_});
 }
 
 /// @return the step's length in its own standard deviations, squared.
 double BeamDescent::step(const BeamInformationOptions& how, const BeamPicks& picks) {
-  sums_ = beam_information(model_, beam_model_, scan_.beams, at_, how, picks);
+  return take_step(beam_information(model_, beam_model_, scan_.beams, at_, how, picks),
+                   how.of_velocity);
+}
+
+double BeamDescent::take_step(const BeamInformation& sums, bool of_velocity) {
+  sums_ = sums;
   const MotionInformation said = sums_.motion();
   information_ = said.information;
   const Vector12d away = away_from(now());
@@ -347,7 +411,7 @@ double BeamDescent::step(const BeamInformationOptions& how, const BeamPicks& pic
   sums_.cost += away.dot(pulled);
   const Matrix12d information = information_ + prior_;
   Matrix12d covariance = Matrix12d::Zero();
-  const Vector12d d = solve(information, said.gradient + pulled, how.of_velocity, covariance);
+  const Vector12d d = solve(information, said.gradient + pulled, of_velocity, covariance);
   covariance_ = covariance.topLeftCorner<6, 6>();
   go_on(d);
   return d.dot(information * d);

@@ -16,7 +16,7 @@ namespace berth::estimator {
 struct BeamDescentOptions {
   BeamInformationOptions information;
   int settle_returns = 250;    ///< of a scan, on which a fit begins
-  int checked_misses = 1000;   ///< beams without a return that have a say in the end
+  int checked_misses = 500;    ///< beams without a return that have a say in the end
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
   double gate_shrink = 0.1;    ///< of the gate's variance, from step to step
@@ -31,17 +31,18 @@ struct BeamDescentOptions {
   int most_edge_returns = 10000;
 };
 
-/// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on few with
-/// edges at ever finer scales, on all. The likelihood has many optima; the best that was met is
-/// kept. A velocity that is not known is estimated together with the pose in the last steps: a scan
-/// takes time, and what is seen first and last hangs together by the velocity alone.
+/// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on all that
+/// meet one face whatever the pose may be, then with the others (EdgePropagation). The likelihood
+/// has many optima; the best that was met is kept. A velocity that is not known is estimated
+/// together with the pose in the last steps: a scan takes time, and what is seen first and last
+/// hangs together by the velocity alone.
 class BeamDescent {
  public:
   struct Result {
     Motion motion;                               ///< at the scan's mean time
     Matrix6d covariance = Matrix6d::Identity();  ///< of its pose
     Matrix12d information = Matrix12d::Zero();   ///< of the returns alone
-    BeamInformation sums;                        ///< at the pose before the last step
+    BeamInformation sums;                        ///< counts, chi2 and cost there
     int steps = 0;
   };
 
@@ -54,12 +55,14 @@ class BeamDescent {
   /// From a start within some millimetres.
   void refine(const Pose& start);
   using Judgement = std::function<bool(const Result&)>;
-  /// When the best is doubtful: from the likelier of it and the prediction, on edges so blurred at
-  /// first that they are seen from a slip away; and unless that settles it, along the directions
-  /// that faces leave open. Where edges lead to what faces said, it is enough that it is credible.
+  /// When the best is doubtful: from the likelier of what faces said and the prediction, on edges
+  /// so blurred at first that they are seen from a slip away; and unless that settles it, along the
+  /// directions that faces leave open. Where edges lead to what faces said, it is enough that it is
+  /// credible. To be followed by rest().
   void search(const Judgement& settled, const Judgement& credible);
-  /// From the best, which faces hold: to where hits and misses about their edges put it, too.
-  void rest_among_edges();
+  /// From the best to where hits and misses about edges put it, too; there some beams are counted,
+  /// for all.
+  void rest();
   const Result& best() const { return best_; }
   /// What the returns alone say of pose and velocity. Nothing where the velocity is known.
   std::optional<MeasuredMotion> measured() const;
@@ -72,15 +75,19 @@ class BeamDescent {
   void settle();
   void close_in();
   void sharpen(std::initializer_list<double> scales_m);
-  void polish();
+  Result polish();
+  void take(Result result);
   void rest_on_edges(std::initializer_list<double> scales_m, double last_m);
+  void rest_among_edges();
+  void count();
+  bool wide() const { return options_.information.likelihood.footprint; }
+  BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
+  Result found_at(const Motion& motion) const;
   bool take_if_likelier(Result other, double tolerance = 0);
   double weigh(Result& result) const;
   BeamInformation faces_at(const Motion& motion, const BeamPicks& picks) const;
   double beam_spacing() const;
   Matrix6d blur(double scale_m) const;
-  /// What the beams say that met nothing, in counts and cost.
-  void take_misses(const BeamSample& sample, Result& result, double& cost) const;
   static Vector12d solve(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
                          Matrix12d& covariance);
   void go_on(const Vector12d& step);
@@ -89,6 +96,7 @@ class BeamDescent {
   Motion now() const { return {at_.pose, at_.velocity}; }
   const OutlineSelection& outlined();
   double step(const BeamInformationOptions& how, const BeamPicks& picks);
+  double take_step(const BeamInformation& sums, bool of_velocity);
 
   const TargetModel& model_;
   const BeamModel& beam_model_;
@@ -100,6 +108,7 @@ class BeamDescent {
   Matrix12d prior_ = Matrix12d::Zero();  ///< information on pose and velocity
   BeamInformationOptions pose_only_;
   bool blurred_;
+  bool among_edges_;  ///< whether it comes to rest there
   BeamSelection beams_;
   std::optional<OutlineSelection> outlined_;  ///< once it is needed
   BeamLinearisation at_;
@@ -107,8 +116,10 @@ class BeamDescent {
   Matrix6d covariance_ = Matrix6d::Identity();
   Matrix12d information_ = Matrix12d::Zero();
   int steps_ = 0;
+  bool known_ = false;  ///< a best
   double best_cost_ = std::numeric_limits<double>::infinity();
   Result best_;
+  std::optional<Result> by_faces_;  ///< the best before it came to rest among edges
 };
 
 }  // namespace berth::estimator

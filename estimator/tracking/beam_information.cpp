@@ -58,7 +58,7 @@ class Accumulator {
     wide_ = width2 > 0;
     edge_variance_ = std::pow(least_edge_share * footprint, 2);
     // While only faces tell, where else a beam may have gone is left to the gate.
-    const double chance = options.edges ? 1 : 0;
+    const double chance = options.edges || at_edges != nullptr ? 1 : 0;
     const double right2 = chance * (az * az + extra2) + width2;
     const double up2 = chance * (el * el + extra2) + width2;
     arm_right_ = std::sqrt(3.0 * right2);
@@ -113,10 +113,9 @@ class Accumulator {
   }
 
   void take(const Beam& beam, double time, const Ray& ray, const RayHit& hit) {
-    if (at_edges_ != nullptr && may_change_face(beam, ray, hit)) {
-      at_edges_->push_back(&beam);
-      return;
-    }
+    const bool left_out = at_edges_ != nullptr && may_change_face(beam, ray, hit);
+    if (left_out) at_edges_->push_back(&beam);
+    summed_ = !left_out;
     if (!std::isfinite(hit.range)) {
       if (may_touch(beam, ray) && take_near_edge(beam, ray, hit)) return;
       if (beam.hit()) result_.cost += past_cost_;
@@ -138,15 +137,20 @@ class Accumulator {
     }
     const bool nearer = beam.range < hit.range;
     if (wide_ && nearer && take_near_edge(beam, ray, hit)) return;
-    ++result_.predicted;
-    ++(nearer ? result_.blocked : result_.through);
+    if (summed_) {
+      ++result_.predicted;
+      ++(nearer ? result_.blocked : result_.through);
+    }
     result_.cost += gate2_;
     take_beside(beam, time, ray);
   }
 
   /// Whether the pose or the angle noise may have it meet another face, or none.
   bool may_change_face(const Beam& beam, const Ray& ray, const RayHit& hit) {
-    if (!std::isfinite(hit.range)) return true;
+    if (!std::isfinite(hit.range)) {
+      return model_.distances.may_come_near(ray.origin, ray.direction,
+                                            edge_reach_ * (ray.origin - model_.centre).norm());
+    }
     const double cosine = -hit.normal.dot(ray.direction);
     const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
     if (model_.borders.near(hit.triangle, ray.origin + hit.range * ray.direction, reach)) {
@@ -179,6 +183,7 @@ class Accumulator {
     const double distance2 = away.squaredNorm();
     const double reach2 = options_.pull_m * options_.pull_m;
     if (distance2 > reach2 || !(distance2 > 0)) return;
+    if (!summed_) return;
     ++result_.beside;
     if (options_.pull_sigma_m == 0) return;
     const double distance = std::sqrt(distance2);
@@ -196,8 +201,10 @@ class Accumulator {
       return true;
     }
     if (!beam.hit()) {
-      ++result_.predicted;
-      ++result_.through;
+      if (summed_) {
+        ++result_.predicted;
+        ++result_.through;
+      }
       result_.cost += 0.5 * gate2_;
       return true;
     }
@@ -215,7 +222,8 @@ class Accumulator {
     const double z2 = squared / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
-    sums_.add(normal, torque, 1 / variance, residual / variance, time);
+    if (!summed_) ++result_.doubtful;
+    if (summed_) sums_.add(normal, torque, 1 / variance, residual / variance, time);
     return true;
   }
 
@@ -335,7 +343,8 @@ class Accumulator {
   double past_cost_;  // of a return from something behind, as is to be expected past the model
   Matrix6d covariance_;
   bool certain_;
-  double edge_reach_;  // rad
+  bool summed_ = true;  // else the beam only counts
+  double edge_reach_;   // rad
   std::array<const Beam*, chunk> batch_;
   std::array<double, chunk> times_;
   std::array<Ray, chunk> rays_;
@@ -361,6 +370,7 @@ BeamInformation& BeamInformation::operator+=(const BeamInformation& other) {
   chi2 += other.chi2;
   cost += other.cost;
   used += other.used;
+  doubtful += other.doubtful;
   predicted += other.predicted;
   through += other.through;
   blocked += other.blocked;

@@ -62,6 +62,7 @@ struct BeamInformation {
   /// of every miss of a beam that should meet the model, half the gate's square. To compare poses.
   double cost = 0;
   int used = 0;       ///< returns that meet the model where they should
+  int doubtful = 0;   ///< of these, those whose place among the faces is not certain
   int predicted = 0;  ///< beams, misses too, that should meet the model
   int through = 0;    ///< of these, those that saw nothing, or something behind: free space
   int blocked = 0;    ///< of these, those that met something in front: occluders
@@ -87,7 +88,7 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks);
 /// at_edges: beams whose place among the faces is not certain are left to it, in their order: they
-/// are not summed up, and nor are these beams counted.
+/// are not in the sums, and count only where they fit.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,

@@ -17,14 +17,6 @@ BeamPicks evenly(const BeamPicks& from, std::size_t most) {
   return picks;
 }
 
-BeamSample sample(const BeamPicks& from, std::size_t most) {
-  BeamSample sample{evenly(from, most), 1};
-  if (!from.empty()) {
-    sample.weight = static_cast<double>(from.size()) / static_cast<double>(sample.picks.size());
-  }
-  return sample;
-}
-
 /// The field of view in cells, of which some have seen returns.
 class ReturnImage {
  public:
@@ -78,6 +70,14 @@ class ReturnImage {
 
 }  // namespace
 
+BeamSample sample(const BeamPicks& from, std::size_t most) {
+  BeamSample sample{evenly(from, most), 1};
+  if (!from.empty()) {
+    sample.weight = static_cast<double>(from.size()) / static_cast<double>(sample.picks.size());
+  }
+  return sample;
+}
+
 BeamPicks evenly(std::size_t count, std::size_t most) {
   const std::size_t stride = 1 + count / (most + 1);
   BeamPicks picks;
@@ -105,8 +105,11 @@ OutlineSelection select_outline(const CleanScan& scan, std::size_t few, std::siz
   const ReturnImage image(scan.beams, scan.beam_of_point);
   BeamPicks clear;
   for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    const bool tells = scan.beams[i].hit() || image.near(scan.beams[i]);
-    (tells ? selection.all : clear).push_back(static_cast<std::uint32_t>(i));
+    const auto beam = static_cast<std::uint32_t>(i);
+    const bool hit = scan.beams[i].hit();
+    const bool tells = hit || image.near(scan.beams[i]);
+    (tells ? selection.all : clear).push_back(beam);
+    if (tells && !hit) selection.outline.push_back(beam);
   }
   selection.few = evenly(selection.all, few);
   selection.clear = sample(clear, most_empty);

@@ -20,6 +20,8 @@ struct BeamSample {
   double weight = 1;  ///< beams that each stands for
 };
 
+BeamSample sample(const BeamPicks& from, std::size_t most);
+
 /// Which beams of a scan a fit looks at, from rough to fine. Most beams of a scan may have met
 /// nothing and far from everything: they need not be cast at every step.
 struct BeamSelection {
@@ -35,9 +37,10 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
 /// The same with the outline: beams without a return that passed close to returns tell where the
 /// target ends.
 struct OutlineSelection {
-  BeamPicks few;     ///< of all, spread evenly
-  BeamPicks all;     ///< every return and the outline
-  BeamSample clear;  ///< beams without a return that passed farther off
+  BeamPicks few;      ///< of all, spread evenly
+  BeamPicks all;      ///< every return and the outline
+  BeamPicks outline;  ///< beams without a return that passed close to returns
+  BeamSample clear;   ///< beams without a return that passed farther off
 };
 
 /// As select_beams().

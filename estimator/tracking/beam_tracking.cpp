@@ -31,7 +31,8 @@ double variance_factor(const BeamInformation& sums) {
 
 double contradicted(const BeamInformation& sums) {
   const int against = sums.through + sums.beside;
-  return static_cast<double>(against) / std::max(1, sums.used + against);
+  const int certain = sums.used - sums.doubtful + against;
+  return static_cast<double>(against) / std::max(1, certain);
 }
 
 /// About as many returns as the approach needs, at the time of the prediction.
@@ -110,10 +111,10 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));
   // Where a wide beam meets several faces their ranges tell little: what holds the pose is edges.
   const bool wide = options_.descent.information.likelihood.footprint;
-  if (wide || !settled(descent.best()) || open(descent.best())) {
+  if (!wide) descent.rest();
+  if (wide || !settled(descent.best())) {
     descent.search(settled, credible);
-  } else {
-    descent.rest_among_edges();
+    descent.rest();
   }
 
   const BeamDescent::Result& best = descent.best();

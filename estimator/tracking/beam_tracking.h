@@ -19,7 +19,7 @@ struct BeamTrackingOptions {
   double most_uncertain_start_m = 0.03;
   /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider;
   /// where edges agree with faces, beyond twice that.
-  double most_settled_contradiction = 0.025;
+  double most_settled_contradiction = 0.01;
   /// So where faces leave the target's farthest points more uncertain than this.
   double most_open_m = 0.01;
   // When the target counts as lost in this scan.
@@ -56,7 +56,7 @@ class BeamTracking final : public Tracking {
 };
 
 /// Share of the beams that contradict a pose: they go through the target, or return from beside it,
-/// of these and those that fit. Beams stopped before the target do not count.
+/// of these and those that certainly fit. Beams stopped before the target do not count.
 double contradicted(const BeamInformation& sums);
 
 }  // namespace berth::estimator

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -141,33 +142,71 @@ EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam
                                  std::span<const Beam> beams, const BeamPicks& near,
                                  const BeamInformationOptions& options)
     : model_(model), beam_model_(beam_model), beams_(beams), options_(options) {
+  constexpr std::size_t first_beams = 16;
+  const int most_halvings =
+      std::bit_width(near.size() / first_beams + 1) - 1;  // until few are left
+  waiting_.resize(static_cast<std::size_t>(most_halvings) + 1);
+  for (const std::uint32_t beam : near) {
+    // Its multiple of the golden section lies in the first half, quarter, ...: such beams lie
+    // evenly over the scan (Fibonacci hashing).
+    const int halvings = std::countl_zero(beam * 2654435769U);
+    waiting_[static_cast<std::size_t>(std::min(halvings, most_halvings))].push_back(beam);
+  }
   sites_.reserve(near.size());
-  for (const std::uint32_t beam : near) sites_.emplace_back().beam = beam;
+}
+
+/// How far from a beam its nodes lie at the target, at most, m.
+double EdgePropagation::reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const {
+  const Vector3d centre = at.pose * model_.centre;
+  Lever lever;
+  lever << Matrix3d::Identity(), -skew(centre - at.pose.position);
+  const Matrix6d pose = covariance.topLeftCorner<6, 6>();
+  const double angle = std::hypot(beam_model_.azimuth_sigma_rad, beam_model_.elevation_sigma_rad);
+  const double variance = (lever * pose * lever.transpose()).trace() +
+                          model_.radius * model_.radius * pose.diagonal().tail<3>().sum() +
+                          angle * angle * centre.squaredNorm();
+  return 2 * std::sqrt(variance);
+}
+
+MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matrix12d& covariance) {
+  MovingFrame frame(at);
+  const double reach = reach_of(at, covariance);
+  for (const std::uint32_t index : waiting_.back()) {
+    const Beam& beam = beams_[index];
+    frame.go_to(beam);
+    const Vector3d direction = frame.turn() * beam.direction;
+    if (!beam.hit() && !model_.distances.may_come_near(frame.eye(), direction, reach)) continue;
+    Site site;
+    site.beam = index;
+    if (renew(site, at, frame, covariance)) sites_.push_back(site);
+  }
+  waiting_.pop_back();
+  return sum();
 }
 
 MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matrix12d& covariance) {
-  MotionInformation sum;
   MovingFrame frame(at);
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < sites_.size(); ++i) {
-    Site& site = sites_[i];
-    if (!site.final && !renew(site, at, frame, covariance)) continue;
+  std::erase_if(sites_,
+                [&](Site& site) { return !site.final && !renew(site, at, frame, covariance); });
+  return sum();
+}
+
+MotionInformation EdgePropagation::sum() const {
+  MotionInformation sum;
+  for (const Site& site : sites_) {
     const Eigen::Matrix<double, 6, 3> weighted = site.lever.transpose() * site.precision;
     const Matrix6d information = weighted * site.lever;
     const Vector6d gradient = site.lever.transpose() * site.shift;
-    const double t = site.time;
     sum.information.topLeftCorner<6, 6>() += information;
     sum.gradient.head<6>() += gradient;
-    if (options_.of_velocity) {
-      sum.information.topRightCorner<6, 6>() += t * information;
-      sum.information.bottomLeftCorner<6, 6>() += t * information;
-      sum.information.bottomRightCorner<6, 6>() += t * t * information;
-      sum.gradient.tail<6>() += t * gradient;
-    }
-    ++sum.returns;
-    sites_[kept++] = site;
+    if (!options_.of_velocity) continue;
+    const double t = site.time;
+    sum.information.topRightCorner<6, 6>() += t * information;
+    sum.information.bottomLeftCorner<6, 6>() += t * information;
+    sum.information.bottomRightCorner<6, 6>() += t * t * information;
+    sum.gradient.tail<6>() += t * gradient;
   }
-  sites_.resize(kept);
+  sum.returns = static_cast<int>(sites_.size());
   return sum;
 }
 
@@ -189,24 +228,30 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
     site.range = range;
     site.lever << axes.transpose(), -axes.transpose() * skew(range * beam.direction - origin);
   };
-  if (site.range == 0) reach_to(beam.hit() ? beam.range : (at.pose * model_.centre).norm());
+  // What is met behind the target has nothing to do with where its edge is.
+  const double middle = (at.pose * model_.centre).norm();
+  if (site.range == 0) {
+    reach_to(std::abs(beam.range - middle) < model_.radius ? beam.range : middle);
+  }
   Matrix6d pose = covariance.topLeftCorner<6, 6>();
   if (options_.of_velocity) {
     pose += t * (covariance.topRightCorner<6, 6>() + covariance.bottomLeftCorner<6, 6>()) +
             t * t * covariance.bottomRightCorner<6, 6>();
   }
-  // Never flat, for rounding.
-  constexpr double least_variance = 1e-10;  // m^2
-  const Matrix3d here =
-      site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
-
   const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
   View view{beam, frame.turn() * axes, frame.eye(), angle_noise(axes, beam_model_),
             sigma * sigma + options_.model_sigma_m * options_.model_sigma_m};
-  leave_out(site, here, view);
   const double far = (model_.centre - view.eye).norm() + 1.01 * model_.radius;
-  if (!view.cast(model_.caster, far, site.range)) return false;
-  reach_to(view.nearest());
+  Matrix3d here;
+  for (bool first = true;; first = false) {
+    constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
+    here = site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
+    leave_out(site, here, view);
+    if (!view.cast(model_.caster, far, site.range)) return false;
+    const double nearest = view.nearest();
+    if (!first || std::abs(nearest - site.range) < 0.01 * nearest) break;
+    reach_to(nearest);
+  }
   if (view.one_plane(same_plane * beam_model_.range_sigma_m)) {
     site.final = true;
     return rest_on_face(site, here, view);
@@ -282,9 +327,10 @@ void EdgePropagation::match_moments(Site& site, const View& view) const {
     const Eigen::Vector2d slope =
         -hit.range / facing * (view.axes.leftCols<2>().transpose() * hit.normal);
     const Vector3d with_range = rest.col(2) + node_width * with_place * slope;
-    const double variance = view.range_variance + rest(2, 2) +
-                            2 * node_width * with_place.row(2).dot(slope) +
-                            node_width * slope.dot(view.spread * slope);
+    const double variance =
+        view.range_variance +
+        std::max(0.0, rest(2, 2) + 2 * node_width * with_place.row(2).dot(slope) +
+                          node_width * slope.dot(view.spread * slope));
     const double late = view.beam.range - hit.range - mean.z() - view.mean.z();
     const double weight = regularly * std::exp(-0.5 * late * late / variance) /
                           std::sqrt(2 * std::numbers::pi * variance);

@@ -15,7 +15,8 @@ namespace berth::estimator {
 /// beam says is replaced by a normal distribution (a site) such that, together with what all others
 /// say (its cavity), the displacement of the target at that beam gets the mean and covariance that
 /// it has by the beam's likelihood. So edges are as blurred as the pose is uncertain, and hits and
-/// misses on both sides of one tell where it is.
+/// misses on both sides of one tell where it is. Beams are first looked at a group at a time: what
+/// many say of one place, seen by all from what was known before any of them, is said too often.
 class EdgePropagation {
  public:
   /// near: the beams. What is passed in must outlive it.
@@ -23,8 +24,13 @@ class EdgePropagation {
                   std::span<const Beam> beams, const BeamPicks& near,
                   const BeamInformationOptions& options);
 
-  /// Every site anew. covariance: of the motion at the linearisation as it is known from all beams,
-  /// those of the sites before included; as MotionInformation's d. @return the sum of the sites.
+  /// Whether some beams have not been looked at.
+  bool waiting() const { return !waiting_.empty(); }
+  /// Twice as many as have been, from all over the scan. covariance: of the motion at the
+  /// linearisation as it is known from all beams, those of the sites before included; as
+  /// MotionInformation's d. @return the sum of the sites.
+  MotionInformation take(const BeamLinearisation& at, const Matrix12d& covariance);
+  /// Every site anew. As take().
   MotionInformation sweep(const BeamLinearisation& at, const Matrix12d& covariance);
   /// The linearisation moves by so much, and the sites stay where they are.
   void moved(const Vector12d& step);
@@ -44,6 +50,8 @@ class EdgePropagation {
   };
   struct View;
 
+  double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
+  MotionInformation sum() const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
              const Matrix12d& covariance) const;
   static void leave_out(const Site& site, const Matrix3d& here, View& view);
@@ -54,6 +62,7 @@ class EdgePropagation {
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
   const BeamInformationOptions& options_;
+  std::vector<BeamPicks> waiting_;  // groups; the next is the last
   std::vector<Site> sites_;
 };
 

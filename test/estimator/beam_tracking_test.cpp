@@ -13,8 +13,6 @@
 using namespace berth;
 using namespace berth::estimator;
 
-namespace {}  // namespace
-
 TEST_CASE("What batches of beams say adds up") {
   const auto model = replica_model();
   ScanMaker lidar(model->target.mesh);
@@ -294,7 +292,30 @@ TEST_CASE("Hits and misses about edges tell more than faces alone") {
     scene.options.descent.most_edge_returns = 0;
     without += difference(scene.track(raw).pose, scene.lidar.pose).head<3>().squaredNorm();
   }
-  CHECK(with < 0.9 * without);
+  CHECK(with < 0.7 * without);
+}
+
+TEST_CASE("Edges of a target before a wall are as sharp as in free space") {
+  Mesh wall;
+  wall.append(make_box({20, 20, 0.1}), {{0, 0, 13}, Quaterniond::Identity()});
+  double free = 0;
+  double before_wall = 0;
+  Random random(6, "walls");
+  for (int i = 0; i < 20; ++i) {
+    const auto seed = static_cast<std::uint64_t>(i) + 1;
+    Scene in_space(seed);
+    Scene in_cell(seed);
+    in_cell.lidar.add_clutter(wall);
+    in_space.lidar.pose = in_cell.lidar.pose = displaced(paper_pose, random, 0.1, radians(15));
+    in_space.start = in_cell.start = displaced(in_space.lidar.pose, random, 0.03, radians(2));
+    const auto error2 = [](Scene& scene) {
+      return difference(scene.track(scene.scan(1000)).pose, scene.lidar.pose).squaredNorm();
+    };
+    free += error2(in_space);
+    before_wall += error2(in_cell);
+  }
+  // Some of what is behind returns, as the likelihood supposes; nothing does in free space.
+  CHECK(before_wall < 2 * free);
 }
 
 TEST_CASE("The order of the beams does not matter") {
@@ -324,8 +345,9 @@ TEST_CASE("Turned about the sensor, all turns along") {
   const Matrix6d covariance = prior(0.03, radians(2));  // the same in all directions
   const TrackingResult a = tracking.track(scan, {scene.start, covariance, {}});
   const TrackingResult b = tracking.track(turned, {turn * scene.start, covariance, {}});
-  CHECK(distance(turn * a.pose, b.pose) < 1e-4);
-  CHECK(angle_between(turn * a.pose, b.pose) < 1e-4);
+  // Rounding puts single beams at edges on another side.
+  CHECK(distance(turn * a.pose, b.pose) < 2e-4);
+  CHECK(angle_between(turn * a.pose, b.pose) < 2e-4);
 }
 
 TEST_CASE("Half the target behind something else is enough") {

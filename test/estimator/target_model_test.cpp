@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 
@@ -126,6 +127,30 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
   CHECK(worst < model->grid.cell());
   ClosestPointGrid::Match match;
   CHECK_FALSE(model->grid.refined(box.high + Vector3d::Constant(1), match));
+}
+
+TEST_CASE("A ray that comes near the surface is never taken for one that does not") {
+  const auto model = replica_model();
+  Random random(7, "rays");
+  int passed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d origin = model->centre + random.rotation() * Vector3d(0, 0, 8);
+    const Vector3d target = model->centre + random.normal_vector(0.7 * model->radius);
+    const Vector3d direction = (target - origin).normalized();
+    const double distance = 0.05 * random.uniform();
+    if (!model->distances.may_come_near(origin, direction, distance)) {
+      ++passed;
+      for (double along = 5; along < 11; along += 0.05) {
+        const Vector3d point = origin + along * direction;
+        // What is hidden inside the hull has no distances.
+        std::uint32_t triangle = 0;
+        const double away = (model->caster.nearest(point, &triangle) - point).norm();
+        const auto& seen = model->surface.triangles;
+        if (std::find(seen.begin(), seen.end(), triangle) != seen.end()) REQUIRE(away > distance);
+      }
+    }
+  }
+  CHECK(passed > 200);
 }
 
 TEST_CASE("Templates tell at which turn and shift a cloud was laid") {
