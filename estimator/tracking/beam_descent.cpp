@@ -380,8 +380,7 @@ void BeamDescent::go_on(const Vector12d& step) {
 
 const OutlineSelection& BeamDescent::outlined() {
   if (!outlined_) {
-    outlined_ = select_outline(scan_, 2 * static_cast<std::size_t>(options_.settle_returns),
-                               static_cast<std::size_t>(options_.checked_misses));
+    outlined_ = select_outline(scan_, 2 * static_cast<std::size_t>(options_.settle_returns));
   }
   return *outlined_;
 }

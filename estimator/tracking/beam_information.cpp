@@ -222,8 +222,11 @@ class Accumulator {
     const double z2 = squared / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
-    if (!summed_) ++result_.doubtful;
-    if (summed_) sums_.add(normal, torque, 1 / variance, residual / variance, time);
+    if (summed_) {
+      sums_.add(normal, torque, 1 / variance, residual / variance, time);
+    } else {
+      ++result_.doubtful;
+    }
     return true;
   }
 

@@ -100,19 +100,17 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
   return selection;
 }
 
-OutlineSelection select_outline(const CleanScan& scan, std::size_t few, std::size_t most_empty) {
+OutlineSelection select_outline(const CleanScan& scan, std::size_t few) {
   OutlineSelection selection;
   const ReturnImage image(scan.beams, scan.beam_of_point);
-  BeamPicks clear;
   for (std::size_t i = 0; i < scan.beams.size(); ++i) {
     const auto beam = static_cast<std::uint32_t>(i);
     const bool hit = scan.beams[i].hit();
-    const bool tells = hit || image.near(scan.beams[i]);
-    (tells ? selection.all : clear).push_back(beam);
-    if (tells && !hit) selection.outline.push_back(beam);
+    if (!hit && !image.near(scan.beams[i])) continue;
+    selection.all.push_back(beam);
+    if (!hit) selection.outline.push_back(beam);
   }
   selection.few = evenly(selection.all, few);
-  selection.clear = sample(clear, most_empty);
   return selection;
 }
 

@@ -20,6 +20,7 @@ struct BeamSample {
   double weight = 1;  ///< beams that each stands for
 };
 
+/// Spread evenly, at most so many.
 BeamSample sample(const BeamPicks& from, std::size_t most);
 
 /// Which beams of a scan a fit looks at, from rough to fine. Most beams of a scan may have met
@@ -40,10 +41,9 @@ struct OutlineSelection {
   BeamPicks few;      ///< of all, spread evenly
   BeamPicks all;      ///< every return and the outline
   BeamPicks outline;  ///< beams without a return that passed close to returns
-  BeamSample clear;   ///< beams without a return that passed farther off
 };
 
-/// As select_beams().
-OutlineSelection select_outline(const CleanScan& scan, std::size_t few, std::size_t most_empty);
+/// few: so many at most.
+OutlineSelection select_outline(const CleanScan& scan, std::size_t few);
 
 }  // namespace berth::estimator
