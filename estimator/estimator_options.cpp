@@ -155,7 +155,8 @@ void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.optional("deskew", t.deskew);
   config.optional("approach_returns", t.approach_returns);
   config.optional("settle_returns", t.descent.settle_returns);
-  config.optional("most_edge_returns", t.descent.most_edge_returns);
+  config.optional("most_edge_beams", t.descent.edge_rest.most_beams);
+  config.optional("least_edge_gain", t.descent.edge_rest.least_gain);
   config.optional("most_uncertain_start", Dimension::length, t.most_uncertain_start_m);
   config.optional("gate_sigmas", t.descent.information.gate_sigmas);
   config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
@@ -170,7 +171,8 @@ void read_beam_tracking(Config config, BeamTrackingOptions& t) {
   config.finish();
   at_least(config, "approach_returns", t.approach_returns, 30);
   at_least(config, "settle_returns", t.descent.settle_returns, 30);
-  at_least(config, "most_edge_returns", t.descent.most_edge_returns, 0);
+  at_least(config, "most_edge_beams", t.descent.edge_rest.most_beams, 0);
+  at_least(config, "least_edge_gain", t.descent.edge_rest.least_gain, 0);
   at_least(config, "gate_sigmas", t.descent.information.gate_sigmas, 1);
   at_least(config, "model_sigma", t.descent.information.model_sigma_m, 0);
   at_least(config, "least_used", t.least_used, 6);

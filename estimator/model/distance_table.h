@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "common/core/ray_caster.h"
 #include "estimator/model/closest_point_grid.h"
 
 namespace berth::estimator {
@@ -38,9 +40,14 @@ class DistanceTable {
     const Eigen::Vector3f place = (point - low_) / cell_;
     return value(index(place.x(), place.y(), place.z()));
   }
-  /// Whether a ray may come nearer than this to the surface, m: never a false no, but a yes from up
-  /// to the diagonal of a voxel farther off.
-  bool may_come_near(const Vector3d& origin, const Vector3d& direction, double distance) const;
+  /// Whether each ray may come nearer than this to the surface, m: never a false no, but a yes from
+  /// up to the diagonal of a voxel farther off. near: as many as rays.
+  void may_come_near(std::span<const Ray> rays, double distance, std::span<bool> near) const;
+  bool may_come_near(const Ray& ray, double distance) const {
+    bool near = false;
+    may_come_near({&ray, 1}, distance, {&near, 1});
+    return near;
+  }
 
  private:
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();

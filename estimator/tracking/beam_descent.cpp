@@ -4,8 +4,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
-#include "estimator/tracking/edge_propagation.h"
+#include "estimator/tracking/edge_rest.h"
 
 namespace berth::estimator {
 
@@ -13,13 +14,6 @@ namespace {
 
 Matrix6d information_of(const Matrix6d& covariance) {
   return (covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
-}
-
-Vector12d apart(const Motion& from, const Motion& to) {
-  Vector12d apart;
-  apart << difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
-      to.velocity.angular - from.velocity.angular;
-  return apart;
 }
 
 /// What is known from where a descent comes to is taken for so much less, in variance: some faces
@@ -38,13 +32,6 @@ void add_counts(const BeamInformation& counted, double weight, BeamInformation& 
   sums.beside += scaled(counted.beside);
 }
 
-/// Whether two poses differ no more than one of this covariance does from the truth, on average.
-bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
-  constexpr double most = 6;  // one for each degree of freedom
-  const Vector6d apart = difference(a, b);
-  return apart.dot(covariance.ldlt().solve(apart)) < most;
-}
-
 }  // namespace
 
 BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
@@ -60,21 +47,21 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
                           static_cast<std::size_t>(options.checked_misses))) {
   pose_only_.of_velocity = false;
   at_.utime = scan.utime_mean;
-  if (deskew) velocity_ = predicted.velocity;
-  of_velocity_ = deskew && !predicted.velocity_covariance.isZero(0);
+  prior_.about.pose = predicted.pose;
+  if (deskew) prior_.about.velocity = predicted.velocity;
+  prior_.of_velocity = deskew && !predicted.velocity_covariance.isZero(0);
   // Three times as wide as the prediction: what no return holds stays there.
-  prior_.topLeftCorner<6, 6>() = information_of(9 * predicted.covariance);
-  if (of_velocity_) {
-    prior_.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
+  prior_.information.topLeftCorner<6, 6>() = information_of(9 * predicted.covariance);
+  if (prior_.of_velocity) {
+    prior_.information.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
   }
   blurred_ = angles_blur_edges(beam_model, (predicted.pose * model.centre).norm());
-  const bool many = beams_.all.size() > static_cast<std::size_t>(options_.most_edge_returns);
-  among_edges_ = !wide() && (blurred_ || !many);
+  among_edges_ = !wide() && options.edge_rest.most_beams > 0;
 }
 
 void BeamDescent::start_from(const Pose& pose) {
   at_.pose = pose;
-  at_.velocity = velocity_;
+  at_.velocity = prior_.about.velocity;
 }
 
 void BeamDescent::run(const Pose& start) {
@@ -82,7 +69,8 @@ void BeamDescent::run(const Pose& start) {
   settle();
   if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
   close_in();
-  take(polish());
+  // Edges will tell more than a better step on faces; not which of two poses is the likelier.
+  take(among_edges_ && !known_ ? settled_at() : polish());
 }
 
 void BeamDescent::refine(const Pose& start) {
@@ -108,7 +96,7 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   if (by_faces_) best_ = *by_faces_;
   // Steps that faces led may have gone away from what was good.
   best_cost_ = weigh(best_);
-  take_if_likelier(found_at({predicted_.pose, velocity_}));
+  take_if_likelier(found_at({predicted_.pose, prior_.about.velocity}));
   const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
   const Result by_faces = best_;
   rest_on_edges({1.5 * blur_m}, blur_m);
@@ -121,12 +109,12 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   bool found = false;
   for (const Pose& start : starts) {
     const Pose moved = along_open_directions(
-        start, faces_at({start, velocity_}, beams_.few).information[0], model_.radius,
+        start, faces_at({start, prior_.about.velocity}, beams_.few).information[0], model_.radius,
         [&](const Pose& pose) {
-          return faces_at({pose, velocity_}, outlined().few).cost;
+          return faces_at({pose, prior_.about.velocity}, outlined().few).cost;
         },
         options_.open_directions);
-    found = take_if_likelier(found_at({moved, velocity_})) || found;
+    found = take_if_likelier(found_at({moved, prior_.about.velocity})) || found;
   }
   if (found) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
 }
@@ -140,12 +128,17 @@ BeamDescent::Result BeamDescent::found_at(const Motion& motion) const {
   return result;
 }
 
+/// As the last step left it.
+BeamDescent::Result BeamDescent::settled_at() const {
+  return {now(), covariance_, information_, sums_, 0};
+}
+
 /// From the best: returns and outline, with edges ever less blurred.
 void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double last_m) {
   start_from(best_.motion.pose);
   sharpen(scales_m);
   BeamInformationOptions how = pose_only_;
-  how.of_velocity = of_velocity_;
+  how.of_velocity = prior_.of_velocity;
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = blur(last_m);
     if (step(how, outlined().all) < 0.1) break;
@@ -169,8 +162,8 @@ bool BeamDescent::take_if_likelier(Result other, double tolerance) {
 /// Counts and cost of a pose as it is.
 double BeamDescent::weigh(Result& result) const {
   result.sums = faces_at(result.motion, beams_.all);
-  const Vector12d away = away_from(result.motion);
-  double cost = result.sums.cost + away.dot(prior_ * away);
+  const Vector12d away = apart(result.motion, prior_.about);
+  double cost = result.sums.cost + away.dot(prior_.information * away);
   const BeamInformation missed = faces_at(result.motion, beams_.empty.picks);
   add_counts(missed, beams_.empty.weight, result.sums);
   return cost + beams_.empty.weight * missed.cost;
@@ -218,22 +211,23 @@ void BeamDescent::settle() {
   how.misses = false;
   how.pull_sigma_m = options_.pull_sigma_m;
   at_.covariance = predicted_.covariance;
+  double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < options_.settle_steps; ++i) {
     const double moved = step(how, beams_.few);
     // The gate closes gradually: the first steps know less than they think.
     at_.covariance = covariance_ + options_.gate_shrink * at_.covariance;
-    if (moved < 1) break;
+    const bool goes_round = i > 1 && moved > last;  // beams come to other faces and back
+    if (moved < 1 || goes_round) break;
+    last = moved;
   }
 }
 
-/// So near that one step on all returns of a large scan is enough.
+/// On ever more returns: the fit of each time is a good start for the next.
 void BeamDescent::close_in() {
-  if (beams_.all.size() < 2 * beams_.some.size()) return;
-  BeamInformationOptions how = pose_only_;
-  how.edges = false;
-  for (int i = 0; i < 2; ++i) {
+  constexpr std::size_t times = 10;
+  for (std::size_t some = times * beams_.few.size(); 2 * some < beams_.all.size(); some *= times) {
     at_.covariance = covariance_;
-    step(how, beams_.some);
+    step_on_faces(evenly(beams_.all, some));
   }
 }
 
@@ -255,23 +249,17 @@ BeamDescent::Result BeamDescent::polish() {
   constexpr double small_m = 0.001;  // of the target's ends
   constexpr double most_small_m = 4 * small_m;
   constexpr double small = 100;  // in its own standard deviations, squared; then up to the latter
-  BeamInformationOptions how = pose_only_;
-  how.edges = false;
-  how.misses = false;
-  how.of_velocity = of_velocity_;
   Result last;
   double last_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = (i == 0 ? 1 : looseness) * covariance_;
     const Motion before = now();
-    BeamPicks near;
-    const double length2 = among_edges_ ? take_step(certain_faces(beams_.all, near), of_velocity_)
-                                        : step(how, beams_.all);
+    const double length2 = step_on_faces(beams_.all);
     if (sums_.cost > last_cost + tolerance) {
       last.motion = before;
       break;
     }
-    last = {now(), covariance_, information_, sums_, 0};
+    last = settled_at();
     last_cost = sums_.cost;
     const double moved = moved_since(before.pose);
     if (moved < small_m || (moved < most_small_m && length2 < small)) break;
@@ -280,61 +268,26 @@ BeamDescent::Result BeamDescent::polish() {
 }
 
 void BeamDescent::rest() {
-  constexpr double far = 100;  // in standard deviations, squared
-  constexpr int most_rounds = 2;
   by_faces_ = best_;
-  for (int i = 0; among_edges_ && i < most_rounds; ++i) {
-    const Pose before = best_.motion.pose;
-    rest_among_edges();
-    const Vector6d d = difference(before, best_.motion.pose);
-    if (d.dot(best_.covariance.ldlt().solve(d)) < far) break;
+  if (among_edges_) {
+    constexpr int most_rounds = 2;
+    constexpr double far2 = 16;  // variances
+    bool far = true;             // where other beams may be near edges
+    for (int i = 0; far && i < most_rounds; ++i) {
+      start_from(best_.motion.pose);
+      at_.velocity = best_.motion.velocity;
+      BeamInformationOptions how = pose_only_;
+      how.of_velocity = prior_.of_velocity;
+      EdgeRestOptions edges = options_.edge_rest;
+      if (blurred_) edges = {0, std::numeric_limits<int>::max()};
+      const EdgeRest rest = rest_among_edges(model_, beam_model_, scan_.beams, beams_.all,
+                                             outline(), at_, best_.information, prior_, how, edges);
+      best_ = {rest.motion, rest.covariance.topLeftCorner<6, 6>(), rest.information, rest.faces, 0};
+      far = !agree(at_.pose, rest.motion.pose, far2 * best_.covariance);
+      steps_ += rest.steps;
+    }
   }
   count();
-}
-
-/// Beams away from edges are summed up once: a small step does not change their faces.
-void BeamDescent::rest_among_edges() {
-  constexpr int most_sweeps = 2;
-  constexpr double small = 1;  // step, in its own standard deviations, squared
-  const Motion start = best_.motion;
-  at_.pose = start.pose;
-  at_.velocity = start.velocity;
-  // Until all beams have been looked at, the start counts, too.
-  Matrix12d held = (best_.information + prior_) / looseness;
-  Matrix12d covariance = Matrix12d::Zero();
-  solve(held, Vector12d::Zero(), of_velocity_, covariance);
-  at_.covariance = covariance.topLeftCorner<6, 6>();
-
-  BeamPicks near;
-  MotionInformation faces = certain_faces(beams_.all, near).motion();
-  near.insert(near.end(), outlined().outline.begin(), outlined().outline.end());
-  BeamInformationOptions how = pose_only_;
-  how.of_velocity = of_velocity_;
-  EdgePropagation edges(model_, beam_model_, scan_.beams, near, how);
-  MotionInformation said;
-  const auto move = [&] {
-    const Matrix12d information = faces.information + said.information + prior_ + held;
-    const Vector12d pulled = prior_ * away_from(now()) + held * apart(now(), start);
-    const Vector12d d =
-        solve(information, faces.gradient + said.gradient + pulled, of_velocity_, covariance);
-    go_on(d);
-    faces.gradient -= faces.information * d;
-    said.gradient -= said.information * d;
-    edges.moved(d);
-    return d.dot(information * d);
-  };
-  while (edges.waiting()) {
-    said = edges.take(at_, covariance);
-    move();
-  }
-  held.setZero();
-  for (int i = 0; i < most_sweeps; ++i) {
-    said = edges.sweep(at_, covariance);
-    if (move() < small) break;
-  }
-  best_.motion = now();
-  best_.covariance = covariance.topLeftCorner<6, 6>();
-  best_.information = faces.information + said.information;
 }
 
 /// What some beams say of the end. Those near edges, as well as these are known now, say nothing.
@@ -343,12 +296,18 @@ void BeamDescent::count() {
   at_.pose = best_.motion.pose;
   at_.velocity = best_.motion.velocity;
   at_.covariance = best_.covariance;
-  best_.sums = {};
-  for (const BeamSample& some : {sample(beams_.all, most_returns), beams_.empty}) {
+  const auto add = [&](const BeamSample& some) {
     BeamPicks near;
     add_counts(wide() ? faces_at(best_.motion, some.picks) : certain_faces(some.picks, near),
                some.weight, best_.sums);
+  };
+  // What contradicted where the last steps began may fit the end.
+  constexpr double beyond_doubt = 0.005;
+  if (!among_edges_ || best_.sums.contradicted() > beyond_doubt) {
+    best_.sums = {};
+    add(sample(beams_.all, most_returns));
   }
+  add(beams_.empty);
   best_.steps = steps_;
 }
 
@@ -356,19 +315,8 @@ void BeamDescent::count() {
 BeamInformation BeamDescent::certain_faces(const BeamPicks& picks, BeamPicks& near) const {
   BeamInformationOptions how = pose_only_;
   how.edges = false;
-  how.of_velocity = of_velocity_;
+  how.of_velocity = prior_.of_velocity;
   return beam_information(model_, beam_model_, scan_.beams, at_, how, picks, near);
-}
-
-/// Of the pose alone, or of the velocity, too. covariance: the information's inverse.
-Vector12d BeamDescent::solve(const Matrix12d& information, const Vector12d& gradient,
-                             bool of_velocity, Matrix12d& covariance) {
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
-  const Eigen::Index size = of_velocity ? 12 : 6;
-  const Square known = information.topLeftCorner(size, size);
-  const Square inverse = known.ldlt().solve(Square::Identity(size, size));
-  covariance.topLeftCorner(size, size) = 0.5 * (inverse + inverse.transpose());
-  return covariance * gradient;
 }
 
 void BeamDescent::go_on(const Vector12d& step) {
@@ -378,9 +326,18 @@ void BeamDescent::go_on(const Vector12d& step) {
   ++steps_;
 }
 
-const OutlineSelection& BeamDescent::outlined() {
+const BeamPicks& BeamDescent::outline() {
+  if (!outline_) outline_ = outline_of(scan_, beams_.misses);
+  return *outline_;
+}
+
+const BeamDescent::Outlined& BeamDescent::outlined() {
+  constexpr std::size_t few = 500;
   if (!outlined_) {
-    outlined_ = select_outline(scan_, 2 * static_cast<std::size_t>(options_.settle_returns));
+    outlined_.emplace();
+    std::merge(beams_.all.begin(), beams_.all.end(), outline().begin(), outline().end(),
+               std::back_inserter(outlined_->all));
+    outlined_->few = evenly(outlined_->all, few);
   }
   return *outlined_;
 }
@@ -390,9 +347,17 @@ double BeamDescent::moved_since(const Pose& before) const {
   return distance(before, at_.pose) + model_.radius * angle_between(before, at_.pose);
 }
 
-/// To what is predicted of pose and velocity.
-Vector12d BeamDescent::away_from(const Motion& motion) const {
-  return apart(motion, {predicted_.pose, velocity_});
+/// On faces: all returns, or where edges come later, those that meet one face anyhow.
+double BeamDescent::step_on_faces(const BeamPicks& picks) {
+  if (among_edges_) {
+    BeamPicks near;
+    return take_step(certain_faces(picks, near), prior_.of_velocity);
+  }
+  BeamInformationOptions how = pose_only_;
+  how.edges = false;
+  how.misses = false;
+  how.of_velocity = prior_.of_velocity;
+  return step(how, picks);
 }
 
 /// @return the step's length in its own standard deviations, squared.
@@ -405,12 +370,12 @@ double BeamDescent::take_step(const BeamInformation& sums, bool of_velocity) {
   sums_ = sums;
   const MotionInformation said = sums_.motion();
   information_ = said.information;
-  const Vector12d away = away_from(now());
-  const Vector12d pulled = prior_ * away;
+  const Vector12d away = apart(now(), prior_.about);
+  const Vector12d pulled = prior_.information * away;
   sums_.cost += away.dot(pulled);
-  const Matrix12d information = information_ + prior_;
+  const Matrix12d information = information_ + prior_.information;
   Matrix12d covariance = Matrix12d::Zero();
-  const Vector12d d = solve(information, said.gradient + pulled, of_velocity, covariance);
+  const Vector12d d = newton_step(information, said.gradient + pulled, of_velocity, covariance);
   covariance_ = covariance.topLeftCorner<6, 6>();
   go_on(d);
   return d.dot(information * d);
@@ -419,10 +384,10 @@ double BeamDescent::take_step(const BeamInformation& sums, bool of_velocity) {
 /// Where pose and velocity are the likeliest, the returns pull away from what was predicted as much
 /// as that pulls back.
 std::optional<MeasuredMotion> BeamDescent::measured() const {
-  if (!of_velocity_) return {};
+  if (!prior_.of_velocity) return {};
   MeasuredMotion measured{best_.motion, {}};
   measured.said.information = best_.information;
-  measured.said.gradient = -prior_ * away_from(best_.motion);
+  measured.said.gradient = -prior_.pull(best_.motion);
   measured.said.returns = best_.sums.used;
   return measured;
 }

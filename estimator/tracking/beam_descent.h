@@ -8,6 +8,8 @@
 
 #include "estimator/tracking/beam_information.h"
 #include "estimator/tracking/beam_selection.h"
+#include "estimator/tracking/edge_rest.h"
+#include "estimator/tracking/motion_prior.h"
 #include "estimator/tracking/open_directions.h"
 #include "estimator/tracking/tracking.h"
 
@@ -15,8 +17,8 @@ namespace berth::estimator {
 
 struct BeamDescentOptions {
   BeamInformationOptions information;
-  int settle_returns = 250;    ///< of a scan, on which a fit begins
-  int checked_misses = 500;    ///< beams without a return that have a say in the end
+  int settle_returns = 150;    ///< of a scan, on which a fit begins
+  int checked_misses = 300;    ///< beams without a return that have a say in the end
   int settle_steps = 10;       ///< at most
   double pull_sigma_m = 0.03;  ///< see BeamInformationOptions; only at first
   double gate_shrink = 0.1;    ///< of the gate's variance, from step to step
@@ -26,9 +28,7 @@ struct BeamDescentOptions {
   double edge_blur = 0.3;
   double least_edge_blur_m = 0.001;
   OpenDirectionsOptions open_directions;
-  /// Where angle noise is little a scan of more returns does not come to rest among edges: it would
-  /// take longer than it gains.
-  int most_edge_returns = 10000;
+  EdgeRestOptions edge_rest;
 };
 
 /// Gauss-Newton on the likelihood of one scan's beams: on few of them with a wide gate, on all that
@@ -71,6 +71,11 @@ class BeamDescent {
   bool blurred() const { return blurred_; }
 
  private:
+  /// Returns and outline.
+  struct Outlined {
+    BeamPicks all, few;  // of these, spread evenly
+  };
+
   void start_from(const Pose& pose);
   void settle();
   void close_in();
@@ -78,23 +83,22 @@ class BeamDescent {
   Result polish();
   void take(Result result);
   void rest_on_edges(std::initializer_list<double> scales_m, double last_m);
-  void rest_among_edges();
   void count();
   bool wide() const { return options_.information.likelihood.footprint; }
   BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
+  Result settled_at() const;
   Result found_at(const Motion& motion) const;
   bool take_if_likelier(Result other, double tolerance = 0);
   double weigh(Result& result) const;
   BeamInformation faces_at(const Motion& motion, const BeamPicks& picks) const;
   double beam_spacing() const;
   Matrix6d blur(double scale_m) const;
-  static Vector12d solve(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
-                         Matrix12d& covariance);
   void go_on(const Vector12d& step);
   double moved_since(const Pose& before) const;
-  Vector12d away_from(const Motion& motion) const;
   Motion now() const { return {at_.pose, at_.velocity}; }
-  const OutlineSelection& outlined();
+  const BeamPicks& outline();
+  const Outlined& outlined();
+  double step_on_faces(const BeamPicks& picks);
   double step(const BeamInformationOptions& how, const BeamPicks& picks);
   double take_step(const BeamInformation& sums, bool of_velocity);
 
@@ -103,14 +107,13 @@ class BeamDescent {
   const CleanScan& scan_;
   const Prediction& predicted_;
   const BeamDescentOptions& options_;
-  Velocity velocity_;                    ///< that is predicted
-  bool of_velocity_ = false;             ///< whether it is in question
-  Matrix12d prior_ = Matrix12d::Zero();  ///< information on pose and velocity
+  MotionPrior prior_;
   BeamInformationOptions pose_only_;
   bool blurred_;
   bool among_edges_;  ///< whether it comes to rest there
   BeamSelection beams_;
-  std::optional<OutlineSelection> outlined_;  ///< once it is needed
+  std::optional<BeamPicks> outline_;  ///< once it is needed; so the next
+  std::optional<Outlined> outlined_;
   BeamLinearisation at_;
   BeamInformation sums_;
   Matrix6d covariance_ = Matrix6d::Identity();
@@ -119,6 +122,8 @@ class BeamDescent {
   bool known_ = false;  ///< a best
   double best_cost_ = std::numeric_limits<double>::infinity();
   Result best_;
+  BeamInformation faces_sums_;
+  std::optional<Pose> faces_start_;
   std::optional<Result> by_faces_;  ///< the best before it came to rest among edges
 };
 

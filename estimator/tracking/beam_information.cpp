@@ -113,9 +113,11 @@ class Accumulator {
   }
 
   void take(const Beam& beam, double time, const Ray& ray, const RayHit& hit) {
-    const bool left_out = at_edges_ != nullptr && may_change_face(beam, ray, hit);
-    if (left_out) at_edges_->push_back(&beam);
-    summed_ = !left_out;
+    if (at_edges_ != nullptr && may_change_face(beam, ray, hit)) {
+      at_edges_->push_back(&beam);
+      if (fits(beam, ray, hit)) ++result_.doubtful;
+      return;
+    }
     if (!std::isfinite(hit.range)) {
       if (may_touch(beam, ray) && take_near_edge(beam, ray, hit)) return;
       if (beam.hit()) result_.cost += past_cost_;
@@ -137,10 +139,8 @@ class Accumulator {
     }
     const bool nearer = beam.range < hit.range;
     if (wide_ && nearer && take_near_edge(beam, ray, hit)) return;
-    if (summed_) {
-      ++result_.predicted;
-      ++(nearer ? result_.blocked : result_.through);
-    }
+    ++result_.predicted;
+    ++(nearer ? result_.blocked : result_.through);
     result_.cost += gate2_;
     take_beside(beam, time, ray);
   }
@@ -148,8 +148,8 @@ class Accumulator {
   /// Whether the pose or the angle noise may have it meet another face, or none.
   bool may_change_face(const Beam& beam, const Ray& ray, const RayHit& hit) {
     if (!std::isfinite(hit.range)) {
-      return model_.distances.may_come_near(ray.origin, ray.direction,
-                                            edge_reach_ * (ray.origin - model_.centre).norm());
+      return beam.hit() &&
+             model_.distances.may_come_near(ray, edge_reach_ * (ray.origin - model_.centre).norm());
     }
     const double cosine = -hit.normal.dot(ray.direction);
     const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
@@ -183,7 +183,6 @@ class Accumulator {
     const double distance2 = away.squaredNorm();
     const double reach2 = options_.pull_m * options_.pull_m;
     if (distance2 > reach2 || !(distance2 > 0)) return;
-    if (!summed_) return;
     ++result_.beside;
     if (options_.pull_sigma_m == 0) return;
     const double distance = std::sqrt(distance2);
@@ -201,10 +200,8 @@ class Accumulator {
       return true;
     }
     if (!beam.hit()) {
-      if (summed_) {
-        ++result_.predicted;
-        ++result_.through;
-      }
+      ++result_.predicted;
+      ++result_.through;
       result_.cost += 0.5 * gate2_;
       return true;
     }
@@ -212,22 +209,32 @@ class Accumulator {
         cosine * cosine * range_variance(beam) + angle_variance + model_variance_;
     const double residual = cosine * (range - beam.range);
     const Vector3d torque = point.cross(normal);
-    const double squared = residual * residual;
-    if (squared > gate2_ * variance &&
-        squared > gate2_ * (variance + pose_variance(normal, torque))) {
-      return false;
-    }
+    if (!in_gate(residual, variance, normal, torque)) return false;
     ++result_.predicted;
     ++result_.used;
-    const double z2 = squared / variance;
+    const double z2 = residual * residual / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
-    if (summed_) {
-      sums_.add(normal, torque, 1 / variance, residual / variance, time);
-    } else {
-      ++result_.doubtful;
-    }
+    sums_.add(normal, torque, 1 / variance, residual / variance, time);
     return true;
+  }
+
+  /// Whether a return is of the face that its beam meets.
+  bool fits(const Beam& beam, const Ray& ray, const RayHit& hit) const {
+    const double cosine = -hit.normal.dot(ray.direction);
+    if (!beam.hit() || !std::isfinite(hit.range) || cosine < options_.least_cosine) return false;
+    const double angle = hit.range * hit.range * (1 - cosine * cosine) * angle_variance_;
+    const double variance = cosine * cosine * range_variance(beam) + angle + model_variance_;
+    const Vector3d point = ray.origin + hit.range * ray.direction;
+    return in_gate(cosine * (hit.range - beam.range), variance, hit.normal,
+                   point.cross(hit.normal));
+  }
+
+  bool in_gate(double residual, double variance, const Vector3d& normal,
+               const Vector3d& torque) const {
+    const double squared = residual * residual;
+    return squared <= gate2_ * variance ||
+           squared <= gate2_ * (variance + pose_variance(normal, torque));
   }
 
   /// Variance along the normal that the pose's uncertainty brings about.
@@ -286,15 +293,11 @@ class Accumulator {
     }
     const double variance = range_variance(beam) + model_variance_ + doubtful_shares * echo->spread;
     const double residual = echo->range - beam.range;
-    const double squared = residual * residual;
-    if (squared > gate2_ * variance &&
-        squared > gate2_ * (variance + pose_variance(echo->normal, echo->torque))) {
-      // What is behind came back alone.
-      return false;
-    }
+    // Else what is behind came back alone.
+    if (!in_gate(residual, variance, echo->normal, echo->torque)) return false;
     ++result_.predicted;
     ++result_.used;
-    const double z2 = squared / variance;
+    const double z2 = residual * residual / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
     sums_.add(echo->normal, echo->torque, 1 / variance, residual / variance, time);
@@ -346,8 +349,7 @@ class Accumulator {
   double past_cost_;  // of a return from something behind, as is to be expected past the model
   Matrix6d covariance_;
   bool certain_;
-  bool summed_ = true;  // else the beam only counts
-  double edge_reach_;   // rad
+  double edge_reach_;  // rad
   std::array<const Beam*, chunk> batch_;
   std::array<double, chunk> times_;
   std::array<Ray, chunk> rays_;
@@ -379,6 +381,11 @@ BeamInformation& BeamInformation::operator+=(const BeamInformation& other) {
   blocked += other.blocked;
   beside += other.beside;
   return *this;
+}
+
+double BeamInformation::contradicted() const {
+  const int against = through + beside;
+  return static_cast<double>(against) / std::max(1, used + against);
 }
 
 MotionInformation BeamInformation::motion() const {

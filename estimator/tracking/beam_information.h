@@ -62,12 +62,15 @@ struct BeamInformation {
   /// of every miss of a beam that should meet the model, half the gate's square. To compare poses.
   double cost = 0;
   int used = 0;       ///< returns that meet the model where they should
-  int doubtful = 0;   ///< of these, those whose place among the faces is not certain
+  int doubtful = 0;   ///< beside these: that fit, but their place among the faces is not certain
   int predicted = 0;  ///< beams, misses too, that should meet the model
   int through = 0;    ///< of these, those that saw nothing, or something behind: free space
   int blocked = 0;    ///< of these, those that met something in front: occluders
   int beside = 0;     ///< returns about the model from where it should not be
 
+  /// Share of the beams that contradict the pose: they go through the target, or return from beside
+  /// it, of these and those used. Beams stopped before the target do not count.
+  double contradicted() const;
   BeamInformation& operator+=(const BeamInformation& other);
   /// Of pose and velocity together, for a filter.
   MotionInformation motion() const;
@@ -88,7 +91,8 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks);
 /// at_edges: beams whose place among the faces is not certain are left to it, in their order: they
-/// are not in the sums, and count only where they fit.
+/// are in no sum, and count as doubtful where they fit. Beams that neither returned nor meet
+/// anything are not asked.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,

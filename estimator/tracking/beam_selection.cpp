@@ -9,6 +9,63 @@ namespace berth::estimator {
 
 namespace {
 
+/// The field of view in cells, of which some have seen returns.
+class ReturnImage {
+ public:
+  ReturnImage(const std::vector<Beam>& beams, const BeamPicks& returns) {
+    if (returns.empty()) return;
+    std::vector<Eigen::Vector2f> images;
+    images.reserve(returns.size());
+    for (const std::uint32_t i : returns) images.push_back(image_of(beams[i]));
+    Eigen::Vector2f low = images.front();
+    Eigen::Vector2f high = low;
+    for (const Eigen::Vector2f& image : images) {
+      low = low.cwiseMin(image);
+      high = high.cwiseMax(image);
+    }
+    // About one return in a cell, were they spread evenly.
+    const Eigen::Vector2f extent = high - low;
+    const float spacing = std::sqrt(std::max(extent.prod(), 1e-9F * extent.squaredNorm()) /
+                                    static_cast<float>(returns.size()));
+    const float least = extent.maxCoeff() / (side - 4);
+    const float cell = std::max({1.5F * spacing, least, 1e-9F});
+    per_cell_ = 1 / cell;
+    low_ = low.array() - 1.5F * cell;  // what is marked has a neighbour on every side
+    for (const Eigen::Vector2f& image : images) mark((image - low_) * per_cell_);
+  }
+
+  /// Whether its cell or one beside it has seen a return.
+  bool near(const Beam& beam) const {
+    const Eigen::Vector2f at = (image_of(beam) - low_) * per_cell_;
+    if (!(at.minCoeff() >= 0 && at.maxCoeff() < side)) return false;
+    return marked_[index(at)];
+  }
+
+ private:
+  static constexpr int side = 128;
+
+  static Eigen::Vector2f image_of(const Beam& beam) {
+    const double per_forward = 1 / std::max(beam.direction.z(), 1e-3);
+    return (beam.direction.head<2>() * per_forward).cast<float>();
+  }
+  static std::size_t index(const Eigen::Vector2f& at) {
+    return static_cast<std::size_t>(static_cast<int>(at.y()) * side + static_cast<int>(at.x()));
+  }
+
+  void mark(const Eigen::Vector2f& at) {
+    const std::size_t middle = index(at);
+    for (std::size_t row = middle - side; row <= middle + side; row += side) {
+      std::fill_n(marked_.begin() + static_cast<std::ptrdiff_t>(row) - 1, 3, true);
+    }
+  }
+
+  Eigen::Vector2f low_ = Eigen::Vector2f::Zero();
+  float per_cell_ = 1;
+  std::array<bool, static_cast<std::size_t>(side) * side> marked_{};
+};
+
+}  // namespace
+
 BeamPicks evenly(const BeamPicks& from, std::size_t most) {
   const std::size_t stride = 1 + from.size() / (most + 1);
   BeamPicks picks;
@@ -16,59 +73,6 @@ BeamPicks evenly(const BeamPicks& from, std::size_t most) {
   for (std::size_t i = 0; i < from.size(); i += stride) picks.push_back(from[i]);
   return picks;
 }
-
-/// The field of view in cells, of which some have seen returns.
-class ReturnImage {
- public:
-  ReturnImage(const std::vector<Beam>& beams, const BeamPicks& returns) {
-    if (returns.empty()) return;
-    Eigen::Vector2d low = image_of(beams[returns.front()]);
-    Eigen::Vector2d high = low;
-    for (const std::uint32_t i : returns) {
-      low = low.cwiseMin(image_of(beams[i]));
-      high = high.cwiseMax(image_of(beams[i]));
-    }
-    // About one return in a cell, were they spread evenly.
-    const Eigen::Vector2d extent = high - low;
-    const double spacing = std::sqrt(std::max(extent.prod(), 1e-9 * extent.squaredNorm()) /
-                                     static_cast<double>(returns.size()));
-    const double least = extent.maxCoeff() / (side - 3);
-    cell_ = std::max({1.5 * spacing, least, 1e-9});
-    low_ = low.array() - cell_;
-    for (const std::uint32_t i : returns) mark(image_of(beams[i]));
-  }
-
-  /// Whether its cell or one beside it has seen a return.
-  bool near(const Beam& beam) const {
-    const Eigen::Vector2d at = (image_of(beam) - low_) / cell_;
-    if (!(at.minCoeff() >= 0 && at.maxCoeff() < side)) return false;
-    return marked_[index(static_cast<int>(at.x()), static_cast<int>(at.y()))];
-  }
-
- private:
-  static constexpr int side = 128;
-
-  static Eigen::Vector2d image_of(const Beam& beam) {
-    const double forward = std::max(beam.direction.z(), 1e-3);
-    return {beam.direction.x() / forward, beam.direction.y() / forward};
-  }
-  static std::size_t index(int x, int y) { return static_cast<std::size_t>(y * side + x); }
-
-  void mark(const Eigen::Vector2d& image) {
-    const Eigen::Vector2d at = (image - low_) / cell_;
-    for (int y = static_cast<int>(at.y()) - 1; y <= static_cast<int>(at.y()) + 1; ++y) {
-      for (int x = static_cast<int>(at.x()) - 1; x <= static_cast<int>(at.x()) + 1; ++x) {
-        if (x >= 0 && y >= 0 && x < side && y < side) marked_[index(x, y)] = true;
-      }
-    }
-  }
-
-  Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
-  double cell_ = 1;
-  std::array<bool, side * side> marked_{};
-};
-
-}  // namespace
 
 BeamSample sample(const BeamPicks& from, std::size_t most) {
   BeamSample sample{evenly(from, most), 1};
@@ -89,29 +93,23 @@ BeamPicks evenly(std::size_t count, std::size_t most) {
 BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t most_empty) {
   BeamSelection selection;
   selection.few = evenly(scan.beam_of_point, few);
-  selection.some = evenly(scan.beam_of_point, 10 * few);
-  BeamPicks empty;
   selection.all.reserve(scan.points.size());
-  empty.reserve(scan.beams.size() - scan.points.size());
+  selection.misses.reserve(scan.beams.size() - scan.points.size());
   for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    (scan.beams[i].hit() ? selection.all : empty).push_back(static_cast<std::uint32_t>(i));
+    (scan.beams[i].hit() ? selection.all : selection.misses)
+        .push_back(static_cast<std::uint32_t>(i));
   }
-  selection.empty = sample(empty, most_empty);
+  selection.empty = sample(selection.misses, most_empty);
   return selection;
 }
 
-OutlineSelection select_outline(const CleanScan& scan, std::size_t few) {
-  OutlineSelection selection;
+BeamPicks outline_of(const CleanScan& scan, const BeamPicks& misses) {
+  BeamPicks outline;
   const ReturnImage image(scan.beams, scan.beam_of_point);
-  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    const auto beam = static_cast<std::uint32_t>(i);
-    const bool hit = scan.beams[i].hit();
-    if (!hit && !image.near(scan.beams[i])) continue;
-    selection.all.push_back(beam);
-    if (!hit) selection.outline.push_back(beam);
+  for (const std::uint32_t i : misses) {
+    if (image.near(scan.beams[i])) outline.push_back(i);
   }
-  selection.few = evenly(selection.all, few);
-  return selection;
+  return outline;
 }
 
 }  // namespace berth::estimator

@@ -13,6 +13,7 @@ using BeamPicks = std::vector<std::uint32_t>;
 
 /// Every so manieth of `count` beams, so that at most `most` are left.
 BeamPicks evenly(std::size_t count, std::size_t most);
+BeamPicks evenly(const BeamPicks& from, std::size_t most);
 
 /// Some beams that stand for more of their kind.
 struct BeamSample {
@@ -27,23 +28,16 @@ BeamSample sample(const BeamPicks& from, std::size_t most);
 /// nothing and far from everything: they need not be cast at every step.
 struct BeamSelection {
   BeamPicks few;     ///< returns inside the gate, spread evenly
-  BeamPicks some;    ///< so, ten times as many
   BeamPicks all;     ///< every return
-  BeamSample empty;  ///< beams without a return: is the target where nothing was met?
+  BeamPicks misses;  ///< every beam without one
+  BeamSample empty;  ///< some of these: is the target where nothing was met?
 };
 
 /// few: so many at most. most_empty: of the beams without a return.
 BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t most_empty);
 
-/// The same with the outline: beams without a return that passed close to returns tell where the
-/// target ends.
-struct OutlineSelection {
-  BeamPicks few;      ///< of all, spread evenly
-  BeamPicks all;      ///< every return and the outline
-  BeamPicks outline;  ///< beams without a return that passed close to returns
-};
-
-/// few: so many at most.
-OutlineSelection select_outline(const CleanScan& scan, std::size_t few);
+/// Of the beams without a return those that passed close to returns: they tell where the target
+/// ends.
+BeamPicks outline_of(const CleanScan& scan, const BeamPicks& misses);
 
 }  // namespace berth::estimator

@@ -29,12 +29,6 @@ double variance_factor(const BeamInformation& sums) {
 
 }  // namespace
 
-double contradicted(const BeamInformation& sums) {
-  const int against = sums.through + sums.beside;
-  const int certain = sums.used - sums.doubtful + against;
-  return static_cast<double>(against) / std::max(1, certain);
-}
-
 /// About as many returns as the approach needs, at the time of the prediction.
 std::vector<Vector3d> BeamTracking::sample(const CleanScan& scan,
                                            const Prediction& predicted) const {
@@ -54,16 +48,16 @@ std::vector<Vector3d> BeamTracking::sample(const CleanScan& scan,
 
 std::string BeamTracking::judge(const TrackingResult& result, const BeamInformation& sums,
                                 const Pose& predicted) const {
-  if (sums.used < options_.least_used) {
-    return std::to_string(sums.used) + " returns fit the target, at least " +
+  if (sums.used + sums.doubtful < options_.least_used) {
+    return std::to_string(sums.used + sums.doubtful) + " returns fit the target, at least " +
            std::to_string(options_.least_used) + " are needed";
   }
-  const double against = contradicted(sums);
+  const double against = sums.contradicted();
   if (against > options_.most_contradiction) {
     return percent(against) + " of the beams contradict the pose, at most " +
            percent(options_.most_contradiction) + " may";
   }
-  const double chi2 = sums.chi2 / sums.used;
+  const double chi2 = sums.chi2 / std::max(1, sums.used);
   if (chi2 > options_.most_chi2) {
     return "the returns spread " + fixed(chi2, 1) + " times the beam model's variance, at most " +
            fixed(options_.most_chi2, 1) + " times is trusted";
@@ -99,9 +93,9 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   const auto open = [this](const BeamDescent::Result& r) {
     return uncertainty(model_, r.covariance) > options_.most_open_m;
   };
-  const auto settled = [&](const BeamDescent::Result& r) { return contradicted(r.sums) <= most; };
+  const auto settled = [&](const BeamDescent::Result& r) { return r.sums.contradicted() <= most; };
   const auto credible = [&](const BeamDescent::Result& r) {
-    return contradicted(r.sums) <= 2 * most && !open(r);
+    return r.sums.contradicted() <= 2 * most && !open(r);
   };
   // The nearest surface misleads where parts lie side by side: a prediction that is good enough to
   // meet the right faces is a start of its own, and the likelier end counts.
@@ -130,8 +124,8 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   result.residual_rms = beam_model_.range_sigma_m * std::sqrt(sums.chi2 / std::max(1, sums.used));
   if (!descent.blurred()) result.spread = sums.chi2 / std::max(1, sums.used - 6);
   result.iterations = best.steps;
-  result.used = sums.used;
-  result.near = sums.used + sums.blocked + sums.beside;
+  result.used = sums.used + sums.doubtful;
+  result.near = result.used + sums.blocked + sums.beside;
   result.fit = {-0.5 * sums.chi2, sums.predicted, sums.used, sums.through};
   result.confidence = static_cast<double>(sums.used) /
                       std::max(1, sums.used + sums.blocked + sums.beside + sums.through);

@@ -17,8 +17,8 @@ struct BeamTrackingOptions {
   bool deskew = true;  ///< each return is used at its own time
   /// A prediction that knows the target's farthest points better than this is a start, too.
   double most_uncertain_start_m = 0.03;
-  /// Share of beams that contradict the pose (see contradicted()): beyond it the search goes wider;
-  /// where edges agree with faces, beyond twice that.
+  /// Share of beams that contradict the pose (see BeamInformation): beyond it the search goes
+  /// wider; where edges agree with faces, beyond twice that.
   double most_settled_contradiction = 0.01;
   /// So where faces leave the target's farthest points more uncertain than this.
   double most_open_m = 0.01;
@@ -54,9 +54,5 @@ class BeamTracking final : public Tracking {
   const BeamModel& beam_model_;
   const BeamTrackingOptions& options_;
 };
-
-/// Share of the beams that contradict a pose: they go through the target, or return from beside it,
-/// of these and those that certainly fit. Beams stopped before the target do not count.
-double contradicted(const BeamInformation& sums);
 
 }  // namespace berth::estimator

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "estimator/tracking/moving_frame.h"
@@ -155,6 +156,12 @@ EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam
   sites_.reserve(near.size());
 }
 
+BeamPicks EdgePropagation::left() const {
+  BeamPicks left;
+  for (const BeamPicks& group : waiting_) left.insert(left.end(), group.begin(), group.end());
+  return left;
+}
+
 /// How far from a beam its nodes lie at the target, at most, m.
 double EdgePropagation::reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const {
   const Vector3d centre = at.pose * model_.centre;
@@ -170,47 +177,71 @@ double EdgePropagation::reach_of(const BeamLinearisation& at, const Matrix12d& c
 
 MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matrix12d& covariance) {
   MovingFrame frame(at);
-  const double reach = reach_of(at, covariance);
+  const auto look_at = [&](std::uint32_t beam) {
+    Site site;
+    site.beam = beam;
+    if (!renew(site, at, frame, covariance)) return;
+    if (site.final) {
+      add(site, certain_);
+    } else {
+      sites_.push_back(site);
+    }
+  };
+  BeamPicks missed;
+  std::vector<Ray> rays;
   for (const std::uint32_t index : waiting_.back()) {
     const Beam& beam = beams_[index];
+    if (beam.hit()) {
+      look_at(index);
+      continue;
+    }
     frame.go_to(beam);
-    const Vector3d direction = frame.turn() * beam.direction;
-    if (!beam.hit() && !model_.distances.may_come_near(frame.eye(), direction, reach)) continue;
-    Site site;
-    site.beam = index;
-    if (renew(site, at, frame, covariance)) sites_.push_back(site);
+    missed.push_back(index);
+    rays.push_back({frame.eye(), frame.turn() * beam.direction});
   }
+  const auto near = std::make_unique<bool[]>(rays.size());
+  model_.distances.may_come_near(rays, reach_of(at, covariance), {near.get(), rays.size()});
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (near[i]) look_at(missed[i]);
+  }
+  taken_ += waiting_.back().size();
   waiting_.pop_back();
   return sum();
 }
 
 MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matrix12d& covariance) {
   MovingFrame frame(at);
-  std::erase_if(sites_,
-                [&](Site& site) { return !site.final && !renew(site, at, frame, covariance); });
+  std::erase_if(sites_, [&](Site& site) {
+    if (!renew(site, at, frame, covariance)) return true;
+    if (site.final) add(site, certain_);
+    return site.final;
+  });
   return sum();
 }
 
+void EdgePropagation::add(const Site& site, MotionInformation& sum) const {
+  const Eigen::Matrix<double, 6, 3> weighted = site.lever.transpose() * site.precision;
+  const Matrix6d information = weighted * site.lever;
+  const Vector6d gradient = site.lever.transpose() * site.shift;
+  ++sum.returns;
+  sum.information.topLeftCorner<6, 6>() += information;
+  sum.gradient.head<6>() += gradient;
+  if (!options_.of_velocity) return;
+  const double t = site.time;
+  sum.information.topRightCorner<6, 6>() += t * information;
+  sum.information.bottomLeftCorner<6, 6>() += t * information;
+  sum.information.bottomRightCorner<6, 6>() += t * t * information;
+  sum.gradient.tail<6>() += t * gradient;
+}
+
 MotionInformation EdgePropagation::sum() const {
-  MotionInformation sum;
-  for (const Site& site : sites_) {
-    const Eigen::Matrix<double, 6, 3> weighted = site.lever.transpose() * site.precision;
-    const Matrix6d information = weighted * site.lever;
-    const Vector6d gradient = site.lever.transpose() * site.shift;
-    sum.information.topLeftCorner<6, 6>() += information;
-    sum.gradient.head<6>() += gradient;
-    if (!options_.of_velocity) continue;
-    const double t = site.time;
-    sum.information.topRightCorner<6, 6>() += t * information;
-    sum.information.bottomLeftCorner<6, 6>() += t * information;
-    sum.information.bottomRightCorner<6, 6>() += t * t * information;
-    sum.gradient.tail<6>() += t * gradient;
-  }
-  sum.returns = static_cast<int>(sites_.size());
+  MotionInformation sum = certain_;
+  for (const Site& site : sites_) add(site, sum);
   return sum;
 }
 
 void EdgePropagation::moved(const Vector12d& step) {
+  certain_.gradient -= certain_.information * step;
   for (Site& site : sites_) {
     const Vector6d then = step.head<6>() + site.time * step.tail<6>();
     site.shift -= site.precision * (site.lever * then);
@@ -243,8 +274,8 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
             sigma * sigma + options_.model_sigma_m * options_.model_sigma_m};
   const double far = (model_.centre - view.eye).norm() + 1.01 * model_.radius;
   Matrix3d here;
+  constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
   for (bool first = true;; first = false) {
-    constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
     here = site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
     leave_out(site, here, view);
     if (!view.cast(model_.caster, far, site.range)) return false;

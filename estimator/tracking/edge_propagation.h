@@ -26,6 +26,11 @@ class EdgePropagation {
 
   /// Whether some beams have not been looked at.
   bool waiting() const { return !waiting_.empty(); }
+  /// How many have, and how many the next group has.
+  std::size_t taken() const { return taken_; }
+  std::size_t next() const { return waiting_.back().size(); }
+  /// The beams that have not.
+  BeamPicks left() const;
   /// Twice as many as have been, from all over the scan. covariance: of the motion at the
   /// linearisation as it is known from all beams, those of the sites before included; as
   /// MotionInformation's d. @return the sum of the sites.
@@ -51,6 +56,7 @@ class EdgePropagation {
   struct View;
 
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
+  void add(const Site& site, MotionInformation& sum) const;
   MotionInformation sum() const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
              const Matrix12d& covariance) const;
@@ -63,6 +69,8 @@ class EdgePropagation {
   std::span<const Beam> beams_;
   const BeamInformationOptions& options_;
   std::vector<BeamPicks> waiting_;  // groups; the next is the last
+  std::size_t taken_ = 0;
+  MotionInformation certain_;  // sum of the sites that do not change any more
   std::vector<Site> sites_;
 };
 

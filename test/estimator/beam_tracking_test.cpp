@@ -287,9 +287,9 @@ TEST_CASE("Hits and misses about edges tell more than faces alone") {
     scene.lidar.pose = displaced(paper_pose, random, 0.1, radians(15));
     scene.start = displaced(scene.lidar.pose, random, 0.03, radians(2));
     const auto raw = scene.scan(3000);
-    scene.options.descent.most_edge_returns = 10000;
+    scene.options.descent.edge_rest = {0, 20000};
     with += difference(scene.track(raw).pose, scene.lidar.pose).head<3>().squaredNorm();
-    scene.options.descent.most_edge_returns = 0;
+    scene.options.descent.edge_rest.most_beams = 0;
     without += difference(scene.track(raw).pose, scene.lidar.pose).head<3>().squaredNorm();
   }
   CHECK(with < 0.7 * without);

@@ -138,7 +138,7 @@ TEST_CASE("A ray that comes near the surface is never taken for one that does no
     const Vector3d target = model->centre + random.normal_vector(0.7 * model->radius);
     const Vector3d direction = (target - origin).normalized();
     const double distance = 0.05 * random.uniform();
-    if (!model->distances.may_come_near(origin, direction, distance)) {
+    if (!model->distances.may_come_near({origin, direction}, distance)) {
       ++passed;
       for (double along = 5; along < 11; along += 0.05) {
         const Vector3d point = origin + along * direction;

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/tracking/motion_prior.h"
+
+#include <Eigen/Cholesky>
+
+namespace berth::estimator {
+
+Vector12d apart(const Motion& from, const Motion& to) {
+  Vector12d apart;
+  apart << difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
+      to.velocity.angular - from.velocity.angular;
+  return apart;
+}
+
+bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
+  constexpr double most = 6;  // one for each degree of freedom
+  const Vector6d apart = difference(a, b);
+  return apart.dot(covariance.ldlt().solve(apart)) < most;
+}
+
+Vector12d newton_step(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
+                      Matrix12d& covariance) {
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
+  const Eigen::Index size = of_velocity ? 12 : 6;
+  const Square known = information.topLeftCorner(size, size);
+  const Square inverse = known.ldlt().solve(Square::Identity(size, size));
+  covariance.topLeftCorner(size, size) = 0.5 * (inverse + inverse.transpose());
+  return covariance * gradient;
+}
+
+}  // namespace berth::estimator

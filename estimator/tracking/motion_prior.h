@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "estimator/filter/motion_information.h"
+
+namespace berth::estimator {
+
+/// From one motion to another, as MotionInformation's d.
+Vector12d apart(const Motion& from, const Motion& to);
+
+/// Whether two poses differ no more than one of this covariance does from the truth, on average.
+bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance);
+
+/// Gauss-Newton: of the pose alone, or of the velocity, too. covariance: becomes the information's
+/// inverse; what is of no interest stays.
+Vector12d newton_step(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
+                      Matrix12d& covariance);
+
+/// What is known of a motion before a scan's beams.
+struct MotionPrior {
+  Motion about;
+  Matrix12d information = Matrix12d::Zero();
+  bool of_velocity = false;  ///< else the velocity is certain
+
+  /// Gradient of its log-likelihood.
+  Vector12d pull(const Motion& from) const { return information * apart(from, about); }
+};
+
+}  // namespace berth::estimator
