@@ -27,23 +27,32 @@ ClosePass close_pass(const TargetModel& model, const Pose& pose, const Vector3d&
   return pass;
 }
 
+BeamModel noisier(BeamModel model, double scale) {
+  model.range_sigma_m *= scale;
+  model.azimuth_sigma_rad *= scale;
+  model.elevation_sigma_rad *= scale;
+  return model;
+}
+
 Pose polished(const TargetModel& model, const BeamModel& beam_model,
               const LikelihoodOptions& likelihood, std::span<const Beam> beams,
               std::span<const std::uint32_t> picks, const Pose& start,
               const PolishOptions& options) {
   const double length = model.target.length;
-  BeamModel noise = beam_model;
-  noise.range_sigma_m *= likelihood.noise_scale;
-  noise.azimuth_sigma_rad *= likelihood.noise_scale;
-  noise.elevation_sigma_rad *= likelihood.noise_scale;
+  const BeamModel noise = noisier(beam_model, likelihood.noise_scale);
   BeamInformationOptions how;
   how.of_velocity = false;
   how.model_sigma_m = likelihood.model_sigma_m;
   how.likelihood = likelihood;
+  how.pull_m = 0.05 * length;
   constexpr double beside = 0.06;  // of the length: beams that pass farther off say nothing
   std::vector<std::uint32_t> near;
+  const Pose to_model = start.inverse();
   for (const std::uint32_t i : picks) {
-    if (close_pass(model, start, beams[i].direction).distance < beside) near.push_back(i);
+    const Vector3d direction = to_model.rotation * beams[i].direction;
+    if (model.distances.may_come_near(to_model.position, direction, beside * length)) {
+      near.push_back(i);
+    }
   }
   const double reach = 0.03 * length;  // of a step, where beams hold nothing
   Matrix6d held = Matrix6d::Zero();
@@ -55,6 +64,7 @@ Pose polished(const TargetModel& model, const BeamModel& beam_model,
     const double done = options.steps > 1 ? static_cast<double>(i) / (options.steps - 1) : 1;
     const double blur =
         length * options.first_blur * std::pow(options.last_blur / options.first_blur, done);
+    how.pull_sigma_m = 2 * i < options.steps ? options.pull_sigma * length : 0;
     at.covariance.diagonal() << Vector3d::Constant(blur * blur),
         Vector3d::Constant(blur * blur / (model.radius * model.radius));
     const BeamInformation sums = beam_information(model, noise, beams, at, how, near);

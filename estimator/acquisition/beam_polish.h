@@ -20,7 +20,13 @@ struct PolishOptions {
   double first_blur = 0.01;   ///< standard deviation of edges at first, of the target's length
   double last_blur = 0.0015;  ///< and at last
   int steps = 4;
+  /// Of the length: standard deviation by which, in the first half of the steps, returns are drawn
+  /// to the surface that they should be of, see BeamInformationOptions.
+  double pull_sigma = 0.01;
 };
+
+/// With all its sigmas so many times as large.
+BeamModel noisier(BeamModel model, double scale);
 
 /// Gauss-Newton on the beams' log-likelihood with what edges and misses say: they hold what ranges
 /// leave open. picks: indices of beams in an order that favours none, as many as are to be used.
