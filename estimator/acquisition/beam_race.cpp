@@ -3,9 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <tuple>
 
 #include "estimator/acquisition/beam_fit.h"
 #include "estimator/acquisition/scan_order.h"
+#include "estimator/tracking/beam_tracking.h"
 
 namespace berth::estimator {
 
@@ -37,9 +39,19 @@ BeamRace::BeamRace(const TargetModel& model, const BeamModel& beam_model, const 
   }
 }
 
+std::size_t BeamRace::beams_with(std::size_t returns, std::size_t least) const {
+  std::size_t met = 0;
+  std::size_t count = 0;
+  for (; count < order_.size() && (met < returns || count < least); ++count) {
+    met += gated_[order_[count]] ? 1 : 0;
+  }
+  return count;
+}
+
 std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
                                      const LikelihoodOptions& likelihood, std::size_t most_beams,
-                                     std::size_t enough_beams, double forgiven) const {
+                                     std::size_t enough_beams, Mercy mercy,
+                                     std::size_t kept) const {
   constexpr double one_place = 0.7;
   std::vector<Contender> running;
   for (const Pose& pose : poses) {
@@ -60,10 +72,15 @@ std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
       }
     }
     std::stable_sort(running.begin(), running.end(), leads);
+    if (running.size() <= kept) continue;
     const double least = running.front().log_likelihood() - hopeless;
-    std::erase_if(running, [&](const Contender& c) {
-      return c.log_likelihood() + forgiven * c.contradictions() < least;
+    const auto others = running.begin() + static_cast<std::ptrdiff_t>(kept);
+    const auto left_out = std::remove_if(others, running.end(), [&](const Contender& c) {
+      return c.log_likelihood() + mercy.of_contradiction * c.contradictions() +
+                 mercy.of_beam * c.weight.sum().predicted <
+             least;
     });
+    running.erase(left_out, running.end());
   }
   return running;
 }
@@ -83,6 +100,46 @@ Pose BeamRace::polished(const Pose& pose, const LikelihoodOptions& likelihood, s
                         const PolishOptions& how) const {
   const std::span<const std::uint32_t> some(order_.data(), std::min(beams, order_.size()));
   return estimator::polished(model_, beam_model_, likelihood, scan_.beams, some, pose, how);
+}
+
+/// So many beams that they hold enough returns.
+const CleanScan& BeamRace::few() const {
+  constexpr std::size_t enough = 1500;
+  if (few_) return *few_;
+  std::vector<std::uint32_t> picks = order_;
+  picks.resize(beams_with(enough, 0));
+  // Row by row, in whatever order they came.
+  std::sort(picks.begin(), picks.end(), [this](std::uint32_t a, std::uint32_t b) {
+    const Vector3d& p = scan_.beams[a].direction;
+    const Vector3d& q = scan_.beams[b].direction;
+    return std::tie(p.y(), p.x(), scan_.beams[a].range) <
+           std::tie(q.y(), q.x(), scan_.beams[b].range);
+  });
+  few_.emplace();
+  few_->utime_first = scan_.utime_first;
+  few_->utime_last = scan_.utime_last;
+  few_->utime_mean = scan_.utime_mean;
+  for (const std::uint32_t i : picks) {
+    if (gated_[i]) {
+      few_->points.push_back(scan_.beams[i].point());
+      few_->beam_of_point.push_back(static_cast<std::uint32_t>(few_->beams.size()));
+    }
+    few_->beams.push_back(scan_.beams[i]);
+  }
+  return *few_;
+}
+
+Pose BeamRace::followed(const Pose& pose, double noise_scale) const {
+  static const BeamTrackingOptions options;
+  const double shift = 0.01 * model_.target.length;
+  const double turn = 2 * shift / model_.radius;
+  Prediction start;
+  start.pose = pose;
+  start.covariance = Matrix6d::Zero();
+  start.covariance.diagonal() << Vector3d::Constant(shift * shift), Vector3d::Constant(turn * turn);
+  const BeamModel noise = noisier(beam_model_, noise_scale);
+  const TrackingResult result = BeamTracking(model_, noise, options).track(few(), start);
+  return result.ok ? result.pose : pose;
 }
 
 bool BeamRace::same(const Pose& a, const Pose& b, double slack) const {
@@ -197,6 +254,20 @@ double BeamRace::misfit_share(const Contender& contender,
     }
   });
   return beside > 0 ? static_cast<double>(beside) / (on + beside) : 0;
+}
+
+double BeamRace::share_about(const Contender& contender) const {
+  const Pose to_model = contender.pose.inverse();
+  const double unit = model_.distances.cut_off() / DistanceTable::most / model_.target.length;
+  int inside = 0;
+  int about = 0;
+  for_its_beams(contender, [&](const Beam& beam, bool gated) {
+    if (!gated) return;
+    ++inside;
+    const Vector3d point = to_model * beam.point();
+    if (unit * model_.distances.value(point.cast<float>()) < beside_it) ++about;
+  });
+  return inside > 0 ? static_cast<double>(about) / inside : 0;
 }
 
 double BeamRace::rim_share(const Contender& contender) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "estimator/acquisition/acquisition.h"
@@ -19,6 +20,12 @@ struct Contender {
   int contradictions() const { return weight.sum().predicted - weight.sum().explained; }
 };
 
+/// Log-likelihood that a pose may lack because it is not settled yet.
+struct Mercy {
+  double of_contradiction = 0;  ///< for each beam that should meet the target and did not
+  double of_beam = 0;           ///< for each beam that should meet the target
+};
+
 /// Weighs poses against each other on the beams of one scan, taken in an order that looks random
 /// and does not depend on the order in which they came.
 class BeamRace {
@@ -29,10 +36,10 @@ class BeamRace {
 
   /// Weighs poses on more and more beams, block by block, leaves out those that fall behind the
   /// best by more than `hopeless`, and ends early when after enough_beams one is left. Best first.
-  /// forgiven: log-likelihood of each beam against a pose that is overlooked until the end.
+  /// mercy: what is overlooked until then. kept: so many are never left out.
   std::vector<Contender> run(const std::vector<Pose>& poses, const LikelihoodOptions& likelihood,
-                             std::size_t most_beams, std::size_t enough_beams,
-                             double forgiven = 0) const;
+                             std::size_t most_beams, std::size_t enough_beams, Mercy mercy = {},
+                             std::size_t kept = 1) const;
   /// The poses fitted to the ranges of so many returns, see fit_beams.
   std::vector<Pose> fitted(const std::vector<Pose>& poses, std::size_t returns, double first_gate,
                            double last_gate, int iterations) const;
@@ -40,6 +47,10 @@ class BeamRace {
   /// beam_polish.h.
   Pose polished(const Pose& pose, const LikelihoodOptions& likelihood, std::size_t beams,
                 const PolishOptions& how) const;
+
+  /// The pose followed to where tracking takes it, from some centimetres off, by a LIDAR so many
+  /// times as noisy as the beam model says; itself where tracking loses it.
+  Pose followed(const Pose& pose, double noise_scale) const;
 
   /// Whether two poses are one, an exact symmetry apart or not. slack 1: 4 degrees and 3 % of the
   /// length.
@@ -60,6 +71,8 @@ class BeamRace {
   /// not stopped before it. Where the pose is right they go on, but for where something else
   /// touches it.
   double rim_share(const Contender& contender) const;
+  /// Share of all returns inside the gate that lie on or beside the target's surface.
+  double share_about(const Contender& contender) const;
   /// Share explained of all returns inside the gate.
   double explained_share(const Contender& contender) const;
   /// Share of the target's surface, seen or not, that lies within the scan's outline.
@@ -70,8 +83,12 @@ class BeamRace {
   /// Returns inside the gate, in the race's order, at most 1500.
   const std::vector<Beam>& returns() const { return returns_; }
   std::size_t beams() const { return order_.size(); }
+  /// So many beams of the race's order that so many of them are returns inside the gate, if there
+  /// are as many; at least `least`.
+  std::size_t beams_with(std::size_t returns, std::size_t least) const;
 
  private:
+  const CleanScan& few() const;
   double noise_seen_from(const Contender& leader, const LikelihoodOptions& options) const;
   double prior_of(const Pose& pose) const;
   /// Calls visit(beam, inside the gate) for the beams that weighed the contender.
@@ -85,6 +102,7 @@ class BeamRace {
   std::vector<std::uint32_t> order_;
   std::vector<bool> gated_;  // beams that returned from inside the gate
   std::vector<Beam> returns_;
+  mutable std::optional<CleanScan> few_;  // once it is asked for
 };
 
 }  // namespace berth::estimator
