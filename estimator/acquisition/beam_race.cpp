@@ -104,7 +104,7 @@ Pose BeamRace::polished(const Pose& pose, const LikelihoodOptions& likelihood, s
 
 /// So many beams that they hold enough returns.
 const CleanScan& BeamRace::few() const {
-  constexpr std::size_t enough = 1500;
+  constexpr std::size_t enough = 1000;
   if (few_) return *few_;
   std::vector<std::uint32_t> picks = order_;
   picks.resize(beams_with(enough, 0));

@@ -11,6 +11,8 @@ namespace berth::estimator {
 namespace {
 
 constexpr double one_place = 0.7;  // see BeamRace::same
+/// Beams for a race of which another follows.
+constexpr std::size_t heat = 2000;
 /// Log-likelihood that a beam against a pose may cost it for want of polish alone.
 constexpr double unsettled = 4;
 
@@ -71,7 +73,7 @@ std::vector<Contender> Contest::decide(std::vector<Pose> poses) {
   constexpr std::size_t polishing_beams = 2000;
   followed_ = false;
   if (!has_alike_) append(poses, counterparts(leading(poses, 2)));
-  std::vector<Contender> found = race(poses);
+  std::vector<Contender> found = race(poses, has_alike_ ? heat : race_.beams());
   if (found.empty()) return found;
   const Contender& best = found.front();
   const bool clear = found.size() == 1 && !has_alike_ && crisp(best, likelihood_.noise_scale) &&
@@ -88,13 +90,13 @@ std::vector<Contender> Contest::decide(std::vector<Pose> poses) {
   });
 }
 
-/// Those that lead and what the best of them is confused with, made better, against what they were.
+/// The best made better, with what it is confused with then, against the others; and those of them
+/// that may still win made better, too.
 template <class Better>
 std::vector<Contender> Contest::improved(std::vector<Contender> found, Better better) {
-  constexpr std::size_t most = 4;
-  constexpr int most_rounds = 2;
+  constexpr std::size_t most_others = 4;
   std::vector<Pose> places;
-  for (int i = 0; i < most_rounds; ++i) {
+  for (const std::size_t most : {has_alike_ ? 1 : most_others, most_others}) {
     std::vector<Pose> next;
     for (const Contender& c : found) {
       const bool known = std::any_of(places.begin(), places.end(), [&](const Pose& place) {
@@ -109,17 +111,17 @@ std::vector<Contender> Contest::improved(std::vector<Contender> found, Better be
     const std::vector<Pose> confused = counterparts({next.front()});
     append(next, poses_of(found));
     append(next, confused);
-    found = race(next);
+    found = race(next, has_alike_ && most == 1 ? heat : race_.beams());
   }
   return found;
 }
 
-/// On all beams, distinct.
-std::vector<Contender> Contest::race(const std::vector<Pose>& poses) {
+/// Distinct.
+std::vector<Contender> Contest::race(const std::vector<Pose>& poses, std::size_t most_beams) {
   constexpr std::size_t enough_beams = 1000;
   candidates_ += static_cast<int>(poses.size());
   const Mercy merciful = alone_ || has_alike_ ? mercy() : Mercy{};
-  return race_.distinct(race_.run(poses, likelihood_, race_.beams(), enough_beams, merciful),
+  return race_.distinct(race_.run(poses, likelihood_, most_beams, enough_beams, merciful),
                         one_place);
 }
 

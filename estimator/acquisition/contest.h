@@ -34,7 +34,7 @@ class Contest {
   int candidates() const { return candidates_; }
 
  private:
-  std::vector<Contender> race(const std::vector<Pose>& poses);
+  std::vector<Contender> race(const std::vector<Pose>& poses, std::size_t most_beams);
   template <class Better>
   std::vector<Contender> improved(std::vector<Contender> found, Better better);
   std::vector<Pose> counterparts(const std::vector<Pose>& poses) const;
