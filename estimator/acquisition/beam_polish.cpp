@@ -50,7 +50,7 @@ Pose polished(const TargetModel& model, const BeamModel& beam_model,
   const Pose to_model = start.inverse();
   for (const std::uint32_t i : picks) {
     const Vector3d direction = to_model.rotation * beams[i].direction;
-    if (model.distances.may_come_near(to_model.position, direction, beside * length)) {
+    if (model.distances.may_come_near({to_model.position, direction}, beside * length)) {
       near.push_back(i);
     }
   }

@@ -70,7 +70,7 @@ void BeamDescent::run(const Pose& start) {
   if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
   close_in();
   // Edges will tell more than a better step on faces; not which of two poses is the likelier.
-  take(among_edges_ && !known_ ? settled_at() : polish());
+  take(among_edges_ && !known_ && !blurred_ ? known_by_faces() : polish());
 }
 
 void BeamDescent::refine(const Pose& start) {
@@ -131,6 +131,14 @@ BeamDescent::Result BeamDescent::found_at(const Motion& motion) const {
 /// As the last step left it.
 BeamDescent::Result BeamDescent::settled_at() const {
   return {now(), covariance_, information_, sums_, 0};
+}
+
+/// What was drawn to the nearest surface on the way here is no knowledge.
+BeamDescent::Result BeamDescent::known_by_faces() const {
+  BeamPicks near;
+  Result result = settled_at();
+  result.information = certain_faces(beams_.few, near).motion().information;
+  return result;
 }
 
 /// From the best: returns and outline, with edges ever less blurred.

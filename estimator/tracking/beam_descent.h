@@ -87,6 +87,7 @@ class BeamDescent {
   bool wide() const { return options_.information.likelihood.footprint; }
   BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
   Result settled_at() const;
+  Result known_by_faces() const;
   Result found_at(const Motion& motion) const;
   bool take_if_likelier(Result other, double tolerance = 0);
   double weigh(Result& result) const;
