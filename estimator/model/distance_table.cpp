@@ -16,8 +16,9 @@ DistanceTable::DistanceTable(const ClosestPointGrid& grid, double cut_off)
     size_[i] = static_cast<int>(grid.size()[i]) + 2;
     top_[i] = static_cast<float>(size_[i] - 1);
   }
+  const auto wide = [](int v) { return static_cast<std::size_t>(v); };
   const auto index_of = [&](int x, int y, int z) {
-    return static_cast<std::size_t>(x + size_[0] * (y + size_[1] * z));
+    return wide(x) + wide(size_[0]) * (wide(y) + wide(size_[1]) * wide(z));
   };
   values_.assign(index_of(0, 0, size_[2]), std::uint8_t{most});
   const double scale = most / cut_off;

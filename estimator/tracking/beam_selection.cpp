@@ -49,7 +49,7 @@ class ReturnImage {
     return (beam.direction.head<2>() * per_forward).cast<float>();
   }
   static std::size_t index(const Eigen::Vector2f& at) {
-    return static_cast<std::size_t>(static_cast<int>(at.y()) * side + static_cast<int>(at.x()));
+    return static_cast<std::size_t>(at.y()) * side + static_cast<std::size_t>(at.x());
   }
 
   void mark(const Eigen::Vector2f& at) {
