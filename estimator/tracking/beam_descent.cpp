@@ -16,10 +16,6 @@ Matrix6d information_of(const Matrix6d& covariance) {
   return (covariance + 1e-12 * Matrix6d::Identity()).ldlt().solve(Matrix6d::Identity());
 }
 
-/// What is known from where a descent comes to is taken for so much less, in variance: some faces
-/// may have been mistaken.
-constexpr double looseness = 8;
-
 /// Of beams that each stand for so many.
 void add_counts(const BeamInformation& counted, double weight, BeamInformation& sums) {
   const auto scaled = [weight](int count) { return static_cast<int>(std::lround(weight * count)); };

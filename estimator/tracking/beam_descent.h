@@ -123,8 +123,6 @@ class BeamDescent {
   bool known_ = false;  ///< a best
   double best_cost_ = std::numeric_limits<double>::infinity();
   Result best_;
-  BeamInformation faces_sums_;
-  std::optional<Pose> faces_start_;
   std::optional<Result> by_faces_;  ///< the best before it came to rest among edges
 };
 

@@ -132,11 +132,7 @@ class Accumulator {
         take_near_edge(beam, ray, hit)) {
       return;
     }
-    const double sine2 = 1 - cosine * cosine;
-    if (take_plain(beam, time, hit.normal, point, hit.range, cosine,
-                   hit.range * hit.range * sine2 * angle_variance_)) {
-      return;
-    }
+    if (take_plain(beam, time, hit, point, cosine)) return;
     const bool nearer = beam.range < hit.range;
     if (wide_ && nearer && take_near_edge(beam, ray, hit)) return;
     ++result_.predicted;
@@ -193,8 +189,8 @@ class Accumulator {
   }
 
   /// One face: a row. @return whether the return fits it, or there is none.
-  bool take_plain(const Beam& beam, double time, const Vector3d& normal, const Vector3d& point,
-                  double range, double cosine, double angle_variance) {
+  bool take_plain(const Beam& beam, double time, const RayHit& hit, const Vector3d& point,
+                  double cosine) {
     if (cosine < options_.least_cosine) {
       if (beam.hit()) result_.cost += gate2_;
       return true;
@@ -205,28 +201,32 @@ class Accumulator {
       result_.cost += 0.5 * gate2_;
       return true;
     }
-    const double variance =
-        cosine * cosine * range_variance(beam) + angle_variance + model_variance_;
-    const double residual = cosine * (range - beam.range);
-    const Vector3d torque = point.cross(normal);
-    if (!in_gate(residual, variance, normal, torque)) return false;
+    const double variance = plain_variance(beam, hit, cosine);
+    const double residual = cosine * (hit.range - beam.range);
+    const Vector3d torque = point.cross(hit.normal);
+    if (!in_gate(residual, variance, hit.normal, torque)) return false;
     ++result_.predicted;
     ++result_.used;
     const double z2 = residual * residual / variance;
     result_.chi2 += z2;
     result_.cost += std::min(z2, gate2_);
-    sums_.add(normal, torque, 1 / variance, residual / variance, time);
+    sums_.add(hit.normal, torque, 1 / variance, residual / variance, time);
     return true;
+  }
+
+  /// Of a return from one face, along its normal, m^2.
+  double plain_variance(const Beam& beam, const RayHit& hit, double cosine) const {
+    const double sine2 = 1 - cosine * cosine;
+    return cosine * cosine * range_variance(beam) +
+           hit.range * hit.range * sine2 * angle_variance_ + model_variance_;
   }
 
   /// Whether a return is of the face that its beam meets.
   bool fits(const Beam& beam, const Ray& ray, const RayHit& hit) const {
     const double cosine = -hit.normal.dot(ray.direction);
     if (!beam.hit() || !std::isfinite(hit.range) || cosine < options_.least_cosine) return false;
-    const double angle = hit.range * hit.range * (1 - cosine * cosine) * angle_variance_;
-    const double variance = cosine * cosine * range_variance(beam) + angle + model_variance_;
     const Vector3d point = ray.origin + hit.range * ray.direction;
-    return in_gate(cosine * (hit.range - beam.range), variance, hit.normal,
+    return in_gate(cosine * (hit.range - beam.range), plain_variance(beam, hit, cosine), hit.normal,
                    point.cross(hit.normal));
   }
 

@@ -10,10 +10,6 @@ namespace berth::estimator {
 
 namespace {
 
-/// What is known of where a descent comes to is taken for so much less, in variance: some faces may
-/// have been mistaken.
-constexpr double looseness = 8;
-
 /// Half the mean logarithm of the eigenvalues: of a standard deviation, with the other sign.
 double mean_log_deviation(const Matrix12d& information, bool of_velocity) {
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap

@@ -5,6 +5,10 @@
 
 namespace berth::estimator {
 
+/// What is known of where a descent comes to is taken for so much less, in variance: some faces may
+/// have been mistaken.
+inline constexpr double looseness = 8;
+
 /// From one motion to another, as MotionInformation's d.
 Vector12d apart(const Motion& from, const Motion& to);
 
