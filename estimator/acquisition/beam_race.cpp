@@ -52,7 +52,6 @@ std::vector<Contender> BeamRace::run(const std::vector<Pose>& poses,
                                      const LikelihoodOptions& likelihood, std::size_t most_beams,
                                      std::size_t enough_beams, Mercy mercy,
                                      std::size_t kept) const {
-  constexpr double one_place = 0.7;
   std::vector<Contender> running;
   for (const Pose& pose : poses) {
     running.push_back(

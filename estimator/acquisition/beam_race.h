@@ -52,6 +52,8 @@ class BeamRace {
   /// times as noisy as the beam model says; itself where tracking loses it.
   Pose followed(const Pose& pose, double noise_scale) const;
 
+  /// Slack by which two poses on their way are taken for the same place.
+  static constexpr double one_place = 0.7;
   /// Whether two poses are one, an exact symmetry apart or not. slack 1: 4 degrees and 3 % of the
   /// length.
   bool same(const Pose& a, const Pose& b, double slack) const;

@@ -10,7 +10,7 @@ namespace berth::estimator {
 
 namespace {
 
-constexpr double one_place = 0.7;  // see BeamRace::same
+constexpr double one_place = BeamRace::one_place;
 /// Beams for a race of which another follows.
 constexpr std::size_t heat = 2000;
 /// Log-likelihood that a beam against a pose may cost it for want of polish alone.

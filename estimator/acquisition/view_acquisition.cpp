@@ -106,7 +106,7 @@ std::vector<Contender> Search::look_in_parts(std::vector<Contender> so_far) {
   const auto add = [&](const std::vector<Contender>& contenders) {
     if (contenders.empty() || !objection(contenders.front()).empty()) return;
     agreed = std::any_of(winners.begin(), winners.end(), [&](const Pose& other) {
-      return race_.same(contenders.front().pose, other, 0.7);
+      return race_.same(contenders.front().pose, other, BeamRace::one_place);
     });
     winners.push_back(contenders.front().pose);
     append(possible, poses_of(contenders));
@@ -127,12 +127,13 @@ std::vector<Contender> Search::look_in_parts(std::vector<Contender> so_far) {
   if (possible.empty()) return so_far;
   // The centroid of a part may be far from where a view expects it: the fit has a longer way.
   const double length = model_.target.length;
-  possible = race_.distinct(possible, static_cast<std::size_t>(options_.contenders), 0.7);
+  possible =
+      race_.distinct(possible, static_cast<std::size_t>(options_.contenders), BeamRace::one_place);
   append(possible, race_.fitted(possible, 800, 0.06 * length, 0.008 * length, 10));
   const std::vector<Contender> roughly = race_.run(possible, options_.likelihood, 512, 512);
   contest_.look_from(roughly.front());
-  return contest_.decide(
-      race_.distinct(poses_of(roughly), static_cast<std::size_t>(options_.finalists), 0.7));
+  return contest_.decide(race_.distinct(
+      poses_of(roughly), static_cast<std::size_t>(options_.finalists), BeamRace::one_place));
 }
 
 std::vector<Contender> Search::run(const std::vector<Hypothesis>& hints, const Vector3d& centroid) {
