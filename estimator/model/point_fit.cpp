@@ -2,56 +2,12 @@
 #include "estimator/model/point_fit.h"
 
 #include <Eigen/Cholesky>
-#include <array>
 #include <cmath>
-#include <vector>
 
 #include "estimator/model/normal_sums.h"
+#include "estimator/model/turned_points.h"
 
 namespace berth::estimator {
-
-namespace {
-
-/// Those of the points that are within the grid, turned, by fours: the last four are filled up.
-class TurnedPoints {
- public:
-  static constexpr std::size_t lanes = 4;
-
-  explicit TurnedPoints(std::size_t most) : voxels_(most + lanes) {
-    for (std::vector<double>& axis : axes_) axis.resize(most + lanes);
-  }
-
-  /// @return how many they are.
-  std::size_t turn(const ClosestPointGrid& grid, std::span<const Vector3d> points,
-                   const Pose& pose) {
-    const Matrix3d rotation = pose.rotation.toRotationMatrix();
-    std::size_t count = 0;
-    for (const Vector3d& point : points) {
-      const Vector3d arm = rotation * point;
-      const std::int64_t voxel = grid.voxel(arm + pose.position);
-      if (voxel < 0) continue;
-      put_at(count, arm, voxel);
-      ++count;
-    }
-    for (std::size_t i = count; i < count + lanes; ++i) put_at(i, Vector3d::Zero(), 0);
-    return count;
-  }
-  Four3 at(std::size_t from) const {
-    return {four_at(&axes_[0][from]), four_at(&axes_[1][from]), four_at(&axes_[2][from])};
-  }
-  const std::int64_t* voxels_at(std::size_t from) const { return &voxels_[from]; }
-
- private:
-  void put_at(std::size_t i, const Vector3d& arm, std::int64_t voxel) {
-    for (std::size_t k = 0; k < 3; ++k) axes_[k][i] = arm[static_cast<Eigen::Index>(k)];
-    voxels_[i] = voxel;
-  }
-
-  std::array<std::vector<double>, 3> axes_;
-  std::vector<std::int64_t> voxels_;
-};
-
-}  // namespace
 
 Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                 const Pose& to_model, double first_gate, double last_gate, int iterations) {

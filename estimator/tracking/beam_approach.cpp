@@ -4,45 +4,54 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "estimator/model/normal_sums.h"
+#include "estimator/model/turned_points.h"
 
 namespace berth::estimator {
 
 Pose approach(const TargetModel& model, std::span<const Vector3d> points, const Pose& start,
               const BeamApproachOptions& options) {
   constexpr std::size_t least_points = 6;
-  struct Pair {
-    Vector3d point, normal, across;  // model frame; across: along the face, longer than nothing
-    double out, beside, squared;     // of the face, beyond its border, m
+  struct Pairs {
+    Four3 point, normal, across;  // model frame; across: along the face, longer than nothing
+    Four out, beside, squared;    // of the face, beyond its border, m
   };
-  std::vector<Pair> pairs;
+  std::vector<Pairs> pairs;
   std::vector<double> distances;
-  pairs.reserve(points.size());
+  pairs.reserve(points.size() / TurnedPoints::lanes + 1);
   distances.reserve(points.size());
   // The voxel's triangle is the nearest to its centre only: so far the border means nothing.
-  const double blur = model.grid.cell();
+  const Four blur = four(model.grid.cell());
   double scale = options.widest_m;
   Pose pose = start;
+  TurnedPoints turned(points.size());
   for (int i = 0; i < options.max_iterations; ++i) {
     const Pose to_model = pose.inverse();
-    const Matrix3d rotation = to_model.rotation.toRotationMatrix();
+    const Vector3d& shift = to_model.position;
+    const Four3 shifts{four(shift.x()), four(shift.y()), four(shift.z())};
+    const std::size_t within = turned.turn(model.grid, points, to_model);
     pairs.clear();
     distances.clear();
-    ClosestPointGrid::Match found;
-    for (const Vector3d& p : points) {
-      const Vector3d q = rotation * p + to_model.position;
-      if (!model.grid.refined(q, found)) continue;
-      const Vector3d away = q - found.point;
-      const double out = found.normal.dot(away);
-      Vector3d across = away - out * found.normal;
-      const double length = across.norm();
-      const double beside = std::max(0.0, length - blur);
-      if (beside > 0) across /= length;
-      const double squared = out * out + beside * beside;
-      pairs.push_back({q, found.normal, across, out, beside, squared});
-      if (squared < scale * scale) distances.push_back(squared);
+    for (std::size_t from = 0; from < within; from += TurnedPoints::lanes) {
+      const Four3 point = turned.at(from) + shifts;
+      const auto found = model.grid.refined(point, turned.voxels_at(from));
+      const Four3 away = point - found.point;
+      const Four out = found.normal.dot(away);
+      const Four3 across = away - out * found.normal;
+      const Four length = root(across.dot(across));
+      const Four beside = length > blur ? length - blur : four(0);
+      const Four squared = out * out + beside * beside;
+      pairs.push_back({point, found.normal, across / (length + 1e-12), out, beside, squared});
+      for (std::size_t n = 0; n < TurnedPoints::lanes; ++n) {
+        if (from + n >= within) {
+          pairs.back().squared[n] = std::numeric_limits<double>::infinity();
+        } else if (squared[n] < scale * scale) {
+          distances.push_back(squared[n]);
+        }
+      }
     }
     if (distances.size() < least_points) break;
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
@@ -50,14 +59,12 @@ Pose approach(const TargetModel& model, std::span<const Vector3d> points, const 
     scale =
         std::clamp(options.scale_sigmas * 1.4826 * std::sqrt(*middle), options.narrowest_m, scale);
     NormalSums sums(false);
-    for (const Pair& p : pairs) {
-      const double rest = 1 - p.squared / (scale * scale);
-      if (rest <= 0) continue;
-      const double weight = rest * rest;  // Tukey
-      sums.add(p.normal, p.point.cross(p.normal), weight, -weight * p.out, 0);
-      if (p.beside > 0) {
-        sums.add(p.across, p.point.cross(p.across), weight, -weight * p.beside, 0);
-      }
+    for (const Pairs& p : pairs) {
+      const Four rest = 1 - p.squared / (scale * scale);
+      const Four weight = rest > 0 ? rest * rest : four(0);  // Tukey
+      sums.add(p.normal, p.point.cross(p.normal), weight, -weight * p.out);
+      sums.add(p.across, p.point.cross(p.across), p.beside > 0 ? weight : four(0),
+               -weight * p.beside);
     }
     sums.flush();
     Matrix6d a = sums.products(0);

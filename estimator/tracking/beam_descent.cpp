@@ -131,8 +131,8 @@ BeamDescent::Result BeamDescent::settled_at() const {
 
 /// What was drawn to the nearest surface on the way here is no knowledge.
 BeamDescent::Result BeamDescent::known_by_faces() const {
-  BeamPicks near;
   Result result = settled_at();
+  BeamPicks near;
   result.information = certain_faces(beams_.few, near).motion().information;
   return result;
 }
@@ -215,15 +215,17 @@ void BeamDescent::settle() {
   how.misses = false;
   how.pull_sigma_m = options_.pull_sigma_m;
   at_.covariance = predicted_.covariance;
+  constexpr double little = 20;  // in its own standard deviations, squared: the next is far less
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < options_.settle_steps; ++i) {
     const double moved = step(how, beams_.few);
+    const bool goes_round = i > 1 && moved > last;  // beams come to other faces and back
+    if (moved < little || goes_round) break;
     // The gate closes gradually: the first steps know less than they think.
     at_.covariance = covariance_ + options_.gate_shrink * at_.covariance;
-    const bool goes_round = i > 1 && moved > last;  // beams come to other faces and back
-    if (moved < 1 || goes_round) break;
     last = moved;
   }
+  at_.covariance = covariance_;
 }
 
 /// On ever more returns: the fit of each time is a good start for the next.
@@ -284,8 +286,9 @@ void BeamDescent::rest() {
       how.of_velocity = prior_.of_velocity;
       EdgeRestOptions edges = options_.edge_rest;
       if (blurred_) edges = {0, std::numeric_limits<int>::max()};
-      const EdgeRest rest = rest_among_edges(model_, beam_model_, scan_.beams, beams_.all,
-                                             outline(), at_, best_.information, prior_, how, edges);
+      const EdgeRest rest =
+          rest_among_edges(model_, beam_model_, scan_.beams, beams_.all, beams_.outline, at_,
+                           best_.information, prior_, how, edges);
       best_ = {rest.motion, rest.covariance.topLeftCorner<6, 6>(), rest.information, rest.faces, 0};
       far = !agree(at_.pose, rest.motion.pose, far2 * best_.covariance);
       steps_ += rest.steps;
@@ -330,16 +333,11 @@ void BeamDescent::go_on(const Vector12d& step) {
   ++steps_;
 }
 
-const BeamPicks& BeamDescent::outline() {
-  if (!outline_) outline_ = outline_of(scan_, beams_.misses);
-  return *outline_;
-}
-
 const BeamDescent::Outlined& BeamDescent::outlined() {
   constexpr std::size_t few = 500;
   if (!outlined_) {
     outlined_.emplace();
-    std::merge(beams_.all.begin(), beams_.all.end(), outline().begin(), outline().end(),
+    std::merge(beams_.all.begin(), beams_.all.end(), beams_.outline.begin(), beams_.outline.end(),
                std::back_inserter(outlined_->all));
     outlined_->few = evenly(outlined_->all, few);
   }

@@ -97,7 +97,6 @@ class BeamDescent {
   void go_on(const Vector12d& step);
   double moved_since(const Pose& before) const;
   Motion now() const { return {at_.pose, at_.velocity}; }
-  const BeamPicks& outline();
   const Outlined& outlined();
   double step_on_faces(const BeamPicks& picks);
   double step(const BeamInformationOptions& how, const BeamPicks& picks);
@@ -113,8 +112,7 @@ class BeamDescent {
   bool blurred_;
   bool among_edges_;  ///< whether it comes to rest there
   BeamSelection beams_;
-  std::optional<BeamPicks> outline_;  ///< once it is needed; so the next
-  std::optional<Outlined> outlined_;
+  std::optional<Outlined> outlined_;  ///< once it is needed
   BeamLinearisation at_;
   BeamInformation sums_;
   Matrix6d covariance_ = Matrix6d::Identity();

@@ -37,19 +37,18 @@ class ReturnImage {
   /// Whether its cell or one beside it has seen a return.
   bool near(const Beam& beam) const {
     const Eigen::Vector2f at = (image_of(beam) - low_) * per_cell_;
-    if (!(at.minCoeff() >= 0 && at.maxCoeff() < side)) return false;
-    return marked_[index(at)];
+    return at.x() >= 0 && at.y() >= 0 && at.x() < side && at.y() < side && marked_[index(at)];
   }
 
  private:
   static constexpr int side = 128;
 
   static Eigen::Vector2f image_of(const Beam& beam) {
-    const double per_forward = 1 / std::max(beam.direction.z(), 1e-3);
-    return (beam.direction.head<2>() * per_forward).cast<float>();
+    const Eigen::Vector3f d = beam.direction.cast<float>();
+    return d.head<2>() * (1 / std::max(d.z(), 1e-3F));
   }
   static std::size_t index(const Eigen::Vector2f& at) {
-    return static_cast<std::size_t>(at.y()) * side + static_cast<std::size_t>(at.x());
+    return static_cast<std::size_t>(static_cast<int>(at.y()) * side + static_cast<int>(at.x()));
   }
 
   void mark(const Eigen::Vector2f& at) {
@@ -94,22 +93,20 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
   BeamSelection selection;
   selection.few = evenly(scan.beam_of_point, few);
   selection.all.reserve(scan.points.size());
-  selection.misses.reserve(scan.beams.size() - scan.points.size());
-  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    (scan.beams[i].hit() ? selection.all : selection.misses)
-        .push_back(static_cast<std::uint32_t>(i));
-  }
-  selection.empty = sample(selection.misses, most_empty);
-  return selection;
-}
-
-BeamPicks outline_of(const CleanScan& scan, const BeamPicks& misses) {
-  BeamPicks outline;
+  BeamPicks misses;
+  misses.reserve(scan.beams.size() - scan.points.size());
   const ReturnImage image(scan.beams, scan.beam_of_point);
-  for (const std::uint32_t i : misses) {
-    if (image.near(scan.beams[i])) outline.push_back(i);
+  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
+    const auto pick = static_cast<std::uint32_t>(i);
+    if (scan.beams[i].hit()) {
+      selection.all.push_back(pick);
+    } else {
+      misses.push_back(pick);
+      if (image.near(scan.beams[i])) selection.outline.push_back(pick);
+    }
   }
-  return outline;
+  selection.empty = sample(misses, most_empty);
+  return selection;
 }
 
 }  // namespace berth::estimator

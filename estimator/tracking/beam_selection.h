@@ -27,17 +27,13 @@ BeamSample sample(const BeamPicks& from, std::size_t most);
 /// Which beams of a scan a fit looks at, from rough to fine. Most beams of a scan may have met
 /// nothing and far from everything: they need not be cast at every step.
 struct BeamSelection {
-  BeamPicks few;     ///< returns inside the gate, spread evenly
-  BeamPicks all;     ///< every return
-  BeamPicks misses;  ///< every beam without one
-  BeamSample empty;  ///< some of these: is the target where nothing was met?
+  BeamPicks few;      ///< returns inside the gate, spread evenly
+  BeamPicks all;      ///< every return
+  BeamPicks outline;  ///< without one, but passed close to some: they tell where the target ends
+  BeamSample empty;   ///< of all without one: is the target where nothing was met?
 };
 
 /// few: so many at most. most_empty: of the beams without a return.
 BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t most_empty);
-
-/// Of the beams without a return those that passed close to returns: they tell where the target
-/// ends.
-BeamPicks outline_of(const CleanScan& scan, const BeamPicks& misses);
 
 }  // namespace berth::estimator

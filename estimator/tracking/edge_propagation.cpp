@@ -7,9 +7,9 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numbers>
 
+#include "estimator/tracking/beams_near.h"
 #include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
@@ -188,22 +188,15 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
     }
   };
   BeamPicks missed;
-  std::vector<Ray> rays;
-  for (const std::uint32_t index : waiting_.back()) {
-    const Beam& beam = beams_[index];
-    if (beam.hit()) {
-      look_at(index);
-      continue;
+  for (const std::uint32_t beam : waiting_.back()) {
+    if (beams_[beam].hit()) {
+      look_at(beam);
+    } else {
+      missed.push_back(beam);
     }
-    frame.go_to(beam);
-    missed.push_back(index);
-    rays.push_back({frame.eye(), frame.turn() * beam.direction});
   }
-  const auto near = std::make_unique<bool[]>(rays.size());
-  model_.distances.may_come_near(rays, reach_of(at, covariance), {near.get(), rays.size()});
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (near[i]) look_at(missed[i]);
-  }
+  for (const std::uint32_t beam : beams_near(model_, beams_, missed, at, reach_of(at, covariance)))
+    look_at(beam);
   taken_ += waiting_.back().size();
   waiting_.pop_back();
   return sum();
@@ -298,7 +291,8 @@ void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, View& vi
   constexpr double least_left = 0.02;  // of the variance; this beam may be all that holds it
   const Matrix3d root = here.llt().matrixL();
   const Matrix3d left = Matrix3d::Identity() - root.transpose() * site.precision * root;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(left);
+  Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
+  eigen.computeDirect(left);
   const Matrix3d turned = root * eigen.eigenvectors();
   view.cavity = turned * eigen.eigenvalues().cwiseMax(least_left).cwiseInverse().asDiagonal() *
                 turned.transpose();
@@ -375,7 +369,8 @@ void EdgePropagation::match_moments(Site& site, const View& view) const {
   const Matrix3d root = view.cavity.llt().matrixL();
   const Matrix3d unroot = root.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
   const Matrix3d left = unroot * covariance * unroot.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(left);
+  Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
+  eigen.computeDirect(left);
   const Vector3d added =
       (eigen.eigenvalues().cwiseMax(1e-3).cwiseInverse().array() - 1).cwiseMax(0).matrix();
   const Matrix3d turned = unroot.transpose() * eigen.eigenvectors();
