@@ -45,13 +45,15 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
   at_.utime = scan.utime_mean;
   prior_.about.pose = predicted.pose;
   if (deskew) prior_.about.velocity = predicted.velocity;
-  prior_.of_velocity = deskew && !predicted.velocity_covariance.isZero(0);
+  velocity_uncertain_ = deskew && !predicted.velocity_covariance.isZero(0);
   // Three times as wide as the prediction: what no return holds stays there.
   prior_.information.topLeftCorner<6, 6>() = information_of(9 * predicted.covariance);
-  if (prior_.of_velocity) {
+  if (velocity_uncertain_) {
     prior_.information.bottomRightCorner<6, 6>() = information_of(predicted.velocity_covariance);
   }
   blurred_ = angles_blur_edges(beam_model, (predicted.pose * model.centre).norm());
+  // When a beam was sent tells better than its angles where it went: it would be taken for motion.
+  prior_.of_velocity = velocity_uncertain_ && !blurred_;
   among_edges_ = !wide() && options.edge_rest.most_beams > 0;
 }
 
@@ -283,7 +285,7 @@ void BeamDescent::rest() {
       start_from(best_.motion.pose);
       at_.velocity = best_.motion.velocity;
       BeamInformationOptions how = pose_only_;
-      how.of_velocity = prior_.of_velocity;
+      how.of_velocity = velocity_uncertain_;
       EdgeRestOptions edges = options_.edge_rest;
       if (blurred_) edges = {0, std::numeric_limits<int>::max()};
       const EdgeRest rest =
@@ -294,7 +296,17 @@ void BeamDescent::rest() {
       steps_ += rest.steps;
     }
   }
+  if (velocity_uncertain_ && !prior_.of_velocity) consider_velocity();
   count();
+}
+
+/// As a velocity that is not estimated is wrong, so is the pose (Schmidt 1966).
+void BeamDescent::consider_velocity() {
+  const Matrix6d information =
+      best_.information.topLeftCorner<6, 6>() + prior_.information.topLeftCorner<6, 6>();
+  const Matrix6d with_velocity =
+      information.ldlt().solve(Matrix6d(best_.information.topRightCorner<6, 6>()));
+  best_.covariance += with_velocity * predicted_.velocity_covariance * with_velocity.transpose();
 }
 
 /// What some beams say of the end. Those near edges, as well as these are known now, say nothing.

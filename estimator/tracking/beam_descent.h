@@ -35,7 +35,7 @@ struct BeamDescentOptions {
 /// meet one face whatever the pose may be, then with the others (EdgePropagation). The likelihood
 /// has many optima; the best that was met is kept. A velocity that is not known is estimated
 /// together with the pose in the last steps: a scan takes time, and what is seen first and last
-/// hangs together by the velocity alone.
+/// hangs together by the velocity alone. Where angles blur edges it only widens the covariance.
 class BeamDescent {
  public:
   struct Result {
@@ -83,6 +83,7 @@ class BeamDescent {
   Result polish();
   void take(Result result);
   void rest_on_edges(std::initializer_list<double> scales_m, double last_m);
+  void consider_velocity();
   void count();
   bool wide() const { return options_.information.likelihood.footprint; }
   BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
@@ -109,6 +110,7 @@ class BeamDescent {
   const BeamDescentOptions& options_;
   MotionPrior prior_;
   BeamInformationOptions pose_only_;
+  bool velocity_uncertain_;
   bool blurred_;
   bool among_edges_;  ///< whether it comes to rest there
   BeamSelection beams_;
