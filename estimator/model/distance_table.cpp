@@ -41,8 +41,7 @@ void DistanceTable::may_come_near(std::span<const Ray> rays, double distance,
   using Floats = float __attribute__((vector_size(4 * width)));
   using Ints = int __attribute__((vector_size(4 * width)));
   const float unit = static_cast<float>(cut_off_) / (most * cell_);
-  constexpr float half_diagonal = 0.87F;
-  const float reach = static_cast<float>(distance) / cell_ + half_diagonal;
+  const auto reach = static_cast<float>(distance / double{cell_} + half_diagonal);
   for (std::size_t first = 0; first < rays.size(); first += width) {
     const std::size_t count = std::min(width, rays.size() - first);
     std::array<Floats, 3> from{};  // voxels, as all below

@@ -144,8 +144,11 @@ class Accumulator {
   /// Whether the pose or the angle noise may have it meet another face, or none.
   bool may_change_face(const Beam& beam, const Ray& ray, const RayHit& hit) {
     if (!std::isfinite(hit.range)) {
-      return beam.hit() &&
-             model_.distances.may_come_near(ray, edge_reach_ * (ray.origin - model_.centre).norm());
+      if (!beam.hit()) return false;
+      const double reach = edge_reach_ * (ray.origin - model_.centre).norm();
+      // Most return from the edge that they pass.
+      return model_.distances.may_be_near(ray.origin + beam.range * ray.direction, reach) ||
+             model_.distances.may_come_near(ray, reach);
     }
     const double cosine = -hit.normal.dot(ray.direction);
     const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
