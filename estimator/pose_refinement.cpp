@@ -36,7 +36,7 @@ RefinedPose stepped(const TargetModel& model, const BeamModel& beam_model, const
   off.diagonal() << Vector3d::Constant(rough * rough),
       Vector3d::Constant(rough * rough / (model.radius * model.radius));
   RefinedPose result;
-  BeamLinearisation at{start.pose, {}, scan.utime_mean, off};
+  BeamLinearisation at{{start.pose, {}}, scan.utime_mean, off};
   for (int i = 0;; ++i) {
     const BeamInformation sums =
         beam_information(model, beam_model, scan.beams, at, of_pose, picks);

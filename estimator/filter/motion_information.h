@@ -17,9 +17,14 @@ struct Motion {
   Velocity velocity;
 };
 
+/// By d = [translation; rotation vector (as berth::perturbed); linear; angular velocity].
+Motion perturbed(const Motion& motion, const Vector12d& d);
+/// The d of perturbed() that leads from one to the other.
+Vector12d difference(const Motion& from, const Motion& to);
+
 /// What a batch of returns says of the motion at a reference time: their log-likelihood to second
-/// order about a linearisation point, log L(d) = gradient.d - d.information.d / 2, in
-/// d = [translation; rotation vector (as berth::perturbed); linear; angular velocity].
+/// order about a linearisation point, log L(d) = gradient.d - d.information.d / 2, in the d of
+/// perturbed().
 struct MotionInformation {
   Matrix12d information = Matrix12d::Zero();
   Vector12d gradient = Vector12d::Zero();

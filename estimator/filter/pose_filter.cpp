@@ -22,21 +22,6 @@ Motion moved_on(const Motion& motion, double dt) {
   return {moved(motion.pose, motion.velocity, dt), motion.velocity};
 }
 
-Motion perturbed(const Motion& motion, const Vector12d& d) {
-  Motion result = motion;
-  result.pose = berth::perturbed(motion.pose, d.head<6>());
-  result.velocity.linear += d.segment<3>(6);
-  result.velocity.angular += d.tail<3>();
-  return result;
-}
-
-Vector12d difference(const Motion& from, const Motion& to) {
-  Vector12d d;
-  d << berth::difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
-      to.velocity.angular - from.velocity.angular;
-  return d;
-}
-
 /// d motion(t + dt) / d motion(t).
 Matrix12d transition(const Velocity& velocity, double dt) {
   const Vector3d turn = velocity.angular * dt;

@@ -43,7 +43,8 @@ void Estimator::use_batch(Stream& stream) {
 
   const std::int64_t utime = batch.utime_mean;
   sensor_motions_.carry(*stream.tracker, utime);
-  BeamLinearisation at{stream.tracker->predict(utime), stream.tracker->velocity(), utime,
+  BeamLinearisation at{{stream.tracker->predict(utime), stream.tracker->velocity()},
+                       utime,
                        stream.tracker->predicted_covariance(utime)};
   BeamInformation said;
   const auto linearise = [&](const Motion& about) {

@@ -57,13 +57,10 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
   among_edges_ = !wide() && options.edge_rest.most_beams > 0;
 }
 
-void BeamDescent::start_from(const Pose& pose) {
-  at_.pose = pose;
-  at_.velocity = prior_.about.velocity;
-}
+void BeamDescent::start_from(const Motion& motion) { static_cast<Motion&>(at_) = motion; }
 
 void BeamDescent::run(const Pose& start) {
-  start_from(start);
+  start_from({start, prior_.about.velocity});
   settle();
   if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
   close_in();
@@ -72,7 +69,7 @@ void BeamDescent::run(const Pose& start) {
 }
 
 void BeamDescent::refine(const Pose& start) {
-  start_from(start);
+  start_from({start, prior_.about.velocity});
   covariance_ = predicted_.covariance;
   take(polish());
 }
@@ -128,7 +125,7 @@ BeamDescent::Result BeamDescent::found_at(const Motion& motion) const {
 
 /// As the last step left it.
 BeamDescent::Result BeamDescent::settled_at() const {
-  return {now(), covariance_, information_, sums_, 0};
+  return {at_, covariance_, information_, sums_, 0};
 }
 
 /// What was drawn to the nearest surface on the way here is no knowledge.
@@ -141,7 +138,7 @@ BeamDescent::Result BeamDescent::known_by_faces() const {
 
 /// From the best: returns and outline, with edges ever less blurred.
 void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double last_m) {
-  start_from(best_.motion.pose);
+  start_from({best_.motion.pose, prior_.about.velocity});
   sharpen(scales_m);
   BeamInformationOptions how = pose_only_;
   how.of_velocity = prior_.of_velocity;
@@ -151,7 +148,7 @@ void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double l
   }
   // Edges this blurred do not count single beams.
   constexpr double flips = 3;
-  take_if_likelier(found_at(now()), flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
+  take_if_likelier(found_at(at_), flips * pose_only_.gate_sigmas * pose_only_.gate_sigmas);
   best_.covariance = covariance_;
   best_.information = information_;
 }
@@ -168,7 +165,7 @@ bool BeamDescent::take_if_likelier(Result other, double tolerance) {
 /// Counts and cost of a pose as it is.
 double BeamDescent::weigh(Result& result) const {
   result.sums = faces_at(result.motion, beams_.all);
-  const Vector12d away = apart(result.motion, prior_.about);
+  const Vector12d away = difference(result.motion, prior_.about);
   double cost = result.sums.cost + away.dot(prior_.information * away);
   const BeamInformation missed = faces_at(result.motion, beams_.empty.picks);
   add_counts(missed, beams_.empty.weight, result.sums);
@@ -180,8 +177,7 @@ BeamInformation BeamDescent::faces_at(const Motion& motion, const BeamPicks& pic
   BeamInformationOptions how = pose_only_;
   how.edges = false;
   BeamLinearisation at = at_;
-  at.pose = motion.pose;
-  at.velocity = motion.velocity;
+  static_cast<Motion&>(at) = motion;
   at.covariance.setZero();
   return beam_information(model_, beam_model_, scan_.beams, at, how, picks);
 }
@@ -261,7 +257,7 @@ BeamDescent::Result BeamDescent::polish() {
   double last_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < options_.polish_steps; ++i) {
     at_.covariance = (i == 0 ? 1 : looseness) * covariance_;
-    const Motion before = now();
+    const Motion before = at_;
     const double length2 = step_on_faces(beams_.all);
     if (sums_.cost > last_cost + tolerance) {
       last.motion = before;
@@ -282,8 +278,7 @@ void BeamDescent::rest() {
     constexpr double far2 = 16;  // variances
     bool far = true;             // where other beams may be near edges
     for (int i = 0; far && i < most_rounds; ++i) {
-      start_from(best_.motion.pose);
-      at_.velocity = best_.motion.velocity;
+      start_from(best_.motion);
       BeamInformationOptions how = pose_only_;
       how.of_velocity = velocity_uncertain_;
       EdgeRestOptions edges = options_.edge_rest;
@@ -312,8 +307,7 @@ void BeamDescent::consider_velocity() {
 /// What some beams say of the end. Those near edges, as well as these are known now, say nothing.
 void BeamDescent::count() {
   constexpr std::size_t most_returns = 500;
-  at_.pose = best_.motion.pose;
-  at_.velocity = best_.motion.velocity;
+  start_from(best_.motion);
   at_.covariance = best_.covariance;
   const auto add = [&](const BeamSample& some) {
     BeamPicks near;
@@ -336,13 +330,6 @@ BeamInformation BeamDescent::certain_faces(const BeamPicks& picks, BeamPicks& ne
   how.edges = false;
   how.of_velocity = prior_.of_velocity;
   return beam_information(model_, beam_model_, scan_.beams, at_, how, picks, near);
-}
-
-void BeamDescent::go_on(const Vector12d& step) {
-  at_.pose = perturbed(at_.pose, step.head<6>());
-  at_.velocity.linear += step.segment<3>(6);
-  at_.velocity.angular += step.tail<3>();
-  ++steps_;
 }
 
 const BeamDescent::Outlined& BeamDescent::outlined() {
@@ -384,14 +371,15 @@ double BeamDescent::take_step(const BeamInformation& sums, bool of_velocity) {
   sums_ = sums;
   const MotionInformation said = sums_.motion();
   information_ = said.information;
-  const Vector12d away = apart(now(), prior_.about);
+  const Vector12d away = difference(at_, prior_.about);
   const Vector12d pulled = prior_.information * away;
   sums_.cost += away.dot(pulled);
   const Matrix12d information = information_ + prior_.information;
   Matrix12d covariance = Matrix12d::Zero();
   const Vector12d d = newton_step(information, said.gradient + pulled, of_velocity, covariance);
   covariance_ = covariance.topLeftCorner<6, 6>();
-  go_on(d);
+  start_from(perturbed(at_, d));
+  ++steps_;
   return d.dot(information * d);
 }
 

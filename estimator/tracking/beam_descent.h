@@ -76,7 +76,7 @@ class BeamDescent {
     BeamPicks all, few;  // of these, spread evenly
   };
 
-  void start_from(const Pose& pose);
+  void start_from(const Motion& motion);
   void settle();
   void close_in();
   void sharpen(std::initializer_list<double> scales_m);
@@ -95,9 +95,7 @@ class BeamDescent {
   BeamInformation faces_at(const Motion& motion, const BeamPicks& picks) const;
   double beam_spacing() const;
   Matrix6d blur(double scale_m) const;
-  void go_on(const Vector12d& step);
   double moved_since(const Pose& before) const;
-  Motion now() const { return {at_.pose, at_.velocity}; }
   const Outlined& outlined();
   double step_on_faces(const BeamPicks& picks);
   double step(const BeamInformationOptions& how, const BeamPicks& picks);

@@ -14,10 +14,8 @@
 namespace berth::estimator {
 
 /// Where a batch of beams is linearised: the target's motion as it is believed to be. Sensor frame.
-struct BeamLinearisation {
-  Pose pose;               ///< T_sensor_model at utime
-  Velocity velocity;       ///< of the model's origin and body; each beam is used at its own time
-  std::int64_t utime = 0;  ///< reference; any time, before, in or after the batch
+struct BeamLinearisation : Motion {  ///< at utime; each beam is used at its own time
+  std::int64_t utime = 0;            ///< reference; any time, before, in or after the batch
   /// Covariance of pose, as berth::perturbed: widens the gate. Zero where the pose is the last
   /// word.
   Matrix6d covariance = Matrix6d::Zero();

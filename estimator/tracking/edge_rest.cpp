@@ -22,7 +22,7 @@ double mean_log_deviation(const Matrix12d& information, bool of_velocity) {
 class Descent {
  public:
   Descent(const BeamLinearisation& start, const Matrix12d& known, const MotionPrior& prior)
-      : at_(start), prior_(prior), start_{start.pose, start.velocity} {
+      : at_(start), prior_(prior), start_(start) {
     held_ = (known + prior.information) / looseness;
     newton_step(held_, Vector12d::Zero(), prior.of_velocity, covariance_);
     at_.covariance = covariance_.topLeftCorner<6, 6>();
@@ -30,19 +30,16 @@ class Descent {
 
   const BeamLinearisation& at() const { return at_; }
   const Matrix12d& covariance() const { return covariance_; }
-  Motion motion() const { return {at_.pose, at_.velocity}; }
   /// Until all beams have been looked at, the start counts, too.
   void let_go() { held_.setZero(); }
 
   /// @return the step that what the beams said asks for; they are linearised there now.
   Vector12d step(MotionInformation& said) {
     const Matrix12d information = said.information + prior_.information + held_;
-    const Vector12d pulled = prior_.pull(motion()) + held_ * apart(motion(), start_);
+    const Vector12d pulled = prior_.pull(at_) + held_ * difference(at_, start_);
     const Vector12d d =
         newton_step(information, said.gradient + pulled, prior_.of_velocity, covariance_);
-    at_.pose = perturbed(at_.pose, d.head<6>());
-    at_.velocity.linear += d.segment<3>(6);
-    at_.velocity.angular += d.tail<3>();
+    static_cast<Motion&>(at_) = perturbed(at_, d);
     at_.covariance = covariance_.topLeftCorner<6, 6>();
     said.gradient -= said.information * d;
     ++steps;
@@ -121,7 +118,7 @@ EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,
   descent.let_go();
   move(edges.sweep(descent.at(), descent.covariance()));
 
-  rest.motion = descent.motion();
+  rest.motion = descent.at();
   rest.covariance = descent.covariance();
   rest.information = all.information;
   rest.steps = descent.steps;

@@ -5,13 +5,6 @@
 
 namespace berth::estimator {
 
-Vector12d apart(const Motion& from, const Motion& to) {
-  Vector12d apart;
-  apart << difference(from.pose, to.pose), to.velocity.linear - from.velocity.linear,
-      to.velocity.angular - from.velocity.angular;
-  return apart;
-}
-
 bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
   constexpr double most = 6;  // one for each degree of freedom
   const Vector6d apart = difference(a, b);

@@ -9,9 +9,6 @@ namespace berth::estimator {
 /// have been mistaken.
 inline constexpr double looseness = 8;
 
-/// From one motion to another, as MotionInformation's d.
-Vector12d apart(const Motion& from, const Motion& to);
-
 /// Whether two poses differ no more than one of this covariance does from the truth, on average.
 bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance);
 
@@ -27,7 +24,7 @@ struct MotionPrior {
   bool of_velocity = false;  ///< else the velocity is certain
 
   /// Gradient of its log-likelihood.
-  Vector12d pull(const Motion& from) const { return information * apart(from, about); }
+  Vector12d pull(const Motion& from) const { return information * difference(from, about); }
 };
 
 }  // namespace berth::estimator

@@ -19,7 +19,7 @@ TEST_CASE("What batches of beams say adds up") {
   lidar.pose = paper_pose;
   lidar.velocity = {{0.02, 0, 0.01}, {0, 0.05, 0}};
   const auto scan = preprocess(lidar.sweep(around(*model, paper_pose, 1000)), {}, nominal_beam);
-  const BeamLinearisation at{paper_pose, lidar.velocity, scan.utime_mean, Matrix6d::Zero()};
+  const BeamLinearisation at{{paper_pose, lidar.velocity}, scan.utime_mean, Matrix6d::Zero()};
   const std::span<const Beam> beams = scan.beams;
   const BeamInformation whole = beam_information(*model, nominal_beam, beams, at, {});
   BeamInformation parts = beam_information(*model, nominal_beam, beams.first(337), at, {});
@@ -44,7 +44,7 @@ TEST_CASE("The information of moving beams gives pose and velocity") {
   // Knows nothing of the motion; the reference is in the middle of the scan.
   const Pose truth =
       moved(paper_pose, lidar.velocity, static_cast<double>(scan.utime_mean - start) * 1e-6);
-  BeamLinearisation at{truth, {}, scan.utime_mean, prior(0.03, 0.03)};
+  BeamLinearisation at{{truth, {}}, scan.utime_mean, prior(0.03, 0.03)};
   MotionInformation told;
   for (int i = 0; i < 10; ++i) {
     told = beam_information(*model, nominal_beam, scan.beams, at, {}).motion();
