@@ -267,6 +267,32 @@ TEST_CASE("A velocity that is only supposed is measured with the pose, and doubt
   CHECK(error2 < 0.5 * believed2);
 }
 
+TEST_CASE("Noisy angles make no motion of a target at rest") {
+  // Mirrors move steadily: time tells better than the angles where a beam went.
+  const auto model = replica_model();
+  BeamModel noise;
+  noise.range_sigma_m = 0.02;
+  noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 1e-3;
+  const BeamTrackingOptions options;
+  const BeamTracking tracking(*model, noise, options);
+  Random random(8, "noisy angles");
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    ScanMaker lidar(replica().mesh, seed);
+    lidar.beam = noise;
+    lidar.rate_hz = 200000;
+    lidar.pose = paper_pose;
+    const CleanScan scan = preprocess(lidar.sweep(around(*model, paper_pose, 100000)), {}, noise);
+    Prediction predicted{displaced(paper_pose, random, 0.01, radians(0.5)), prior(0.01, 0.01), {}};
+    const Matrix6d resting = tracking.track(scan, predicted).covariance;
+    predicted.velocity_covariance = prior(0.006, 0.006);
+    const TrackingResult result = tracking.track(scan, predicted);
+    const Vector6d error = difference(result.pose, paper_pose);
+    CHECK(error.tail<3>().norm() < radians(0.2));
+    CHECK(error.dot(result.covariance.ldlt().solve(error)) < 22);  // 99.9 % of a chi squared of 6
+    CHECK(result.covariance.trace() > resting.trace());
+  }
+}
+
 TEST_CASE("The same scan gives the same bits") {
   Scene scene;
   const auto raw = scene.scan(3000);
