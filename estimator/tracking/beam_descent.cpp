@@ -274,7 +274,7 @@ BeamDescent::Result BeamDescent::polish() {
 void BeamDescent::rest() {
   by_faces_ = best_;
   if (among_edges_) {
-    constexpr int most_rounds = 2;
+    constexpr int most_rounds = 6;
     constexpr double far2 = 16;  // variances
     bool far = true;             // where other beams may be near edges
     for (int i = 0; far && i < most_rounds; ++i) {
