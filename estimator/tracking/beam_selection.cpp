@@ -48,7 +48,9 @@ class ReturnImage {
     return d.head<2>() * (1 / std::max(d.z(), 1e-3F));
   }
   static std::size_t index(const Eigen::Vector2f& at) {
-    return static_cast<std::size_t>(static_cast<int>(at.y()) * side + static_cast<int>(at.x()));
+    const int row = static_cast<int>(at.y());
+    const int column = static_cast<int>(at.x());
+    return static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column);
   }
 
   void mark(const Eigen::Vector2f& at) {
