@@ -12,19 +12,18 @@ namespace berth::estimator {
 Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                 const Pose& to_model, double first_gate, double last_gate, int iterations) {
   Pose pose = to_model;
-  TurnedPoints arms(points.size());
+  TurnedPoints turned(points.size());
   for (int i = 0; i < iterations; ++i) {
     const double share = iterations > 1 ? static_cast<double>(i) / (iterations - 1) : 1;
     const double gate = first_gate * std::pow(last_gate / first_gate, share);
-    const std::size_t used = arms.turn(grid, points, pose);
+    const std::size_t used = turned.turn(grid, points, pose);
     if (used < 6) return pose;
     NormalSums sums(false);
     double inertia = 0;
     for (std::size_t from = 0; from < used; from += TurnedPoints::lanes) {
-      const Four3 arm = arms.at(from);
-      const Four3 place =
-          arm + Four3{four(pose.position.x()), four(pose.position.y()), four(pose.position.z())};
-      const ClosestPointGrid::FourMatches match = grid.refined(place, arms.voxels_at(from));
+      const Four3 arm = turned.arms(from);
+      const Four3 place = turned.places(from);
+      const ClosestPointGrid::FourMatches match = grid.refined(place, turned.voxels_at(from));
       const Four3 off = match.point - place;
       const Four distance = root(off.dot(off));
       // Off the rim of a panel the way back is not along its normal.

@@ -11,8 +11,7 @@
 
 namespace berth::estimator {
 
-/// Those of the points that a pose puts within the grid, turned as it turns them, but not shifted;
-/// by fours: the last four are filled up. m.
+/// Those of the points that a pose puts within the grid, by fours: the last four are filled up. m.
 class TurnedPoints {
  public:
   static constexpr std::size_t lanes = 4;
@@ -25,10 +24,12 @@ class TurnedPoints {
   std::size_t turn(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                    const Pose& pose) {
     const Matrix3d rotation = pose.rotation.toRotationMatrix();
+    const Vector3d& shift = pose.position;
+    shift_ = {four(shift.x()), four(shift.y()), four(shift.z())};
     std::size_t count = 0;
     for (const Vector3d& point : points) {
       const Vector3d arm = rotation * point;
-      const std::int64_t voxel = grid.voxel(arm + pose.position);
+      const std::int64_t voxel = grid.voxel(arm + shift);
       if (voxel < 0) continue;
       put_at(count, arm, voxel);
       ++count;
@@ -36,9 +37,12 @@ class TurnedPoints {
     for (std::size_t i = count; i < count + lanes; ++i) put_at(i, Vector3d::Zero(), 0);
     return count;
   }
-  Four3 at(std::size_t from) const {
+  /// Turned as the pose turns them, but not shifted.
+  Four3 arms(std::size_t from) const {
     return {four_at(&axes_[0][from]), four_at(&axes_[1][from]), four_at(&axes_[2][from])};
   }
+  /// Where the pose puts them.
+  Four3 places(std::size_t from) const { return arms(from) + shift_; }
   const std::int64_t* voxels_at(std::size_t from) const { return &voxels_[from]; }
 
  private:
@@ -47,6 +51,7 @@ class TurnedPoints {
     voxels_[i] = voxel;
   }
 
+  Four3 shift_{};
   std::array<std::vector<double>, 3> axes_;
   std::vector<std::int64_t> voxels_;
 };

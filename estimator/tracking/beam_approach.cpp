@@ -30,13 +30,11 @@ Pose approach(const TargetModel& model, std::span<const Vector3d> points, const 
   TurnedPoints turned(points.size());
   for (int i = 0; i < options.max_iterations; ++i) {
     const Pose to_model = pose.inverse();
-    const Vector3d& shift = to_model.position;
-    const Four3 shifts{four(shift.x()), four(shift.y()), four(shift.z())};
     const std::size_t within = turned.turn(model.grid, points, to_model);
     pairs.clear();
     distances.clear();
     for (std::size_t from = 0; from < within; from += TurnedPoints::lanes) {
-      const Four3 point = turned.at(from) + shifts;
+      const Four3 point = turned.places(from);
       const auto found = model.grid.refined(point, turned.voxels_at(from));
       const Four3 away = point - found.point;
       const Four out = found.normal.dot(away);

@@ -60,7 +60,7 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
 void BeamDescent::start_from(const Motion& motion) { static_cast<Motion&>(at_) = motion; }
 
 void BeamDescent::run(const Pose& start) {
-  start_from({start, prior_.about.velocity});
+  start_from(prior_.at(start));
   settle();
   if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
   close_in();
@@ -69,7 +69,7 @@ void BeamDescent::run(const Pose& start) {
 }
 
 void BeamDescent::refine(const Pose& start) {
-  start_from({start, prior_.about.velocity});
+  start_from(prior_.at(start));
   covariance_ = predicted_.covariance;
   take(polish());
 }
@@ -91,7 +91,7 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   if (by_faces_) best_ = *by_faces_;
   // Steps that faces led may have gone away from what was good.
   best_cost_ = weigh(best_);
-  take_if_likelier(found_at({predicted_.pose, prior_.about.velocity}));
+  take_if_likelier(found_at(prior_.at(predicted_.pose)));
   const double blur_m = std::max(options_.least_edge_blur_m, options_.edge_blur * beam_spacing());
   const Result by_faces = best_;
   rest_on_edges({1.5 * blur_m}, blur_m);
@@ -104,12 +104,10 @@ void BeamDescent::search(const Judgement& settled, const Judgement& credible) {
   bool found = false;
   for (const Pose& start : starts) {
     const Pose moved = along_open_directions(
-        start, faces_at({start, prior_.about.velocity}, beams_.few).information[0], model_.radius,
-        [&](const Pose& pose) {
-          return faces_at({pose, prior_.about.velocity}, outlined().few).cost;
-        },
+        start, faces_at(prior_.at(start), beams_.few).information[0], model_.radius,
+        [&](const Pose& pose) { return faces_at(prior_.at(pose), outlined().few).cost; },
         options_.open_directions);
-    found = take_if_likelier(found_at({moved, prior_.about.velocity})) || found;
+    found = take_if_likelier(found_at(prior_.at(moved))) || found;
   }
   if (found) rest_on_edges({3 * blur_m, 1.5 * blur_m}, blur_m);
 }
@@ -138,7 +136,7 @@ BeamDescent::Result BeamDescent::known_by_faces() const {
 
 /// From the best: returns and outline, with edges ever less blurred.
 void BeamDescent::rest_on_edges(std::initializer_list<double> scales_m, double last_m) {
-  start_from({best_.motion.pose, prior_.about.velocity});
+  start_from(prior_.at(best_.motion.pose));
   sharpen(scales_m);
   BeamInformationOptions how = pose_only_;
   how.of_velocity = prior_.of_velocity;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/tracking/beams_near.h"
 
+#include <algorithm>
 #include <array>
 
 #include "estimator/tracking/moving_frame.h"

@@ -21,8 +21,10 @@ Vector12d newton_step(const Matrix12d& information, const Vector12d& gradient, b
 struct MotionPrior {
   Motion about;
   Matrix12d information = Matrix12d::Zero();
-  bool of_velocity = false;  ///< else the velocity is certain
+  bool of_velocity = false;  ///< whether that is estimated, too
 
+  /// Moving as is supposed.
+  Motion at(const Pose& pose) const { return {pose, about.velocity}; }
   /// Gradient of its log-likelihood.
   Vector12d pull(const Motion& from) const { return information * difference(from, about); }
 };
