@@ -63,9 +63,13 @@ void BeamDescent::run(const Pose& start) {
   start_from(prior_.at(start));
   settle();
   if (known_ && agree(at_.pose, best_.motion.pose, covariance_)) return;
-  close_in();
   // Edges will tell more than a better step on faces; not which of two poses is the likelier.
-  take(among_edges_ && !known_ && !blurred_ ? known_by_faces() : polish());
+  if (among_edges_ && !known_ && !blurred_) {
+    take(known_by_faces());
+  } else {
+    close_in();
+    take(polish());
+  }
 }
 
 void BeamDescent::refine(const Pose& start) {
@@ -126,11 +130,16 @@ BeamDescent::Result BeamDescent::settled_at() const {
   return {at_, covariance_, information_, sums_, 0};
 }
 
-/// What was drawn to the nearest surface on the way here is no knowledge.
+/// What was drawn to the nearest surface on the way here is no knowledge. Near edges a face may
+/// have been mistaken for another; but where nothing else tells, that is better than nothing.
 BeamDescent::Result BeamDescent::known_by_faces() const {
+  constexpr double of_others = 0.1;
   Result result = settled_at();
   BeamPicks near;
-  result.information = certain_faces(beams_.few, near).motion().information;
+  const BeamInformation certain = certain_faces(beams_.few, near);
+  const BeamInformation others =
+      beam_information(model_, beam_model_, scan_.beams, at_, on_faces(), near);
+  result.information = certain.motion().information + of_others * others.motion().information;
   return result;
 }
 
@@ -272,22 +281,16 @@ BeamDescent::Result BeamDescent::polish() {
 void BeamDescent::rest() {
   by_faces_ = best_;
   if (among_edges_) {
-    constexpr int most_rounds = 6;
-    constexpr double far2 = 16;  // variances
-    bool far = true;             // where other beams may be near edges
-    for (int i = 0; far && i < most_rounds; ++i) {
-      start_from(best_.motion);
-      BeamInformationOptions how = pose_only_;
-      how.of_velocity = velocity_uncertain_;
-      EdgeRestOptions edges = options_.edge_rest;
-      if (blurred_) edges = {0, std::numeric_limits<int>::max()};
-      const EdgeRest rest =
-          rest_among_edges(model_, beam_model_, scan_.beams, beams_.all, beams_.outline, at_,
-                           best_.information, prior_, how, edges);
-      best_ = {rest.motion, rest.covariance.topLeftCorner<6, 6>(), rest.information, rest.faces, 0};
-      far = !agree(at_.pose, rest.motion.pose, far2 * best_.covariance);
-      steps_ += rest.steps;
-    }
+    start_from(best_.motion);
+    BeamInformationOptions how = pose_only_;
+    how.of_velocity = velocity_uncertain_;
+    EdgeRestOptions edges = options_.edge_rest;
+    if (blurred_) edges = {0, std::numeric_limits<int>::max()};
+    const EdgeRest rest =
+        rest_among_edges(model_, beam_model_, scan_.beams, beams_.all, beams_.outline, at_,
+                         best_.information, prior_, how, edges);
+    best_ = {rest.motion, rest.covariance.topLeftCorner<6, 6>(), rest.information, rest.faces, 0};
+    steps_ += rest.steps;
   }
   if (velocity_uncertain_ && !prior_.of_velocity) consider_velocity();
   count();
@@ -324,10 +327,14 @@ void BeamDescent::count() {
 
 /// At the linearisation, of beams that meet the same face wherever it may be; near: the others.
 BeamInformation BeamDescent::certain_faces(const BeamPicks& picks, BeamPicks& near) const {
+  return beam_information(model_, beam_model_, scan_.beams, at_, on_faces(), picks, near);
+}
+
+BeamInformationOptions BeamDescent::on_faces() const {
   BeamInformationOptions how = pose_only_;
   how.edges = false;
   how.of_velocity = prior_.of_velocity;
-  return beam_information(model_, beam_model_, scan_.beams, at_, how, picks, near);
+  return how;
 }
 
 const BeamDescent::Outlined& BeamDescent::outlined() {
@@ -352,10 +359,8 @@ double BeamDescent::step_on_faces(const BeamPicks& picks) {
     BeamPicks near;
     return take_step(certain_faces(picks, near), prior_.of_velocity);
   }
-  BeamInformationOptions how = pose_only_;
-  how.edges = false;
+  BeamInformationOptions how = on_faces();
   how.misses = false;
-  how.of_velocity = prior_.of_velocity;
   return step(how, picks);
 }
 

@@ -87,6 +87,7 @@ class BeamDescent {
   void count();
   bool wide() const { return options_.information.likelihood.footprint; }
   BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
+  BeamInformationOptions on_faces() const;
   Result settled_at() const;
   Result known_by_faces() const;
   Result found_at(const Motion& motion) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace berth::estimator {
 
@@ -12,11 +13,11 @@ namespace {
 /// The field of view in cells, of which some have seen returns.
 class ReturnImage {
  public:
-  ReturnImage(const std::vector<Beam>& beams, const BeamPicks& returns) {
+  explicit ReturnImage(const std::vector<Vector3d>& returns) {
     if (returns.empty()) return;
     std::vector<Eigen::Vector2f> images;
     images.reserve(returns.size());
-    for (const std::uint32_t i : returns) images.push_back(image_of(beams[i]));
+    for (const Vector3d& point : returns) images.push_back(image_of(point));
     Eigen::Vector2f low = images.front();
     Eigen::Vector2f high = low;
     for (const Eigen::Vector2f& image : images) {
@@ -27,24 +28,26 @@ class ReturnImage {
     const Eigen::Vector2f extent = high - low;
     const float spacing = std::sqrt(std::max(extent.prod(), 1e-9F * extent.squaredNorm()) /
                                     static_cast<float>(returns.size()));
-    const float least = extent.maxCoeff() / (side - 4);
+    const float least = extent.maxCoeff() / (side - 5);
     const float cell = std::max({1.5F * spacing, least, 1e-9F});
     per_cell_ = 1 / cell;
-    low_ = low.array() - 1.5F * cell;  // what is marked has a neighbour on every side
-    for (const Eigen::Vector2f& image : images) mark((image - low_) * per_cell_);
+    low_ = low.array() - 2.5F * cell;  // what is near a return has a neighbour on every side
+    for (const Eigen::Vector2f& image : images) marked_[index((image - low_) * per_cell_)] = 1;
+    spread(1);
+    spread(side);
   }
 
   /// Whether its cell or one beside it has seen a return.
   bool near(const Beam& beam) const {
-    const Eigen::Vector2f at = (image_of(beam) - low_) * per_cell_;
-    return at.x() >= 0 && at.y() >= 0 && at.x() < side && at.y() < side && marked_[index(at)];
+    const Eigen::Vector2f at = (image_of(beam.direction) - low_) * per_cell_;
+    return marked_[index(at.cwiseMax(0).cwiseMin(side - 1))] != 0;  // nothing is near the rim
   }
 
  private:
   static constexpr int side = 128;
 
-  static Eigen::Vector2f image_of(const Beam& beam) {
-    const Eigen::Vector3f d = beam.direction.cast<float>();
+  static Eigen::Vector2f image_of(const Vector3d& along) {
+    const Eigen::Vector3f d = along.cast<float>();
     return d.head<2>() * (1 / std::max(d.z(), 1e-3F));
   }
   static std::size_t index(const Eigen::Vector2f& at) {
@@ -53,16 +56,17 @@ class ReturnImage {
     return static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column);
   }
 
-  void mark(const Eigen::Vector2f& at) {
-    const std::size_t middle = index(at);
-    for (std::size_t row = middle - side; row <= middle + side; row += side) {
-      std::fill_n(marked_.begin() + static_cast<std::ptrdiff_t>(row) - 1, 3, true);
+  /// To the cells before and after.
+  void spread(std::size_t distance) {
+    const auto from = marked_;
+    for (std::size_t i = distance; i + distance < marked_.size(); ++i) {
+      marked_[i] = from[i - distance] | from[i] | from[i + distance];
     }
   }
 
   Eigen::Vector2f low_ = Eigen::Vector2f::Zero();
   float per_cell_ = 1;
-  std::array<bool, static_cast<std::size_t>(side) * side> marked_{};
+  std::array<std::uint8_t, static_cast<std::size_t>(side) * side> marked_{};
 };
 
 }  // namespace
@@ -94,17 +98,17 @@ BeamPicks evenly(std::size_t count, std::size_t most) {
 BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t most_empty) {
   BeamSelection selection;
   selection.few = evenly(scan.beam_of_point, few);
-  selection.all.reserve(scan.points.size());
+  const ReturnImage image(scan.points);
+  const std::span beams(scan.beams);
   BeamPicks misses;
-  misses.reserve(scan.beams.size() - scan.points.size());
-  const ReturnImage image(scan.beams, scan.beam_of_point);
-  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
-    const auto pick = static_cast<std::uint32_t>(i);
-    if (scan.beams[i].hit()) {
-      selection.all.push_back(pick);
+  selection.all.reserve(scan.points.size());
+  misses.reserve(beams.size() - scan.points.size());
+  for (std::uint32_t i = 0; i < beams.size(); ++i) {
+    if (beams[i].hit()) {
+      selection.all.push_back(i);
     } else {
-      misses.push_back(pick);
-      if (image.near(scan.beams[i])) selection.outline.push_back(pick);
+      misses.push_back(i);
+      if (image.near(beams[i])) selection.outline.push_back(i);
     }
   }
   selection.empty = sample(misses, most_empty);

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t packet = 8;  // of rays that are cast together
 constexpr std::size_t node_count = 2 * packet;
+constexpr std::size_t first_beams = 16;  // of the first group, about
 using Nodes = std::array<Eigen::Vector2d, node_count>;
 
 /// Of a normal distribution, each with the same weight: on a spiral (Vogel 1979), then with mean 0
@@ -140,25 +141,31 @@ struct EdgePropagation::View {
 };
 
 EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
-                                 std::span<const Beam> beams, const BeamPicks& near,
-                                 const BeamInformationOptions& options)
-    : model_(model), beam_model_(beam_model), beams_(beams), options_(options) {
-  constexpr std::size_t first_beams = 16;
-  const int most_halvings =
-      std::bit_width(near.size() / first_beams + 1) - 1;  // until few are left
-  waiting_.resize(static_cast<std::size_t>(most_halvings) + 1);
-  for (const std::uint32_t beam : near) {
-    // Its multiple of the golden section lies in the first half, quarter, ...: such beams lie
-    // evenly over the scan (Fibonacci hashing).
-    const int halvings = std::countl_zero(beam * 2654435769U);
-    waiting_[static_cast<std::size_t>(std::min(halvings, most_halvings))].push_back(beam);
-  }
-  sites_.reserve(near.size());
+                                 std::span<const Beam> beams, const BeamPicks& returns,
+                                 const BeamPicks& passed, const BeamInformationOptions& options)
+    : model_(model),
+      beam_model_(beam_model),
+      beams_(beams),
+      returns_(returns),
+      passed_(passed),
+      options_(options),
+      groups_(std::bit_width((returns.size() + passed.size()) / first_beams + 1)),
+      waiting_(static_cast<std::size_t>(groups_)) {
+  for (const std::uint32_t beam : returns) waiting_[group_of(beam)].returns.push_back(beam);
+  for (const std::uint32_t beam : passed) waiting_[group_of(beam)].passed.push_back(beam);
+  sites_.reserve(returns.size() + passed.size());
 }
 
-BeamPicks EdgePropagation::left() const {
+/// A beam's multiple of the golden section lies in the first half, quarter, ...: such beams lie
+/// evenly over the scan (Fibonacci hashing).
+std::size_t EdgePropagation::group_of(std::uint32_t beam) const {
+  return static_cast<std::size_t>(std::min(std::countl_zero(beam * 2654435769U), groups_ - 1));
+}
+
+BeamPicks EdgePropagation::returns_left() const {
   BeamPicks left;
-  for (const BeamPicks& group : waiting_) left.insert(left.end(), group.begin(), group.end());
+  std::copy_if(returns_.begin(), returns_.end(), std::back_inserter(left),
+               [this](std::uint32_t beam) { return group_of(beam) < waiting_.size(); });
   return left;
 }
 
@@ -187,17 +194,13 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
       sites_.push_back(site);
     }
   };
-  BeamPicks missed;
-  for (const std::uint32_t beam : waiting_.back()) {
-    if (beams_[beam].hit()) {
-      look_at(beam);
-    } else {
-      missed.push_back(beam);
-    }
-  }
-  for (const std::uint32_t beam : beams_near(model_, beams_, missed, at, reach_of(at, covariance)))
+  const Group& group = waiting_.back();
+  for (const std::uint32_t beam : group.returns) look_at(beam);
+  const double reach = reach_of(at, covariance);
+  for (const std::uint32_t beam : beams_near(model_, beams_, group.passed, at, reach)) {
     look_at(beam);
-  taken_ += waiting_.back().size();
+  }
+  taken_ += group.size();
   waiting_.pop_back();
   return sum();
 }

@@ -19,18 +19,22 @@ namespace berth::estimator {
 /// many say of one place, seen by all from what was known before any of them, is said too often.
 class EdgePropagation {
  public:
-  /// near: the beams. What is passed in must outlive it.
+  /// returns: whose place among the faces is not certain; passed: that did not return, but may have
+  /// come close. What is passed in must outlive it.
   EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
-                  std::span<const Beam> beams, const BeamPicks& near,
+                  std::span<const Beam> beams, const BeamPicks& returns, const BeamPicks& passed,
                   const BeamInformationOptions& options);
 
   /// Whether some beams have not been looked at.
   bool waiting() const { return !waiting_.empty(); }
-  /// How many have, and how many the next group has.
+  /// How many have, how many the next group has, and all over those that have.
   std::size_t taken() const { return taken_; }
   std::size_t next() const { return waiting_.back().size(); }
-  /// The beams that have not.
-  BeamPicks left() const;
+  double all_over_taken() const {
+    return static_cast<double>(returns_.size() + passed_.size()) / static_cast<double>(taken_);
+  }
+  /// The returns that have not, in their order.
+  BeamPicks returns_left() const;
   /// Twice as many as have been, from all over the scan. covariance: of the motion at the
   /// linearisation as it is known from all beams, those of the sites before included; as
   /// MotionInformation's d. @return the sum of the sites.
@@ -55,6 +59,11 @@ class EdgePropagation {
   };
   struct View;
 
+  struct Group {
+    BeamPicks returns, passed;
+    std::size_t size() const { return returns.size() + passed.size(); }
+  };
+  std::size_t group_of(std::uint32_t beam) const;
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
   void add(const Site& site, MotionInformation& sum) const;
   MotionInformation sum() const;
@@ -67,8 +76,11 @@ class EdgePropagation {
   const TargetModel& model_;
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
+  const BeamPicks& returns_;
+  const BeamPicks& passed_;
   const BeamInformationOptions& options_;
-  std::vector<BeamPicks> waiting_;  // groups; the next is the last
+  int groups_;
+  std::vector<Group> waiting_;  // the next is the last
   std::size_t taken_ = 0;
   MotionInformation certain_;  // sum of the sites that do not change any more
   std::vector<Site> sites_;

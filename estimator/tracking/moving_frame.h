@@ -27,16 +27,18 @@ class MovingFrame {
   /// @return seconds after the reference time.
   double go_to(const Beam& beam) {
     const double time = static_cast<double>(beam.utime - at_.utime) * 1e-6;
-    if (!moves_) return time;
+    if (moves_) move_for(time);
+    return time;
+  }
+
+ private:
+  void move_for(double time) {
     if (rate_ > 0) {  // Rodrigues
       const double angle = rate_ * time;
       turn_ = start_ - std::sin(angle) * sine_ + (1 - std::cos(angle)) * versine_;
     }
     eye_ = turn_ * (-at_.pose.position - time * at_.velocity.linear);
-    return time;
   }
-
- private:
   static double speed2(const BeamLinearisation& at) { return at.velocity.linear.squaredNorm(); }
 
   const BeamLinearisation& at_;
