@@ -100,18 +100,23 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
   selection.few = evenly(scan.beam_of_point, few);
   const ReturnImage image(scan.points);
   const std::span beams(scan.beams);
-  BeamPicks misses;
   selection.all.reserve(scan.points.size());
-  misses.reserve(beams.size() - scan.points.size());
+  const auto misses = static_cast<std::size_t>(scan.misses);
+  const std::size_t stride = 1 + misses / (most_empty + 1);
+  BeamPicks& empty = selection.empty.picks;
+  std::size_t until_next = 1;
   for (std::uint32_t i = 0; i < beams.size(); ++i) {
     if (beams[i].hit()) {
       selection.all.push_back(i);
-    } else {
-      misses.push_back(i);
-      if (image.near(beams[i])) selection.outline.push_back(i);
+      continue;
     }
+    if (image.near(beams[i])) selection.outline.push_back(i);
+    if (--until_next > 0) continue;
+    empty.push_back(i);
+    until_next = stride;
   }
-  selection.empty = sample(misses, most_empty);
+  if (misses > 0)
+    selection.empty.weight = static_cast<double>(misses) / static_cast<double>(empty.size());
   return selection;
 }
 
