@@ -12,13 +12,6 @@ namespace {
 
 std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
 
-/// Standard deviation of the target's farthest points, m.
-double uncertainty(const TargetModel& model, const Matrix6d& covariance) {
-  const Vector6d variance = covariance.diagonal();
-  const double reach = model.radius;
-  return std::sqrt(variance.head<3>().sum() + reach * reach * variance.tail<3>().sum());
-}
-
 /// Returns that fit worse than the beam model says are trusted that much less. Within what chance
 /// does the model is right.
 double variance_factor(const BeamInformation& sums) {
@@ -62,7 +55,7 @@ std::string BeamTracking::judge(const TrackingResult& result, const BeamInformat
     return "the returns spread " + fixed(chi2, 1) + " times the beam model's variance, at most " +
            fixed(options_.most_chi2, 1) + " times is trusted";
   }
-  const double sigma = uncertainty(model_, result.covariance);
+  const double sigma = uncertainty_of_ends(model_, result.covariance);
   if (!(sigma < options_.most_uncertain_m)) {
     return "the returns do not determine all six degrees of freedom: the target's ends are known "
            "to " +
@@ -91,7 +84,7 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   BeamDescent descent(model_, beam_model_, scan, predicted, options_.descent, options_.deskew);
   const double most = options_.most_settled_contradiction;
   const auto open = [this](const BeamDescent::Result& r) {
-    return uncertainty(model_, r.covariance) > options_.most_open_m;
+    return uncertainty_of_ends(model_, r.covariance) > options_.most_open_m;
   };
   const auto settled = [&](const BeamDescent::Result& r) { return r.sums.contradicted() <= most; };
   const auto credible = [&](const BeamDescent::Result& r) {
@@ -99,7 +92,7 @@ TrackingResult BeamTracking::track(const CleanScan& scan, const Prediction& pred
   };
   // The nearest surface misleads where parts lie side by side: a prediction that is good enough to
   // meet the right faces is a start of its own, and the likelier end counts.
-  if (uncertainty(model_, predicted.covariance) < options_.most_uncertain_start_m) {
+  if (uncertainty_of_ends(model_, predicted.covariance) < options_.most_uncertain_start_m) {
     descent.refine(predicted.pose);
   }
   descent.run(approach(model_, sample(scan, predicted), predicted.pose, options_.approach));

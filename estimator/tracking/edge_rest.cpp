@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/tracking/edge_propagation.h"
+#include "estimator/tracking/tracking.h"
 
 namespace berth::estimator {
 
@@ -71,26 +72,6 @@ void move(MotionInformation& said, const Vector12d& step) {
   said.gradient -= said.information * step;
 }
 
-/// A few that are spread evenly, then those between them, ...
-std::vector<BeamPicks> in_stages(const BeamPicks& beams) {
-  constexpr std::size_t times = 16;
-  constexpr std::size_t least = 1000;
-  std::size_t stride = 1;
-  while (beams.size() / (times * stride) >= least) stride *= times;
-  std::vector<BeamPicks> stages{{}};
-  for (std::size_t i = 0; i < beams.size(); i += stride) stages.back().push_back(beams[i]);
-  for (; stride > 1; stride /= times) {
-    const std::size_t step = stride / times;
-    BeamPicks& between = stages.emplace_back();
-    between.reserve(beams.size() / step);
-    for (std::size_t i = 0; i < beams.size(); i += stride) {
-      const std::size_t end = std::min(i + stride, beams.size());
-      for (std::size_t n = i + step; n < end; n += step) between.push_back(beams[n]);
-    }
-  }
-  return stages;
-}
-
 class Rest {
  public:
   Rest(const TargetModel& model, const BeamModel& beam_model, std::span<const Beam> beams,
@@ -110,26 +91,22 @@ class Rest {
 
   const Descent& descent() const { return descent_; }
 
-  /// Those that meet one face wherever the target may be, once and for all.
+  /// Those that meet one face wherever the target may be, once and for all: that is asked where a
+  /// few of them, spread evenly, lead; and these are asked twice, as which face one meets is not
+  /// known at first.
   void sum_up(const BeamPicks& returns) {
-    counts_ = {};
-    certain_ = {};
-    doubtful_.clear();
-    BeamLinearisation loosely = descent_.at();
-    for (const BeamPicks& stage : in_stages(returns)) {
-      summed_about_ = loosely;
-      BeamPicks asked(stage.size() + doubtful_.size());  // in order: rays side by side are cheaper
-      std::merge(stage.begin(), stage.end(), doubtful_.begin(), doubtful_.end(), asked.begin());
-      const BeamInformation said =
-          beam_information(model_, beam_model_, beams_, loosely, of_faces_, asked, doubtful_);
-      counts_.doubtful = 0;  // were asked again
-      counts_ += said;
-      certain_ = sum(certain_, said.motion());
-      move(certain_, descent_.step(certain_));
-      loosely = descent_.at();
-      loosely.covariance *= looseness;
+    constexpr std::size_t times = 12;
+    constexpr std::size_t least = 1000;
+    BeamLinearisation about = descent_.at();
+    if (returns.size() / times >= least) {
+      const BeamPicks few = evenly(returns, returns.size() / times);
+      for (int i = 0; i < 2; ++i) {
+        sum_up(few, about);
+        about = descent_.at();
+        about.covariance *= looseness;
+      }
     }
-    counts_.doubtful = 0;  // will be asked again
+    sum_up(returns, about);
   }
 
   /// Whether the target is where other beams may be near edges than were thought to be.
@@ -183,6 +160,28 @@ class Rest {
   }
 
  private:
+  void sum_up(const BeamPicks& returns, BeamLinearisation about) {
+    constexpr int most_steps = 4;
+    for (int i = 0; i < most_steps; ++i) {
+      counts_ = beam_information(model_, beam_model_, beams_, about, of_faces_, returns, doubtful_);
+      counts_.doubtful = 0;  // will be asked again
+      certain_ = counts_.motion();
+      summed_about_ = about;
+      move(certain_, descent_.step(certain_));
+      if (straight(about.pose)) break;
+      static_cast<Motion&>(about) = descent_.at();
+    }
+  }
+
+  /// Whether a way is so short that its bend, which is left out, is less than what is known.
+  bool straight(const Pose& from) const {
+    constexpr double little = 0.2;  // of a standard deviation
+    const Pose& to = descent_.at().pose;
+    const double way = distance(from, to) + model_.radius * angle_between(from, to);
+    return way * way / (2 * model_.radius) <
+           little * uncertainty_of_ends(model_, descent_.at().covariance);
+  }
+
   void go(const Vector12d& step, MotionInformation& faces) {
     move(certain_, step);
     move(faces, step);
@@ -205,11 +204,11 @@ class Rest {
   const EdgeRestOptions& options_;
   BeamInformationOptions of_faces_;
   Descent descent_;
-  BeamLinearisation summed_about_;  ///< in the last stage
-  MotionInformation certain_;       ///< of beams that meet one face
-  BeamPicks doubtful_;              ///< the other returns, in order
-  BeamInformation counts_;          ///< of the certain ones
-  BeamInformation faces_;           ///< and those of the others that were certain when asked again
+  BeamLinearisation summed_about_;
+  MotionInformation certain_;  ///< of beams that meet one face
+  BeamPicks doubtful_;         ///< the other returns
+  BeamInformation counts_;     ///< of the certain ones
+  BeamInformation faces_;      ///< and those of the others that were certain when asked again
   MotionInformation all_;
 };
 

@@ -26,8 +26,8 @@ struct EdgeRest {
 };
 
 /// Beams that meet one face wherever the target may be are summed up once, as a small step does not
-/// change that; first as the start is known, then those that were doubtful as all these know it.
-/// The others, and those that passed close by, are weighed by expectation propagation.
+/// change that. Then, in rounds until the motion stays: those that were doubtful, as all these know
+/// it; the others, and those that passed close by, are weighed by expectation propagation.
 /// start: at at.utime; known: what led there, information on it without the prior. outline: beams
 /// without a return. Sensor frame, SI units. The same bits every time.
 EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,

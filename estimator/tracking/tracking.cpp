@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/tracking/tracking.h"
 
+#include <cmath>
+
 #include "common/core/text.h"
 
 namespace berth::estimator {
+
+double uncertainty_of_ends(const TargetModel& model, const Matrix6d& covariance) {
+  const Vector6d variance = covariance.diagonal();
+  const double reach = model.radius;
+  return std::sqrt(variance.head<3>().sum() + reach * reach * variance.tail<3>().sum());
+}
 
 std::string why_too_far(const TargetModel& model, const Pose& predicted, const Pose& measured,
                         double most_shift_m, double most_turn_rad) {

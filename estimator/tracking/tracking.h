@@ -37,6 +37,10 @@ struct TrackingResult {
                           ///< beams predicted to meet it that did
 };
 
+/// Standard deviation of the target's farthest points, m. covariance: of its pose, as
+/// berth::perturbed.
+double uncertainty_of_ends(const TargetModel& model, const Matrix6d& covariance);
+
 /// Empty, or why a measured pose is too far from the predicted one to be trusted: by the shift of
 /// the model's centre (m) or by the turn (rad).
 std::string why_too_far(const TargetModel& model, const Pose& predicted, const Pose& measured,
