@@ -129,7 +129,12 @@ const CleanScan& BeamRace::few() const {
 }
 
 Pose BeamRace::followed(const Pose& pose, double noise_scale) const {
-  static const BeamTrackingOptions options;
+  // A lead is worth no more than poses are settled, also where edges alone tell of a direction.
+  static const BeamTrackingOptions options = [] {
+    BeamTrackingOptions all_edges;
+    all_edges.descent.edge_rest.least_gain = 0;
+    return all_edges;
+  }();
   const double shift = 0.01 * model_.target.length;
   const double turn = 2 * shift / model_.radius;
   Prediction start;

@@ -16,6 +16,11 @@ constexpr std::size_t heat = 2000;
 /// Log-likelihood that a beam against a pose may cost it for want of polish alone.
 constexpr double unsettled = 4;
 
+/// Beams that speak against a pose.
+int against(const Contender& contender) {
+  return contender.contradictions() + contender.weight.sum().past_returned;
+}
+
 std::vector<Pose> leading(std::vector<Pose> poses, std::size_t most) {
   if (poses.size() > most) poses.resize(most);
   return poses;
@@ -175,9 +180,7 @@ bool Contest::unresolved(const std::vector<Contender>& found) const {
 /// Whether beams contradict a pose in a scan of hardly anything but the target: there is nothing
 /// else that they could have met. most: share of the beams that should meet it.
 bool Contest::doubtful(const Contender& contender, double most) const {
-  const Likelihood& fit = contender.weight.sum();
-  const int against = contender.contradictions() + fit.past_returned;
-  return alone_ && against > 1 + most * fit.predicted;
+  return alone_ && against(contender) > 1 + most * contender.weight.sum().predicted;
 }
 
 bool Contest::looks_alike(const Symmetry& symmetry) const {
@@ -190,7 +193,10 @@ double Contest::decisive_lead(const Contender& best, const Contender& other) con
       model_.symmetries.motions.begin(), model_.symmetries.motions.end(), [&](const Symmetry& s) {
         return looks_alike(s) && race_.same(best.pose * s.motion, other.pose, 2);
       });
-  if (!alike) return options_.decisive_margin;
+  // What beams contradict even now is not settled, or is not it.
+  if (!alike) {
+    return options_.decisive_margin + (unresolved({best}) ? unsettled * against(best) : 0);
+  }
   // Both were settled on a part of the beams.
   constexpr int both = 2;
   const int strays =
