@@ -123,6 +123,7 @@ const CleanScan& BeamRace::few() const {
       few_->points.push_back(scan_.beams[i].point());
       few_->beam_of_point.push_back(static_cast<std::uint32_t>(few_->beams.size()));
     }
+    few_->misses += scan_.beams[i].hit() ? 0 : 1;
     few_->beams.push_back(scan_.beams[i]);
   }
   return *few_;

@@ -172,9 +172,9 @@ Mercy Contest::mercy() const {
   return {unsettled, quarter_sigma_off};
 }
 
-bool Contest::unresolved(const std::vector<Contender>& found) const {
+bool Contest::unresolved(const Contender& winner) const {
   constexpr double most_against = 0.01;
-  return followed_ && !found.empty() && doubtful(found.front(), most_against);
+  return followed_ && doubtful(winner, most_against);
 }
 
 /// Whether beams contradict a pose in a scan of hardly anything but the target: there is nothing
@@ -195,7 +195,7 @@ double Contest::decisive_lead(const Contender& best, const Contender& other) con
       });
   // What beams contradict even now is not settled, or is not it.
   if (!alike) {
-    return options_.decisive_margin + (unresolved({best}) ? unsettled * against(best) : 0);
+    return options_.decisive_margin + (unresolved(best) ? unsettled * against(best) : 0);
   }
   // Both were settled on a part of the beams.
   constexpr int both = 2;

@@ -24,7 +24,7 @@ class Contest {
   void look_from(const Contender& leader);
   /// Whether beams contradict even a winner that was taken to where it fits best: there may be
   /// another that few beams did not tell.
-  bool unresolved(const std::vector<Contender>& found) const;
+  bool unresolved(const Contender& winner) const;
   /// Log-likelihood by which the best must lead another pose.
   double decisive_lead(const Contender& best, const Contender& other) const;
 

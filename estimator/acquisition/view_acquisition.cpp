@@ -92,7 +92,7 @@ std::vector<Contender> Search::look_at_all(const Vector3d& centroid) {
   constexpr std::size_t more_effort = 4;
   std::vector<Pose> rough = look(returns_, centroid, {Vector3d::Zero()});
   std::vector<Contender> found = contest_.settle(rough);
-  if (!contest_.unresolved(found)) return found;
+  if (found.empty() || !contest_.unresolved(found.front())) return found;
   append(rough, poses_of(found));
   return contest_.settle(std::move(rough), more_effort);
 }
