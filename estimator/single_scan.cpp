@@ -220,7 +220,10 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
       continue;
     }
     rest.beams.push_back(beam);
-    if (!beam.hit()) continue;
+    if (!beam.hit()) {
+      ++rest.misses;
+      continue;
+    }
     rest.points.push_back(beam.point());
     rest.beam_of_point.push_back(static_cast<std::uint32_t>(rest.beams.size() - 1));
   }

@@ -35,7 +35,7 @@ struct CleanScan {
 
   // Where every beam went: received = beams.size() + invalid + saturated + too_near.
   int received = 0;
-  int misses = 0;   ///< nothing came back, or from too far: free space
+  int misses = 0;   ///< nothing came back, or from too far: free space; all are in beams
   int nearer = 0;   ///< hits before the gate: occluders
   int farther = 0;  ///< hits behind the gate: free space up to there
   int invalid = 0;  ///< range or angle not finite, not positive, or beyond the instrument

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace berth::estimator {
 
@@ -69,6 +70,11 @@ class ReturnImage {
   std::array<std::uint8_t, static_cast<std::size_t>(side) * side> marked_{};
 };
 
+/// Of each of some that stand for all.
+double weight_of(const BeamPicks& some, std::size_t all) {
+  return some.empty() ? 1 : static_cast<double>(all) / static_cast<double>(some.size());
+}
+
 }  // namespace
 
 BeamPicks evenly(const BeamPicks& from, std::size_t most) {
@@ -80,11 +86,9 @@ BeamPicks evenly(const BeamPicks& from, std::size_t most) {
 }
 
 BeamSample sample(const BeamPicks& from, std::size_t most) {
-  BeamSample sample{evenly(from, most), 1};
-  if (!from.empty()) {
-    sample.weight = static_cast<double>(from.size()) / static_cast<double>(sample.picks.size());
-  }
-  return sample;
+  BeamPicks picks = evenly(from, most);
+  const double weight = weight_of(picks, from.size());
+  return {std::move(picks), weight};
 }
 
 BeamPicks evenly(std::size_t count, std::size_t most) {
@@ -115,8 +119,7 @@ BeamSelection select_beams(const CleanScan& scan, std::size_t few, std::size_t m
     empty.push_back(i);
     until_next = stride;
   }
-  if (misses > 0)
-    selection.empty.weight = static_cast<double>(misses) / static_cast<double>(empty.size());
+  selection.empty.weight = weight_of(empty, misses);
   return selection;
 }
 

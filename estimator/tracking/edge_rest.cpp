@@ -2,7 +2,6 @@
 #include "estimator/tracking/edge_rest.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
 #include "estimator/tracking/edge_propagation.h"
