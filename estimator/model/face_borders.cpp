@@ -82,6 +82,11 @@ FaceBorders::FaceBorders(const Mesh& mesh) : sides_(mesh.triangles.size()) {
         }
       }
     }
+    if (inner.size() < last - first) {
+      const auto& corners = mesh.triangles[halves[first].triangle];
+      const std::uint32_t side = halves[first].side;
+      ends_.push_back({mesh.vertices[corners[side]], mesh.vertices[corners[(side + 1) % 3]]});
+    }
     for (const Half* half : inner) sides_[half->triangle][half->side] = {};
     first = last;
   }

@@ -23,6 +23,12 @@ class FaceBorders {
            sides[2].inward.dot(point) < sides[2].offset + distance;
   }
 
+  /// One side of a face, once for all triangles that share it.
+  struct End {
+    Vector3d from, to;
+  };
+  const std::vector<End>& ends() const { return ends_; }
+
  private:
   /// Depth inside a side: inward.point - offset. Endless where the face goes on.
   struct Side {
@@ -30,6 +36,7 @@ class FaceBorders {
     double offset = -1e30;
   };
   std::vector<std::array<Side, 3>> sides_;
+  std::vector<End> ends_;
 };
 
 }  // namespace berth::estimator

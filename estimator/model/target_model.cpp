@@ -21,7 +21,8 @@ TargetModel::TargetModel(Target target_, const ModelOptions& options_)
     : target(std::move(target_)),
       options(options_),
       caster(target.mesh, RayCaster::Edges::quick),
-      borders(target.mesh) {
+      borders(target.mesh),
+      standing(target.mesh, borders.ends()) {
   const Box box = bounding_box(target.mesh);
   centre = box.centre();
   for (const Vector3d& v : target.mesh.vertices) radius = std::max(radius, (v - centre).norm());

@@ -10,6 +10,7 @@
 #include "estimator/model/closest_point_grid.h"
 #include "estimator/model/face_borders.h"
 #include "estimator/model/scan_regions.h"
+#include "estimator/model/standing_borders.h"
 #include "estimator/model/symmetry.h"
 #include "estimator/model/view_atlas.h"
 #include "estimator/model/voxel_templates.h"
@@ -44,6 +45,7 @@ struct TargetModel {
   // Not stored, made from the mesh.
   RayCaster caster;
   FaceBorders borders;
+  StandingBorders standing;
   Vector3d centre = Vector3d::Zero();  ///< of the bounding box, model frame
   double radius = 0;                   ///< of the sphere about it that holds the mesh, m
   DistanceTable distances;             ///< made from the grid

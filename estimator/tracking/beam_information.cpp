@@ -6,6 +6,7 @@
 
 #include "estimator/model/normal_sums.h"
 #include "estimator/tracking/edge_beam.h"
+#include "estimator/tracking/foreground.h"
 #include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
@@ -24,11 +25,13 @@ Matrix6d both(const Matrix3d& rotation) {
 class Accumulator {
  public:
   Accumulator(const TargetModel& model, const BeamModel& beam_model, const BeamLinearisation& at,
-              const BeamInformationOptions& options, std::vector<const Beam*>* at_edges = nullptr)
+              const BeamInformationOptions& options, std::vector<const Beam*>* at_edges = nullptr,
+              const Foreground* foreground = nullptr)
       : model_(model),
         beam_model_(beam_model),
         options_(options),
         at_edges_(at_edges),
+        foreground_(foreground),
         at_(at),
         frame_(at),
         sums_(options.of_velocity),
@@ -152,9 +155,10 @@ class Accumulator {
     }
     const double cosine = -hit.normal.dot(ray.direction);
     const double reach = edge_reach_ * hit.range / std::max(cosine, 0.2);
-    if (model_.borders.near(hit.triangle, ray.origin + hit.range * ray.direction, reach)) {
+    const Vector3d point = ray.origin + hit.range * ray.direction;
+    if (model_.borders.near(hit.triangle, point, reach)) return true;
+    if (foreground_ != nullptr && foreground_->near(hit.triangle, point, edge_reach_ * hit.range))
       return true;
-    }
     // Something may stand before the face; where beams go far astray that counts.
     return blurred_ && cast_beside(beam, ray, hit);
   }
@@ -343,6 +347,7 @@ class Accumulator {
   const BeamModel& beam_model_;
   const BeamInformationOptions& options_;
   std::vector<const Beam*>* at_edges_;
+  const Foreground* foreground_;
   const BeamLinearisation& at_;
   MovingFrame frame_;
   NormalSums sums_;
@@ -418,9 +423,10 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks,
-                                 std::vector<std::uint32_t>& at_edges) {
+                                 std::vector<std::uint32_t>& at_edges,
+                                 const Foreground* foreground) {
   std::vector<const Beam*> found;
-  const BeamInformation sums = Accumulator(model, beam_model, at, options, &found)
+  const BeamInformation sums = Accumulator(model, beam_model, at, options, &found, foreground)
                                    .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& {
                                      return beams[picks[i]];
                                    });

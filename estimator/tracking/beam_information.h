@@ -13,6 +13,8 @@
 
 namespace berth::estimator {
 
+class Foreground;
+
 /// Where a batch of beams is linearised: the target's motion as it is believed to be. Sensor frame.
 struct BeamLinearisation : Motion {  ///< at utime; each beam is used at its own time
   std::int64_t utime = 0;            ///< reference; any time, before, in or after the batch
@@ -90,11 +92,13 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const std::uint32_t> picks);
 /// at_edges: beams whose place among the faces is not certain are left to it, in their order: they
 /// are in no sum, and count as doubtful where they fit. Beams that neither returned nor meet
-/// anything are not asked.
+/// anything are not asked. foreground: of about that pose; without it what stands before a face
+/// counts only where angle noise blurs edges.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks,
-                                 std::vector<std::uint32_t>& at_edges);
+                                 std::vector<std::uint32_t>& at_edges,
+                                 const Foreground* foreground = nullptr);
 
 }  // namespace berth::estimator

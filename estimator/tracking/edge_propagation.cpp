@@ -11,48 +11,14 @@
 #include <numbers>
 
 #include "estimator/tracking/beams_near.h"
+#include "estimator/tracking/edge_nodes.h"
 #include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
 
 namespace {
 
-constexpr std::size_t packet = 8;  // of rays that are cast together
-constexpr std::size_t node_count = 2 * packet;
 constexpr std::size_t first_beams = 16;  // of the first group, about
-using Nodes = std::array<Eigen::Vector2d, node_count>;
-
-/// Of a normal distribution, each with the same weight: on a spiral (Vogel 1979), then with mean 0
-/// and unit covariance. Every second one first: half of them are as far apart as all.
-Nodes make_nodes() {
-  Nodes nodes;
-  const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (std::size_t k = 0; k < node_count; ++k) {
-    const auto along = static_cast<double>(k < packet ? 2 * k : 2 * (k - packet) + 1);
-    const double radius = std::sqrt(-2 * std::log(1 - (along + 0.5) / node_count));
-    const double angle = along * turn;
-    nodes[k] = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    mean += nodes[k] / node_count;
-  }
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  for (Eigen::Vector2d& node : nodes) {
-    node -= mean;
-    covariance += node * node.transpose() / node_count;
-  }
-  const Eigen::Matrix2d root = covariance.llt().matrixL();
-  for (Eigen::Vector2d& node : nodes) node = root.triangularView<Eigen::Lower>().solve(node);
-  return nodes;
-}
-
-const Nodes& nodes() {
-  static const Nodes made = make_nodes();
-  return made;
-}
-
-/// A node stands for a normal distribution about it, too: this share of the whole one's variance.
-/// Without it a beam of which few nodes are left would know more than it can.
-constexpr double node_width = 0.3;
 
 constexpr double same_plane = 0.1;  // range sigmas
 
@@ -82,73 +48,16 @@ Eigen::Matrix2d angle_noise(const Matrix3d& axes, const BeamModel& beam_model) {
 
 }  // namespace
 
-/// A beam before the target, cast at where the target may be for all that other beams say.
-struct EdgePropagation::View {
-  const Beam& beam;
-  Matrix3d axes;          // of the beam: right, up, along it; model frame
-  Vector3d eye;           // model frame
-  Eigen::Matrix2d angle;  // covariance of its angle noise: right, up
-  double range_variance;  // m^2
-
-  // Of the target's displacement there, without this beam: [right; up; along], m.
-  Vector3d mean = Vector3d::Zero();
-  Matrix3d cavity = Matrix3d::Zero();
-
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  // of the beam across the target, rad^2
-  std::array<Eigen::Vector2d, node_count> off{};     // from the middle, rad
-  std::array<Ray, node_count> rays{};
-  std::array<RayHit, node_count> hits{};
-
-  /// @return whether any node meets the target. Most beams pass it: half of them tell.
-  bool cast(const RayCaster& caster, double far, double range) {
-    spread = cavity.topLeftCorner<2, 2>() / (range * range) + angle;
-    const Eigen::Matrix2d root =
-        std::sqrt(1 - node_width) * Eigen::Matrix2d(spread.llt().matrixL());
-    const Eigen::Vector2d middle = -mean.head<2>() / range;
-    for (std::size_t k = 0; k < node_count; ++k) {
-      off[k] = root * nodes()[k];
-      const Eigen::Vector2d at = middle + off[k];
-      rays[k] = {eye, (axes * Vector3d(at.x(), at.y(), 1)).normalized()};
-    }
-    const std::span all_rays(rays);
-    const std::span all_hits(hits);
-    caster.cast(all_rays.first(packet), far, all_hits.first(packet));
-    if (std::none_of(hits.begin(), hits.begin() + packet,
-                     [](const RayHit& hit) { return std::isfinite(hit.range); })) {
-      return false;
-    }
-    caster.cast(all_rays.last(packet), far, all_hits.last(packet));
-    return true;
-  }
-
-  double nearest() const {
-    double range = std::numeric_limits<double>::infinity();
-    for (const RayHit& hit : hits) range = std::min(range, hit.range);
-    return range;
-  }
-
-  /// Whether all nodes meet one plane, to so many metres.
-  bool one_plane(double tolerance) const {
-    if (!std::isfinite(hits[0].range)) return false;
-    const Vector3d& normal = hits[0].normal;
-    const Vector3d place = hits[0].range * rays[0].direction;
-    for (std::size_t k = 1; k < node_count; ++k) {
-      if (!std::isfinite(hits[k].range) || normal.dot(hits[k].normal) < 0.99) return false;
-      const double beside = normal.dot(hits[k].range * rays[k].direction - place);
-      if (std::abs(beside) > tolerance) return false;
-    }
-    return true;
-  }
-};
-
 EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamPicks& returns,
-                                 const BeamPicks& passed, const BeamInformationOptions& options)
+                                 const BeamPicks& passed, int certain_returns,
+                                 const BeamInformationOptions& options)
     : model_(model),
       beam_model_(beam_model),
       beams_(beams),
       returns_(returns),
       passed_(passed),
+      certain_returns_(certain_returns),
       options_(options),
       groups_(std::bit_width((returns.size() + passed.size()) / first_beams + 1)),
       waiting_(static_cast<std::size_t>(groups_)) {
@@ -158,9 +67,9 @@ EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam
 }
 
 /// A beam's multiple of the golden section lies in the first half, quarter, ...: such beams lie
-/// evenly over the scan (Fibonacci hashing).
+/// evenly over the scan.
 std::size_t EdgePropagation::group_of(std::uint32_t beam) const {
-  return static_cast<std::size_t>(std::min(std::countl_zero(beam * 2654435769U), groups_ - 1));
+  return static_cast<std::size_t>(std::min(std::countl_zero(spread_evenly(beam)), groups_ - 1));
 }
 
 BeamPicks EdgePropagation::returns_left() const {
@@ -188,7 +97,12 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
   const auto look_at = [&](std::uint32_t beam) {
     Site site;
     site.beam = beam;
-    if (!renew(site, at, frame, covariance)) return;
+    const bool tells = renew(site, at, frame, covariance);
+    if (site.meets) {
+      ++meet_;
+      if (!beams_[beam].hit()) ++lost_;
+    }
+    if (!tells) return;
     if (site.final) {
       add(site, certain_);
     } else {
@@ -196,14 +110,21 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
     }
   };
   const Group& group = waiting_.back();
+  taken_ += group.size();
   for (const std::uint32_t beam : group.returns) look_at(beam);
   const double reach = reach_of(at, covariance);
   for (const std::uint32_t beam : beams_near(model_, beams_, group.passed, at, reach)) {
     look_at(beam);
   }
-  taken_ += group.size();
   waiting_.pop_back();
-  return sum();
+  return sum(covariance);
+}
+
+/// Of the beams on the target: what is supposed counts as one lost beam. Taken for greater than it
+/// is, it would let the target seem larger: what passes it would be lost beams.
+double EdgePropagation::drop_out() const {
+  const double others = certain_returns_ / all_over_taken();
+  return (1 + lost_) / (1 / options_.likelihood.drop_out + meet_ + others);
 }
 
 MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matrix12d& covariance) {
@@ -213,7 +134,7 @@ MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matr
     if (site.final) add(site, certain_);
     return site.final;
   });
-  return sum();
+  return sum(covariance);
 }
 
 void EdgePropagation::add(const Site& site, MotionInformation& sum) const {
@@ -231,10 +152,30 @@ void EdgePropagation::add(const Site& site, MotionInformation& sum) const {
   sum.gradient.tail<6>() += t * gradient;
 }
 
-MotionInformation EdgePropagation::sum() const {
+MotionInformation EdgePropagation::sum(const Matrix12d& covariance) const {
   MotionInformation sum = certain_;
   for (const Site& site : sites_) add(site, sum);
+  never_less_than_nothing(sum, covariance);
   return sum;
+}
+
+/// Along what together they would make less certain than it is, edges say nothing.
+void EdgePropagation::never_less_than_nothing(MotionInformation& sum,
+                                              const Matrix12d& covariance) const {
+  constexpr double little = 1e-6;                                                   // rounding
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
+  const bool velocity_known = covariance.bottomRightCorner<6, 6>().isZero(0);
+  const Eigen::Index size = velocity_known ? 6 : 12;
+  const Square root = Square(covariance.topLeftCorner(size, size)).llt().matrixL();
+  const Square share = root.transpose() * sum.information.topLeftCorner(size, size) * root;
+  if (Square(share + little * Square::Identity(size, size)).ldlt().isPositive()) return;
+  const Eigen::SelfAdjointEigenSolver<Square> eigen(share);
+  const Square kept = eigen.eigenvectors() *
+                      (eigen.eigenvalues().array() > 0).cast<double>().matrix().asDiagonal() *
+                      eigen.eigenvectors().transpose();
+  const Square unroot = root.triangularView<Eigen::Lower>().solve(Square::Identity(size, size));
+  sum.information.topLeftCorner(size, size) = unroot.transpose() * kept * share * kept * unroot;
+  sum.gradient.head(size) = unroot.transpose() * kept * root.transpose() * sum.gradient.head(size);
 }
 
 void EdgePropagation::moved(const Vector12d& step) {
@@ -258,6 +199,7 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
   };
   // What is met behind the target has nothing to do with where its edge is.
   const double middle = (at.pose * model_.centre).norm();
+  const bool blurred = angles_blur_edges(beam_model_, middle);
   if (site.range == 0) {
     reach_to(std::abs(beam.range - middle) < model_.radius ? beam.range : middle);
   }
@@ -267,19 +209,23 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
             t * t * covariance.bottomRightCorner<6, 6>();
   }
   const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
-  View view{beam, frame.turn() * axes, frame.eye(), angle_noise(axes, beam_model_),
-            sigma * sigma + options_.model_sigma_m * options_.model_sigma_m};
+  EdgeView view(beam, frame.turn() * axes, frame.eye());
+  view.angle = angle_noise(axes, beam_model_);
+  view.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
   const double far = (model_.centre - view.eye).norm() + 1.01 * model_.radius;
   Matrix3d here;
   constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
   for (bool first = true;; first = false) {
     here = site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
     leave_out(site, here, view);
-    if (!view.cast(model_.caster, far, site.range)) return false;
+    if (!view.cast(model_.caster, far, site.range, edge_nodes(site.beam, blurred))) return false;
     const double nearest = view.nearest();
-    if (!first || std::abs(nearest - site.range) < 0.01 * nearest) break;
+    const bool close = std::abs(nearest - site.range) < 0.01 * nearest;
+    // Not to where it was measured: a lever that has its noise pulls to one side.
     reach_to(nearest);
+    if (!first || close) break;
   }
+  site.meets = view.meets();
   if (view.one_plane(same_plane * beam_model_.range_sigma_m)) {
     site.final = true;
     return rest_on_face(site, here, view);
@@ -289,7 +235,7 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
 }
 
 /// The cavity.
-void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, View& view) {
+void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, EdgeView& view) {
   view.cavity = here;
   if (site.precision.isZero(0)) return;
   constexpr double least_left = 0.02;  // of the variance; this beam may be all that holds it
@@ -304,7 +250,7 @@ void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, View& vi
 }
 
 /// The row that it would be far from edges. @return whether its return fits.
-bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const View& view) const {
+bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const EdgeView& view) const {
   if (!view.beam.hit()) return false;
   const Vector3d& facing = view.hits[0].normal;
   const Vector3d normal = view.axes.transpose() * facing;
@@ -323,16 +269,18 @@ bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const View&
 
 /// Given where across the target the beam went (a node), the displacement is normal, and with the
 /// node's face, the range is normal and linear in it; so it is a mixture of normal distributions.
-void EdgePropagation::match_moments(Site& site, const View& view) const {
+void EdgePropagation::match_moments(Site& site, const EdgeView& view) const {
   const LikelihoodOptions& shares = options_.likelihood;
   const double rare = shares.outlier / shares.background_depth_m;
   const double past = shares.background / shares.background_depth_m;
-  const double regularly = 1 - shares.drop_out - shares.outlier;
+  const double drop_out = this->drop_out();
+  const double regularly = 1 - drop_out - shares.outlier;
 
   // With the beam's place on the target: moving the target is moving the beam the other way.
   const Eigen::Matrix<double, 3, 2> with_place = -view.cavity.leftCols<2>() / site.range;
   const Eigen::Matrix<double, 3, 2> gain = with_place * view.spread.inverse();
-  const Matrix3d rest = view.cavity - (1 - node_width) * gain * with_place.transpose();
+  const Eigen::Matrix<double, 3, 2> of_width = gain * view.width;
+  const Matrix3d rest = view.cavity - gain * with_place.transpose() + of_width * gain.transpose();
 
   double total = 0;
   Vector3d first = Vector3d::Zero();
@@ -342,12 +290,12 @@ void EdgePropagation::match_moments(Site& site, const View& view) const {
     first += weight * mean;
     second += weight * mean * mean.transpose();
   };
-  for (std::size_t k = 0; k < node_count; ++k) {
+  for (std::size_t k = 0; k < view.nodes; ++k) {
     const RayHit& hit = view.hits[k];
     const Vector3d mean = gain * view.off[k];
     const bool meets = std::isfinite(hit.range);
     if (!view.beam.hit()) {
-      add(meets ? shares.drop_out : 1 - shares.background, mean);
+      add(meets ? drop_out : 1 - shares.background, mean);
       continue;
     }
     add(meets ? rare : past, mean);
@@ -355,11 +303,10 @@ void EdgePropagation::match_moments(Site& site, const View& view) const {
     if (!meets || -facing < 0.5 * options_.least_cosine) continue;
     const Eigen::Vector2d slope =
         -hit.range / facing * (view.axes.leftCols<2>().transpose() * hit.normal);
-    const Vector3d with_range = rest.col(2) + node_width * with_place * slope;
+    const Vector3d with_range = rest.col(2) + of_width * slope;
     const double variance =
         view.range_variance +
-        std::max(0.0, rest(2, 2) + 2 * node_width * with_place.row(2).dot(slope) +
-                          node_width * slope.dot(view.spread * slope));
+        std::max(0.0, rest(2, 2) + 2 * of_width.row(2).dot(slope) + slope.dot(view.width * slope));
     const double late = view.beam.range - hit.range - mean.z() - view.mean.z();
     const double weight = regularly * std::exp(-0.5 * late * late / variance) /
                           std::sqrt(2 * std::numbers::pi * variance);
@@ -369,14 +316,17 @@ void EdgePropagation::match_moments(Site& site, const View& view) const {
   first /= total;  // from the cavity's mean
   const Matrix3d covariance = rest + second / total - first * first.transpose();
 
-  // What the beam adds, never less than nothing.
+  // What the beam adds. One that surprises may take away: were that left out, all together would
+  // know more than they can.
+  constexpr double most_taken = 0.1;
   const Matrix3d root = view.cavity.llt().matrixL();
   const Matrix3d unroot = root.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
   const Matrix3d left = unroot * covariance * unroot.transpose();
   Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
   eigen.computeDirect(left);
-  const Vector3d added =
-      (eigen.eigenvalues().cwiseMax(1e-3).cwiseInverse().array() - 1).cwiseMax(0).matrix();
+  const Vector3d added = (eigen.eigenvalues().cwiseMax(1e-3).cwiseInverse().array() - 1)
+                             .cwiseMax(-most_taken)
+                             .matrix();
   const Matrix3d turned = unroot.transpose() * eigen.eigenvectors();
   site.precision = turned * added.asDiagonal() * turned.transpose();
   site.shift = site.precision * (view.mean + first) + unroot.transpose() * (unroot * first);

@@ -6,6 +6,7 @@
 
 #include "estimator/tracking/beam_information.h"
 #include "estimator/tracking/beam_selection.h"
+#include "estimator/tracking/edge_view.h"
 #include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
@@ -20,10 +21,11 @@ namespace berth::estimator {
 class EdgePropagation {
  public:
   /// returns: whose place among the faces is not certain; passed: that did not return, but may have
-  /// come close. What is passed in must outlive it.
+  /// come close; certain_returns: how many others are of one face. What is passed in must outlive
+  /// it.
   EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
                   std::span<const Beam> beams, const BeamPicks& returns, const BeamPicks& passed,
-                  const BeamInformationOptions& options);
+                  int certain_returns, const BeamInformationOptions& options);
 
   /// Whether some beams have not been looked at.
   bool waiting() const { return !waiting_.empty(); }
@@ -55,33 +57,38 @@ class EdgePropagation {
     Lever lever = Lever::Zero();
     Matrix3d precision = Matrix3d::Zero();
     Vector3d shift = Vector3d::Zero();  // precision times mean
-    bool final = false;                 // what it meets is one face, whatever the pose
+    bool meets = false;                 // the target, wherever it may be
+    bool final = false;                 // one face of it
   };
-  struct View;
 
   struct Group {
     BeamPicks returns, passed;
     std::size_t size() const { return returns.size() + passed.size(); }
   };
   std::size_t group_of(std::uint32_t beam) const;
+  double drop_out() const;
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
   void add(const Site& site, MotionInformation& sum) const;
-  MotionInformation sum() const;
+  MotionInformation sum(const Matrix12d& covariance) const;
+  void never_less_than_nothing(MotionInformation& sum, const Matrix12d& covariance) const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
              const Matrix12d& covariance) const;
-  static void leave_out(const Site& site, const Matrix3d& here, View& view);
-  bool rest_on_face(Site& site, const Matrix3d& here, const View& view) const;
-  void match_moments(Site& site, const View& view) const;
+  static void leave_out(const Site& site, const Matrix3d& here, EdgeView& view);
+  bool rest_on_face(Site& site, const Matrix3d& here, const EdgeView& view) const;
+  void match_moments(Site& site, const EdgeView& view) const;
 
   const TargetModel& model_;
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
   const BeamPicks& returns_;
   const BeamPicks& passed_;
+  int certain_returns_;
   const BeamInformationOptions& options_;
   int groups_;
   std::vector<Group> waiting_;  // the next is the last
   std::size_t taken_ = 0;
+  int meet_ = 0;               // of these, the target, wherever it may be
+  int lost_ = 0;               // of those, without a return
   MotionInformation certain_;  // sum of the sites that do not change any more
   std::vector<Site> sites_;
 };

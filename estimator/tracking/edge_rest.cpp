@@ -3,8 +3,10 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 
 #include "estimator/tracking/edge_propagation.h"
+#include "estimator/tracking/foreground.h"
 #include "estimator/tracking/tracking.h"
 
 namespace berth::estimator {
@@ -91,19 +93,20 @@ class Rest {
   const Descent& descent() const { return descent_; }
 
   /// Those that meet one face wherever the target may be, once and for all: that is asked where a
-  /// few of them, spread evenly, lead; and these are asked twice, as which face one meets is not
-  /// known at first.
+  /// few of them, spread evenly, lead.
   void sum_up(const BeamPicks& returns) {
     constexpr std::size_t times = 12;
     constexpr std::size_t least = 1000;
+    // Fewer do not tell so well that it matters if some are of another face.
+    constexpr std::size_t least_to_tell = 2000;
     BeamLinearisation about = descent_.at();
     if (returns.size() / times >= least) {
-      const BeamPicks few = evenly(returns, returns.size() / times);
-      for (int i = 0; i < 2; ++i) {
-        sum_up(few, about);
-        about = descent_.at();
-        about.covariance *= looseness;
-      }
+      sum_up(evenly(returns, returns.size() / times), about);
+      about = descent_.at();
+      about.covariance *= looseness;
+    }
+    if (returns.size() >= least_to_tell) {
+      foreground_.emplace(model_, about.pose.inverse().position);
     }
     sum_up(returns, about);
   }
@@ -117,35 +120,36 @@ class Rest {
   void among_edges(const BeamPicks& outline) {
     BeamPicks near;
     faces_ = counts_;
-    const BeamInformation asked_again =
-        beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, doubtful_, near);
+    const BeamInformation asked_again = beam_information(model_, beam_model_, beams_, descent_.at(),
+                                                         of_faces_, doubtful_, near, foreground());
     faces_ += asked_again;
     MotionInformation faces = sum(certain_, asked_again.motion());
     go(descent_.step(faces), faces);
 
-    EdgePropagation edges(model_, beam_model_, beams_, near, outline, how_);
+    EdgePropagation edges(model_, beam_model_, beams_, near, outline, faces_.used, how_);
     const auto come_to = [&](const MotionInformation& said) {
       all_ = sum(faces, said);
       const Vector12d d = descent_.step(all_);
       go(d, faces);
       edges.moved(d);
     };
-    constexpr std::size_t least_beams = 64;  // fewer may all have passed by, and tell of no other
+    constexpr std::size_t few = 64;  // may all have passed by, and tell of no other
     const auto most = static_cast<std::size_t>(options_.most_beams);
     while (edges.waiting() && edges.taken() + edges.next() <= most) {
       const MotionInformation said = edges.take(descent_.at(), descent_.covariance());
       come_to(said);
-      if (edges.waiting() && edges.taken() >= least_beams &&
+      if (edges.waiting() && near.size() > few && edges.taken() >= few &&
           little_left(faces, said, edges.all_over_taken())) {
         break;
       }
     }
-    // Each of the others met the face that it meets now, or another: half of what it would tell.
+    // Each of the others met the face that it meets now, or another: most of what it would tell.
     MotionInformation others = beam_information(model_, beam_model_, beams_, descent_.at(),
                                                 of_faces_, edges.returns_left())
                                    .motion();
-    others.information *= 0.5;
-    others.gradient *= 0.5;
+    constexpr double share = 0.75;
+    others.information *= share;
+    others.gradient *= share;
     faces = sum(faces, others);
     descent_.let_go();
     come_to(edges.sweep(descent_.at(), descent_.covariance()));
@@ -159,10 +163,13 @@ class Rest {
   }
 
  private:
+  const Foreground* foreground() const { return foreground_ ? &*foreground_ : nullptr; }
+
   void sum_up(const BeamPicks& returns, BeamLinearisation about) {
     constexpr int most_steps = 4;
     for (int i = 0; i < most_steps; ++i) {
-      counts_ = beam_information(model_, beam_model_, beams_, about, of_faces_, returns, doubtful_);
+      counts_ = beam_information(model_, beam_model_, beams_, about, of_faces_, returns, doubtful_,
+                                 foreground());
       counts_.doubtful = 0;  // will be asked again
       certain_ = counts_.motion();
       summed_about_ = about;
@@ -203,6 +210,7 @@ class Rest {
   const EdgeRestOptions& options_;
   BeamInformationOptions of_faces_;
   Descent descent_;
+  std::optional<Foreground> foreground_;  ///< about there
   BeamLinearisation summed_about_;
   MotionInformation certain_;  ///< of beams that meet one face
   BeamPicks doubtful_;         ///< the other returns

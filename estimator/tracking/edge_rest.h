@@ -12,7 +12,7 @@ namespace berth::estimator {
 struct EdgeRestOptions {
   /// Beams near edges are looked at until the others would make what is known better by less than
   /// this share, of a standard deviation. 0: all are.
-  double least_gain = 0.5;
+  double least_gain = 0.7;
   int most_beams = 20000;  ///< near edges are looked at; 0: faces alone decide
 };
 

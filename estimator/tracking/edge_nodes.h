@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace berth::estimator {
+
+constexpr std::size_t edge_nodes_at_most = 32;
+
+/// Points that stand for a normal distribution with mean 0 and unit covariance, each with the same
+/// weight: 16, or if fine 32. Every second one comes first: that half lies as far apart as all. On
+/// a spiral (Vogel 1979), from beam to beam turned by another angle: no side is favoured.
+std::span<const Eigen::Vector2d> edge_nodes(std::uint32_t beam, bool fine);
+
+/// Numbers that follow each other, evenly over all that there are (Fibonacci hashing).
+inline std::uint32_t spread_evenly(std::uint32_t index) { return index * 2654435769U; }
+
+}  // namespace berth::estimator
