@@ -40,7 +40,8 @@ BeamDescent::BeamDescent(const TargetModel& model, const BeamModel& beam_model,
       options_(options),
       pose_only_(options.information),
       beams_(select_beams(scan, static_cast<std::size_t>(options.settle_returns),
-                          static_cast<std::size_t>(options.checked_misses))) {
+                          static_cast<std::size_t>(options.checked_misses))),
+      outline_(scan) {
   pose_only_.of_velocity = false;
   at_.utime = scan.utime_mean;
   prior_.about.pose = predicted.pose;
@@ -286,9 +287,8 @@ void BeamDescent::rest() {
     how.of_velocity = velocity_uncertain_;
     EdgeRestOptions edges = options_.edge_rest;
     if (blurred_) edges = {0, std::numeric_limits<int>::max()};
-    const EdgeRest rest =
-        rest_among_edges(model_, beam_model_, scan_.beams, beams_.all, beams_.outline, at_,
-                         best_.information, prior_, how, edges);
+    const EdgeRest rest = rest_among_edges(model_, beam_model_, scan_.beams, beams_.all, outline_,
+                                           at_, best_.information, prior_, how, edges);
     best_ = {rest.motion, rest.covariance.topLeftCorner<6, 6>(), rest.information, rest.faces, 0};
     steps_ += rest.steps;
   }
@@ -341,7 +341,8 @@ const BeamDescent::Outlined& BeamDescent::outlined() {
   constexpr std::size_t few = 500;
   if (!outlined_) {
     outlined_.emplace();
-    std::merge(beams_.all.begin(), beams_.all.end(), beams_.outline.begin(), beams_.outline.end(),
+    const BeamPicks outline = outline_.all();
+    std::merge(beams_.all.begin(), beams_.all.end(), outline.begin(), outline.end(),
                std::back_inserter(outlined_->all));
     outlined_->few = evenly(outlined_->all, few);
   }

@@ -11,6 +11,7 @@
 #include "estimator/tracking/edge_rest.h"
 #include "estimator/tracking/motion_prior.h"
 #include "estimator/tracking/open_directions.h"
+#include "estimator/tracking/outline.h"
 #include "estimator/tracking/tracking.h"
 
 namespace berth::estimator {
@@ -113,6 +114,7 @@ class BeamDescent {
   bool blurred_;
   bool among_edges_;  ///< whether it comes to rest there
   BeamSelection beams_;
+  Outline outline_;
   std::optional<Outlined> outlined_;  ///< once it is needed
   BeamLinearisation at_;
   BeamInformation sums_;

@@ -27,10 +27,9 @@ BeamSample sample(const BeamPicks& from, std::size_t most);
 /// Which beams of a scan a fit looks at, from rough to fine. Most beams of a scan may have met
 /// nothing and far from everything: they need not be cast at every step.
 struct BeamSelection {
-  BeamPicks few;      ///< returns inside the gate, spread evenly
-  BeamPicks all;      ///< every return
-  BeamPicks outline;  ///< without one, but passed close to some: they tell where the target ends
-  BeamSample empty;   ///< of all without one: is the target where nothing was met?
+  BeamPicks few;     ///< returns inside the gate, spread evenly
+  BeamPicks all;     ///< every return
+  BeamSample empty;  ///< of all without one: is the target where nothing was met?
 };
 
 /// few: so many at most. most_empty: of the beams without a return.

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/tracking/beam_groups.h"
+
 namespace berth::estimator {
 
 namespace {

@@ -15,7 +15,4 @@ constexpr std::size_t edge_nodes_at_most = 32;
 /// a spiral (Vogel 1979), from beam to beam turned by another angle: no side is favoured.
 std::span<const Eigen::Vector2d> edge_nodes(std::uint32_t beam, bool fine);
 
-/// Numbers that follow each other, evenly over all that there are (Fibonacci hashing).
-inline std::uint32_t spread_evenly(std::uint32_t index) { return index * 2654435769U; }
-
 }  // namespace berth::estimator

@@ -7,9 +7,9 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 
+#include "estimator/tracking/beam_groups.h"
 #include "estimator/tracking/beams_near.h"
 #include "estimator/tracking/edge_nodes.h"
 #include "estimator/tracking/moving_frame.h"
@@ -19,6 +19,7 @@ namespace berth::estimator {
 namespace {
 
 constexpr std::size_t first_beams = 16;  // of the first group, about
+constexpr std::size_t both_kinds = 4;    // returns, and beams of the outline, over returns, about
 
 constexpr double same_plane = 0.1;  // range sigmas
 
@@ -50,32 +51,22 @@ Eigen::Matrix2d angle_noise(const Matrix3d& axes, const BeamModel& beam_model) {
 
 EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamPicks& returns,
-                                 const BeamPicks& passed, int certain_returns,
+                                 const Outline& outline, int certain_returns,
                                  const BeamInformationOptions& options)
     : model_(model),
       beam_model_(beam_model),
       beams_(beams),
       returns_(returns),
-      passed_(passed),
+      outline_(outline),
       certain_returns_(certain_returns),
       options_(options),
-      groups_(std::bit_width((returns.size() + passed.size()) / first_beams + 1)),
-      waiting_(static_cast<std::size_t>(groups_)) {
-  for (const std::uint32_t beam : returns) waiting_[group_of(beam)].returns.push_back(beam);
-  for (const std::uint32_t beam : passed) waiting_[group_of(beam)].passed.push_back(beam);
-  sites_.reserve(returns.size() + passed.size());
-}
-
-/// A beam's multiple of the golden section lies in the first half, quarter, ...: such beams lie
-/// evenly over the scan.
-std::size_t EdgePropagation::group_of(std::uint32_t beam) const {
-  return static_cast<std::size_t>(std::min(std::countl_zero(spread_evenly(beam)), groups_ - 1));
-}
+      groups_(std::bit_width(both_kinds * returns.size() / first_beams + 1)),
+      waiting_(groups_) {}
 
 BeamPicks EdgePropagation::returns_left() const {
   BeamPicks left;
   std::copy_if(returns_.begin(), returns_.end(), std::back_inserter(left),
-               [this](std::uint32_t beam) { return group_of(beam) < waiting_.size(); });
+               [this](std::uint32_t beam) { return group_of(beam, groups_) < waiting_; });
   return left;
 }
 
@@ -109,14 +100,16 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
       sites_.push_back(site);
     }
   };
-  const Group& group = waiting_.back();
-  taken_ += group.size();
-  for (const std::uint32_t beam : group.returns) look_at(beam);
-  const double reach = reach_of(at, covariance);
-  for (const std::uint32_t beam : beams_near(model_, beams_, group.passed, at, reach)) {
+  --waiting_;
+  for (const std::uint32_t beam : returns_) {
+    if (group_of(beam, groups_) != waiting_) continue;
     look_at(beam);
+    ++taken_;
   }
-  waiting_.pop_back();
+  const BeamPicks passed = outline_.group(waiting_, groups_);
+  taken_ += passed.size();
+  const double reach = reach_of(at, covariance);
+  for (const std::uint32_t beam : beams_near(model_, beams_, passed, at, reach)) look_at(beam);
   return sum(covariance);
 }
 

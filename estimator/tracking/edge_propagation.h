@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <vector>
 
 #include "estimator/tracking/beam_information.h"
-#include "estimator/tracking/beam_selection.h"
 #include "estimator/tracking/edge_view.h"
 #include "estimator/tracking/moving_frame.h"
+#include "estimator/tracking/outline.h"
 
 namespace berth::estimator {
 
@@ -20,21 +21,18 @@ namespace berth::estimator {
 /// many say of one place, seen by all from what was known before any of them, is said too often.
 class EdgePropagation {
  public:
-  /// returns: whose place among the faces is not certain; passed: that did not return, but may have
-  /// come close; certain_returns: how many others are of one face. What is passed in must outlive
-  /// it.
+  /// returns: whose place among the faces is not certain; outline: beams that did not return, but
+  /// may have come close; certain_returns: how many others are of one face. What is passed in must
+  /// outlive it.
   EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
-                  std::span<const Beam> beams, const BeamPicks& returns, const BeamPicks& passed,
+                  std::span<const Beam> beams, const BeamPicks& returns, const Outline& outline,
                   int certain_returns, const BeamInformationOptions& options);
 
   /// Whether some beams have not been looked at.
-  bool waiting() const { return !waiting_.empty(); }
-  /// How many have, how many the next group has, and all over those that have.
+  bool waiting() const { return waiting_ > 0; }
+  /// How many have, and all over those that have.
   std::size_t taken() const { return taken_; }
-  std::size_t next() const { return waiting_.back().size(); }
-  double all_over_taken() const {
-    return static_cast<double>(returns_.size() + passed_.size()) / static_cast<double>(taken_);
-  }
+  double all_over_taken() const { return std::ldexp(1.0, waiting_); }
   /// The returns that have not, in their order.
   BeamPicks returns_left() const;
   /// Twice as many as have been, from all over the scan. covariance: of the motion at the
@@ -61,11 +59,6 @@ class EdgePropagation {
     bool final = false;                 // one face of it
   };
 
-  struct Group {
-    BeamPicks returns, passed;
-    std::size_t size() const { return returns.size() + passed.size(); }
-  };
-  std::size_t group_of(std::uint32_t beam) const;
   double drop_out() const;
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
   void add(const Site& site, MotionInformation& sum) const;
@@ -81,11 +74,11 @@ class EdgePropagation {
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
   const BeamPicks& returns_;
-  const BeamPicks& passed_;
+  const Outline& outline_;
   int certain_returns_;
   const BeamInformationOptions& options_;
   int groups_;
-  std::vector<Group> waiting_;  // the next is the last
+  int waiting_;  // groups; the next is the last
   std::size_t taken_ = 0;
   int meet_ = 0;               // of these, the target, wherever it may be
   int lost_ = 0;               // of those, without a return

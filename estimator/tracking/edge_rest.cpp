@@ -117,7 +117,7 @@ class Rest {
   }
 
   /// To where those that were doubtful, and those that passed close by, put it, too.
-  void among_edges(const BeamPicks& outline) {
+  void among_edges(const Outline& outline) {
     BeamPicks near;
     faces_ = counts_;
     const BeamInformation asked_again = beam_information(model_, beam_model_, beams_, descent_.at(),
@@ -135,7 +135,7 @@ class Rest {
     };
     constexpr std::size_t few = 64;  // may all have passed by, and tell of no other
     const auto most = static_cast<std::size_t>(options_.most_beams);
-    while (edges.waiting() && edges.taken() + edges.next() <= most) {
+    while (edges.waiting() && 2 * edges.taken() <= most) {
       const MotionInformation said = edges.take(descent_.at(), descent_.covariance());
       come_to(said);
       if (edges.waiting() && near.size() > few && edges.taken() >= few &&
@@ -223,7 +223,7 @@ class Rest {
 
 EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,
                           std::span<const Beam> beams, const BeamPicks& returns,
-                          const BeamPicks& outline, const BeamLinearisation& start,
+                          const Outline& outline, const BeamLinearisation& start,
                           const Matrix12d& known, const MotionPrior& prior,
                           const BeamInformationOptions& how, const EdgeRestOptions& options) {
   constexpr int most_rounds = 6;

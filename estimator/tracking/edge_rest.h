@@ -6,6 +6,7 @@
 #include "estimator/tracking/beam_information.h"
 #include "estimator/tracking/beam_selection.h"
 #include "estimator/tracking/motion_prior.h"
+#include "estimator/tracking/outline.h"
 
 namespace berth::estimator {
 
@@ -28,11 +29,11 @@ struct EdgeRest {
 /// Beams that meet one face wherever the target may be are summed up once, as a small step does not
 /// change that. Then, in rounds until the motion stays: those that were doubtful, as all these know
 /// it; the others, and those that passed close by, are weighed by expectation propagation.
-/// start: at at.utime; known: what led there, information on it without the prior. outline: beams
-/// without a return. Sensor frame, SI units. The same bits every time.
+/// start: at at.utime; known: what led there, information on it without the prior. Sensor frame, SI
+/// units. The same bits every time.
 EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,
                           std::span<const Beam> beams, const BeamPicks& returns,
-                          const BeamPicks& outline, const BeamLinearisation& start,
+                          const Outline& outline, const BeamLinearisation& start,
                           const Matrix12d& known, const MotionPrior& prior,
                           const BeamInformationOptions& how, const EdgeRestOptions& options);
 

@@ -9,8 +9,6 @@ namespace berth::estimator {
 
 namespace {
 
-constexpr std::size_t lanes = 4;
-
 /// Of one end: normals as those of a Screen.
 struct Planes {
   Vector3d across, from, to;
@@ -46,10 +44,10 @@ struct Cone {
   }
 };
 
-void set(Four3& vectors, std::size_t lane, const Vector3d& value) {
-  vectors.x[lane] = value.x();
-  vectors.y[lane] = value.y();
-  vectors.z[lane] = value.z();
+template <class Lanes>
+void set(std::array<Lanes, 3>& vectors, std::size_t lane, const Vector3d& value) {
+  for (std::size_t i = 0; i < 3; ++i)
+    vectors[i][lane] = static_cast<float>(value[static_cast<Eigen::Index>(i)]);
 }
 
 }  // namespace
@@ -62,19 +60,19 @@ Foreground::Foreground(const TargetModel& model, const Vector3d& eye) : eye_(eye
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     first_.push_back(static_cast<std::uint32_t>(screens_.size()));
     const auto [front, back] = model.standing.before(t);
-    if (front.empty() && back.empty()) continue;
     const auto& corners = mesh.triangles[t];
     const Vector3d a = mesh.vertices[corners[0]] - eye;
     const Vector3d b = mesh.vertices[corners[1]] - eye;
     const Vector3d c = mesh.vertices[corners[2]] - eye;
     const auto& before = (b - a).cross(c - a).dot(a) < 0 ? front : back;
+    if (before.empty()) continue;
     const Cone cone(a, b, c);
     over.clear();
     std::copy_if(before.begin(), before.end(), std::back_inserter(over),
                  [&](std::uint32_t end) { return cone.crossed_by(planes[end]); });
-    for (std::size_t i = 0; i < over.size(); i += lanes) {
+    for (std::size_t i = 0; i < over.size(); i += width) {
       Screen& screen = screens_.emplace_back();
-      for (std::size_t n = 0; n < lanes; ++n) {
+      for (std::size_t n = 0; n < width; ++n) {
         const Planes& end = planes[over[std::min(i + n, over.size() - 1)]];
         set(screen.across, n, end.across);
         set(screen.from, n, end.from);

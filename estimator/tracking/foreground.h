@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "estimator/model/lanes.h"
 #include "estimator/model/target_model.h"
 
 namespace berth::estimator {
@@ -22,24 +23,36 @@ class Foreground {
     const std::uint32_t first = first_[triangle];
     const std::uint32_t last = first_[triangle + 1];
     if (first == last) return false;
-    const Vector3d sight = point - eye_;
-    const Four3 d{four(sight.x()), four(sight.y()), four(sight.z())};
-    const Four most = four(reach);
+    const Eigen::Vector3f sight = (point - eye_).cast<float>();
+    const Lanes x = lanes(sight.x());
+    const Lanes y = lanes(sight.y());
+    const Lanes z = lanes(sight.z());
+    const Lanes most = lanes(static_cast<float>(reach));
     auto found = most < most;
     for (std::uint32_t i = first; i < last; ++i) {
       const Screen& screen = screens_[i];
-      const Four beside = screen.across.dot(d);
-      found |= (beside < most) & (beside > -most) & (screen.from.dot(d) > -most) &
-               (screen.to.dot(d) > -most);
+      const auto along = [&](const std::array<Lanes, 3>& normal) {
+        return normal[0] * x + normal[1] * y + normal[2] * z;
+      };
+      const Lanes beside = along(screen.across);
+      found |= (beside < most) & (beside > -most) & (along(screen.from) > -most) &
+               (along(screen.to) > -most);
     }
-    return (found[0] | found[1] | found[2] | found[3]) != 0;
+    bool any = false;
+    for (std::size_t n = 0; n < width; ++n) any = any || found[n] != 0;
+    return any;
   }
 
  private:
-  /// Normals of planes through the eye, of four ends: one that holds it, two where it begins and
+  /// Single precision: at 10 m a micrometre.
+  static constexpr std::size_t width = 8;
+  using Lanes = float __attribute__((vector_size(4 * width)));
+  static Lanes lanes(float v) { return Lanes{v, v, v, v, v, v, v, v}; }
+
+  /// Normals of planes through the eye, of some ends: one that holds it, two where it begins and
   /// stops.
   struct Screen {
-    Four3 across, from, to;
+    std::array<Lanes, 3> across, from, to;
   };
 
   Vector3d eye_;

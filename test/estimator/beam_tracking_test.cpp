@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/planning/scan_planner.h"
+#include "estimator/tracking/beam_groups.h"
 #include "estimator/tracking/open_directions.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
@@ -32,6 +33,25 @@ TEST_CASE("What batches of beams say adds up") {
   CHECK(a.information.isApprox(b.information, 1e-9));
   CHECK(a.gradient.isApprox(b.gradient, 1e-9));
   CHECK(a.returns == whole.used);
+}
+
+TEST_CASE("Groups of beams part a scan, and are found without looking at all of it") {
+  for (const std::uint32_t beams : {0U, 1U, 7U, 1000U, 21517U}) {
+    for (const int groups : {1, 2, 5, 12}) {
+      std::vector<int> times(beams, 0);
+      for (int group = 0; group < groups; ++group) {
+        std::uint32_t last = 0;
+        for_each_in_group(beams, group, groups, [&](std::uint32_t beam) {
+          REQUIRE(beam < beams);
+          CHECK(group_of(beam, groups) == group);
+          CHECK(beam >= last);
+          last = beam;
+          ++times[beam];
+        });
+      }
+      CHECK(std::count(times.begin(), times.end(), 1) == beams);
+    }
+  }
 }
 
 TEST_CASE("The information of moving beams gives pose and velocity") {
