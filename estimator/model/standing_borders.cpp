@@ -21,7 +21,6 @@ struct Frame {
   Matrix3d axes;
   Vector3d origin;
   Eigen::Vector2d low, high;
-  double length = 0;  // of that side
 
   Frame(const Vector3d& a, const Vector3d& b, const Vector3d& c) : origin(a) {
     const std::array<Vector3d, 3> sides{b - a, c - b, a - c};
@@ -30,7 +29,6 @@ struct Frame {
         [](const Vector3d& p, const Vector3d& q) { return p.squaredNorm() < q.squaredNorm(); });
     const Vector3d normal = sides[0].cross(sides[1]).normalized();
     axes << longest->normalized(), normal.cross(longest->normalized()), normal;
-    length = longest->norm();
     low = high = Eigen::Vector2d::Zero();
     for (const Vector3d& corner : {b, c}) {
       const Eigen::Vector2d at = (axes.transpose() * (corner - a)).head<2>();
@@ -42,14 +40,18 @@ struct Frame {
 
 /// Whether an end stands before it, on its normal's side (1) or the other (-1).
 bool stands_before(const Frame& frame, const FaceBorders::End& end, double side) {
-  const double most_apart = frame.length + (end.to - end.from).norm() + 2 * slope * most_m;
-  if ((end.from - frame.origin).squaredNorm() > most_apart * most_apart) return false;
-  Vector3d from = frame.axes.transpose() * (end.from - frame.origin);
-  Vector3d to = frame.axes.transpose() * (end.to - frame.origin);
-  from.z() *= side;
-  to.z() *= side;
+  const double height_from = side * frame.axes.col(2).dot(end.from - frame.origin);
+  const double height_to = side * frame.axes.col(2).dot(end.to - frame.origin);
+  if (!(std::max(height_from, height_to) > least_m && std::min(height_from, height_to) < most_m)) {
+    return false;
+  }
+  const auto in_frame = [&](const Vector3d& point, double height) {
+    const Eigen::Vector2d at = frame.axes.leftCols<2>().transpose() * (point - frame.origin);
+    return Vector3d(at.x(), at.y(), height);
+  };
+  Vector3d from = in_frame(end.from, height_from);
+  Vector3d to = in_frame(end.to, height_to);
   if (from.z() > to.z()) std::swap(from, to);
-  if (!(to.z() > least_m && from.z() < most_m)) return false;
   // The part of it that stands neither behind nor too far before.
   const Vector3d along = to - from;
   const auto at = [&](double height) {
