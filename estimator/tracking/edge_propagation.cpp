@@ -12,6 +12,7 @@
 #include "estimator/tracking/beam_groups.h"
 #include "estimator/tracking/beams_near.h"
 #include "estimator/tracking/edge_nodes.h"
+#include "estimator/tracking/motion_prior.h"
 #include "estimator/tracking/moving_frame.h"
 
 namespace berth::estimator {
@@ -45,6 +46,24 @@ Eigen::Matrix2d angle_noise(const Matrix3d& axes, const BeamModel& beam_model) {
   const Eigen::Vector2d right = beam_model.azimuth_sigma_rad * (across.transpose() * azimuth);
   const Eigen::Vector2d up = beam_model.elevation_sigma_rad * (across.transpose() * elevation);
   return right * right.transpose() + up * up.transpose();
+}
+
+/// Along what all together would make less certain than it is, edges say nothing.
+void never_less_than_nothing(MotionInformation& sum, const Matrix12d& covariance) {
+  constexpr double little = 1e-6;  // rounding
+  const bool velocity_known = covariance.bottomRightCorner<6, 6>().isZero(0);
+  const Eigen::Index size = velocity_known ? 6 : 12;
+  const MotionMatrix root = MotionMatrix(covariance.topLeftCorner(size, size)).llt().matrixL();
+  const MotionMatrix share = root.transpose() * sum.information.topLeftCorner(size, size) * root;
+  if (MotionMatrix(share + little * MotionMatrix::Identity(size, size)).ldlt().isPositive()) return;
+  const Eigen::SelfAdjointEigenSolver<MotionMatrix> eigen(share);
+  const MotionMatrix kept = eigen.eigenvectors() *
+                            (eigen.eigenvalues().array() > 0).cast<double>().matrix().asDiagonal() *
+                            eigen.eigenvectors().transpose();
+  const MotionMatrix unroot =
+      root.triangularView<Eigen::Lower>().solve(MotionMatrix::Identity(size, size));
+  sum.information.topLeftCorner(size, size) = unroot.transpose() * kept * share * kept * unroot;
+  sum.gradient.head(size) = unroot.transpose() * kept * root.transpose() * sum.gradient.head(size);
 }
 
 }  // namespace
@@ -150,25 +169,6 @@ MotionInformation EdgePropagation::sum(const Matrix12d& covariance) const {
   for (const Site& site : sites_) add(site, sum);
   never_less_than_nothing(sum, covariance);
   return sum;
-}
-
-/// Along what together they would make less certain than it is, edges say nothing.
-void EdgePropagation::never_less_than_nothing(MotionInformation& sum,
-                                              const Matrix12d& covariance) const {
-  constexpr double little = 1e-6;                                                   // rounding
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
-  const bool velocity_known = covariance.bottomRightCorner<6, 6>().isZero(0);
-  const Eigen::Index size = velocity_known ? 6 : 12;
-  const Square root = Square(covariance.topLeftCorner(size, size)).llt().matrixL();
-  const Square share = root.transpose() * sum.information.topLeftCorner(size, size) * root;
-  if (Square(share + little * Square::Identity(size, size)).ldlt().isPositive()) return;
-  const Eigen::SelfAdjointEigenSolver<Square> eigen(share);
-  const Square kept = eigen.eigenvectors() *
-                      (eigen.eigenvalues().array() > 0).cast<double>().matrix().asDiagonal() *
-                      eigen.eigenvectors().transpose();
-  const Square unroot = root.triangularView<Eigen::Lower>().solve(Square::Identity(size, size));
-  sum.information.topLeftCorner(size, size) = unroot.transpose() * kept * share * kept * unroot;
-  sum.gradient.head(size) = unroot.transpose() * kept * root.transpose() * sum.gradient.head(size);
 }
 
 void EdgePropagation::moved(const Vector12d& step) {

@@ -63,7 +63,6 @@ class EdgePropagation {
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
   void add(const Site& site, MotionInformation& sum) const;
   MotionInformation sum(const Matrix12d& covariance) const;
-  void never_less_than_nothing(MotionInformation& sum, const Matrix12d& covariance) const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
              const Matrix12d& covariance) const;
   static void leave_out(const Site& site, const Matrix3d& here, EdgeView& view);

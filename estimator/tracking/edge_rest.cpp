@@ -15,9 +15,8 @@ namespace {
 
 /// Half the mean logarithm of the eigenvalues: of a standard deviation, with the other sign.
 double mean_log_deviation(const Matrix12d& information, bool of_velocity) {
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
   const Eigen::Index size = of_velocity ? 12 : 6;
-  const Square known = information.topLeftCorner(size, size);
+  const MotionMatrix known = information.topLeftCorner(size, size);
   return -known.ldlt().vectorD().array().log().mean() / 2;
 }
 

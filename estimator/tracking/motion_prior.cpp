@@ -13,10 +13,9 @@ bool agree(const Pose& a, const Pose& b, const Matrix6d& covariance) {
 
 Vector12d newton_step(const Matrix12d& information, const Vector12d& gradient, bool of_velocity,
                       Matrix12d& covariance) {
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;  // no heap
   const Eigen::Index size = of_velocity ? 12 : 6;
-  const Square known = information.topLeftCorner(size, size);
-  const Square inverse = known.ldlt().solve(Square::Identity(size, size));
+  const MotionMatrix known = information.topLeftCorner(size, size);
+  const MotionMatrix inverse = known.ldlt().solve(MotionMatrix::Identity(size, size));
   covariance.topLeftCorner(size, size) = 0.5 * (inverse + inverse.transpose());
   return covariance * gradient;
 }

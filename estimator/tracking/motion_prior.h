@@ -5,6 +5,9 @@
 
 namespace berth::estimator {
 
+/// Of pose, or of pose and velocity. Without the heap.
+using MotionMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
+
 /// What is known of where a descent comes to is taken for so much less, in variance: some faces may
 /// have been mistaken.
 inline constexpr double looseness = 8;
