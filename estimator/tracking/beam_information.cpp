@@ -159,8 +159,10 @@ class Accumulator {
     if (model_.borders.near(hit.triangle, point, reach)) return true;
     if (foreground_ != nullptr && foreground_->near(hit.triangle, point, edge_reach_ * hit.range))
       return true;
-    // Something may stand before the face; where beams go far astray that counts.
-    return blurred_ && cast_beside(beam, ray, hit);
+    // Something may stand before the face. Where beams go far astray that counts, from about as far
+    // off as an end of this face does.
+    constexpr double farther = 1.5;
+    return blurred_ && (cast_beside(beam, ray, hit) || cast_beside(beam, ray, hit, farther));
   }
 
   /// Whether a beam that passes the model may be so wide that its light does not.
@@ -264,15 +266,15 @@ class Accumulator {
     return take_mixed(beam, time);
   }
 
-  /// @return whether what is beside it is another face, or none.
-  bool cast_beside(const Beam& beam, const Ray& ray, const RayHit& hit) {
+  /// @return whether what is beside it, so many arms away, is another face, or none.
+  bool cast_beside(const Beam& beam, const Ray& ray, const RayHit& hit, double arms = 1) {
     frame_.go_to(beam);
     const Vector3d& d = beam.direction;
     const double level = std::max(1e-9, std::sqrt(d.x() * d.x() + d.z() * d.z()));
     // Derivatives of beam_direction(), times the length of an arm.
-    edge_.right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * arm_right_;
-    edge_.up =
-        frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) * arm_up_;
+    edge_.right = frame_.turn() * Vector3d(d.z(), 0, -d.x()) * (arms * arm_right_);
+    edge_.up = frame_.turn() * Vector3d(d.x() * d.y() / level, -level, d.z() * d.y() / level) *
+               (arms * arm_up_);
     edge_.rays[0] = ray;
     edge_.hits[0] = hit;
     for (std::size_t n = 1; n < BeamNodes::count; ++n) {

@@ -60,8 +60,17 @@ std::span<const Eigen::Vector2d> nodes_of(std::uint32_t beam) {
 
 }  // namespace
 
-std::span<const Eigen::Vector2d> edge_nodes(std::uint32_t beam, bool fine) {
-  return fine ? nodes_of<edge_nodes_at_most>(beam) : nodes_of<edge_nodes_at_most / 2>(beam);
+std::span<const Eigen::Vector2d> edge_nodes(std::uint32_t beam, std::size_t count) {
+  switch (count) {
+    case 16:
+      return nodes_of<16>(beam);
+    case 32:
+      return nodes_of<32>(beam);
+    case 64:
+      return nodes_of<64>(beam);
+    default:
+      return nodes_of<edge_nodes_at_most>(beam);
+  }
 }
 
 }  // namespace berth::estimator

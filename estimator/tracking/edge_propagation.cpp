@@ -7,10 +7,10 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include "estimator/tracking/beam_groups.h"
 #include "estimator/tracking/beams_near.h"
+#include "estimator/tracking/edge_moments.h"
 #include "estimator/tracking/edge_nodes.h"
 #include "estimator/tracking/motion_prior.h"
 #include "estimator/tracking/moving_frame.h"
@@ -181,7 +181,7 @@ void EdgePropagation::moved(const Vector12d& step) {
 
 /// @return whether the beam has anything to say.
 bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
-                            const Matrix12d& covariance) const {
+                            const Matrix12d& covariance) {
   const Beam& beam = beams_[site.beam];
   const double t = site.time = frame.go_to(beam);
   const Matrix3d axes = axes_of(beam.direction, at.pose);
@@ -202,34 +202,54 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
             t * t * covariance.bottomRightCorner<6, 6>();
   }
   const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
-  EdgeView view(beam, frame.turn() * axes, frame.eye());
-  view.angle = angle_noise(axes, beam_model_);
-  view.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
-  const double far = (model_.centre - view.eye).norm() + 1.01 * model_.radius;
+  view_.beam = &beam;
+  view_.axes = frame.turn() * axes;
+  view_.eye = frame.eye();
+  view_.angle = angle_noise(axes, beam_model_);
+  view_.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
+  const double far = (model_.centre - view_.eye).norm() + 1.01 * model_.radius;
+  const auto cast = [&](std::size_t nodes) {
+    return view_.cast(model_.caster, far, site.range, edge_nodes(site.beam, nodes));
+  };
+  const std::size_t nodes = blurred ? 32 : 16;
   Matrix3d here;
   constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
   for (bool first = true;; first = false) {
     here = site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
-    leave_out(site, here, view);
-    if (!view.cast(model_.caster, far, site.range, edge_nodes(site.beam, blurred))) return false;
-    const double nearest = view.nearest();
+    leave_out(site, here);
+    if (!cast(nodes)) return false;
+    const double nearest = view_.nearest();
     const bool close = std::abs(nearest - site.range) < 0.01 * nearest;
     // Not to where it was measured: a lever that has its noise pulls to one side.
     reach_to(nearest);
     if (!first || close) break;
   }
-  site.meets = view.meets();
-  if (view.one_plane(same_plane * beam_model_.range_sigma_m)) {
+  site.meets = view_.meets();
+  if (view_.one_plane(same_plane * beam_model_.range_sigma_m)) {
     site.final = true;
-    return rest_on_face(site, here, view);
+    return rest_on_face(site, here);
   }
-  match_moments(site, view);
+  LikelihoodOptions shares = options_.likelihood;
+  shares.drop_out = drop_out();
+  const auto told_by = [&](const EdgeView& view) {
+    return edge_moments(view, shares, options_.least_cosine);
+  };
+  EdgeMoments told = told_by(view_);
+  // What few nodes stand for, such as a panel's narrow side, few draw too coarsely.
+  constexpr double few = 0.25;
+  constexpr std::size_t finer = 4;
+  if (told.nodes < few * static_cast<double>(nodes)) {
+    if (!cast(finer * nodes)) return false;
+    told = told_by(view_);
+  }
+  match(site, told);
   return true;
 }
 
 /// The cavity.
-void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, EdgeView& view) {
-  view.cavity = here;
+void EdgePropagation::leave_out(const Site& site, const Matrix3d& here) {
+  view_.cavity = here;
+  view_.mean.setZero();
   if (site.precision.isZero(0)) return;
   constexpr double least_left = 0.02;  // of the variance; this beam may be all that holds it
   const Matrix3d root = here.llt().matrixL();
@@ -237,22 +257,22 @@ void EdgePropagation::leave_out(const Site& site, const Matrix3d& here, EdgeView
   Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
   eigen.computeDirect(left);
   const Matrix3d turned = root * eigen.eigenvectors();
-  view.cavity = turned * eigen.eigenvalues().cwiseMax(least_left).cwiseInverse().asDiagonal() *
-                turned.transpose();
-  view.mean = -view.cavity * site.shift;
+  view_.cavity = turned * eigen.eigenvalues().cwiseMax(least_left).cwiseInverse().asDiagonal() *
+                 turned.transpose();
+  view_.mean = -view_.cavity * site.shift;
 }
 
 /// The row that it would be far from edges. @return whether its return fits.
-bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const EdgeView& view) const {
-  if (!view.beam.hit()) return false;
-  const Vector3d& facing = view.hits[0].normal;
-  const Vector3d normal = view.axes.transpose() * facing;
+bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here) const {
+  if (!view_.beam->hit()) return false;
+  const Vector3d& facing = view_.hits[0].normal;
+  const Vector3d normal = view_.axes.transpose() * facing;
   const double cosine = -normal.z();
   if (cosine < options_.least_cosine) return false;
-  const double range = -view.hits[0].range * facing.dot(view.rays[0].direction) / cosine;
-  const double variance = cosine * cosine * view.range_variance +
-                          range * range * normal.head<2>().dot(view.angle * normal.head<2>());
-  const double residual = cosine * (range - view.beam.range);
+  const double range = -view_.hits[0].range * facing.dot(view_.rays[0].direction) / cosine;
+  const double variance = cosine * cosine * view_.range_variance +
+                          range * range * normal.head<2>().dot(view_.angle * normal.head<2>());
+  const double residual = cosine * (range - view_.beam->range);
   const double gate2 = options_.gate_sigmas * options_.gate_sigmas;
   if (residual * residual > gate2 * (variance + normal.dot(here * normal))) return false;
   site.precision = normal * normal.transpose() / variance;
@@ -260,61 +280,14 @@ bool EdgePropagation::rest_on_face(Site& site, const Matrix3d& here, const EdgeV
   return true;
 }
 
-/// Given where across the target the beam went (a node), the displacement is normal, and with the
-/// node's face, the range is normal and linear in it; so it is a mixture of normal distributions.
-void EdgePropagation::match_moments(Site& site, const EdgeView& view) const {
-  const LikelihoodOptions& shares = options_.likelihood;
-  const double rare = shares.outlier / shares.background_depth_m;
-  const double past = shares.background / shares.background_depth_m;
-  const double drop_out = this->drop_out();
-  const double regularly = 1 - drop_out - shares.outlier;
-
-  // With the beam's place on the target: moving the target is moving the beam the other way.
-  const Eigen::Matrix<double, 3, 2> with_place = -view.cavity.leftCols<2>() / site.range;
-  const Eigen::Matrix<double, 3, 2> gain = with_place * view.spread.inverse();
-  const Eigen::Matrix<double, 3, 2> of_width = gain * view.width;
-  const Matrix3d rest = view.cavity - gain * with_place.transpose() + of_width * gain.transpose();
-
-  double total = 0;
-  Vector3d first = Vector3d::Zero();
-  Matrix3d second = Matrix3d::Zero();
-  const auto add = [&](double weight, const Vector3d& mean) {
-    total += weight;
-    first += weight * mean;
-    second += weight * mean * mean.transpose();
-  };
-  for (std::size_t k = 0; k < view.nodes; ++k) {
-    const RayHit& hit = view.hits[k];
-    const Vector3d mean = gain * view.off[k];
-    const bool meets = std::isfinite(hit.range);
-    if (!view.beam.hit()) {
-      add(meets ? drop_out : 1 - shares.background, mean);
-      continue;
-    }
-    add(meets ? rare : past, mean);
-    const double facing = hit.normal.dot(view.rays[k].direction);
-    if (!meets || -facing < 0.5 * options_.least_cosine) continue;
-    const Eigen::Vector2d slope =
-        -hit.range / facing * (view.axes.leftCols<2>().transpose() * hit.normal);
-    const Vector3d with_range = rest.col(2) + of_width * slope;
-    const double variance =
-        view.range_variance +
-        std::max(0.0, rest(2, 2) + 2 * of_width.row(2).dot(slope) + slope.dot(view.width * slope));
-    const double late = view.beam.range - hit.range - mean.z() - view.mean.z();
-    const double weight = regularly * std::exp(-0.5 * late * late / variance) /
-                          std::sqrt(2 * std::numbers::pi * variance);
-    add(weight, mean + with_range * (late / variance));
-    second -= weight / variance * with_range * with_range.transpose();
-  }
-  first /= total;  // from the cavity's mean
-  const Matrix3d covariance = rest + second / total - first * first.transpose();
-
-  // What the beam adds. One that surprises may take away: were that left out, all together would
-  // know more than they can.
+/// The site is what the beam adds.
+void EdgePropagation::match(Site& site, const EdgeMoments& told) const {
+  // One that surprises may take away: were that left out, all together would know more than they
+  // can.
   constexpr double most_taken = 0.1;
-  const Matrix3d root = view.cavity.llt().matrixL();
+  const Matrix3d root = view_.cavity.llt().matrixL();
   const Matrix3d unroot = root.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
-  const Matrix3d left = unroot * covariance * unroot.transpose();
+  const Matrix3d left = unroot * told.covariance * unroot.transpose();
   Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
   eigen.computeDirect(left);
   const Vector3d added = (eigen.eigenvalues().cwiseMax(1e-3).cwiseInverse().array() - 1)
@@ -322,7 +295,8 @@ void EdgePropagation::match_moments(Site& site, const EdgeView& view) const {
                              .matrix();
   const Matrix3d turned = unroot.transpose() * eigen.eigenvectors();
   site.precision = turned * added.asDiagonal() * turned.transpose();
-  site.shift = site.precision * (view.mean + first) + unroot.transpose() * (unroot * first);
+  site.shift =
+      site.precision * (view_.mean + told.mean) + unroot.transpose() * (unroot * told.mean);
 }
 
 }  // namespace berth::estimator

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/tracking/beam_information.h"
+#include "estimator/tracking/edge_moments.h"
 #include "estimator/tracking/edge_view.h"
 #include "estimator/tracking/moving_frame.h"
 #include "estimator/tracking/outline.h"
@@ -64,10 +65,10 @@ class EdgePropagation {
   void add(const Site& site, MotionInformation& sum) const;
   MotionInformation sum(const Matrix12d& covariance) const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
-             const Matrix12d& covariance) const;
-  static void leave_out(const Site& site, const Matrix3d& here, EdgeView& view);
-  bool rest_on_face(Site& site, const Matrix3d& here, const EdgeView& view) const;
-  void match_moments(Site& site, const EdgeView& view) const;
+             const Matrix12d& covariance);
+  void leave_out(const Site& site, const Matrix3d& here);
+  bool rest_on_face(Site& site, const Matrix3d& here) const;
+  void match(Site& site, const EdgeMoments& told) const;
 
   const TargetModel& model_;
   const BeamModel& beam_model_;
@@ -83,6 +84,7 @@ class EdgePropagation {
   int lost_ = 0;               // of those, without a return
   MotionInformation certain_;  // sum of the sites that do not change any more
   std::vector<Site> sites_;
+  EdgeView view_;  // of the beam that is looked at
 };
 
 }  // namespace berth::estimator

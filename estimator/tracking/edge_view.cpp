@@ -18,8 +18,9 @@ bool meets_target(const RayHit& hit) { return std::isfinite(hit.range); }
 
 }  // namespace
 
-bool EdgeView::cast(const RayCaster& caster, double far, double range,
+bool EdgeView::cast(const RayCaster& caster, double far, double about,
                     std::span<const Eigen::Vector2d> standard) {
+  range = about;
   nodes = standard.size();
   const Eigen::Matrix2d of_pose = cavity.topLeftCorner<2, 2>() / (range * range);
   spread = of_pose + angle;
@@ -43,9 +44,9 @@ bool EdgeView::cast(const RayCaster& caster, double far, double range,
 bool EdgeView::meets() const { return std::all_of(hits.data(), hits.data() + nodes, meets_target); }
 
 double EdgeView::nearest() const {
-  double range = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < nodes; ++k) range = std::min(range, hits[k].range);
-  return range;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < nodes; ++k) least = std::min(least, hits[k].range);
+  return least;
 }
 
 bool EdgeView::one_plane(double tolerance) const {

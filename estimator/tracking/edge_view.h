@@ -12,12 +12,9 @@ namespace berth::estimator {
 
 /// A beam before the target, cast at where the target may be for all that other beams say.
 struct EdgeView {
-  EdgeView(const Beam& beam_, const Matrix3d& axes_, const Vector3d& eye_)
-      : beam(beam_), axes(axes_), eye(eye_) {}
-
-  const Beam& beam;
-  Matrix3d axes;                                    // of the beam: right, up, along it; model frame
-  Vector3d eye;                                     // model frame
+  const Beam* beam = nullptr;
+  Matrix3d axes = Matrix3d::Identity();             // of the beam: right, up, along it; model frame
+  Vector3d eye = Vector3d::Zero();                  // model frame
   Eigen::Matrix2d angle = Eigen::Matrix2d::Zero();  // covariance of its angle noise: right, up
   double range_variance = 0;                        // m^2
 
@@ -27,14 +24,15 @@ struct EdgeView {
 
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  // of the beam across the target, rad^2
   Eigen::Matrix2d width = Eigen::Matrix2d::Zero();   // of a node, of that
+  double range = 0;                                  // of the target there, m
   std::size_t nodes = 0;
   std::array<Eigen::Vector2d, edge_nodes_at_most> off;  // of nodes from the middle, rad
   std::array<Ray, edge_nodes_at_most> rays;
   std::array<RayHit, edge_nodes_at_most> hits;
 
-  /// range: of the target there, m; standard: as edge_nodes(). @return whether any node meets the
-  /// target. Most beams pass it: half of the nodes tell.
-  bool cast(const RayCaster& caster, double far, double range,
+  /// about: range of the target there, m; standard: as edge_nodes(). @return whether any node meets
+  /// the target. Most beams pass it: half of the nodes tell.
+  bool cast(const RayCaster& caster, double far, double about,
             std::span<const Eigen::Vector2d> standard);
   /// Whether all nodes meet the target.
   bool meets() const;

@@ -354,6 +354,33 @@ TEST_CASE("What stands a little before a face does not draw it near") {
   CHECK(std::abs(mean_error(noise, 150000, 24).z()) < 0.65);
 }
 
+TEST_CASE("Beside what stands before a face beams are doubtful for as far as noise takes them") {
+  Target steps;
+  steps.mesh = make_box({2, 2, 0.01});
+  steps.mesh.append(make_box({1, 2, 0.01}), Pose{{-0.5, 0, -0.3}, Quaterniond::Identity()});
+  steps.hash = content_hash(steps.mesh);
+  steps.length = 2;
+  const auto model = compile_target_model(steps, {});
+  BeamModel noise;
+  noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 1e-3;
+  ScanMaker lidar(steps.mesh);
+  lidar.beam = BeamModel{0, 0, 0};
+  lidar.pose = Pose{{0, 0, 8}, Quaterniond::Identity()};
+  BeamLinearisation at;
+  at.pose = lidar.pose;
+  BeamInformationOptions faces;
+  faces.edges = false;
+  const auto doubtful = [&](double sigmas) {
+    const auto scan = preprocess({lidar.shoot(sigmas * noise.azimuth_sigma_rad, 0.02)}, {}, noise);
+    std::vector<std::uint32_t> at_edges;
+    const std::vector<std::uint32_t> picks{0};
+    beam_information(*model, noise, scan.beams, at, faces, picks, at_edges);
+    return at_edges.size() == 1;
+  };
+  for (const double sigmas : {-2.4, -1.0, 0.5, 1.0, 1.5, 2.0, 2.4}) CHECK(doubtful(sigmas));
+  for (const double sigmas : {-4.0, 4.0}) CHECK(!doubtful(sigmas));
+}
+
 TEST_CASE("The same scan gives the same bits") {
   Scene scene;
   const auto raw = scene.scan(3000);

@@ -138,7 +138,7 @@ TEST_CASE("A cube and a cylinder are found; poses that are equal are one") {
   }
 }
 
-TEST_CASE("A turn that only the edges of thin panels tell is not mistaken") {
+TEST_CASE("A turn that only the edges of thin panels tell is hardly ever mistaken") {
   // A tank whose panels are seen from their side.
   Mesh mesh = make_cylinder(0.2, 0.8, 30);
   for (const double side : {-1.0, 1.0}) {
@@ -148,7 +148,7 @@ TEST_CASE("A turn that only the edges of thin panels tell is not mistaken") {
   const ViewAcquisition acquisition(*model, beam_model, options);
   Random random(11, "panels from their side");
   Tally tally;
-  for (std::uint64_t i = 0; i < 40; ++i) {
+  for (std::uint64_t i = 0; i < 200; ++i) {
     const double around = random.uniform(0, radians(360));
     const double above = random.uniform(-radians(12), radians(12));
     const Vector3d viewer(std::cos(above) * std::cos(around), std::cos(above) * std::sin(around),
@@ -162,8 +162,8 @@ TEST_CASE("A turn that only the edges of thin panels tell is not mistaken") {
     count(*model, acquisition.acquire(scan), lidar.pose, tally);
   }
   CAPTURE(tally.right, tally.ambiguous_with_truth, tally.nothing);
-  CHECK(tally.silent_error == 0);
-  CHECK(tally.right + tally.ambiguous_with_truth >= 39);
+  CHECK(tally.silent_error <= 1);
+  CHECK(tally.right + tally.ambiguous_with_truth >= 197);
 }
 
 TEST_CASE("A third of the returns may come from something else") {
