@@ -24,6 +24,19 @@ constexpr std::size_t both_kinds = 4;    // returns, and beams of the outline, o
 
 constexpr double same_plane = 0.1;  // range sigmas
 
+/// Rays that draw a beam where its own angle noise does most of it.
+constexpr std::size_t blurred_nodes = 32;
+constexpr std::size_t blurred_nodes_at_last = 64;
+
+/// Elsewhere. Where few returns tell all, what is drawn coarsely is accuracy lost; where
+/// there are many, they make up for each other.
+std::size_t nodes_of_beam(std::size_t returns) {
+  constexpr std::size_t of_all = 20000;  // together, about
+  constexpr std::size_t least = 16;
+  constexpr std::size_t most = 64;
+  return std::clamp(std::bit_floor(of_all / std::max<std::size_t>(returns, 1)), least, most);
+}
+
 /// Axes of a beam: right, up, along it; sensor frame. They turn with the target, so that what is
 /// found does, too.
 Matrix3d axes_of(const Vector3d& direction, const Pose& pose) {
@@ -79,6 +92,7 @@ EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam
       outline_(outline),
       certain_returns_(certain_returns),
       options_(options),
+      nodes_(nodes_of_beam(static_cast<std::size_t>(certain_returns) + returns.size())),
       groups_(std::bit_width(both_kinds * returns.size() / first_beams + 1)),
       waiting_(groups_) {}
 
@@ -87,6 +101,10 @@ BeamPicks EdgePropagation::returns_left() const {
   std::copy_if(returns_.begin(), returns_.end(), std::back_inserter(left),
                [this](std::uint32_t beam) { return group_of(beam, groups_) < waiting_; });
   return left;
+}
+
+bool EdgePropagation::blurred(const BeamLinearisation& at) const {
+  return angles_blur_edges(beam_model_, (at.pose * model_.centre).norm());
 }
 
 /// How far from a beam its nodes lie at the target, at most, m.
@@ -104,10 +122,11 @@ double EdgePropagation::reach_of(const BeamLinearisation& at, const Matrix12d& c
 
 MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matrix12d& covariance) {
   MovingFrame frame(at);
+  const std::size_t nodes = blurred(at) ? blurred_nodes : nodes_;
   const auto look_at = [&](std::uint32_t beam) {
     Site site;
     site.beam = beam;
-    const bool tells = renew(site, at, frame, covariance);
+    const bool tells = renew(site, at, frame, covariance, nodes);
     if (site.meets) {
       ++meet_;
       if (!beams_[beam].hit()) ++lost_;
@@ -141,8 +160,9 @@ double EdgePropagation::drop_out() const {
 
 MotionInformation EdgePropagation::sweep(const BeamLinearisation& at, const Matrix12d& covariance) {
   MovingFrame frame(at);
+  const std::size_t nodes = blurred(at) ? blurred_nodes_at_last : nodes_;
   std::erase_if(sites_, [&](Site& site) {
-    if (!renew(site, at, frame, covariance)) return true;
+    if (!renew(site, at, frame, covariance, nodes)) return true;
     if (site.final) add(site, certain_);
     return site.final;
   });
@@ -181,7 +201,7 @@ void EdgePropagation::moved(const Vector12d& step) {
 
 /// @return whether the beam has anything to say.
 bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
-                            const Matrix12d& covariance) {
+                            const Matrix12d& covariance, std::size_t nodes) {
   const Beam& beam = beams_[site.beam];
   const double t = site.time = frame.go_to(beam);
   const Matrix3d axes = axes_of(beam.direction, at.pose);
@@ -192,7 +212,6 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
   };
   // What is met behind the target has nothing to do with where its edge is.
   const double middle = (at.pose * model_.centre).norm();
-  const bool blurred = angles_blur_edges(beam_model_, middle);
   if (site.range == 0) {
     reach_to(std::abs(beam.range - middle) < model_.radius ? beam.range : middle);
   }
@@ -208,10 +227,9 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
   view_.angle = angle_noise(axes, beam_model_);
   view_.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
   const double far = (model_.centre - view_.eye).norm() + 1.01 * model_.radius;
-  const auto cast = [&](std::size_t nodes) {
-    return view_.cast(model_.caster, far, site.range, edge_nodes(site.beam, nodes));
+  const auto cast = [&](std::size_t count) {
+    return view_.cast(model_.caster, far, site.range, edge_nodes(site.beam, count));
   };
-  const std::size_t nodes = blurred ? 32 : 16;
   Matrix3d here;
   constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
   for (bool first = true;; first = false) {
@@ -231,16 +249,14 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
   }
   LikelihoodOptions shares = options_.likelihood;
   shares.drop_out = drop_out();
-  const auto told_by = [&](const EdgeView& view) {
-    return edge_moments(view, shares, options_.least_cosine);
-  };
-  EdgeMoments told = told_by(view_);
+  const auto told_by = [&] { return edge_moments(view_, shares, options_.least_cosine); };
+  EdgeMoments told = told_by();
   // What few nodes stand for, such as a panel's narrow side, few draw too coarsely.
   constexpr double few = 0.25;
   constexpr std::size_t finer = 4;
   if (told.nodes < few * static_cast<double>(nodes)) {
-    if (!cast(finer * nodes)) return false;
-    told = told_by(view_);
+    if (!cast(std::min(finer * nodes, edge_nodes_at_most))) return false;
+    told = told_by();
   }
   match(site, told);
   return true;

@@ -61,11 +61,12 @@ class EdgePropagation {
   };
 
   double drop_out() const;
+  bool blurred(const BeamLinearisation& at) const;
   double reach_of(const BeamLinearisation& at, const Matrix12d& covariance) const;
   void add(const Site& site, MotionInformation& sum) const;
   MotionInformation sum(const Matrix12d& covariance) const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
-             const Matrix12d& covariance);
+             const Matrix12d& covariance, std::size_t nodes);
   void leave_out(const Site& site, const Matrix3d& here);
   bool rest_on_face(Site& site, const Matrix3d& here) const;
   void match(Site& site, const EdgeMoments& told) const;
@@ -77,6 +78,7 @@ class EdgePropagation {
   const Outline& outline_;
   int certain_returns_;
   const BeamInformationOptions& options_;
+  std::size_t nodes_;  // that draw a beam
   int groups_;
   int waiting_;  // groups; the next is the last
   std::size_t taken_ = 0;

@@ -10,9 +10,10 @@ namespace berth::estimator {
 
 namespace {
 
-/// A node stands for a normal distribution about it, too: this share of the variance that the pose
-/// brings. Without it a beam of which few nodes are left would know more than it can.
-constexpr double node_width = 0.3;
+/// A node stands for a normal distribution about it, too: of the variance that the pose brings, so
+/// many times its share among all. Without it a beam of which few nodes are left would know more
+/// than it can.
+constexpr double node_width = 4.8;
 
 bool meets_target(const RayHit& hit) { return std::isfinite(hit.range); }
 
@@ -24,7 +25,7 @@ bool EdgeView::cast(const RayCaster& caster, double far, double about,
   nodes = standard.size();
   const Eigen::Matrix2d of_pose = cavity.topLeftCorner<2, 2>() / (range * range);
   spread = of_pose + angle;
-  width = node_width * of_pose;
+  width = node_width / static_cast<double>(nodes) * of_pose;
   const Eigen::Matrix2d root = Eigen::Matrix2d(spread - width).llt().matrixL();
   const Eigen::Vector2d middle = -mean.head<2>() / range;
   for (std::size_t k = 0; k < nodes; ++k) {
