@@ -66,7 +66,7 @@ class Accumulator {
     const double up2 = chance * (el * el + extra2) + width2;
     arm_right_ = std::sqrt(3.0 * right2);
     arm_up_ = std::sqrt(3.0 * up2);
-    edge_reach_ = 2.5 * std::sqrt(0.5 * (right2 + up2));
+    edge_reach_ = options.edge_sigmas * std::sqrt(0.5 * (right2 + up2));
     blurred_ = angles_blur_edges(beam_model, range);
     edge_.footprint = wide_ ? 2 * width2 / (right2 + up2) : 0;
     edge_.pulse_m = wide_ ? pulse_m : 0;

@@ -30,6 +30,8 @@ struct BeamInformationOptions {
   /// Beams that meet the model nearer to the end of a face than their angle noise are integrated
   /// over the faces that they may have met; there misses tell of the pose, too.
   bool edges = true;
+  double edge_sigmas = 2.5;  ///< so near to an end of a face the pose, or the beam's own angle
+                             ///< noise, may have it meet another
   /// While the pose is still rough: a return that does not fit the face its beam meets, or whose
   /// beam passes the model, but which is within pull_m of it, is drawn to the nearest surface with
   /// this standard deviation. It brings back panels that have slipped along themselves. 0: no pull.

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -69,6 +70,7 @@ std::span<const Eigen::Vector2d> edge_nodes(std::uint32_t beam, std::size_t coun
     case 64:
       return nodes_of<64>(beam);
     default:
+      assert(count == edge_nodes_at_most);
       return nodes_of<edge_nodes_at_most>(beam);
   }
 }

@@ -61,6 +61,13 @@ Eigen::Matrix2d angle_noise(const Matrix3d& axes, const BeamModel& beam_model) {
   return right * right.transpose() + up * up.transpose();
 }
 
+/// Covariance of the pose so many seconds after the reference.
+Matrix6d pose_after(double time, const Matrix12d& covariance) {
+  return covariance.topLeftCorner<6, 6>() +
+         time * (covariance.topRightCorner<6, 6>() + covariance.bottomLeftCorner<6, 6>()) +
+         time * time * covariance.bottomRightCorner<6, 6>();
+}
+
 /// Along what all together would make less certain than it is, edges say nothing.
 void never_less_than_nothing(MotionInformation& sum, const Matrix12d& covariance) {
   constexpr double little = 1e-6;  // rounding
@@ -199,13 +206,29 @@ void EdgePropagation::moved(const Vector12d& step) {
   }
 }
 
+/// The view of a beam that goes along these axes, but for the cavity.
+void EdgePropagation::look_along(const Beam& beam, const Matrix3d& axes, const MovingFrame& frame) {
+  const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
+  view_.beam = &beam;
+  view_.axes = frame.turn() * axes;
+  view_.eye = frame.eye();
+  view_.angle = angle_noise(axes, beam_model_);
+  view_.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
+}
+
+/// @return whether any node meets the target.
+bool EdgePropagation::cast(const Site& site, std::size_t nodes) {
+  const double far = (model_.centre - view_.eye).norm() + 1.01 * model_.radius;
+  return view_.cast(model_.caster, far, site.range, edge_nodes(site.beam, nodes));
+}
+
 /// @return whether the beam has anything to say.
 bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
                             const Matrix12d& covariance, std::size_t nodes) {
   const Beam& beam = beams_[site.beam];
-  const double t = site.time = frame.go_to(beam);
+  site.time = frame.go_to(beam);
   const Matrix3d axes = axes_of(beam.direction, at.pose);
-  const Vector3d origin = at.pose.position + t * at.velocity.linear;
+  const Vector3d origin = at.pose.position + site.time * at.velocity.linear;
   const auto reach_to = [&](double range) {
     site.range = range;
     site.lever << axes.transpose(), -axes.transpose() * skew(range * beam.direction - origin);
@@ -215,27 +238,15 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
   if (site.range == 0) {
     reach_to(std::abs(beam.range - middle) < model_.radius ? beam.range : middle);
   }
-  Matrix6d pose = covariance.topLeftCorner<6, 6>();
-  if (options_.of_velocity) {
-    pose += t * (covariance.topRightCorner<6, 6>() + covariance.bottomLeftCorner<6, 6>()) +
-            t * t * covariance.bottomRightCorner<6, 6>();
-  }
-  const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
-  view_.beam = &beam;
-  view_.axes = frame.turn() * axes;
-  view_.eye = frame.eye();
-  view_.angle = angle_noise(axes, beam_model_);
-  view_.range_variance = sigma * sigma + options_.model_sigma_m * options_.model_sigma_m;
-  const double far = (model_.centre - view_.eye).norm() + 1.01 * model_.radius;
-  const auto cast = [&](std::size_t count) {
-    return view_.cast(model_.caster, far, site.range, edge_nodes(site.beam, count));
-  };
+  look_along(beam, axes, frame);
+  const Matrix6d pose =
+      options_.of_velocity ? pose_after(site.time, covariance) : covariance.topLeftCorner<6, 6>();
   Matrix3d here;
   constexpr double least_variance = 1e-10;  // m^2; never flat, for rounding
   for (bool first = true;; first = false) {
     here = site.lever * pose * site.lever.transpose() + least_variance * Matrix3d::Identity();
     leave_out(site, here);
-    if (!cast(nodes)) return false;
+    if (!cast(site, nodes)) return false;
     const double nearest = view_.nearest();
     const bool close = std::abs(nearest - site.range) < 0.01 * nearest;
     // Not to where it was measured: a lever that has its noise pulls to one side.
@@ -247,19 +258,22 @@ bool EdgePropagation::renew(Site& site, const BeamLinearisation& at, MovingFrame
     site.final = true;
     return rest_on_face(site, here);
   }
-  LikelihoodOptions shares = options_.likelihood;
-  shares.drop_out = drop_out();
-  const auto told_by = [&] { return edge_moments(view_, shares, options_.least_cosine); };
-  EdgeMoments told = told_by();
+  EdgeMoments told = moments();
   // What few nodes stand for, such as a panel's narrow side, few draw too coarsely.
   constexpr double few = 0.25;
   constexpr std::size_t finer = 4;
   if (told.nodes < few * static_cast<double>(nodes)) {
-    if (!cast(std::min(finer * nodes, edge_nodes_at_most))) return false;
-    told = told_by();
+    if (!cast(site, std::min(finer * nodes, edge_nodes_at_most))) return false;
+    told = moments();
   }
   match(site, told);
   return true;
+}
+
+EdgeMoments EdgePropagation::moments() const {
+  LikelihoodOptions shares = options_.likelihood;
+  shares.drop_out = drop_out();
+  return edge_moments(view_, shares, options_.least_cosine);
 }
 
 /// The cavity.

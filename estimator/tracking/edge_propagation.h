@@ -67,6 +67,9 @@ class EdgePropagation {
   MotionInformation sum(const Matrix12d& covariance) const;
   bool renew(Site& site, const BeamLinearisation& at, MovingFrame& frame,
              const Matrix12d& covariance, std::size_t nodes);
+  void look_along(const Beam& beam, const Matrix3d& axes, const MovingFrame& frame);
+  bool cast(const Site& site, std::size_t nodes);
+  EdgeMoments moments() const;
   void leave_out(const Site& site, const Matrix3d& here);
   bool rest_on_face(Site& site, const Matrix3d& here) const;
   void match(Site& site, const EdgeMoments& told) const;

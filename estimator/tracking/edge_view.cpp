@@ -13,7 +13,7 @@ namespace {
 /// A node stands for a normal distribution about it, too: of the variance that the pose brings, so
 /// many times its share among all. Without it a beam of which few nodes are left would know more
 /// than it can.
-constexpr double node_width = 4.8;
+constexpr double node_width = 4;
 
 bool meets_target(const RayHit& hit) { return std::isfinite(hit.range); }
 

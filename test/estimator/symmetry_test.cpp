@@ -64,7 +64,8 @@ TEST_CASE("A cylinder may be turned about its axis by any angle, and upside down
 TEST_CASE("A small thing on one face of a cube breaks its symmetry") {
   Mesh mesh = make_box({1, 1, 1});
   mesh.append(make_box({0.3, 0.15, 0.1}), {{0.2, 0.1, 0.55}, Quaterniond::Identity()});
-  const Symmetries& symmetries = model_of(mesh)->symmetries;
+  const auto model = model_of(mesh);
+  const Symmetries& symmetries = model->symmetries;
   CHECK(symmetries.exact_count() == 1);
   // 23 ways to be confused
   CHECK(symmetries.motions.size() >= 23);
