@@ -75,21 +75,18 @@ void move(MotionInformation& said, const Vector12d& step) {
 class Rest {
  public:
   Rest(const TargetModel& model, const BeamModel& beam_model, std::span<const Beam> beams,
-       const BeamLinearisation& start, const Matrix12d& known, const MotionPrior& prior, bool few,
+       const BeamLinearisation& start, const Matrix12d& known, const MotionPrior& prior,
        const BeamInformationOptions& how, const EdgeRestOptions& options)
       : model_(model),
         beam_model_(beam_model),
         beams_(beams),
         prior_(prior),
-        few_(few),
         how_(how),
         options_(options),
         of_faces_(how),
         descent_(start, known, prior) {
     of_faces_.edges = false;
     of_faces_.misses = false;
-    constexpr double edge_sigmas_of_few = 4;
-    if (few_) of_faces_.edge_sigmas = edge_sigmas_of_few;
   }
 
   const Descent& descent() const { return descent_; }
@@ -140,7 +137,7 @@ class Rest {
     while (edges.waiting() && 2 * edges.taken() <= most) {
       const MotionInformation said = edges.take(descent_.at(), descent_.covariance());
       come_to(said);
-      if (edges.waiting() && !few_ && near.size() > least && edges.taken() >= least &&
+      if (edges.waiting() && near.size() > least && edges.taken() >= least &&
           little_left(faces, said, edges.all_over_taken())) {
         break;
       }
@@ -208,7 +205,6 @@ class Rest {
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
   const MotionPrior& prior_;
-  const bool few_;
   const BeamInformationOptions& how_;
   const EdgeRestOptions& options_;
   BeamInformationOptions of_faces_;
@@ -228,12 +224,16 @@ EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,
                           std::span<const Beam> beams, const BeamPicks& returns,
                           const Outline& outline, const BeamLinearisation& start,
                           const Matrix12d& known, const MotionPrior& prior,
-                          const BeamInformationOptions& how, const EdgeRestOptions& options) {
+                          BeamInformationOptions how, EdgeRestOptions options) {
   constexpr int most_rounds = 6;
   constexpr double far2 = 4;  // variances
   // Each return of a few turns the target by itself: none is left to chance, and none left out.
   constexpr std::size_t few = 300;
-  Rest rest(model, beam_model, beams, start, known, prior, returns.size() <= few, how, options);
+  if (returns.size() <= few) {
+    how.edge_sigmas = 4;
+    options.least_gain = 0;
+  }
+  Rest rest(model, beam_model, beams, start, known, prior, how, options);
   for (int round = 0; round < most_rounds; ++round) {
     if (round == 0 || rest.beyond()) rest.sum_up(returns);
     const Pose before = rest.descent().at().pose;

@@ -35,6 +35,6 @@ EdgeRest rest_among_edges(const TargetModel& model, const BeamModel& beam_model,
                           std::span<const Beam> beams, const BeamPicks& returns,
                           const Outline& outline, const BeamLinearisation& start,
                           const Matrix12d& known, const MotionPrior& prior,
-                          const BeamInformationOptions& how, const EdgeRestOptions& options);
+                          BeamInformationOptions how, EdgeRestOptions options);
 
 }  // namespace berth::estimator
