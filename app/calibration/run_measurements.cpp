@@ -56,9 +56,10 @@ double fastest(const JointTrack::State& state) {
 std::optional<double> fastest_between(const CalibrationRun& run, double from, double to) {
   constexpr double step = 0.04;
   double rate = 0;
-  for (double t = from; t <= to; t += step) {
+  const int steps = static_cast<int>((to - from) / step);
+  for (int i = 0; i <= steps; ++i) {
     for (const ArmRole role : testbed::both_arms) {
-      const auto state = run.arm(role).at(t);
+      const auto state = run.arm(role).at(from + i * step);
       if (!state) return std::nullopt;
       rate = std::max(rate, fastest(*state));
     }

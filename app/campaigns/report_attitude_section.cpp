@@ -89,7 +89,7 @@ Html coverage(const TrialTable& table) {
   const auto cells = rows_by_cell(table, grid, all_rows(table));
   Html maps;
   for (const MeasurementColumn& column : table.measurements) {
-    if (maps.code.size() > 0) break;  // the first says most; the others are in the numbers
+    if (!maps.code.empty()) break;  // the first says most; the others are in the numbers
     maps += number_map("Median " + column.name, column.unit, grid, cells,
                        [&](const Rows& rows) { return median_of(column, rows); });
   }
