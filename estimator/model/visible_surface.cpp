@@ -70,7 +70,8 @@ VisibleSurface find_visible_surface(const Mesh& mesh, const RayCaster& caster, i
     owed += 0.5 * norm * per_area;
     bool seen = false;
     int tried = 0;
-    for (; owed >= 0.5; owed -= 1, ++tried) {
+    for (; owed >= 0.5; ++tried) {
+      owed -= 1;
       ++index;
       const double n = static_cast<double>(index);
       const Vector3d point = triangles[t].at(fraction(n * step_u), fraction(n * step_v));

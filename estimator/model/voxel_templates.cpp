@@ -58,7 +58,7 @@ void VoxelRows::occupy(const Vector3d& point, double cell) {
   const int y = static_cast<int>(std::floor(point.y() / cell)) + height / 2;
   const int z = static_cast<int>(std::floor(point.z() / cell)) + height / 2;
   if (x < 0 || y < 0 || z < 0 || x >= row_length || y >= height || z >= height) return;
-  rows[static_cast<std::size_t>(z * height + y)] |= std::uint64_t{1} << x;
+  row(y, z) |= std::uint64_t{1} << x;
 }
 
 VoxelTemplates::VoxelTemplates(const std::vector<SurfaceSample>& samples,
@@ -90,7 +90,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
   std::vector<Row> occupied;
   for (int z = 0; z < data.height; ++z) {
     for (int y = 0; y < data.height; ++y) {
-      const std::uint64_t bits = data.rows[static_cast<std::size_t>(z * data.height + y)];
+      const std::uint64_t bits = data.row(y, z);
       if (bits == 0) continue;
       occupied.push_back({y - reach_yz, z - reach_yz, __builtin_popcountll(bits), bits});
     }
@@ -115,7 +115,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
       pairs;  // rows of data and template that meet
   pairs.reserve(occupied.size());
   for (std::size_t r = 0; r < templates_.size(); ++r) {
-    const std::vector<std::uint64_t>& rows = templates_[r].rows;
+    const VoxelRows& pattern = templates_[r];
     best[r].rotation = static_cast<int>(r);
     for (const auto& [dy, dz] : shifts) {
       pairs.clear();
@@ -124,7 +124,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
         const int y = row.y - dy;
         const int z = row.z - dz;
         if (y < 0 || z < 0 || y >= height_ || z >= height_) continue;
-        const std::uint64_t bits = rows[static_cast<std::size_t>(z * height_ + y)];
+        const std::uint64_t bits = pattern.row(y, z);
         if (bits == 0) continue;
         at_most += std::min(row.count, __builtin_popcountll(bits));
         pairs.emplace_back(row.bits, bits);

@@ -28,9 +28,18 @@ struct VoxelRows {
   std::vector<std::uint64_t> rows;  ///< [z * height + y]
 
   explicit VoxelRows(int height_ = 0)
-      : height(height_), rows(static_cast<std::size_t>(height_ * height_)) {}
+      : height(height_),
+        rows(static_cast<std::size_t>(height_) * static_cast<std::size_t>(height_)) {}
+  std::uint64_t& row(int y, int z) { return rows[index(y, z)]; }
+  std::uint64_t row(int y, int z) const { return rows[index(y, z)]; }
   /// Points outside are left out.
   void occupy(const Vector3d& point, double cell);
+
+ private:
+  std::size_t index(int y, int z) const {
+    return static_cast<std::size_t>(z) * static_cast<std::size_t>(height) +
+           static_cast<std::size_t>(y);
+  }
 };
 
 /// Where a template fits best.

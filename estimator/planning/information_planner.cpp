@@ -64,6 +64,8 @@ struct InformationPlanner::Grid {
   double window_height = 0;
   Eigen::Matrix<double, 21, Eigen::Dynamic> information;
 
+  Eigen::Index cells() const { return Eigen::Index{columns} * rows; }
+  Eigen::Index cell(int column, int row) const { return Eigen::Index{row} * columns + column; }
   double azimuth(int column) const {
     return outline.azimuth + ((column + 0.5) / columns - 0.5) * outline.width;
   }
@@ -84,10 +86,10 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
       std::clamp(static_cast<int>(std::lround(outline.width / cell)), 1, options_.view_cells);
   grid.rows =
       std::clamp(static_cast<int>(std::lround(outline.height / cell)), 1, options_.view_cells);
-  grid.information.setZero(21, grid.columns * grid.rows);
+  grid.information.setZero(21, grid.cells());
   const double range = std::max((pose * model_.centre).norm(), field_.beam.range_min_m);
   std::vector<Vector3d> directions;
-  directions.reserve(static_cast<std::size_t>(grid.columns * grid.rows));
+  directions.reserve(static_cast<std::size_t>(grid.cells()));
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       directions.push_back(beam_direction(grid.azimuth(column), grid.elevation(row)));
@@ -145,7 +147,7 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   std::vector<int> cells = design.candidates;
   if (cells.empty()) return {};
   // Beside those of the design, the best elsewhere: what is seen of a thin part may not last.
-  std::vector<bool> taken(static_cast<std::size_t>(grid.columns * grid.rows));
+  std::vector<bool> taken(static_cast<std::size_t>(grid.cells()));
   const auto take = [&](int cell) {
     const int x = cell % grid.columns;
     const int y = cell / grid.columns;
@@ -153,14 +155,14 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
     const int high = 1 + static_cast<int>(grid.window_height * grid.rows / grid.outline.height);
     for (int v = std::max(0, y - high); v <= std::min(grid.rows - 1, y + high); ++v) {
       for (int u = std::max(0, x - wide); u <= std::min(grid.columns - 1, x + wide); ++u) {
-        taken[static_cast<std::size_t>(v * grid.columns + u)] = true;
+        taken[static_cast<std::size_t>(grid.cell(u, v))] = true;
       }
     }
   };
   for (const int cell : cells) take(cell);
   while (static_cast<int>(cells.size()) < options_.most_windows) {
     int best = -1;
-    for (int i = 0; i < grid.columns * grid.rows; ++i) {
+    for (int i = 0; i < grid.cells(); ++i) {
       if (taken[static_cast<std::size_t>(i)] || !(design.sensitivity[i] > 0)) continue;
       if (best < 0 || design.sensitivity[i] > design.sensitivity[best]) best = i;
     }
