@@ -16,8 +16,9 @@
 #include "procedures/language/schema.h"
 
 namespace berth::commands {
-namespace fs = std::filesystem;
 namespace {
+
+namespace fs = std::filesystem;
 
 struct CheckOptions {
   std::vector<fs::path> paths;

@@ -91,7 +91,7 @@ void take_configuration(const fs::path& config, const fs::path& own) {
 }
 
 /// Puts one value into estimator.yaml; whether the key is known is told when the file is read.
-void set_value(YAML::Node root, const std::string& assignment) {
+void set_value(const YAML::Node& root, const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw InputError("--set " + assignment + ": expected KEY=VALUE, e.g. tracking.method=icp");

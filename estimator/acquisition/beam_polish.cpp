@@ -16,8 +16,10 @@ ClosePass close_pass(const TargetModel& model, const Pose& pose, const Vector3d&
   const double middle = (model.centre - to_model.position).dot(ray);
   int least = DistanceTable::most;
   ClosePass pass{0, middle};
-  for (double range = middle - model.radius; range < middle + model.radius;
-       range += 0.02 * length) {
+  const double step = 0.02 * length;
+  const int steps = static_cast<int>(std::ceil(2 * model.radius / step));
+  for (int i = 0; i < steps; ++i) {
+    const double range = middle - model.radius + i * step;
     const int value = model.distances.value((to_model.position + range * ray).cast<float>());
     if (value >= least) continue;
     least = value;

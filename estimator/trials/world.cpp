@@ -179,7 +179,7 @@ std::vector<std::pair<double, double>> raster(const Window& window) {
                                  std::max(1, window.count));
   const int rows = std::max(1, static_cast<int>(std::lround(1.0 * window.count / columns)));
   std::vector<std::pair<double, double>> beams;
-  beams.reserve(static_cast<std::size_t>(rows * columns));
+  beams.reserve(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       beams.emplace_back(window.azimuth + ((c + 0.5) / columns - 0.5) * window.width,

@@ -156,8 +156,8 @@ void describe_truth(const RunRecord& record, Comparison& comparison) {
     position.push_back(std::sqrt(sample.covariance.topLeftCorner<3, 3>().trace()));
     attitude.push_back(std::sqrt(sample.covariance.bottomRightCorner<3, 3>().trace()));
   }
-  comparison.truth_position_sigma = median(std::move(position));
-  comparison.truth_attitude_sigma = median(std::move(attitude));
+  comparison.truth_position_sigma = median(position);
+  comparison.truth_attitude_sigma = median(attitude);
 }
 
 }  // namespace

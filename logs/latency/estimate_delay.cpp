@@ -83,13 +83,13 @@ void add_estimators(const Place& place, DelaySample& sample) {
   faster << before.velocity.linear - truth.velocity.linear,
       before.velocity.angular - truth.velocity.angular;
   const Matrix3d axes = truth.pose.rotation.toRotationMatrix();
-  for (int half = 0; half < 2; ++half) {  // position, attitude
+  for (const int first : {0, 3}) {  // position, attitude
     for (int i = 0; i < 3; ++i) {
-      const int pull = truths_nuisances + 3 * half + i;
+      const int pull = truths_nuisances + first + i;
       const Matrix3d along = axes.col(i) * axes.col(i).transpose();
-      x.col(pull).segment<3>(3 * half) = along * expected.segment<3>(3 * half);
-      x.col(pull + 6).segment<3>(3 * half) = along * faster.segment<3>(3 * half);
-      rates.col(pull).segment<3>(3 * half) = along * sample.rate.segment<3>(3 * half);
+      x.col(pull).segment<3>(first) = along * expected.segment<3>(first);
+      x.col(pull + 6).segment<3>(first) = along * faster.segment<3>(first);
+      rates.col(pull).segment<3>(first) = along * sample.rate.segment<3>(first);
     }
   }
   sample.nuisances = x;

@@ -13,6 +13,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "logs/file/log_event.h"
@@ -62,7 +63,9 @@ struct TruthBasis {
   std::string basis;  ///< nominal, scans, tracker ...
   std::string calibration_hash;
 
-  friend auto operator<=>(const TruthBasis&, const TruthBasis&) = default;
+  friend bool operator<(const TruthBasis& a, const TruthBasis& b) {
+    return std::tie(a.basis, a.calibration_hash) < std::tie(b.basis, b.calibration_hash);
+  }
 };
 
 /// A stretch of time under one label: all steps of the procedure that carry it.

@@ -52,12 +52,12 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   }
   // An attitude that may be anything leads nowhere: only the position is steered by.
   double variance = 0;
-  for (int i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
+  for (std::size_t i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
   estimate.attitude_known =
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
   estimate.rotation_sigma = std::max(least_rotation_sigma, std::sqrt(variance));
   variance = 0;
-  for (int i = 0; i < 3; ++i) variance = std::max(variance, message.covariance[7 * i]);
+  for (std::size_t i = 0; i < 3; ++i) variance = std::max(variance, message.covariance[7 * i]);
   estimate.position_sigma = std::max(least_position_sigma, std::sqrt(variance));
   guidance_.on_estimate(estimate);
   if (task_.steering) task_.steering->on_estimate(estimate);

@@ -58,7 +58,7 @@ void CellHelm::hold(const std::string& who) {
   command.utime_expires = command.utime + procedures::command_lifetime;
   // said three times: one that is lost must not cost the hold
   send(command);
-  for (int i = 1; i <= 2; ++i) {
+  for (const std::int64_t i : {1, 2}) {
     loop_.after(i * 100 * millisecond, [this, command] { send(command); });
   }
 }

@@ -163,12 +163,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession<Stream>> {
     if (parser_->get().method() == http::verb::head) response->body().clear();  // its length stays
     const bool more = response->keep_alive();
     lowest().expires_after(requests_in_a_response * hub_.options.request_time);
-    http::async_write(
-        stream_, *response,
-        [self = this->shared_from_this(), response, more](beast::error_code error, std::size_t) {
-          if (error) return;
-          more ? self->read() : self->end();
-        });
+    Response& message = *response;
+    http::async_write(stream_, message,
+                      [self = this->shared_from_this(), response = std::move(response), more](
+                          beast::error_code error, std::size_t) {
+                        if (error) return;
+                        more ? self->read() : self->end();
+                      });
   }
 
   void end() {
