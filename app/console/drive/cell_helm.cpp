@@ -58,8 +58,8 @@ void CellHelm::hold(const std::string& who) {
   command.utime_expires = command.utime + procedures::command_lifetime;
   // said three times: one that is lost must not cost the hold
   send(command);
-  for (const std::int64_t i : {1, 2}) {
-    loop_.after(i * 100 * millisecond, [this, command] { send(command); });
+  for (const auto later : {100 * millisecond, 200 * millisecond}) {
+    loop_.after(later, [this, command] { send(command); });
   }
 }
 
