@@ -154,18 +154,22 @@ struct RayCaster::Impl {
            close * close * radius * radius;
   }
 
+  void meet(const Ray& ray, std::uint32_t triangle, RayHit& hit) const {
+    const Plane& plane = planes[triangle];
+    const double facing = plane.normal.dot(ray.direction);
+    hit.triangle = triangle;
+    hit.normal = facing > 0 ? Vector3d(-plane.normal) : plane.normal;
+    hit.range = hit.normal.dot(plane.corner - ray.origin) / -std::abs(facing);
+  }
+
   /// What Embree found in floats, made exact. coarse: m along the ray.
   void refine(const Ray& ray, std::uint32_t triangle, double coarse, RayHit& hit) const {
-    const Plane& plane = planes[triangle];
-    hit.triangle = triangle;
-    double facing = plane.normal.dot(ray.direction);
-    hit.normal = facing > 0 ? Vector3d(-plane.normal) : plane.normal;
-    facing = -std::abs(facing);
-    hit.range = coarse;
-    if (facing < -1e-3) {  // the triangle's plane in doubles; at a grazing ray the float is better
-      const double exact = hit.normal.dot(plane.corner - ray.origin) / facing;
-      if (std::abs(exact - coarse) < 1e-3) hit.range = exact;
-    }
+    meet(ray, triangle, hit);
+    // At a grazing ray the float is better than the triangle's plane in doubles.
+    constexpr double grazing = -1e-3;
+    const bool exact =
+        hit.normal.dot(ray.direction) < grazing && std::abs(hit.range - coarse) < 1e-3;
+    if (!exact) hit.range = coarse;
   }
 
   const Vector3d& corner(std::uint32_t triangle, int i) const {
@@ -220,6 +224,10 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
       if (!(hit.range >= 0 && hit.range < max_range)) hit.range = nothing;
     }
   }
+}
+
+void RayCaster::meet(const Ray& ray, std::uint32_t triangle, RayHit& hit) const {
+  impl_->meet(ray, triangle, hit);
 }
 
 bool RayCaster::occluded(const Ray& ray, double max_range) const {

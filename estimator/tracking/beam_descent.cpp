@@ -136,7 +136,7 @@ BeamDescent::Result BeamDescent::settled_at() const {
 BeamDescent::Result BeamDescent::known_by_faces() const {
   constexpr double of_others = 0.1;
   Result result = settled_at();
-  BeamPicks near;
+  std::vector<MetFace> near;
   const BeamInformation certain = certain_faces(beams_.few, near);
   const BeamInformation others =
       beam_information(model_, beam_model_, scan_.beams, at_, on_faces(), near);
@@ -311,7 +311,7 @@ void BeamDescent::count() {
   start_from(best_.motion);
   at_.covariance = best_.covariance;
   const auto add = [&](const BeamSample& some) {
-    BeamPicks near;
+    std::vector<MetFace> near;
     add_counts(wide() ? faces_at(best_.motion, some.picks) : certain_faces(some.picks, near),
                some.weight, best_.sums);
   };
@@ -326,7 +326,8 @@ void BeamDescent::count() {
 }
 
 /// At the linearisation, of beams that meet the same face wherever it may be; near: the others.
-BeamInformation BeamDescent::certain_faces(const BeamPicks& picks, BeamPicks& near) const {
+BeamInformation BeamDescent::certain_faces(const BeamPicks& picks,
+                                           std::vector<MetFace>& near) const {
   return beam_information(model_, beam_model_, scan_.beams, at_, on_faces(), picks, near);
 }
 
@@ -357,7 +358,7 @@ double BeamDescent::moved_since(const Pose& before) const {
 /// On faces: all returns, or where edges come later, those that meet one face anyhow.
 double BeamDescent::step_on_faces(const BeamPicks& picks) {
   if (among_edges_) {
-    BeamPicks near;
+    std::vector<MetFace> near;
     return take_step(certain_faces(picks, near), prior_.of_velocity);
   }
   BeamInformationOptions how = on_faces();

@@ -87,7 +87,7 @@ class BeamDescent {
   void consider_velocity();
   void count();
   bool wide() const { return options_.information.likelihood.footprint; }
-  BeamInformation certain_faces(const BeamPicks& picks, BeamPicks& near) const;
+  BeamInformation certain_faces(const BeamPicks& picks, std::vector<MetFace>& near) const;
   BeamInformationOptions on_faces() const;
   Result settled_at() const;
   Result known_by_faces() const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimator/model/normal_sums.h"
 #include "estimator/tracking/edge_beam.h"
@@ -24,11 +25,12 @@ Matrix6d both(const Matrix3d& rotation) {
 
 class Accumulator {
  public:
-  Accumulator(const TargetModel& model, const BeamModel& beam_model, const BeamLinearisation& at,
-              const BeamInformationOptions& options, std::vector<const Beam*>* at_edges = nullptr,
-              const Foreground* foreground = nullptr)
+  Accumulator(const TargetModel& model, const BeamModel& beam_model, std::span<const Beam> beams,
+              const BeamLinearisation& at, const BeamInformationOptions& options,
+              std::vector<MetFace>* at_edges = nullptr, const Foreground* foreground = nullptr)
       : model_(model),
         beam_model_(beam_model),
+        beams_(beams),
         options_(options),
         at_edges_(at_edges),
         foreground_(foreground),
@@ -73,17 +75,40 @@ class Accumulator {
     edge_.least_light = least_light;
   }
 
-  /// beam(i): the i-th of `total`.
-  template <class BeamAt>
-  BeamInformation run(std::size_t total, const BeamAt& beam) {
+  /// The beams with these indices.
+  template <class IndexAt>
+  BeamInformation cast(std::size_t total, const IndexAt& index) {
     for (std::size_t i = 0; i < total;) {
       std::size_t count = 0;
       for (; count < chunk && i < total; ++i) {
-        const Beam& next = beam(i);
-        if (options_.misses || next.hit()) batch_[count++] = &next;
+        const std::uint32_t next = index(i);
+        if (options_.misses || beams_[next].hit()) batch_[count++] = next;
       }
+      aim(count);
+      model_.caster.cast({rays_.data(), count}, far(), hits_);
       take(count);
     }
+    return sum_up();
+  }
+
+  /// Without a cast: at the plane of what each has met before.
+  BeamInformation meet_again(std::span<const MetFace> met) {
+    for (std::size_t i = 0; i < met.size();) {
+      const std::size_t first = i;
+      for (; i < met.size() && i - first < chunk; ++i) batch_[i - first] = met[i].beam;
+      aim(i - first);
+      for (std::size_t n = 0; first + n < i; ++n) {
+        hits_[n].range = std::numeric_limits<double>::infinity();
+        const std::uint32_t triangle = met[first + n].triangle;
+        if (triangle != MetFace::none) model_.caster.meet(rays_[n], triangle, hits_[n]);
+      }
+      take(i - first);
+    }
+    return sum_up();
+  }
+
+ private:
+  BeamInformation sum_up() {
     sums_.flush();
     edge_sums_.flush();
     const double weight = 1 / (1 + edge_information_ * edge_variance_);  // of edges
@@ -99,25 +124,28 @@ class Accumulator {
     return result_;
   }
 
- private:
   double range_variance(const Beam& beam) const {
     const double sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model_.range_sigma_m;
     return sigma * sigma;
   }
   double far() const { return (model_.centre - frame_.eye()).norm() + 1.01 * model_.radius; }
 
-  void take(std::size_t count) {
+  void aim(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
-      times_[i] = frame_.go_to(*batch_[i]);
-      rays_[i] = {frame_.eye(), frame_.turn() * batch_[i]->direction};
+      const Beam& beam = beams_[batch_[i]];
+      times_[i] = frame_.go_to(beam);
+      rays_[i] = {frame_.eye(), frame_.turn() * beam.direction};
     }
-    model_.caster.cast({rays_.data(), count}, far(), hits_);
-    for (std::size_t i = 0; i < count; ++i) take(*batch_[i], times_[i], rays_[i], hits_[i]);
   }
 
-  void take(const Beam& beam, double time, const Ray& ray, const RayHit& hit) {
+  void take(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) take(batch_[i], times_[i], rays_[i], hits_[i]);
+  }
+
+  void take(std::uint32_t index, double time, const Ray& ray, const RayHit& hit) {
+    const Beam& beam = beams_[index];
     if (at_edges_ != nullptr && may_change_face(beam, ray, hit)) {
-      at_edges_->push_back(&beam);
+      at_edges_->push_back({index, std::isfinite(hit.range) ? hit.triangle : MetFace::none});
       if (fits(beam, ray, hit)) ++result_.doubtful;
       return;
     }
@@ -347,8 +375,9 @@ class Accumulator {
 
   const TargetModel& model_;
   const BeamModel& beam_model_;
+  std::span<const Beam> beams_;
   const BeamInformationOptions& options_;
-  std::vector<const Beam*>* at_edges_;
+  std::vector<MetFace>* at_edges_;
   const Foreground* foreground_;
   const BeamLinearisation& at_;
   MovingFrame frame_;
@@ -359,8 +388,8 @@ class Accumulator {
   double past_cost_;  // of a return from something behind, as is to be expected past the model
   Matrix6d covariance_;
   bool certain_;
-  double edge_reach_;  // rad
-  std::array<const Beam*, chunk> batch_;
+  double edge_reach_;                       // rad
+  std::array<std::uint32_t, chunk> batch_;  // indices of the beams
   std::array<double, chunk> times_;
   std::array<Ray, chunk> rays_;
   std::array<RayHit, chunk> hits_;
@@ -409,34 +438,43 @@ MotionInformation BeamInformation::motion() const {
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options) {
-  return Accumulator(model, beam_model, at, options)
-      .run(beams.size(), [beams](std::size_t i) -> const Beam& { return beams[i]; });
+  return Accumulator(model, beam_model, beams, at, options).cast(beams.size(), [](std::size_t i) {
+    return static_cast<std::uint32_t>(i);
+  });
 }
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks) {
-  return Accumulator(model, beam_model, at, options)
-      .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& { return beams[picks[i]]; });
+  return Accumulator(model, beam_model, beams, at, options)
+      .cast(picks.size(), [picks](std::size_t i) { return picks[i]; });
 }
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks,
-                                 std::vector<std::uint32_t>& at_edges,
-                                 const Foreground* foreground) {
-  std::vector<const Beam*> found;
-  const BeamInformation sums = Accumulator(model, beam_model, at, options, &found, foreground)
-                                   .run(picks.size(), [beams, picks](std::size_t i) -> const Beam& {
-                                     return beams[picks[i]];
-                                   });
+                                 std::vector<MetFace>& at_edges, const Foreground* foreground) {
   at_edges.clear();
-  for (const Beam* beam : found) {
-    at_edges.push_back(static_cast<std::uint32_t>(beam - beams.data()));
-  }
-  return sums;
+  return Accumulator(model, beam_model, beams, at, options, &at_edges, foreground)
+      .cast(picks.size(), [picks](std::size_t i) { return picks[i]; });
+}
+
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met) {
+  return Accumulator(model, beam_model, beams, at, options).meet_again(met);
+}
+
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met, std::vector<MetFace>& at_edges,
+                                 const Foreground* foreground) {
+  at_edges.clear();
+  return Accumulator(model, beam_model, beams, at, options, &at_edges, foreground).meet_again(met);
 }
 
 }  // namespace berth::estimator

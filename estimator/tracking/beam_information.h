@@ -82,6 +82,13 @@ struct BeamInformation {
 /// descent's last word is with edges. Else they are too sharp to converge from far.
 bool angles_blur_edges(const BeamModel& beam_model, double range);
 
+/// A beam, by its index, and the triangle that it met.
+struct MetFace {
+  static constexpr std::uint32_t none = 0xffffffffU;  ///< it passed the target by
+  std::uint32_t beam = 0;
+  std::uint32_t triangle = none;
+};
+
 /// Casts the beams at the model as it moves and sums up their information. Beams that returned
 /// nothing only count. No allocation; the same bits every time; const, safe from several threads.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
@@ -100,7 +107,19 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks,
-                                 std::vector<std::uint32_t>& at_edges,
+                                 std::vector<MetFace>& at_edges,
+                                 const Foreground* foreground = nullptr);
+/// met: nothing is cast, a third of the time: the target has moved since by less than what made
+/// these beams doubtful. Each meets the plane of the same triangle, and is of that face, unless it
+/// comes near an end of it.
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met);
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met, std::vector<MetFace>& at_edges,
                                  const Foreground* foreground = nullptr);
 
 }  // namespace berth::estimator

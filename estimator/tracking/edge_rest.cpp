@@ -117,10 +117,9 @@ class Rest {
 
   /// To where those that were doubtful, and those that passed close by, put it, too.
   void among_edges(const Outline& outline) {
-    BeamPicks near;
+    std::vector<MetFace> near;
     faces_ = counts_;
-    const BeamInformation asked_again = beam_information(model_, beam_model_, beams_, descent_.at(),
-                                                         of_faces_, doubtful_, near, foreground());
+    const BeamInformation asked_again = ask_again(near);
     faces_ += asked_again;
     MotionInformation faces = sum(certain_, asked_again.motion());
     go(descent_.step(faces), faces);
@@ -164,6 +163,44 @@ class Rest {
  private:
   const Foreground* foreground() const { return foreground_ ? &*foreground_ : nullptr; }
 
+  /// The doubtful ones, as all know it now: most without a cast.
+  BeamInformation ask_again(std::vector<MetFace>& near) const {
+    const Pose moved = descent_.at().pose * summed_about_.pose.inverse();
+    const Matrix3d turned = moved.rotation.toRotationMatrix() - Matrix3d::Identity();
+    const double angle = std::hypot(beam_model_.azimuth_sigma_rad, beam_model_.elevation_sigma_rad);
+    const double least_reach = how_.edge_sigmas * angle / std::sqrt(2.0);
+    // Where the target has moved by less than makes a beam doubtful, what meets another face now is
+    // doubtful still.
+    const auto little = [&](const Beam& beam) {
+      const Vector3d way = turned * beam.direction + moved.position / beam.range;
+      const double along = way.dot(beam.direction);
+      return way.squaredNorm() - along * along < least_reach * least_reach;
+    };
+    std::vector<MetFace> as_before;
+    BeamPicks others;
+    as_before.reserve(doubtful_.size());
+    for (const MetFace& met : doubtful_) {
+      if (little(beams_[met.beam])) {
+        as_before.push_back(met);
+      } else {
+        others.push_back(met.beam);
+      }
+    }
+    BeamInformation said = beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_,
+                                            as_before, near, foreground());
+    std::vector<MetFace> near_others;
+    said += beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others,
+                             near_others, foreground());
+    near.insert(near.end(), near_others.begin(), near_others.end());
+    return said;
+  }
+
+  /// Of the target's ends, m.
+  double way_from(const Pose& start) const {
+    const Pose& now = descent_.at().pose;
+    return distance(start, now) + model_.radius * angle_between(start, now);
+  }
+
   void sum_up(const BeamPicks& returns, BeamLinearisation about) {
     constexpr int most_steps = 4;
     for (int i = 0; i < most_steps; ++i) {
@@ -181,8 +218,7 @@ class Rest {
   /// Whether a way is so short that its bend, which is left out, is less than what is known.
   bool straight(const Pose& from) const {
     constexpr double little = 0.2;  // of a standard deviation
-    const Pose& to = descent_.at().pose;
-    const double way = distance(from, to) + model_.radius * angle_between(from, to);
+    const double way = way_from(from);
     return way * way / (2 * model_.radius) <
            little * uncertainty_of_ends(model_, descent_.at().covariance);
   }
@@ -211,10 +247,10 @@ class Rest {
   Descent descent_;
   std::optional<Foreground> foreground_;  ///< about there
   BeamLinearisation summed_about_;
-  MotionInformation certain_;  ///< of beams that meet one face
-  BeamPicks doubtful_;         ///< the other returns
-  BeamInformation counts_;     ///< of the certain ones
-  BeamInformation faces_;      ///< and those of the others that were certain when asked again
+  MotionInformation certain_;      ///< of beams that meet one face
+  std::vector<MetFace> doubtful_;  ///< the other returns
+  BeamInformation counts_;         ///< of the certain ones
+  BeamInformation faces_;          ///< and those of the others that were certain when asked again
   MotionInformation all_;
 };
 

@@ -145,3 +145,30 @@ TEST_CASE("rays in packets meet what single rays meet") {
   RayCaster(Mesh{}).cast(rays, 20, hits);
   for (const RayHit& hit : hits) CHECK_FALSE(std::isfinite(hit.range));
 }
+
+TEST_CASE("what a ray met is where it meets the triangle's plane") {
+  const Target target = load_target("radarsat2", 0);
+  const RayCaster caster(target.mesh);
+  Random random(4, "planes");
+  int met = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Ray ray{{0, 0, -5}, (Vector3d(0, 0, 5) + random.normal_vector(0.5)).normalized()};
+    RayHit cast;
+    if (!caster.cast(ray, 20, cast) || cast.normal.dot(ray.direction) > -0.05) continue;
+    ++met;
+    RayHit again;
+    caster.meet(ray, cast.triangle, again);
+    CHECK(again.triangle == cast.triangle);
+    CHECK(again.range == Approx(cast.range).epsilon(1e-9));
+    CHECK(again.normal.isApprox(cast.normal, 1e-9));
+    caster.meet({ray.origin, -ray.direction}, cast.triangle, again);
+    CHECK(again.range == Approx(-cast.range).epsilon(1e-9));
+    CHECK(again.normal.isApprox(-cast.normal, 1e-9));
+  }
+  CHECK(met > 50);
+
+  const RayCaster plate(make_box({1, 1, 0}));
+  RayHit hit;
+  plate.meet({{0, 0, -1}, Vector3d::UnitX()}, 0, hit);
+  CHECK_FALSE(std::isfinite(hit.range));
+}
