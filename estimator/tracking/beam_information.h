@@ -109,9 +109,9 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const std::uint32_t> picks,
                                  std::vector<MetFace>& at_edges,
                                  const Foreground* foreground = nullptr);
-/// met: nothing is cast, a third of the time: the target has moved since by less than what made
-/// these beams doubtful. Each meets the plane of the same triangle, and is of that face, unless it
-/// comes near an end of it.
+/// met: nothing is cast, which takes a third of the time. For beams where the target has moved
+/// since by less than what makes them doubtful: each meets the plane of the same triangle, and is
+/// of that face, unless it comes near an end of it.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,

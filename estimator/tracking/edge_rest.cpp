@@ -2,6 +2,7 @@
 #include "estimator/tracking/edge_rest.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -72,6 +73,22 @@ void move(MotionInformation& said, const Vector12d& step) {
   said.gradient -= said.information * step;
 }
 
+BeamPicks beams_of(std::span<const MetFace> met) {
+  BeamPicks picks;
+  picks.reserve(met.size());
+  for (const MetFace& one : met) picks.push_back(one.beam);
+  return picks;
+}
+
+/// How far this step moved the target across a beam, where that returned from, rad.
+Vector3d moved_across(const Beam& beam, const BeamLinearisation& at, const Vector12d& step) {
+  const double time = static_cast<double>(beam.utime - at.utime) * 1e-6;
+  const Vector6d then = step.head<6>() + time * step.tail<6>();
+  const Vector3d arm = beam.range * beam.direction - at.pose.position;
+  const Vector3d way = then.head<3>() + then.tail<3>().cross(arm);
+  return (way - way.dot(beam.direction) * beam.direction) / beam.range;
+}
+
 class Rest {
  public:
   Rest(const TargetModel& model, const BeamModel& beam_model, std::span<const Beam> beams,
@@ -117,7 +134,7 @@ class Rest {
 
   /// To where those that were doubtful, and those that passed close by, put it, too.
   void among_edges(const Outline& outline) {
-    std::vector<MetFace> near;
+    BeamPicks near;
     faces_ = counts_;
     const BeamInformation asked_again = ask_again(near);
     faces_ += asked_again;
@@ -163,35 +180,30 @@ class Rest {
  private:
   const Foreground* foreground() const { return foreground_ ? &*foreground_ : nullptr; }
 
-  /// The doubtful ones, as all know it now: most without a cast.
-  BeamInformation ask_again(std::vector<MetFace>& near) const {
-    const Pose moved = descent_.at().pose * summed_about_.pose.inverse();
-    const Matrix3d turned = moved.rotation.toRotationMatrix() - Matrix3d::Identity();
-    const double angle = std::hypot(beam_model_.azimuth_sigma_rad, beam_model_.elevation_sigma_rad);
-    const double least_reach = how_.edge_sigmas * angle / std::sqrt(2.0);
+  /// The doubtful ones, as all know it now: most without a cast. near: those that are so still.
+  BeamInformation ask_again(BeamPicks& near) const {
     // Where the target has moved by less than makes a beam doubtful, what meets another face now is
     // doubtful still.
-    const auto little = [&](const Beam& beam) {
-      const Vector3d way = turned * beam.direction + moved.position / beam.range;
-      const double along = way.dot(beam.direction);
-      return way.squaredNorm() - along * along < least_reach * least_reach;
-    };
-    std::vector<MetFace> as_before;
-    BeamPicks others;
-    as_before.reserve(doubtful_.size());
-    for (const MetFace& met : doubtful_) {
-      if (little(beams_[met.beam])) {
-        as_before.push_back(met);
-      } else {
-        others.push_back(met.beam);
-      }
-    }
+    const double angle = std::hypot(beam_model_.azimuth_sigma_rad, beam_model_.elevation_sigma_rad);
+    const double least_reach = how_.edge_sigmas * angle / std::sqrt(2.0);
+    const Vector12d step = difference(summed_about_, descent_.at());
+    std::vector<MetFace> as_before = doubtful_;
+    const auto moved =
+        std::stable_partition(as_before.begin(), as_before.end(), [&](const MetFace& met) {
+          return moved_across(beams_[met.beam], summed_about_, step).norm() < least_reach;
+        });
+    const BeamPicks others = beams_of({moved, as_before.end()});
+    as_before.erase(moved, as_before.end());
+
+    std::vector<MetFace> some;
+    std::vector<MetFace> more;
     BeamInformation said = beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_,
-                                            as_before, near, foreground());
-    std::vector<MetFace> near_others;
-    said += beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others,
-                             near_others, foreground());
-    near.insert(near.end(), near_others.begin(), near_others.end());
+                                            as_before, some, foreground());
+    said += beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others, more,
+                             foreground());
+    some.insert(some.end(), more.begin(), more.end());
+    near = beams_of(some);
+    std::sort(near.begin(), near.end());
     return said;
   }
 
