@@ -15,7 +15,7 @@ set(BERTH_SANITIZE "" CACHE STRING "Value of -fsanitize, for instance address,un
 add_library(berth_options INTERFACE)
 target_include_directories(berth_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(berth_options INTERFACE
-  -march=${BERTH_ARCHITECTURE} -ffp-contract=off
+  -march=${BERTH_ARCHITECTURE} -ffp-contract=off -fno-math-errno -fno-trapping-math
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align
   -Wunused -Wnull-dereference -Wdouble-promotion -Wformat=2 -Werror
   # gcc 12 sees faults in Eigen's vectorised assignments that are none

@@ -112,12 +112,13 @@ struct RayCaster::Impl {
   bool start(std::span<const Ray> rays, double max_range, RTCRay8& out, std::array<int, 8>& valid,
              std::array<double, 8>& moved) const {
     if (scene == nullptr) return false;
-    std::array<std::array<double, 8>, 3> origin{};
-    std::array<std::array<double, 8>, 3> direction{};
-    for (std::size_t i = 0; i < rays.size(); ++i) {
+    std::array<std::array<double, 8>, 3> origin;
+    std::array<std::array<double, 8>, 3> direction;
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Ray& ray = rays[std::min(i, rays.size() - 1)];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        origin[axis][i] = rays[i].origin[static_cast<Eigen::Index>(axis)];
-        direction[axis][i] = rays[i].direction[static_cast<Eigen::Index>(axis)];
+        origin[axis][i] = ray.origin[static_cast<Eigen::Index>(axis)];
+        direction[axis][i] = ray.direction[static_cast<Eigen::Index>(axis)];
       }
     }
     const double reach = radius * 1.0001 + 1e-6;
@@ -204,8 +205,8 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
   RTCRayHit8 packet{};
   for (std::size_t first = 0; first < rays.size(); first += width) {
     const std::size_t count = std::min(width, rays.size() - first);
-    alignas(32) std::array<int, width> valid{};
-    std::array<double, width> moved{};
+    alignas(32) std::array<int, width> valid;
+    std::array<double, width> moved;
     const bool any = impl_->start(rays.subspan(first, count), max_range, packet.ray, valid, moved);
     for (std::size_t i = 0; i < width; ++i) {
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;

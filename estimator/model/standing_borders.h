@@ -17,6 +17,8 @@ class StandingBorders {
  public:
   StandingBorders(const Mesh& mesh, const std::vector<FaceBorders::End>& ends);
 
+  bool none() const { return ends_.empty(); }
+
   /// Indices of the ends.
   struct Both {
     std::span<const std::uint32_t> front, back;  ///< front: where the triangle's normal points

@@ -15,6 +15,7 @@ namespace berth::estimator {
 namespace {
 
 constexpr std::size_t chunk = 64;  // beams at a time, on the stack
+constexpr std::size_t ahead = 16;  // beams that are asked of memory before they are looked at
 
 Matrix6d both(const Matrix3d& rotation) {
   Matrix6d m = Matrix6d::Zero();
@@ -41,6 +42,7 @@ class Accumulator {
     const double az = beam_model.azimuth_sigma_rad;
     const double el = beam_model.elevation_sigma_rad;
     angle_variance_ = 0.5 * (az * az + el * el);
+    least_reach_ = options.edge_sigmas * std::sqrt(angle_variance_);
     model_variance_ = options.model_sigma_m * options.model_sigma_m;
     gate2_ = options.gate_sigmas * options.gate_sigmas;
     const LikelihoodOptions& shares = options.likelihood;
@@ -82,6 +84,7 @@ class Accumulator {
       std::size_t count = 0;
       for (; count < chunk && i < total; ++i) {
         const std::uint32_t next = index(i);
+        fetch(index(std::min(i + ahead, total - 1)));
         if (options_.misses || beams_[next].hit()) batch_[count++] = next;
       }
       aim(count);
@@ -91,23 +94,24 @@ class Accumulator {
     return sum_up();
   }
 
-  /// Without a cast: at the plane of what each has met before.
+  /// Without a cast where it is known what each met before: at the plane of that.
   BeamInformation meet_again(std::span<const MetFace> met) {
-    for (std::size_t i = 0; i < met.size();) {
-      const std::size_t first = i;
-      for (; i < met.size() && i - first < chunk; ++i) batch_[i - first] = met[i].beam;
-      aim(i - first);
-      for (std::size_t n = 0; first + n < i; ++n) {
-        hits_[n].range = std::numeric_limits<double>::infinity();
-        const std::uint32_t triangle = met[first + n].triangle;
-        if (triangle != MetFace::none) model_.caster.meet(rays_[n], triangle, hits_[n]);
+    for (std::size_t first = 0; first < met.size(); first += chunk) {
+      const auto some = met.subspan(first, std::min(chunk, met.size() - first));
+      for (std::size_t n = 0; n < some.size(); ++n) {
+        batch_[n] = some[n].beam;
+        fetch(met[std::min(first + n + ahead, met.size() - 1)].beam);
       }
-      take(i - first);
+      aim(some.size());
+      meet(some);
+      take(some.size());
     }
     return sum_up();
   }
 
  private:
+  void fetch(std::uint32_t beam) const { __builtin_prefetch(&beams_[beam]); }
+
   BeamInformation sum_up() {
     sums_.flush();
     edge_sums_.flush();
@@ -136,6 +140,34 @@ class Accumulator {
       times_[i] = frame_.go_to(beam);
       rays_[i] = {frame_.eye(), frame_.turn() * beam.direction};
     }
+  }
+
+  void meet(std::span<const MetFace> met) {
+    std::array<Ray, chunk> cast_rays;
+    std::array<RayHit, chunk> cast_hits;
+    std::array<std::size_t, chunk> cast;
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < met.size(); ++n) {
+      if (!meets_as_before(met[n].triangle, rays_[n], hits_[n])) {
+        cast_rays[count] = rays_[n];
+        cast[count++] = n;
+      }
+    }
+    model_.caster.cast({cast_rays.data(), count}, far(), cast_hits);
+    for (std::size_t k = 0; k < count; ++k) hits_[cast[k]] = cast_hits[k];
+  }
+
+  /// @return false where it has to be cast.
+  bool meets_as_before(std::uint32_t triangle, const Ray& ray, RayHit& hit) const {
+    if (triangle == MetFace::unknown) return false;
+    const bool to_be_sure = at_edges_ == nullptr && foreground_ != nullptr;
+    hit.range = std::numeric_limits<double>::infinity();
+    if (triangle == MetFace::none) return !to_be_sure;
+    model_.caster.meet(ray, triangle, hit);
+    if (!to_be_sure) return true;
+    const Vector3d point = ray.origin + hit.range * ray.direction;
+    return !model_.borders.near(triangle, point, 0) &&
+           !foreground_->near(triangle, point, least_reach_ * hit.range);
   }
 
   void take(std::size_t count) {
@@ -383,7 +415,7 @@ class Accumulator {
   MovingFrame frame_;
   NormalSums sums_;
   NormalSums edge_sums_;
-  double angle_variance_, arm_right_, arm_up_;
+  double angle_variance_, least_reach_, arm_right_, arm_up_;
   double model_variance_, gate2_;
   double past_cost_;  // of a return from something behind, as is to be expected past the model
   Matrix6d covariance_;
@@ -466,6 +498,13 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  const BeamInformationOptions& options,
                                  std::span<const MetFace> met) {
   return Accumulator(model, beam_model, beams, at, options).meet_again(met);
+}
+
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met, const Foreground& foreground) {
+  return Accumulator(model, beam_model, beams, at, options, nullptr, &foreground).meet_again(met);
 }
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,

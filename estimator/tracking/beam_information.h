@@ -84,7 +84,8 @@ bool angles_blur_edges(const BeamModel& beam_model, double range);
 
 /// A beam, by its index, and the triangle that it met.
 struct MetFace {
-  static constexpr std::uint32_t none = 0xffffffffU;  ///< it passed the target by
+  static constexpr std::uint32_t none = 0xffffffffU;     ///< it passed the target by
+  static constexpr std::uint32_t unknown = 0xfffffffeU;  ///< is to be found out
   std::uint32_t beam = 0;
   std::uint32_t triangle = none;
 };
@@ -109,13 +110,18 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const std::uint32_t> picks,
                                  std::vector<MetFace>& at_edges,
                                  const Foreground* foreground = nullptr);
-/// met: nothing is cast, which takes a third of the time. For beams where the target has moved
-/// since by less than what makes them doubtful: each meets the plane of the same triangle, and is
-/// of that face, unless it comes near an end of it.
+/// met: only those of unknown triangle are cast, the others take a third of the time. They are
+/// beams where the target has moved since by less than what makes them doubtful: each meets the
+/// plane of the same triangle, and is of that face, unless it comes near an end of it.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const MetFace> met);
+/// foreground: of about that pose; those that may have come past an end since are cast, too.
+BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
+                                 std::span<const Beam> beams, const BeamLinearisation& at,
+                                 const BeamInformationOptions& options,
+                                 std::span<const MetFace> met, const Foreground& foreground);
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,

@@ -89,7 +89,7 @@ void never_less_than_nothing(MotionInformation& sum, const Matrix12d& covariance
 }  // namespace
 
 EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
-                                 std::span<const Beam> beams, const BeamPicks& returns,
+                                 std::span<const Beam> beams, const std::vector<MetFace>& returns,
                                  const Outline& outline, int certain_returns,
                                  const BeamInformationOptions& options)
     : model_(model),
@@ -103,10 +103,10 @@ EdgePropagation::EdgePropagation(const TargetModel& model, const BeamModel& beam
       groups_(std::bit_width(both_kinds * returns.size() / first_beams + 1)),
       waiting_(groups_) {}
 
-BeamPicks EdgePropagation::returns_left() const {
-  BeamPicks left;
+std::vector<MetFace> EdgePropagation::returns_left() const {
+  std::vector<MetFace> left;
   std::copy_if(returns_.begin(), returns_.end(), std::back_inserter(left),
-               [this](std::uint32_t beam) { return group_of(beam, groups_) < waiting_; });
+               [this](const MetFace& met) { return group_of(met.beam, groups_) < waiting_; });
   return left;
 }
 
@@ -146,9 +146,9 @@ MotionInformation EdgePropagation::take(const BeamLinearisation& at, const Matri
     }
   };
   --waiting_;
-  for (const std::uint32_t beam : returns_) {
-    if (group_of(beam, groups_) != waiting_) continue;
-    look_at(beam);
+  for (const MetFace& met : returns_) {
+    if (group_of(met.beam, groups_) != waiting_) continue;
+    look_at(met.beam);
     ++taken_;
   }
   const BeamPicks passed = outline_.group(waiting_, groups_);

@@ -26,8 +26,9 @@ class EdgePropagation {
   /// may have come close; certain_returns: how many others are of one face. What is passed in must
   /// outlive it.
   EdgePropagation(const TargetModel& model, const BeamModel& beam_model,
-                  std::span<const Beam> beams, const BeamPicks& returns, const Outline& outline,
-                  int certain_returns, const BeamInformationOptions& options);
+                  std::span<const Beam> beams, const std::vector<MetFace>& returns,
+                  const Outline& outline, int certain_returns,
+                  const BeamInformationOptions& options);
 
   /// Whether some beams have not been looked at.
   bool waiting() const { return waiting_ > 0; }
@@ -35,7 +36,7 @@ class EdgePropagation {
   std::size_t taken() const { return taken_; }
   double all_over_taken() const { return std::ldexp(1.0, waiting_); }
   /// The returns that have not, in their order.
-  BeamPicks returns_left() const;
+  std::vector<MetFace> returns_left() const;
   /// Twice as many as have been, from all over the scan. covariance: of the motion at the
   /// linearisation as it is known from all beams, those of the sites before included; as
   /// MotionInformation's d. @return the sum of the sites.
@@ -77,7 +78,7 @@ class EdgePropagation {
   const TargetModel& model_;
   const BeamModel& beam_model_;
   std::span<const Beam> beams_;
-  const BeamPicks& returns_;
+  const std::vector<MetFace>& returns_;
   const Outline& outline_;
   int certain_returns_;
   const BeamInformationOptions& options_;

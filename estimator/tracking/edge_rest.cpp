@@ -73,13 +73,6 @@ void move(MotionInformation& said, const Vector12d& step) {
   said.gradient -= said.information * step;
 }
 
-BeamPicks beams_of(std::span<const MetFace> met) {
-  BeamPicks picks;
-  picks.reserve(met.size());
-  for (const MetFace& one : met) picks.push_back(one.beam);
-  return picks;
-}
-
 /// How far this step moved the target across a beam, where that returned from, rad.
 Vector3d moved_across(const Beam& beam, const BeamLinearisation& at, const Vector12d& step) {
   const double time = static_cast<double>(beam.utime - at.utime) * 1e-6;
@@ -121,7 +114,7 @@ class Rest {
       about = descent_.at();
       about.covariance *= looseness;
     }
-    if (returns.size() >= least_to_tell) {
+    if (returns.size() >= least_to_tell && !model_.standing.none()) {
       foreground_.emplace(model_, about.pose.inverse().position);
     }
     sum_up(returns, about);
@@ -134,7 +127,7 @@ class Rest {
 
   /// To where those that were doubtful, and those that passed close by, put it, too.
   void among_edges(const Outline& outline) {
-    BeamPicks near;
+    std::vector<MetFace> near;
     faces_ = counts_;
     const BeamInformation asked_again = ask_again(near);
     faces_ += asked_again;
@@ -159,9 +152,7 @@ class Rest {
       }
     }
     // Each of the others met the face that it meets now, or another: most of what it would tell.
-    MotionInformation others = beam_information(model_, beam_model_, beams_, descent_.at(),
-                                                of_faces_, edges.returns_left())
-                                   .motion();
+    MotionInformation others = what_others_say(edges.returns_left()).motion();
     constexpr double share = 0.75;
     others.information *= share;
     others.gradient *= share;
@@ -181,30 +172,29 @@ class Rest {
   const Foreground* foreground() const { return foreground_ ? &*foreground_ : nullptr; }
 
   /// The doubtful ones, as all know it now: most without a cast. near: those that are so still.
-  BeamInformation ask_again(BeamPicks& near) const {
+  BeamInformation ask_again(std::vector<MetFace>& near) const {
     // Where the target has moved by less than makes a beam doubtful, what meets another face now is
     // doubtful still.
     const double angle = std::hypot(beam_model_.azimuth_sigma_rad, beam_model_.elevation_sigma_rad);
     const double least_reach = how_.edge_sigmas * angle / std::sqrt(2.0);
     const Vector12d step = difference(summed_about_, descent_.at());
-    std::vector<MetFace> as_before = doubtful_;
-    const auto moved =
-        std::stable_partition(as_before.begin(), as_before.end(), [&](const MetFace& met) {
-          return moved_across(beams_[met.beam], summed_about_, step).norm() < least_reach;
-        });
-    const BeamPicks others = beams_of({moved, as_before.end()});
-    as_before.erase(moved, as_before.end());
+    std::vector<MetFace> again = doubtful_;
+    for (MetFace& met : again) {
+      const Vector3d moved = moved_across(beams_[met.beam], summed_about_, step);
+      if (moved.squaredNorm() > least_reach * least_reach) met.triangle = MetFace::unknown;
+    }
+    return beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, again, near,
+                            foreground());
+  }
 
-    std::vector<MetFace> some;
-    std::vector<MetFace> more;
-    BeamInformation said = beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_,
-                                            as_before, some, foreground());
-    said += beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others, more,
-                             foreground());
-    some.insert(some.end(), more.begin(), more.end());
-    near = beams_of(some);
-    std::sort(near.begin(), near.end());
-    return said;
+  /// As faces alone. Only the foreground tells what stands before one.
+  BeamInformation what_others_say(std::vector<MetFace> others) const {
+    if (foreground_) {
+      return beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others,
+                              *foreground_);
+    }
+    for (MetFace& met : others) met.triangle = MetFace::unknown;
+    return beam_information(model_, beam_model_, beams_, descent_.at(), of_faces_, others);
   }
 
   /// Of the target's ends, m.

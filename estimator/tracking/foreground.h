@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <immintrin.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -38,9 +40,8 @@ class Foreground {
       found |= (beside < most) & (beside > -most) & (along(screen.from) > -most) &
                (along(screen.to) > -most);
     }
-    bool any = false;
-    for (std::size_t n = 0; n < width; ++n) any = any || found[n] != 0;
-    return any;
+    const auto bits = reinterpret_cast<__m256i>(found);
+    return _mm256_testz_si256(bits, bits) == 0;
   }
 
  private:
