@@ -94,8 +94,9 @@ Outcome run_trial(const Settings& settings, const Cell& cell, const estimator::A
   return outcome;
 }
 
-void report(const std::string& method, const Cell& cell, const std::vector<Outcome>& outcomes,
-            Table& table, std::vector<std::vector<std::string>>& failures) {
+void report(const Yardstick& yardstick, const std::string& method, const Cell& cell,
+            const std::vector<Outcome>& outcomes, Table& table,
+            std::vector<std::vector<std::string>>& failures) {
   const auto n = static_cast<int>(outcomes.size());
   const auto count = [&](auto&& condition) {
     return static_cast<int>(std::count_if(outcomes.begin(), outcomes.end(), condition));
@@ -115,7 +116,7 @@ void report(const std::string& method, const Cell& cell, const std::vector<Outco
   const int decisive = count([](const Outcome& o) { return o.lead > 5; });
   const int decided =
       count([](const Outcome& o) { return o.lead > 5 && o.verdict == Verdict::right; });
-  const bool enough = !cell.judge_evidence || decided >= 0.95 * decisive;
+  const bool enough = !cell.judge_evidence || yardstick.share_at_least(decided, decisive, 0.95);
   table.judge(
       {method, cell.name(), share(right, n), std::to_string(with(Verdict::right)),
        std::to_string(with(Verdict::ambiguous_with_truth)),
@@ -125,8 +126,9 @@ void report(const std::string& method, const Cell& cell, const std::vector<Outco
        number(median(times)), number(percentile(times, 0.95)),
        ">= " + number(100 * cell.least_right, 1) + " %, <= " + number(cell.most_median_ms, 0) +
            " ms"},
-      right >= cell.least_right * n && wrong <= 0.002 * n && median(times) <= cell.most_median_ms &&
-          enough);
+      yardstick.share_at_least(right, n, cell.least_right) &&
+          yardstick.share_at_most(wrong, n, 0.002) &&
+          yardstick.milliseconds_at_most(median(times), cell.most_median_ms) && enough);
 }
 
 std::vector<std::string> targets_of(const Settings& settings) {
@@ -169,7 +171,7 @@ int run_acquisition(const Settings& settings) {
         const auto outcomes = results_of(
             "acquisition " + name + " " + cell.name(), settings.trials, settings.jobs,
             [&](int i) { return run_trial(settings, cell, **subject, model, judge, i); });
-        report(name, cell, outcomes, table, failures);
+        report(settings.yardstick, name, cell, outcomes, table, failures);
       }
     }
   }

@@ -162,7 +162,8 @@ int run_planning(const Settings& settings) {
           number(uniform_error, 3),
           number(uniform_error / error)};
       if (cell.judged) {
-        table.judge(row, root_mean_square(ratio) <= 1.25 && uniform_error >= 1.5 * error);
+        table.judge(row, settings.yardstick.at_most(ratio, root_mean_square, 1.25) &&
+                             uniform_error >= 1.5 * error);
       } else {
         table.add(row);
       }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "estimator/methods.h"
+#include "test/benchmarks/yardstick.h"
 
 namespace berth::trials {}  // namespace berth::trials
 
@@ -25,6 +26,7 @@ struct Settings {
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
   std::vector<std::string> tracking_methods;
+  Yardstick yardstick{true};
   std::string only;  ///< of the cells of a part, those whose name holds this
 
   bool wanted(const std::string& cell) const { return cell.find(only) != std::string::npos; }

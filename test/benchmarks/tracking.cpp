@@ -58,6 +58,8 @@ Ratios ratios(const std::vector<TrackingOutcome>& outcomes) {
   return r;
 }
 
+double percentile_95(const std::vector<double>& values) { return percentile(values, 0.95); }
+
 double rms_of(const std::vector<TrackingOutcome>& outcomes,
               double (*value)(const TrackingOutcome&)) {
   std::vector<double> values;
@@ -170,12 +172,13 @@ int accuracy(const Settings& settings, bool full) {
         table.add(row);
         continue;
       }
-      const auto ok = static_cast<double>(r.translation.size());
-      table.judge(row, ok >= least_ok * settings.trials &&
-                           root_mean_square(r.translation) <= most_rms &&
-                           root_mean_square(r.rotation) <= most_rms &&
-                           percentile(r.translation, 0.95) <= most_p95 &&
-                           percentile(r.rotation, 0.95) <= most_p95);
+      const auto ok = static_cast<int>(r.translation.size());
+      const auto near_bound = [&settings](const std::vector<double>& errors) {
+        return settings.yardstick.at_most(errors, root_mean_square, most_rms) &&
+               settings.yardstick.at_most(errors, percentile_95, most_p95);
+      };
+      table.judge(row, settings.yardstick.share_at_least(ok, settings.trials, least_ok) &&
+                           near_bound(r.translation) && near_bound(r.rotation));
     }
     for (const auto& [cell, consistency] : together) {
       judge(nees, {name, "Error" + std::to_string(cell.first), "all", std::to_string(cell.second)},
