@@ -97,7 +97,7 @@
   const show = (chart, view) => {
     chart.view = view;
     const [top, bottom] = scale(chart, view);
-    const across = (x) => canvas * (x - chart.x[0]) / (chart.x[1] - chart.x[0]);
+    const across = (x) => canvas * ((x - chart.x[0]) / (chart.x[1] - chart.x[0]));  // the whole: exactly the canvas
     const left = across(view[0]);
     chart.svg.setAttribute('viewBox', `${left} ${top} ${across(view[1]) - left} ${bottom - top}`);
     for (const element of chart.area.querySelectorAll('[data-x]')) {

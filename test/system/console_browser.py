@@ -229,9 +229,9 @@ def replay(run):
         viewer.until("a replay", lambda: viewer.body("mode") == "replay" and viewer.section("replay").get("length_s"), 60)
         length = viewer.section("replay")["length_s"]
         assert length > 20, length
-        if viewer.data("#replay-bar", "paused") == "false":
+        if not viewer.section("replay")["paused"]:  # not as drawn: before the first drawing the bar says paused
             viewer.click("#replay-play")
-        viewer.until("paused", lambda: viewer.data("#replay-bar", "paused") == "true", 10)
+        viewer.until("paused", lambda: viewer.section("replay")["paused"], 10)
         places = []
         for part in (0.03, 0.6):
             viewer.script("const s = document.querySelector('#replay-slider'); s.value = arguments[0];"
