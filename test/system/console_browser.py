@@ -232,6 +232,7 @@ def replay(run):
         if not viewer.section("replay")["paused"]:  # not as drawn: before the first drawing the bar says paused
             viewer.click("#replay-play")
         viewer.until("paused", lambda: viewer.section("replay")["paused"], 10)
+        viewer.until("drawn as paused", lambda: viewer.data("#replay-bar", "paused") == "true", 10)
         places = []
         for part in (0.03, 0.6):
             viewer.script("const s = document.querySelector('#replay-slider'); s.value = arguments[0];"
