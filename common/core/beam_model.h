@@ -21,6 +21,11 @@ struct BeamModel {
   /// Variance (m^2) along the beam of a return from a surface at this range and incidence (rad from
   /// the normal): range noise, and angle noise seen through the surface's slope.
   double range_variance(double range, double incidence) const;
+  /// Of the angle noise, rad^2: the mean over both directions.
+  double angle_variance() const {
+    return 0.5 *
+           (azimuth_sigma_rad * azimuth_sigma_rad + elevation_sigma_rad * elevation_sigma_rad);
+  }
   /// Width of the beam on a surface square to it, m.
   double footprint(double range) const { return aperture_m + divergence_rad * range; }
 };

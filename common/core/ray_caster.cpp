@@ -31,11 +31,7 @@ struct RayCaster::Impl {
   Box bounds;
   Vector3d centre = Vector3d::Zero();
   double radius = 0;
-  RTCScene scene = nullptr;  // stays null for a mesh without triangles
-  struct Plane {
-    Vector3d normal;  // unit, of either sign
-    Vector3d corner;
-  };
+  RTCScene scene = nullptr;   // stays null for a mesh without triangles
   std::vector<Plane> planes;  // of the triangles
 
   Impl(const Mesh& m, Edges edges) : mesh(m), bounds(bounding_box(m)) {
@@ -229,6 +225,10 @@ void RayCaster::cast(std::span<const Ray> rays, double max_range, std::span<RayH
 
 void RayCaster::meet(const Ray& ray, std::uint32_t triangle, RayHit& hit) const {
   impl_->meet(ray, triangle, hit);
+}
+
+const RayCaster::Plane& RayCaster::plane(std::uint32_t triangle) const {
+  return impl_->planes[triangle];
 }
 
 bool RayCaster::occluded(const Ray& ray, double max_range) const {

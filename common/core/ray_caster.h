@@ -43,6 +43,12 @@ class RayCaster {
   /// Where the line of a ray meets a triangle's plane, whatever else is there: hit. The range is
   /// infinite where it runs along the plane, and may be negative.
   void meet(const Ray& ray, std::uint32_t triangle, RayHit& hit) const;
+  /// The plane of a triangle.
+  struct Plane {
+    Vector3d normal;  ///< unit, of either sign
+    Vector3d corner;
+  };
+  const Plane& plane(std::uint32_t triangle) const;
   /// Whether anything lies between the origin and max_range.
   bool occluded(const Ray& ray, double max_range) const;
   /// Point of the mesh nearest to a point of the mesh frame, and its triangle.

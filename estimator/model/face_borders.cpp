@@ -54,7 +54,8 @@ FaceBorders::FaceBorders(const Mesh& mesh) : sides_(mesh.triangles.size()) {
       const Vector3d along = (b - a).normalized();
       const Vector3d inward = (opposite - a) - along * along.dot(opposite - a);
       if (!(inward.norm() > 0)) continue;
-      sides_[t][side] = {inward.normalized(), inward.normalized().dot(a)};
+      const double offset = inward.normalized().dot(a);
+      sides_[t][side] = {inward.normalized(), offset, offset};
       const auto [low, high] = std::minmax(place[corners[side]], place[corners[(side + 1) % 3]]);
       halves.push_back({low, high, t, side});
     }
@@ -87,7 +88,7 @@ FaceBorders::FaceBorders(const Mesh& mesh) : sides_(mesh.triangles.size()) {
       const std::uint32_t side = halves[first].side;
       ends_.push_back({mesh.vertices[corners[side]], mesh.vertices[corners[(side + 1) % 3]]});
     }
-    for (const Half* half : inner) sides_[half->triangle][half->side] = {};
+    for (const Half* half : inner) sides_[half->triangle][half->side].end = endless;
     first = last;
   }
 }

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "common/core/pose.h"
+
 namespace berth::estimator {
 
 /// Four numbers in a vector register: arithmetic, comparison and ?: act on each of them.
@@ -25,6 +27,11 @@ struct Four3 {
   Four x, y, z;
 
   Four dot(const Four3& b) const { return x * b.x + y * b.y + z * b.z; }
+  void set(std::size_t lane, const Vector3d& v) {
+    x[lane] = v.x();
+    y[lane] = v.y();
+    z[lane] = v.z();
+  }
   Four3 cross(const Four3& b) const {
     return {y * b.z - z * b.y, z * b.x - x * b.z, x * b.y - y * b.x};
   }
@@ -34,6 +41,15 @@ inline Four3 operator+(const Four3& a, const Four3& b) { return {a.x + b.x, a.y 
 inline Four3 operator-(const Four3& a, const Four3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Four3 operator*(const Four& s, const Four3& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline Four3 operator/(const Four3& a, const Four& s) { return {a.x / s, a.y / s, a.z / s}; }
+inline Four3 four(const Vector3d& v) { return {four(v.x()), four(v.y()), four(v.z())}; }
+/// Of each lane whether something is so: all bits set, or none. What a comparison gives.
+using FourFlags = decltype(Four{} < Four{});
+/// A bit for each lane.
+inline unsigned bits(const FourFlags& flags) {
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
+}
+inline int count(const FourFlags& flags) { return __builtin_popcount(bits(flags)); }
+inline double sum(const Four& value) { return (value[0] + value[1]) + (value[2] + value[3]); }
 /// a where the mask is set, b elsewhere.
 template <class Mask>
 Four3 chosen(const Mask& mask, const Four3& a, const Four3& b) {

@@ -34,16 +34,32 @@ class NormalSums {
     ++count_;
   }
 
-  /// Four rows at time 0, after as many by fours alone.
-  void add(const Four3& normal, const Four3& torque, const Four& w, const Four& wr) {
+  /// Four rows, after as many by fours alone.
+  void add(const Four3& normal, const Four3& torque, const Four& w, const Four& wr,
+           const Four& t = four(0)) {
     if (count_ == capacity) flush();
     const std::array<const Four*, 6> row = {&normal.x, &normal.y, &normal.z,
                                             &torque.x, &torque.y, &torque.z};
     for (std::size_t i = 0; i < 6; ++i) put(*row[i], &rows_[i][count_]);
     put(w, &weight_[count_]);
     put(wr, &residual_[count_]);
-    put(four(0), &time_[count_]);
+    put(t, &time_[count_]);
     count_ += lanes;
+  }
+
+  /// Of rows flushed.
+  NormalSums& operator+=(const NormalSums& other) {
+    for (std::size_t power = 0; power < products_.size(); ++power) {
+      for (std::size_t k = 0; k < products_[power].size(); ++k) {
+        products_[power][k] += other.products_[power][k];
+      }
+    }
+    for (std::size_t power = 0; power < residuals_.size(); ++power) {
+      for (std::size_t k = 0; k < residuals_[power].size(); ++k) {
+        residuals_[power][k] += other.residuals_[power][k];
+      }
+    }
+    return *this;
   }
 
   void flush() {

@@ -4,18 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "estimator/model/normal_sums.h"
 #include "estimator/tracking/edge_beam.h"
 #include "estimator/tracking/foreground.h"
 #include "estimator/tracking/moving_frame.h"
+#include "estimator/tracking/sure_beams.h"
 
 namespace berth::estimator {
 
 namespace {
 
 constexpr std::size_t chunk = 64;  // beams at a time, on the stack
-constexpr std::size_t ahead = 16;  // beams that are asked of memory before they are looked at
+constexpr std::size_t ahead = 80;  // beams that are asked of memory before they are looked at
 
 Matrix6d both(const Matrix3d& rotation) {
   Matrix6d m = Matrix6d::Zero();
@@ -41,7 +43,7 @@ class Accumulator {
         edge_sums_(options.of_velocity) {
     const double az = beam_model.azimuth_sigma_rad;
     const double el = beam_model.elevation_sigma_rad;
-    angle_variance_ = 0.5 * (az * az + el * el);
+    angle_variance_ = beam_model.angle_variance();
     least_reach_ = options.edge_sigmas * std::sqrt(angle_variance_);
     model_variance_ = options.model_sigma_m * options.model_sigma_m;
     gate2_ = options.gate_sigmas * options.gate_sigmas;
@@ -77,6 +79,11 @@ class Accumulator {
     edge_.least_light = least_light;
   }
 
+  BeamInformation cast(std::span<const std::uint32_t> picks) {
+    if (SureBeams::pays(model_, picks.size())) find_sure(picks);
+    return cast(picks.size(), [picks](std::size_t i) { return picks[i]; });
+  }
+
   /// The beams with these indices.
   template <class IndexAt>
   BeamInformation cast(std::size_t total, const IndexAt& index) {
@@ -87,6 +94,7 @@ class Accumulator {
         fetch(index(std::min(i + ahead, total - 1)));
         if (options_.misses || beams_[next].hit()) batch_[count++] = next;
       }
+      if (sure_) count = take_sure(count);
       aim(count);
       model_.caster.cast({rays_.data(), count}, far(), hits_);
       take(count);
@@ -116,6 +124,13 @@ class Accumulator {
     sums_.flush();
     edge_sums_.flush();
     const double weight = 1 / (1 + edge_information_ * edge_variance_);  // of edges
+    if (sure_) {
+      sums_ += sure_->sums();
+      result_.predicted += sure_->used();
+      result_.used += sure_->used();
+      result_.chi2 += sure_->chi2();
+      result_.cost += sure_->chi2();
+    }
     const Matrix6d back = both(at_.pose.rotation.toRotationMatrix());
     for (std::size_t k = 0; k < 3; ++k) {
       const Matrix6d a =
@@ -140,6 +155,26 @@ class Accumulator {
       times_[i] = frame_.go_to(beam);
       rays_[i] = {frame_.eye(), frame_.turn() * beam.direction};
     }
+  }
+
+  void find_sure(std::span<const std::uint32_t> picks) {
+    const double arms = blurred_ ? farther * std::hypot(arm_right_, arm_up_) : 0;
+    sure_.emplace(model_, beam_model_, beams_, at_, options_, picks, std::max(edge_reach_, arms),
+                  foreground_ != nullptr ? foreground_->eye() : frame_.eye());
+  }
+
+  /// Those of the batch. @return how many are left: they are its first now.
+  std::size_t take_sure(std::size_t count) {
+    constexpr std::size_t lanes = SureBeams::lanes;
+    std::size_t left = 0;
+    for (std::size_t first = 0; first < count; first += lanes) {
+      const std::span<const std::uint32_t> some(&batch_[first], std::min(lanes, count - first));
+      const unsigned taken = some.size() == lanes ? sure_->take(some.first<lanes>()) : 0;
+      for (std::size_t n = 0; n < some.size(); ++n) {
+        if ((taken >> n & 1U) == 0) batch_[left++] = some[n];
+      }
+    }
+    return left;
   }
 
   void meet(std::span<const MetFace> met) {
@@ -178,7 +213,7 @@ class Accumulator {
     const Beam& beam = beams_[index];
     if (at_edges_ != nullptr && may_change_face(beam, ray, hit)) {
       at_edges_->push_back({index, std::isfinite(hit.range) ? hit.triangle : MetFace::none});
-      if (fits(beam, ray, hit)) ++result_.doubtful;
+      if (options_.doubtful && fits(beam, ray, hit)) ++result_.doubtful;
       return;
     }
     if (!std::isfinite(hit.range)) {
@@ -221,7 +256,6 @@ class Accumulator {
       return true;
     // Something may stand before the face. Where beams go far astray that counts, from about as far
     // off as an end of this face does.
-    constexpr double farther = 1.5;
     return blurred_ && (cast_beside(beam, ray, hit) || cast_beside(beam, ray, hit, farther));
   }
 
@@ -396,6 +430,7 @@ class Accumulator {
     edge_information_ += score.outwards * score.outwards;
   }
 
+  static constexpr double farther = 1.5;  // arms
   static constexpr double pulse_m = 0.5;
   static constexpr double least_light = 0.2;  // of an even beam: a quarter of the other echo's
   /// How much light which of several surfaces returns is not known: on the variance of their mean.
@@ -414,6 +449,7 @@ class Accumulator {
   const BeamLinearisation& at_;
   MovingFrame frame_;
   NormalSums sums_;
+  std::optional<SureBeams> sure_;  // where there are many beams
   NormalSums edge_sums_;
   double angle_variance_, least_reach_, arm_right_, arm_up_;
   double model_variance_, gate2_;
@@ -479,8 +515,7 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options,
                                  std::span<const std::uint32_t> picks) {
-  return Accumulator(model, beam_model, beams, at, options)
-      .cast(picks.size(), [picks](std::size_t i) { return picks[i]; });
+  return Accumulator(model, beam_model, beams, at, options).cast(picks);
 }
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
@@ -489,8 +524,7 @@ BeamInformation beam_information(const TargetModel& model, const BeamModel& beam
                                  std::span<const std::uint32_t> picks,
                                  std::vector<MetFace>& at_edges, const Foreground* foreground) {
   at_edges.clear();
-  return Accumulator(model, beam_model, beams, at, options, &at_edges, foreground)
-      .cast(picks.size(), [picks](std::size_t i) { return picks[i]; });
+  return Accumulator(model, beam_model, beams, at, options, &at_edges, foreground).cast(picks);
 }
 
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,

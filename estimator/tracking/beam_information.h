@@ -38,6 +38,7 @@ struct BeamInformationOptions {
   double pull_sigma_m = 0;
   double pull_m = 0.15;     ///< nearer than this to the model a return counts as beside it
   bool misses = true;       ///< else beams that returned nothing are left out: not even counted
+  bool doubtful = true;     ///< else returns left to others are not counted
   bool of_velocity = true;  ///< else of the pose alone: information[0] and gradient[0]
   LikelihoodOptions likelihood;  ///< for beams at an edge: shares of misses and outliers
 };
@@ -91,7 +92,8 @@ struct MetFace {
 };
 
 /// Casts the beams at the model as it moves and sums up their information. Beams that returned
-/// nothing only count. No allocation; the same bits every time; const, safe from several threads.
+/// nothing only count. Allocates only where so many beams are picked that an image of the target
+/// spares most casts (SureBeams); the same bits every time; const, safe from several threads.
 BeamInformation beam_information(const TargetModel& model, const BeamModel& beam_model,
                                  std::span<const Beam> beams, const BeamLinearisation& at,
                                  const BeamInformationOptions& options);

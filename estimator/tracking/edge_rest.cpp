@@ -104,13 +104,14 @@ class Rest {
   /// Those that meet one face wherever the target may be, once and for all: that is asked where a
   /// few of them, spread evenly, lead.
   void sum_up(const BeamPicks& returns) {
-    constexpr std::size_t times = 12;
+    constexpr std::size_t many = 12000;
     constexpr std::size_t least = 1000;
+    constexpr std::size_t times = 16;
     // Fewer do not tell so well that it matters if some are of another face.
     constexpr std::size_t least_to_tell = 2000;
     BeamLinearisation about = descent_.at();
-    if (returns.size() / times >= least) {
-      sum_up(evenly(returns, returns.size() / times), about);
+    if (returns.size() >= many) {
+      sum_up(evenly(returns, std::max(least, returns.size() / times)), about);
       about = descent_.at();
       about.covariance *= looseness;
     }
@@ -205,10 +206,11 @@ class Rest {
 
   void sum_up(const BeamPicks& returns, BeamLinearisation about) {
     constexpr int most_steps = 4;
+    BeamInformationOptions how = of_faces_;
+    how.doubtful = false;  // will be asked again
     for (int i = 0; i < most_steps; ++i) {
-      counts_ = beam_information(model_, beam_model_, beams_, about, of_faces_, returns, doubtful_,
+      counts_ = beam_information(model_, beam_model_, beams_, about, how, returns, doubtful_,
                                  foreground());
-      counts_.doubtful = 0;  // will be asked again
       certain_ = counts_.motion();
       summed_about_ = about;
       move(certain_, descent_.step(certain_));

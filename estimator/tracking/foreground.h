@@ -19,6 +19,8 @@ class Foreground {
   /// eye: model frame, m.
   Foreground(const TargetModel& model, const Vector3d& eye);
 
+  const Vector3d& eye() const { return eye_; }
+
   /// Whether one ends nearer than this to the line of sight to a point of a triangle, m at the
   /// point.
   bool near(std::uint32_t triangle, const Vector3d& point, double reach) const {

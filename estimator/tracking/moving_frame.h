@@ -24,6 +24,8 @@ class MovingFrame {
   const Matrix3d& turn() const { return turn_; }  ///< sensor to model
   const Vector3d& eye() const { return eye_; }    ///< origin of the sensor, model frame
 
+  bool moves() const { return moves_; }
+
   /// @return seconds after the reference time.
   double go_to(const Beam& beam) {
     const double time = static_cast<double>(beam.utime - at_.utime) * 1e-6;
