@@ -9,10 +9,8 @@ namespace berth {
 double BeamModel::range_variance(double range, double incidence) const {
   // Beyond 89 degrees no surface is flat enough for the slope to mean anything.
   const double slope = std::tan(std::clamp(incidence, 0.0, radians(89)));
-  const double angle_variance =
-      0.5 * (azimuth_sigma_rad * azimuth_sigma_rad + elevation_sigma_rad * elevation_sigma_rad);
   const double along = range * slope;
-  return range_sigma_m * range_sigma_m + along * along * angle_variance;
+  return range_sigma_m * range_sigma_m + along * along * angle_variance();
 }
 
 Vector3d beam_direction(double azimuth, double elevation) {

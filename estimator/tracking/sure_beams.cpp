@@ -8,10 +8,11 @@ namespace berth::estimator {
 
 namespace {
 
-/// Of about as many beams in the cells of an image.
+/// Of an image: finer ones take longer to draw than they save.
 int cells_for(std::size_t beams) {
+  constexpr double beams_of_cell = 2;  // of the square about the target
   constexpr double most = 400;
-  return static_cast<int>(std::min(most, std::sqrt(0.5 * static_cast<double>(beams))));
+  return static_cast<int>(std::min(most, std::sqrt(static_cast<double>(beams) / beams_of_cell)));
 }
 
 }  // namespace
