@@ -22,6 +22,7 @@ struct Queue {
 struct BusCounters {
   std::int64_t received = 0;
   std::int64_t published = 0;
+  std::int64_t unsent = 0;  ///< of these, refused by the network
   std::int64_t undecodable = 0;
   std::int64_t overflowed = 0;
   std::int64_t superseded = 0;

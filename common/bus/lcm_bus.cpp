@@ -102,24 +102,20 @@ struct LcmBus::Impl {
     }
   }
 
-  /// On the loop. One message at a time, so that a state replaced meanwhile is seen in its newest
-  /// form.
+  /// On the loop. One message a turn of the loop: timers that are due run between two messages, and
+  /// a state replaced meanwhile is seen in its newest form.
   void drain() {
-    for (;;) {
-      Entry entry{};
-      {
-        const std::lock_guard lock(mutex);
-        if (inbox.empty()) {
-          drain_pending = false;
-          return;
-        }
-        entry = std::move(inbox.front());
-        inbox.pop_front();
-        --entry.subscription->waiting;
-        if (entry.subscription->queue.capacity == 0) entry.bytes = entry.subscription->mailbox;
-      }
-      entry.subscription->handler(entry.channel, entry.bytes);
+    Entry entry{};
+    {
+      const std::lock_guard lock(mutex);
+      entry = std::move(inbox.front());
+      inbox.pop_front();
+      --entry.subscription->waiting;
+      if (entry.subscription->queue.capacity == 0) entry.bytes = entry.subscription->mailbox;
+      drain_pending = !inbox.empty();
+      if (drain_pending) loop.post([this] { drain(); });
     }
+    entry.subscription->handler(entry.channel, entry.bytes);
   }
 
   std::string url;
@@ -151,7 +147,9 @@ void LcmBus::start() {
 }
 
 void LcmBus::send(const std::string& channel, Bytes bytes) {
-  impl_->lcm.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size()));
+  if (impl_->lcm.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) != 0) {
+    ++counters_.unsent;
+  }
 }
 
 void LcmBus::receive(const std::string& channel, Queue queue, RawHandler handler) {

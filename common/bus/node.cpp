@@ -61,6 +61,7 @@ void Node::publish_status() {
   status.undecodable = counters.undecodable;
   status.overflowed = counters.overflowed;
   status.superseded = counters.superseded;
+  if (counters.unsent > 0) count("unsent", static_cast<double>(counters.unsent));
   for (const auto& [name, value] : counters_) {
     counter_t counter{};
     counter.name = name;

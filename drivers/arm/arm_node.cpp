@@ -62,7 +62,7 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
       wire_(arm_.map, linear_axes(*arm_.kinematics)),
       name_(std::string(name_of(arm_.role)) + " arm"),
       state_channel_(arm_state_channel(arm_.role)),
-      clock_(arm_.map.tick_period, arm_.map.counter_wrap),
+      clock_(arm_.map.tick_period),
       reader_(loop, client_options(arm_.device, arm_.map.unit),
               [this](bool up, const std::string& reason) { on_connection(up, reason); }),
       writer_(loop, client_options(arm_.device, arm_.map.unit), nullptr) {
@@ -131,7 +131,7 @@ void ArmNode::on_checked(AssignmentCheck::Result result, const std::string& text
   for (const int coil : {arm_.map.start_coil, arm_.map.hold_coil, arm_.map.reset_coil}) {
     reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
   }
-  clock_.reset();
+  clock_.clear();
   have_report_ = false;
   unchanged_reads_ = 0;
   ready_ = true;
@@ -179,6 +179,14 @@ void ArmNode::on_status(const ModbusAnswer& answer) {
   on_report(wire_.decode(answer.words), answer);
 }
 
+/// What the controller's tick counts, us, beyond its wraps.
+Utime ArmNode::controller_time(int tick_ms) const {
+  if (!have_report_) return tick_ms * millisecond;
+  const int wrap = arm_.map.counter_wrap;
+  const int step = ((tick_ms - last_tick_ms_) % wrap + wrap) % wrap;
+  return controller_time_ + step * millisecond;
+}
+
 void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer) {
   const double cycle = have_report_ ? seconds(answer.received - last_received_) : 0;
   ++statistics_.reads;
@@ -188,20 +196,14 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
       std::max(statistics_.longest_round_trip, seconds(answer.received - answer.sent));
 
   const bool renewed = !have_report_ || report_now.tick_ms != last_tick_ms_;
+  controller_time_ = controller_time(report_now.tick_ms);
   report_ = report_now;
-  const Utime elapsed = have_report_ ? answer.received - last_received_ : 0;
   last_received_ = answer.received;
   have_report_ = true;
   last_tick_ms_ = report_.tick_ms;
 
-  const Utime before = state_.controller_time_us;
-  Utime controller_time = before;
   if (renewed) {
-    const bool known = clock_.known();
-    controller_time = clock_.add(report_.tick_ms, answer.sent, answer.received);
-    if (known && std::abs(controller_time - before - elapsed) > second) {
-      clock_.reset();
-      controller_time = clock_.add(report_.tick_ms, answer.sent, answer.received);
+    if (!clock_.add(answer.sent, controller_time_, answer.received)) {
       event(event_t::WARNING, "arm-clock-set",
             name_ + ": its clock jumped; the controller may have been started anew");
     }
@@ -214,13 +216,18 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
   arm_state_t state{};
   // The tick says which interpolation period the joints are of; the bracket only bounds it.
   state.utime = stale ? answer.sent + (answer.received - answer.sent) / 2
-                      : clock_.host_time(controller_time) - arm_.device.report_lag;
-  state.utime = std::max(state.utime, state_.utime + 1);
+                      : clock_.line().to_host(controller_time_) - arm_.device.report_lag;
+  // A stamp that the last one has passed (the clock was set, the line moved) would make a rate of
+  // its own.
+  if (!stale && state.utime <= state_.utime) {
+    ++samples_not_placed_;
+    return;
+  }
   state.utime_sent = answer.sent;
   state.utime_received = answer.received;
-  state.controller_time_us = controller_time;
-  state.clock_offset_s = clock_.offset_s();
-  state.clock_offset_sigma_s = clock_.offset_sigma_s();
+  state.controller_time_us = controller_time_;
+  state.clock_offset_s = seconds(clock_.line().offset);
+  state.clock_offset_sigma_s = clock_.line().sigma_s;
   state.valid = report_.valid && !stale;
   for (std::size_t i = 0; i < 6; ++i) {
     state.reported_joint[i] = report_.joints[i];
@@ -285,9 +292,11 @@ void ArmNode::show_statistics() {
   count("round_trip_max_ms", 1e3 * statistics_.longest_round_trip);
   count("writes_per_s", statistics_.writes);
   count("writes_missed", static_cast<double>(writes_missed_));
-  if (clock_.known()) {
-    count("clock_offset_s", clock_.offset_s());
-    count("clock_offset_sigma_ms", 1e3 * clock_.offset_sigma_s());
+  count("samples_not_placed", static_cast<double>(samples_not_placed_));
+  if (clock_.valid()) {
+    count("clock_offset_s", seconds(clock_.line().offset));
+    count("clock_offset_sigma_ms", 1e3 * clock_.line().sigma_s);
+    count("clock_drift_ppm", 1e6 * clock_.line().drift);
   }
   statistics_ = {};
 }

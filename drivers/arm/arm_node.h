@@ -7,12 +7,12 @@
 #include <memory>
 #include <string>
 
+#include "common/bus/clock_map.h"
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
 #include "drivers/arm/arm_wire.h"
 #include "drivers/arm/assignment_check.h"
-#include "drivers/arm/controller_clock.h"
 #include "drivers/devices.h"
 #include "drivers/modbus/modbus_client.h"
 
@@ -54,6 +54,7 @@ class ArmNode final : public Node {
   void on_status(const ModbusAnswer& answer);
   void on_report(const ArmReport& report, const ModbusAnswer& answer);
   void on_command(const arm_command_t& command);
+  Utime controller_time(int tick_ms) const;
   bool newer(const arm_command_t& command);
   void stream(const arm_command_t& command);
   void start();
@@ -74,7 +75,7 @@ class ArmNode final : public Node {
   ArmWire wire_;
   std::string name_;
   std::string state_channel_;
-  ControllerClock clock_;
+  ClockMap clock_;  // of the time that the controller's tick counts, unwrapped
   ModbusClient reader_;
   ModbusClient writer_;
   std::shared_ptr<AssignmentCheck> check_;
@@ -88,6 +89,7 @@ class ArmNode final : public Node {
   bool have_report_ = false;
   int unchanged_reads_ = 0;  // with the same controller tick
   int last_tick_ms_ = 0;
+  Utime controller_time_ = 0;
   Utime last_received_ = 0;
   Utime last_published_ = 0;
 
@@ -109,6 +111,7 @@ class ArmNode final : public Node {
 
   std::int64_t reads_ = 0;
   std::int64_t reads_missed_ = 0;
+  std::int64_t samples_not_placed_ = 0;
   std::int64_t writes_missed_ = 0;
   Statistics statistics_;
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/bus/loop.h"
+#include "common/bus/clock_map.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
@@ -33,9 +33,8 @@ class Adapter {
   virtual const std::string& name() const = 0;
   /// Known once ready.
   virtual const Identity& identity() const = 0;
-  /// Device clock minus the loop's, us, and its uncertainty, s.
-  virtual std::int64_t clock_offset() const = 0;
-  virtual double clock_sigma_s() const = 0;
+  /// The device's clock over the loop's, as known now. Known once ready.
+  virtual ClockLine clock() const = 0;
 
   virtual void order(const ScanOrder& order) = 0;
   virtual void cancel(std::int64_t scan_id) = 0;

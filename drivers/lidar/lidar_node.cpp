@@ -91,7 +91,7 @@ void LidarNode::start(const scan_request_t& request) {
   scan_->began = now();
   const std::string why = refusal(request);
   if (!why.empty()) return finish(scan_packet_t::REFUSED, why, now());
-  scan_->clock_offset = device_->clock_offset();
+  scan_->clock = device_->clock();
   device_->order({request.scan_id, windows_of(request)});
   publish_state();
 }
@@ -139,7 +139,7 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
     scan_packet_t packet = packet_of(*scan_);
     packet.scan_status = scan_packet_t::RUNNING;
     packet.window = static_cast<std::int16_t>(returns.window);
-    packet.utime = returns.device_time + base - scan_->clock_offset;
+    packet.utime = scan_->clock.to_host(returns.device_time + base);
     packet.count = static_cast<std::int32_t>(count);
     packet.time_us.reserve(count);
     packet.range_m.reserve(count);
@@ -170,7 +170,7 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
 
 void LidarNode::take_end(const lidar::ScanEnd& end) {
   if (!scan_ || end.scan_id != scan_->request.scan_id) return;
-  const Utime when = end.device_time - scan_->clock_offset;
+  const Utime when = scan_->clock.to_host(end.device_time);
   if (end.result == lidar::ScanResult::complete && end.beams == scan_->beams) {
     finish(scan_packet_t::COMPLETE, "", when);
   } else if (end.result == lidar::ScanResult::cancelled) {
@@ -255,8 +255,9 @@ void LidarNode::publish_state() {
                        ? 0
                        : static_cast<double>(scan_->beams) / scan_->beams_total;
   if (device_->ready()) {
-    state.clock_offset_s = seconds(device_->clock_offset());
-    state.clock_offset_sigma_s = device_->clock_sigma_s();
+    const ClockLine clock = device_->clock();
+    state.clock_offset_s = seconds(clock.offset);
+    state.clock_offset_sigma_s = clock.sigma_s;
   }
   state.rate_hz = config_.profile.rate_hz;
   state.range_min_m = config_.profile.beam.range_min_m;

@@ -35,7 +35,7 @@ class LidarNode final : public Node {
  private:
   struct Scan {
     scan_request_t request;
-    std::int64_t clock_offset = 0;  ///< one for the whole scan: no step between its beams
+    ClockLine clock;  ///< one for the whole scan: no step between its beams
     std::uint32_t beams_total = 0;
     std::uint32_t beams = 0;
     std::int32_t packets = 0;

@@ -32,8 +32,7 @@ class PlaybackAdapter final : public Adapter {
   const std::string& reason() const override { return reason_; }
   const std::string& name() const override { return recording_->name(); }
   const Identity& identity() const override { return identity_; }
-  std::int64_t clock_offset() const override { return 0; }
-  double clock_sigma_s() const override { return 0; }
+  ClockLine clock() const override { return {}; }
   void order(const ScanOrder& order) override;
   void cancel(std::int64_t scan_id) override;
   void drop(const std::string& reason) override;

@@ -8,7 +8,6 @@
 #include "common/bus/loop.h"
 #include "common/bus/wire.h"
 #include "drivers/lidar/adapter.h"
-#include "drivers/lidar/clock_map.h"
 #include "drivers/lidar/connection.h"
 
 namespace berth::lidar {
@@ -37,8 +36,7 @@ class TcpAdapter final : public Adapter {
   const std::string& reason() const override { return reason_; }
   const std::string& name() const override { return settings_.address; }
   const Identity& identity() const override { return identity_; }
-  std::int64_t clock_offset() const override { return clock_.offset(); }
-  double clock_sigma_s() const override { return clock_.sigma_s(); }
+  ClockLine clock() const override { return clock_.line(); }
   void order(const ScanOrder& order) override;
   void cancel(std::int64_t scan_id) override { send(Cancel{scan_id}); }
   /// Closes the connection and dials anew.

@@ -3,6 +3,7 @@
 
 #include <berth/heartbeat_t.hpp>
 #include <string>
+#include <thread>
 
 #include "common/bus/lcm_bus.h"
 #include "common/bus/process_loop.h"
@@ -48,6 +49,35 @@ TEST_CASE("a queue keeps every message in order; a mailbox keeps the newest") {
   const BusCounters counters = bus.counters();
   CHECK(counters.published == 50);
   CHECK(counters.superseded <= 50 - static_cast<std::int64_t>(latest.size()));
+}
+
+TEST_CASE("a timer that is due does not wait for the messages that wait") {
+  ProcessLoop loop(clock_offset_now());
+  LcmBus bus(own_url(), loop);
+  constexpr int sent = 20;
+  int handled = 0;
+  int handled_before_timer = -1;
+  bus.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(100), [&](const heartbeat_t&) {
+    if (++handled == 1) {
+      while (bus.counters().received < sent) std::this_thread::yield();
+      loop.after(0, [&] { handled_before_timer = handled; });
+    }
+    if (handled == sent) loop.stop();
+  });
+  bus.start();
+  for (int i = 0; i < sent; ++i) bus.publish(channels::heartbeat, heartbeat_t{});
+  loop.after(20 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(handled == sent);
+  CHECK(handled_before_timer == 1);
+}
+
+TEST_CASE("what the network does not take is counted") {
+  ProcessLoop loop(clock_offset_now());
+  LcmBus bus(own_url(), loop);
+  bus.publish(std::string(64, 'c'), heartbeat_t{});  // LCM takes names of up to 63 characters
+  CHECK(bus.counters().published == 1);
+  CHECK(bus.counters().unsent == 1);
 }
 
 TEST_CASE("URLs that LCM would misread are refused") {

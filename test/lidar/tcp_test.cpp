@@ -49,5 +49,5 @@ TEST_CASE("driver and device speak over real TCP") {
   REQUIRE(end);
   CHECK(end->result == lidar::ScanResult::complete);
   CHECK(beams == 30000);
-  CHECK(std::abs(seconds(link.clock_offset()) - 5) < 1);
+  CHECK(std::abs(seconds(link.clock().offset) - 5) < 1);
 }
