@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "app/campaigns/worker_loop.h"
+#include "common/core/file.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -69,7 +70,7 @@ void print_into(const fs::path& file) {
 }  // namespace
 
 fs::path work_directory_of(pid_t worker) {
-  return fs::temp_directory_path() / ("berth-worker-" + std::to_string(worker));
+  return temporary_directory() / ("berth-worker-" + std::to_string(worker));
 }
 
 Worker::Worker(const Campaign& campaign,

@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <thread>
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
+#include "app/hosts/child_process.h"
 #include "app/runs/active_runs.h"
 #include "app/terminal/monitor.h"
 #include "common/core/error.h"
@@ -17,18 +17,19 @@
 namespace berth::commands {
 namespace {
 
+using namespace std::chrono_literals;
+
+/// A second SIGTERM ends it at once.
 int stop(const ActiveRun& run, bool now) {
   std::printf("stopping %s\n", run.directory.c_str());
-  kill(run.supervisor, SIGTERM);
-  for (int tenths = 0; is_alive(run.supervisor); ++tenths) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    if (now && tenths == 3) kill(run.supervisor, SIGTERM);
-    if (tenths > 900) {
-      std::fprintf(stderr, "berth: process %d does not end\n", run.supervisor);
-      return exit_code::error;
-    }
-  }
-  return exit_code::passed;
+  const ProcessHandle supervisor(run.supervisor);
+  // The lock is held still: the handle is the supervisor's, not that of a later process.
+  if (!is_active(run)) return exit_code::passed;
+  supervisor.signal(SIGTERM);
+  if (now && !supervisor.ends_within(300ms)) supervisor.signal(SIGTERM);
+  if (supervisor.ends_within(90s)) return exit_code::passed;
+  std::fprintf(stderr, "berth: process %d does not end\n", run.supervisor);
+  return exit_code::error;
 }
 
 }  // namespace

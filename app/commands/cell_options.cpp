@@ -26,13 +26,14 @@ namespace {
 
 /// Until the console that was started with the run has said where it serves, or some seconds.
 void announce_console(const RunFiles& files, pid_t supervisor) {
-  constexpr int most_tenths = 100;
-  for (int tenth = 0; tenth < most_tenths && is_alive(supervisor); ++tenth) {
+  constexpr int max_tenths = 100;
+  const ProcessHandle process(supervisor);
+  for (int tenth = 0; tenth < max_tenths; ++tenth) {
     if (const auto address = console::console_address(files.directory)) {
       std::printf("console %s\n", address->c_str());
       return;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (process.ends_within(std::chrono::milliseconds(100))) return;
   }
 }
 

@@ -2,12 +2,15 @@
 #include "app/hosts/child_process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <system_error>
 
 #include "common/core/error.h"
@@ -33,9 +36,27 @@ namespace {
 
 }  // namespace
 
-int descriptor_of_process(pid_t pid) {
-  // glibc 2.36 declares pidfd_open without C linkage.
-  return static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+// glibc 2.36 declares its functions of pidfd without C linkage.
+ProcessHandle::ProcessHandle(pid_t pid) : fd_(static_cast<int>(syscall(SYS_pidfd_open, pid, 0))) {}
+
+ProcessHandle::~ProcessHandle() {
+  if (fd_ >= 0) close(fd_);
+}
+
+void ProcessHandle::signal(int number) const {
+  if (fd_ >= 0) syscall(SYS_pidfd_send_signal, fd_, number, nullptr, 0);
+}
+
+bool ProcessHandle::ends_within(std::chrono::milliseconds time) const {
+  if (fd_ < 0) return true;
+  const auto end = std::chrono::steady_clock::now() + time;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(
+        std::max(end - std::chrono::steady_clock::now(), std::chrono::nanoseconds(0)));
+    pollfd ended{fd_, POLLIN, 0};
+    const int n = poll(&ended, 1, static_cast<int>(left.count()));
+    if (n >= 0 || errno != EINTR) return n > 0;
+  }
 }
 
 ChildProcess::ChildProcess(ProcessLoop& loop, std::string name,
@@ -55,9 +76,11 @@ ChildProcess::ChildProcess(ProcessLoop& loop, std::string name,
   if (pid_ == 0) become(argv[0], argv.data(), out, self);
   close(out);
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  pid_fd_ = descriptor_of_process(pid_);
-  if (pid_fd_ < 0) throw std::system_error(errno, std::generic_category(), "pidfd_open");
-  loop_.watch(pid_fd_, [this, exited = std::move(exited)] { reap(exited); });
+  process_.emplace(pid_);
+  if (process_->descriptor() < 0) {
+    throw std::system_error(errno, std::generic_category(), "pidfd_open");
+  }
+  loop_.watch(process_->descriptor(), [this, exited = std::move(exited)] { reap(exited); });
 }
 
 ChildProcess::~ChildProcess() {
@@ -65,10 +88,7 @@ ChildProcess::~ChildProcess() {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
-  if (pid_fd_ >= 0) {
-    loop_.unwatch(pid_fd_);
-    close(pid_fd_);
-  }
+  if (process_) loop_.unwatch(process_->descriptor());
 }
 
 void ChildProcess::signal(int number) const {
@@ -79,7 +99,7 @@ void ChildProcess::reap(const std::function<void(int)>& exited) {
   int status = 0;
   if (waitpid(pid_, &status, WNOHANG) != pid_) return;
   pid_ = -1;
-  loop_.unwatch(pid_fd_);
+  loop_.unwatch(process_->descriptor());
   exited(WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status));
 }
 

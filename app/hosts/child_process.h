@@ -3,8 +3,10 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +14,24 @@
 
 namespace berth {
 
-/// A descriptor that becomes readable when the process ends; -1 when there is no such process.
-int descriptor_of_process(pid_t pid);
+/// A process by a descriptor (pidfd), which stands for no other process when its number is used
+/// again.
+class ProcessHandle {
+ public:
+  explicit ProcessHandle(pid_t pid);
+  ~ProcessHandle();
+  ProcessHandle(const ProcessHandle&) = delete;
+  ProcessHandle& operator=(const ProcessHandle&) = delete;
+
+  /// Readable when the process ends; -1 when there was no such process.
+  int descriptor() const { return fd_; }
+  void signal(int number) const;
+  /// Waits at most so long. @return whether it has ended, or never was.
+  bool ends_within(std::chrono::milliseconds time) const;
+
+ private:
+  int fd_;
+};
 
 /// One program started by us, its output in a file. It dies with its parent.
 class ChildProcess {
@@ -38,7 +56,7 @@ class ChildProcess {
   ProcessLoop& loop_;
   std::string name_;
   pid_t pid_ = -1;
-  int pid_fd_ = -1;
+  std::optional<ProcessHandle> process_;
 };
 
 }  // namespace berth

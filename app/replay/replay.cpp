@@ -17,6 +17,7 @@
 #include "app/terminal/raw_terminal.h"
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 struct ScratchDirectory {
   fs::path path;
   ScratchDirectory() {
-    std::string name = (fs::temp_directory_path() / "berth-replay-XXXXXX").string();
+    std::string name = (temporary_directory() / "berth-replay-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw InputError("cannot make " + name);
     path = name;
   }

@@ -156,7 +156,7 @@ ChangedConfiguration::ChangedConfiguration(const fs::path& config,
     return names_configuration(item.first);
   });
   if (!changes && calibration.empty()) return;
-  std::string name = (fs::temp_directory_path() / "berth-config-XXXXXX").string();
+  std::string name = (temporary_directory() / "berth-config-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw InputError(name + ": cannot be made");
   directory_ = name;
   is_copy_ = true;

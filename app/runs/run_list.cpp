@@ -78,18 +78,11 @@ void take_results(const json& results, RunEntry& run) {
   }
 }
 
-bool is_active(const fs::path& directory) {
-  const auto active = active_runs();
-  return std::any_of(active.begin(), active.end(), [&](const ActiveRun& run) {
-    return run.directory == fs::absolute(directory).lexically_normal();
-  });
-}
-
 void read_entry(RunEntry& run) {
   const json manifest = read_json(run.directory / manifest_file);
   if (manifest.is_object()) take_manifest(manifest, run);
   const json results = read_json(run.directory / "results.json");
-  if (is_active(run.directory)) {
+  if (find_active_run(run.directory)) {
     run.state = RunEntry::State::running;
   } else if (results.is_object() && !text_in(results, "outcome").empty()) {
     run.state = RunEntry::State::finished;

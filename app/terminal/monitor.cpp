@@ -156,16 +156,15 @@ class Monitor {
 
 int monitor(const ActiveRun& run, bool observing) {
   const RunFiles files = RunFiles::open(run.directory);
-  const int supervisor_fd = descriptor_of_process(run.supervisor);
+  const ProcessHandle supervisor(run.supervisor);
   int interrupts = 0;
-  if (supervisor_fd >= 0) {
+  if (supervisor.descriptor() >= 0) {
     if (!files.has_procedure) {
       std::printf("the cell is up on %s; Ctrl-C brings it down\n", run.url.c_str());
       std::fflush(stdout);
     }
     Monitor monitor(run, files, observing);
-    monitor.run_until_end_of(supervisor_fd);
-    close(supervisor_fd);
+    monitor.run_until_end_of(supervisor.descriptor());
     if (monitor.left()) {
       std::printf("it goes on; berth attach shows it again\n");
       return exit_code::passed;

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -51,6 +52,16 @@ void write_file(const fs::path& path, std::string_view content) {
     fail(path, error);
   }
   sync_to_disk(path.has_parent_path() ? path.parent_path() : fs::path("."));
+}
+
+fs::path temporary_directory() {
+  const char* given = std::getenv("TMPDIR");
+  const fs::path directory = given != nullptr && *given != '\0' ? given : "/tmp";
+  std::error_code error;
+  if (fs::is_directory(directory, error)) return directory;
+  throw InputError(directory.string() +
+                   ": found no such folder for temporary files; make it, or set "
+                   "TMPDIR to one that is there");
 }
 
 void sync_to_disk(const fs::path& path) {

@@ -15,6 +15,10 @@ std::string read_file(const std::filesystem::path& path);
 /// @throws InputError when it cannot be written.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
+/// Where files that do not outlive a program go: TMPDIR, else /tmp.
+/// @throws InputError when there is no such directory.
+std::filesystem::path temporary_directory();
+
 /// Brings a file, or a directory's list of files, to the disk. @throws InputError.
 void sync_to_disk(const std::filesystem::path& path);
 

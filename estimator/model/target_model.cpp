@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "estimator/model/model_file.h"
 
 namespace berth::estimator {
@@ -57,7 +58,7 @@ std::filesystem::path default_cache_directory() {
   if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
     return std::filesystem::path(home) / ".cache" / "berth";
   }
-  return std::filesystem::temp_directory_path() / "berth-cache";
+  return temporary_directory() / "berth-cache";
 }
 
 std::shared_ptr<const TargetModel> load_target_model(const Target& target,
