@@ -13,6 +13,7 @@
 #include "app/commands/campaign_slurm.h"
 #include "app/commands/campaign_view.h"
 #include "app/commands/commands.h"
+#include "app/commands/target_notes.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
@@ -93,6 +94,9 @@ int run_campaign(const CampaignOptions& options) {
   const fs::path out =
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
   const Campaign campaign = Campaign::create(manifest, out, options.trials);
+  if (const std::string& target = manifest.places.target; !target.empty()) {
+    print_notes(load_target(target, manifest.target_length), target);
+  }
   const DirectoryLock lock(campaign.directory());
   std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),
               static_cast<long long>(campaign.manifest().points()),

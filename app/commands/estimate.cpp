@@ -9,6 +9,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/estimate_report.h"
+#include "app/commands/target_notes.h"
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
@@ -155,7 +156,9 @@ int estimate(const EstimateOptions& options) {
     }
     initial = pose_from_xyzwpr(xyzwpr);
   }
-  const double length = load_target(options.target, options.length).length;
+  const Target wished = load_target(options.target, options.length);
+  print_notes(wished, options.target);
+  const double length = wished.length;
   const auto model = prepare_model(load_target(options.target, reference_length_m), settings.model);
   const SingleScan method(*model, length / reference_length_m, settings, beam_model, stopwatch);
 

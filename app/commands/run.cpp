@@ -7,6 +7,7 @@
 #include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
 #include "app/commands/run_options.h"
+#include "app/commands/target_notes.h"
 #include "app/exit_code.h"
 #include "app/runs/arms_now.h"
 #include "app/runs/choose_setup.h"
@@ -83,6 +84,8 @@ void add_up(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] {
     complete(*options);
     const RunFiles files = RunFiles::create(options->request);
+    const RunSetup& setup = files.setup;
+    print_notes(load_target(setup.target, setup.target_length), setup.target);
     exit_code = run_in_processes(files, *options);
   });
 }

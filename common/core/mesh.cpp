@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -32,6 +33,20 @@ void Mesh::append(const Mesh& other, const Pose& placement) {
     const auto& t = other.triangles[i];
     triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
+  const auto first_triangle = static_cast<std::uint32_t>(triangles.size() - triangle_count);
+  const std::size_t group_count = other.groups.size();
+  for (std::size_t i = 0; i < group_count; ++i) {
+    MeshGroup group = other.groups[i];
+    for (std::uint32_t& triangle : group.triangles) triangle += first_triangle;
+    const auto same = std::find_if(groups.begin(), groups.end(),
+                                   [&](const MeshGroup& g) { return g.name == group.name; });
+    if (same == groups.end()) {
+      groups.push_back(std::move(group));
+    } else {
+      same->triangles.insert(same->triangles.end(), group.triangles.begin(), group.triangles.end());
+    }
+  }
+  faces_without_area += other.faces_without_area;
 }
 
 Box bounding_box(const Mesh& mesh) {
@@ -42,6 +57,11 @@ Box bounding_box(const Mesh& mesh) {
     box.high = box.high.cwiseMax(v);
   }
   return box;
+}
+
+bool far_from_origin(const Box& box) {
+  const double farthest = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff();
+  return farthest > 16 * box.size().maxCoeff();
 }
 
 Mesh scaled_to_length(const Mesh& mesh, double length) {
@@ -70,11 +90,11 @@ void save_ply(const Mesh& mesh, const std::filesystem::path& path) {
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\ncomment units metres\nelement vertex " +
       std::to_string(mesh.vertices.size()) +
-      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
       std::to_string(mesh.triangles.size()) +
       "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const auto& v : mesh.vertices) {
-    for (int i = 0; i < 3; ++i) put<float>(bytes, static_cast<float>(v[i]));
+    for (int i = 0; i < 3; ++i) put<double>(bytes, v[i]);
   }
   for (const auto& t : mesh.triangles) {
     put<std::uint8_t>(bytes, 3);

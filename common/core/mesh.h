@@ -11,11 +11,19 @@
 
 namespace berth {
 
+/// Triangles that a file names together: a group, object or material of OBJ, a solid of STL.
+struct MeshGroup {
+  std::string name;
+  std::vector<std::uint32_t> triangles;  ///< indices, ascending
+};
+
 /// A triangle soup in metres. May be open, non-manifold and of mixed winding: nothing in Berth
 /// relies on outward normals.
 struct Mesh {
   std::vector<Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<MeshGroup> groups;       ///< may overlap, and leave triangles out
+  std::size_t faces_without_area = 0;  ///< of the file, left out of the triangles
 
   void append(const Mesh& other, const Pose& placement = {});
 };
@@ -28,16 +36,15 @@ struct Box {
 };
 
 Box bounding_box(const Mesh& mesh);
+/// Whether the origin is so far outside of the box that 32 bits, in which surfaces are searched,
+/// would round places in it by more than a millionth of its largest side: at 16 such sides.
+bool far_from_origin(const Box& box);
 /// Scaled about the mesh's origin so that the largest side of its bounding box is length (m).
 Mesh scaled_to_length(const Mesh& mesh, double length);
 /// SHA-256 over vertices and triangles: the content, not the file.
 std::string content_hash(const Mesh& mesh);
 
-/// Reads PLY, STL or OBJ; vertices as they stand in the file. Degenerate triangles are dropped.
-/// @throws InputError when the file cannot be read, holds no triangle, or a coordinate is not
-/// finite.
-Mesh load_mesh(const std::filesystem::path& path);
-/// Binary little-endian PLY. @throws InputError when the file cannot be written.
+/// Binary little-endian PLY, in doubles. @throws InputError when the file cannot be written.
 void save_ply(const Mesh& mesh, const std::filesystem::path& path);
 
 /// Building blocks, centred at the origin.

@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "common/core/radarsat2.h"
+#include "common/meshes/mesh_file.h"
 
 namespace berth {
 
@@ -29,6 +30,10 @@ Target load_target(const std::string& name, double length) {
     }
     target.name = path.stem().string();
     target.mesh = load_mesh(path);
+    if (const Box box = bounding_box(target.mesh); far_from_origin(box)) {
+      target.file_origin = box.centre();
+      for (Vector3d& v : target.mesh.vertices) v -= target.file_origin;
+    }
   }
   if (length > 0) {
     const double scale = length / bounding_box(target.mesh).size().maxCoeff();

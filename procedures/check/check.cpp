@@ -84,6 +84,9 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
   report.main_steps = procedure.steps.size();
 
   Rig rig(setup);
+  for (const std::string& note : target_notes(rig.cell.target)) {
+    report.findings.push_back({Severity::warning, setup.target, 0, "", note, ""});
+  }
   Rehearsal rehearsal(rig, start.value_or(rig.home()));
   StepCheck steps(rig, report.findings);
   for (const Step& step : procedure.steps) steps.look_at(step, rehearsal.perform(step));

@@ -4,7 +4,9 @@
 #include <fstream>
 
 #include "common/core/error.h"
+#include "common/core/ray_caster.h"
 #include "common/core/target.h"
+#include "common/meshes/mesh_file.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 
@@ -75,18 +77,15 @@ TEST_CASE("the content hash knows content only") {
   CHECK(content_hash(box) != content_hash(turned));
 }
 
-TEST_CASE("meshes survive the way through a PLY file") {
+TEST_CASE("a mesh comes out of the PLY file that it was put in, to the bit") {
   TemporaryDirectory directory;
   const Mesh mesh = make_radarsat2();
   save_ply(mesh, directory / "replica.ply");
   const Mesh read = load_mesh(directory / "replica.ply");
   CHECK(read.triangles.size() == mesh.triangles.size());
-  CHECK(bounding_box(read).low.isApprox(bounding_box(mesh).low, 1e-6));
-  CHECK(bounding_box(read).high.isApprox(bounding_box(mesh).high, 1e-6));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      CHECK((read.vertices[read.triangles[i][k]] - mesh.vertices[mesh.triangles[i][k]]).norm() <
-            1e-6);
+      CHECK(read.vertices[read.triangles[i][k]] == mesh.vertices[mesh.triangles[i][k]]);
     }
   }
   CHECK_THROWS_AS(save_ply(mesh, directory / "no" / "such" / "place.ply"), InputError);
@@ -159,4 +158,80 @@ TEST_CASE("a target is the replica or a mesh file, scaled when asked") {
 
   CHECK_THROWS_AS(load_target("radarsat2", -1), InputError);
   CHECK_THROWS_WITH(load_target("radarsat3", 0), Catch::Matchers::Contains("radarsat2 or a mesh"));
+}
+
+TEST_CASE("a mesh far from its origin is taken about its centre, exactly, and that is told") {
+  TemporaryDirectory directory;
+  const Mesh replica = make_radarsat2();
+  Mesh far = replica;
+  const Vector3d map(500000, 4600000, 120);
+  for (Vector3d& v : far.vertices) v += map;
+  save_ply(far, directory / "utm.ply");
+  const Target target = load_target((directory / "utm.ply").string(), 0);
+  CHECK(target.mesh.triangles.size() == replica.triangles.size());
+  const Vector3d centre = bounding_box(replica).centre();
+  CHECK(target.file_origin.isApprox(map + centre, 1e-12));
+  CHECK(target.length == Approx(3).margin(1e-8));
+  REQUIRE(target_notes(target).size() == 1);
+  CHECK_THAT(target_notes(target)[0], Catch::Matchers::Contains("its origin is 4627094 m away"));
+
+  // the same is seen of it
+  const RayCaster near_caster(replica);
+  const RayCaster far_caster(target.mesh);
+  for (int i = -20; i <= 20; ++i) {
+    const Vector3d direction =
+        Vector3d(0.013 * i + 0.0011, 0.0041 * (i % 7) + 0.0007, 1).normalized();
+    RayHit hit;
+    RayHit far_hit;
+    const bool met = near_caster.cast({{0, 0, -6}, direction}, 100, hit);
+    REQUIRE(far_caster.cast({Vector3d(0, 0, -6) - centre, direction}, 100, far_hit) == met);
+    if (!met) continue;
+    CHECK(far_hit.range == Approx(hit.range).margin(1e-6));
+    CHECK(far_hit.normal.isApprox(hit.normal, 1e-6));
+  }
+}
+
+TEST_CASE("what a user may regret about a target is told") {
+  using Catch::Matchers::Contains;
+  const auto notes = [](Mesh mesh) {
+    Target target;
+    target.mesh = std::move(mesh);
+    target.length = bounding_box(target.mesh).size().maxCoeff();
+    std::string all;
+    for (const std::string& note : target_notes(target)) all += note + "\n";
+    return all;
+  };
+  const auto placed = [](const Mesh& mesh, const Vector3d& at) {
+    Mesh moved;
+    moved.append(mesh, {at, Quaterniond(Eigen::AngleAxisd(1, Vector3d(1, 2, 3).normalized()))});
+    return moved;
+  };
+  const auto turned = [](Mesh mesh) {
+    for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+    return mesh;
+  };
+  CHECK(target_notes(load_target("radarsat2", 0)).empty());
+  const Mesh box = make_box({2, 1, 1});
+  CHECK(notes(box).empty());
+  CHECK(notes(placed(box, {3, 0, 0})).empty());
+  CHECK_THAT(notes(placed(box, {9, 0, 0})),
+             Contains("its origin is 7.848 m") && Contains("outside of it"));
+  CHECK_THAT(notes(scaled_to_length(box, 2000)), Contains("2000 m long") && Contains("in mm"));
+  CHECK_THAT(notes(scaled_to_length(box, 0.002)), Contains("0.002 m long"));
+  CHECK_THAT(notes(turned(box)), Contains("12 of 12 triangles look inward"));
+
+  Mesh open = turned(box);  // which side is outside of a surface that is not closed?
+  open.triangles.pop_back();
+  CHECK(notes(open).empty());
+  Mesh hollow = box;
+  hollow.append(turned(make_box({1, 0.5, 0.5})));
+  CHECK(notes(hollow).empty());
+
+  Mesh sheet = make_box({2, 1, 1});
+  sheet.triangles.resize(2);
+  sheet.vertices.resize(4);
+  CHECK_THAT(notes(placed(sheet, {0, 0, 0})), Contains("in one plane"));
+  Mesh partly = box;
+  partly.faces_without_area = 3;
+  CHECK_THAT(notes(partly), Contains("3 faces without area were left out, 12 triangles were kept"));
 }

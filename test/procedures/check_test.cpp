@@ -175,12 +175,15 @@ criteria:
   RunSetup setup = setup_for(procedure);
   CHECK(check_procedure(procedure, setup).good());
   const auto mesh = std::filesystem::temp_directory_path() / "berth-check-target.ply";
-  save_ply(make_box({2, 0.6, 0.4}), mesh);
+  Mesh inside_out = make_box({2, 0.6, 0.4});
+  for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
+  save_ply(inside_out, mesh);
   setup.target = mesh;
   const std::string complaint = said(check_procedure(procedure, setup));
   std::filesystem::remove(mesh);
   CHECK_THAT(complaint, Contains("step 'approach'") && Contains("names no docking interface"));
   CHECK_THAT(complaint, Contains("criterion 'c'"));
+  CHECK_THAT(complaint, Contains("berth-check-target.ply: warning: its surface is inside out"));
 }
 
 TEST_CASE("a step that cannot end in its time is an error when its time is known") {

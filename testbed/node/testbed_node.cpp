@@ -89,6 +89,9 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
   tick_timer_ = loop.every(settings_.setpoint_period, [this] { tick(); });
   state_timer_ = loop.every(state_period, [this] { publish_state(false); });
   report(node_status_t::STARTING, verdict_.reason);
+  for (const std::string& note : target_notes(cell_.target)) {
+    event(event_t::WARNING, "target", "target '" + cell_.target.name + "': " + note);
+  }
 }
 
 TestbedNode::~TestbedNode() {

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/commands/target_notes.h"
+
+#include <cstdio>
+
+namespace berth::commands {
+
+void print_notes(const Target& target, const std::string& named) {
+  for (const std::string& note : target_notes(target)) {
+    std::fprintf(stderr, "berth: %s: %s\n", named.c_str(), note.c_str());
+  }
+}
+
+}  // namespace berth::commands

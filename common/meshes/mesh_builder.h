@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "common/core/mesh.h"
+
+namespace berth {
+
+/// Makes a mesh from the vertices and faces of a file: vertices of one place become one, polygons
+/// triangles, faces without area are counted.
+class MeshBuilder {
+ public:
+  /// @return what is wrong with it; empty: nothing.
+  std::string add_vertex(const Vector3d& vertex);
+  std::size_t vertex_count() const { return file_vertices_.size(); }
+  /// corners: numbers of vertices that were added. @return what is wrong with it; empty: nothing.
+  std::string add_face(std::span<const std::uint32_t> corners);
+  /// Names of the groups that the next faces belong to.
+  void set_groups(const std::vector<std::string>& names);
+  /// @throws InputError when there is no triangle.
+  Mesh take(const std::string& file);
+
+ private:
+  struct PlaceHash {
+    std::size_t operator()(const std::array<double, 3>& place) const;
+  };
+
+  std::uint32_t welded(std::uint32_t file_vertex);
+  bool add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+
+  std::vector<Vector3d> file_vertices_;
+  std::vector<std::uint32_t> welded_;  ///< index in the mesh of each of the file's, or none yet
+  std::unordered_map<std::array<double, 3>, std::uint32_t, PlaceHash> index_;
+  std::map<std::string, std::size_t> group_index_;
+  std::vector<std::size_t> groups_;  ///< that the next faces belong to
+  std::vector<Vector3d> polygon_;
+  std::vector<std::array<std::uint32_t, 3>> pieces_;
+  Mesh mesh_;
+};
+
+}  // namespace berth
