@@ -19,6 +19,14 @@ Utime time(Config& config, const std::string& key) {
   return utime_from_seconds(config.quantity(key, Dimension::time));
 }
 
+/// Of a connection; a device that is switched off answers nothing.
+void read_dial_timeout(Config& config, Utime& timeout) {
+  double value = seconds(timeout);
+  config.optional("dial_timeout", Dimension::time, value);
+  expect_positive(config, "dial_timeout", value);
+  timeout = utime_from_seconds(value);
+}
+
 ArmDevice read_arm(Config config) {
   ArmDevice arm;
   arm.address = config.text("address");
@@ -26,6 +34,7 @@ ArmDevice read_arm(Config config) {
   arm.status_period = period(config, "status_rate");
   arm.setpoint_period = period(config, "setpoint_rate");
   arm.timeout = time(config, "timeout");
+  read_dial_timeout(config, arm.dial_timeout);
   arm.report_lag = time(config, "report_lag");
   arm.rotary_sigma = config.quantity("rotary_sigma", Dimension::angle);
   arm.linear_sigma = config.quantity("linear_sigma", Dimension::length);
@@ -51,6 +60,7 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
   const bool tcp = lidar.adapter == LidarDevice::Kind::tcp;
   if (tcp && address.empty()) lidar.address = config.text("address");
   lidar.address = address;
+  read_dial_timeout(config, lidar.dial_timeout);
   if (!tcp && (recording.empty() || recording == "none")) {
     throw config.error("recording", "found none, expected what adapter " + adapter + " plays");
   }
@@ -76,6 +86,7 @@ Devices load_devices(const std::filesystem::path& config_directory) {
   devices.plc.registers = plc.text("registers");
   devices.plc.poll_period = period(plc, "poll_rate");
   devices.plc.timeout = time(plc, "timeout");
+  read_dial_timeout(plc, devices.plc.dial_timeout);
   plc.finish();
   devices.lidar = read_lidar(config.section("lidar"), config_directory);
   config.finish();

@@ -15,7 +15,8 @@ struct ArmDevice {
   std::string registers;  ///< config/registers/<registers>.yaml
   Utime status_period = 10 * millisecond;
   Utime setpoint_period = 16667;
-  Utime timeout = 50 * millisecond;
+  Utime timeout = 50 * millisecond;          ///< of an answer
+  Utime dial_timeout = Wires::dial_timeout;  ///< of a connection
   Utime report_lag = 0;
   double rotary_sigma = 0;  ///< rad
   double linear_sigma = 0;  ///< m
@@ -29,16 +30,18 @@ struct PlcDevice {
   std::string registers;
   Utime poll_period = 50 * millisecond;
   Utime timeout = 100 * millisecond;
+  Utime dial_timeout = Wires::dial_timeout;
 };
 
 /// What stands behind the LIDAR driver (docs/lidar.md).
 struct LidarDevice {
   enum class Kind { tcp, files, log };
   Kind adapter = Kind::tcp;
-  std::string address;              ///< of tcp: host:port
-  std::string model;                ///< config/lidars/<model>.yaml
-  std::filesystem::path recording;  ///< of files and log
-  bool repeat = false;              ///< a recording that is over starts anew
+  std::string address;                       ///< of tcp: host:port
+  Utime dial_timeout = Wires::dial_timeout;  ///< of tcp
+  std::string model;                         ///< config/lidars/<model>.yaml
+  std::filesystem::path recording;           ///< of files and log
+  bool repeat = false;                       ///< a recording that is over starts anew
   Utime longest_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
 };
 

@@ -148,7 +148,7 @@ class SimulatedLoop::MemoryWires final : public Wires {
  public:
   explicit MemoryWires(SimulatedLoop& loop) : loop_(loop) {}
 
-  void dial(const std::string& address, Connected connected) override {
+  void dial(const std::string& address, Connected connected, std::int64_t /*timeout*/) override {
     const Utime latency = impl().options.wire_latency;
     loop_.after(latency, [this, latency, address, connected = std::move(connected)] {
       const auto found = impl().listeners.find(address);

@@ -10,32 +10,44 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <thread>
+#include <utility>
 
 #include "common/core/error.h"
 
 namespace berth {
 namespace {
 
-/// Splits "host:port" and looks the host up. @throws InputError.
-sockaddr_in resolve(const std::string& address) {
+struct HostAndPort {
+  std::string host;
+  std::string port;
+};
+
+InputError complaint(const std::string& address, const std::string& what) {
+  return InputError("address '" + address + "': " + what +
+                    ", expected host:port such as 127.0.0.1:502");
+}
+
+HostAndPort split(const std::string& address) {
   const auto colon = address.rfind(':');
-  const auto complain = [&](const std::string& what) {
-    return InputError("address '" + address + "': " + what +
-                      ", expected host:port such as 127.0.0.1:502");
-  };
-  if (colon == std::string::npos) throw complain("has no port");
+  if (colon == std::string::npos) throw complaint(address, "has no port");
+  return {address.substr(0, colon), address.substr(colon + 1)};
+}
+
+/// flags: AI_NUMERICHOST asks nobody.
+TcpWires::Found resolve(const std::string& host, const std::string& port, int flags) {
   addrinfo hints{};
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = flags;
   addrinfo* found = nullptr;
-  const std::string host = address.substr(0, colon);
-  const int error = getaddrinfo(host.c_str(), address.substr(colon + 1).c_str(), &hints, &found);
-  if (error != 0) throw complain(gai_strerror(error));
+  const int error = getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
+  if (error != 0) return {std::nullopt, gai_strerror(error)};
   sockaddr_in result{};
   std::copy_n(reinterpret_cast<const char*>(found->ai_addr), sizeof result,
               reinterpret_cast<char*>(&result));
   freeaddrinfo(found);
-  return result;
+  return {result, ""};
 }
 
 /// Owns its descriptor.
@@ -81,36 +93,110 @@ int stream_socket() {
 
 }  // namespace
 
+/// One call of dial, until it has called back.
+struct TcpWires::Dialling {
+  std::string address;
+  Connected connected;  // empty: it has
+  Loop::TimerId timer = 0;
+  int fd = -1;
+};
+
+TcpWires::TcpWires(ProcessLoop& loop, LookUp look_up) : loop_(loop), look_up_(std::move(look_up)) {
+  link_->wires = this;
+}
+
 TcpWires::~TcpWires() {
+  {
+    const std::lock_guard lock(link_->mutex);
+    link_->wires = nullptr;
+  }
   for (const int fd : listening_) {
     loop_.unwatch(fd);
     close(fd);
   }
 }
 
-void TcpWires::dial(const std::string& address, Connected connected) {
-  const sockaddr_in to = resolve(address);
-  const int fd = stream_socket();
-  const auto finish = [this, fd, connected] {
+TcpWires::Found TcpWires::ask_system(const std::string& host, const std::string& port) {
+  return resolve(host, port, 0);
+}
+
+void TcpWires::dial(const std::string& address, Connected connected, std::int64_t timeout) {
+  const auto [host, port] = split(address);
+  const auto dialling = std::make_shared<Dialling>();
+  dialling->address = address;
+  dialling->connected = std::move(connected);
+  dialling->timer = loop_.after(timeout, [this, dialling, timeout] {
+    end(*dialling, nullptr,
+        "nobody answers within " + std::to_string(timeout / millisecond) + " ms");
+  });
+  const Found numeric = resolve(host, port, AI_NUMERICHOST);
+  if (numeric.address) return connect(dialling, numeric);
+  look_up(dialling, host, port);
+}
+
+void TcpWires::look_up(const std::shared_ptr<Dialling>& dialling, const std::string& host,
+                       const std::string& port) {
+  const std::string& address = dialling->address;
+  auto& waiting = looked_up_[address];
+  waiting.push_back(dialling);
+  if (waiting.size() > 1) return;  // it is being asked for
+  std::thread([link = link_, ask = look_up_, address, host = host, port = port] {
+    const Found found = ask(host, port);
+    const std::lock_guard lock(link->mutex);
+    if (link->wires == nullptr) return;
+    link->wires->loop_.post([link, address, found] {
+      if (link->wires == nullptr) return;
+      for (const auto& one : std::exchange(link->wires->looked_up_[address], {})) {
+        link->wires->connect(one, found);
+      }
+    });
+  }).detach();
+}
+
+void TcpWires::connect(const std::shared_ptr<Dialling>& dialling, const Found& found) {
+  if (!dialling->connected) return;  // too late
+  if (!found.address) return end(*dialling, nullptr, "its name: " + found.error);
+  dialling->fd = stream_socket();
+  const auto* to = reinterpret_cast<const sockaddr*>(&*found.address);
+  if (::connect(dialling->fd, to, sizeof *found.address) != 0 && errno != EINPROGRESS) {
+    // Through the loop, so that a caller is never called back from inside its own call.
+    loop_.at(loop_.now(), [this, dialling] { end(*dialling, nullptr, ""); });
+    return;
+  }
+  loop_.watch_writable(dialling->fd, [this, dialling] {
+    const int fd = dialling->fd;
     loop_.unwatch(fd);
     int error = 0;
     socklen_t size = sizeof error;
     getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error == 0) return connected(std::make_unique<SocketWire>(loop_, fd));
-    close(fd);
-    connected(nullptr);
-  };
-  if (connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 && errno != EINPROGRESS) {
-    close(fd);
-    // Through the loop, so that a caller is never called back from inside its own call.
-    loop_.at(loop_.now(), [connected = std::move(connected)] { connected(nullptr); });
-    return;
+    if (error != 0) return end(*dialling, nullptr, "");
+    dialling->fd = -1;
+    end(*dialling, std::make_unique<SocketWire>(loop_, fd), "");
+  });
+}
+
+void TcpWires::end(Dialling& dialling, std::unique_ptr<Wire> wire, const std::string& trouble) {
+  const Connected connected = std::exchange(dialling.connected, nullptr);
+  if (!connected) return;
+  loop_.cancel(dialling.timer);
+  troubles_[dialling.address] = trouble;
+  if (dialling.fd >= 0) {
+    loop_.unwatch(dialling.fd);
+    close(std::exchange(dialling.fd, -1));
   }
-  loop_.watch_writable(fd, finish);
+  connected(std::move(wire));
+}
+
+std::string TcpWires::trouble(const std::string& address) const {
+  const auto found = troubles_.find(address);
+  return found == troubles_.end() || found->second.empty() ? "" : address + ": " + found->second;
 }
 
 void TcpWires::listen(const std::string& address, Connected accepted) {
-  const sockaddr_in at = resolve(address);
+  const auto [host, port] = split(address);
+  const Found found = resolve(host, port, 0);  // before anything runs that could be kept waiting
+  if (!found.address) throw complaint(address, found.error);
+  const sockaddr_in at = *found.address;
   const int fd = stream_socket();
   const int on = 1;
   setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);

@@ -34,10 +34,19 @@ class Wire {
 class Wires {
  public:
   using Connected = std::function<void(std::unique_ptr<Wire>)>;
+  /// us: how long TCP waits for the answer to its first packet (RFC 6298, 2.1). Dialling again
+  /// sends the next one.
+  static constexpr std::int64_t dial_timeout = 1000000;
 
   virtual ~Wires() = default;
-  /// Connects without waiting; calls back with the wire, or with null where nobody listens.
-  virtual void dial(const std::string& address, Connected connected) = 0;
+  /// Looks the name up and connects, without waiting; calls back with the wire, or with null where
+  /// nobody listens or nobody has answered within the time-out (us).
+  /// @throws InputError when the address is not of the form host:port.
+  virtual void dial(const std::string& address, Connected connected,
+                    std::int64_t timeout = dial_timeout) = 0;
+  /// Why the address cannot be reached by any patience: its name is not known, or nobody has
+  /// answered in time. Empty: nothing of the kind was seen when it was dialled last.
+  virtual std::string trouble(const std::string& /*address*/) const { return {}; }
   /// Accepts connections until the Wires end.
   /// @throws InputError when the address cannot be listened on.
   virtual void listen(const std::string& address, Connected accepted) = 0;

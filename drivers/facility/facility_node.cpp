@@ -20,7 +20,7 @@ FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bu
     : Node(std::move(node), bus, loop),
       device_(std::move(device)),
       map_(map),
-      client_(loop, {device_.address, map_.unit, device_.timeout},
+      client_(loop, {device_.address, map_.unit, device_.timeout, device_.dial_timeout},
               [this](bool up, const std::string& reason) { on_connection(up, reason); }) {
   state_.reason = "the PLC has not answered yet";
   bus.subscribe<facility_command_t>(

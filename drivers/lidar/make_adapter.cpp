@@ -13,6 +13,7 @@ std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProf
   if (device.adapter == LidarDevice::Kind::tcp) {
     TcpSettings settings;
     settings.address = device.address;
+    settings.dial_timeout = device.dial_timeout;
     settings.model = profile.model;
     return std::make_unique<TcpAdapter>(std::move(settings), loop);
   }

@@ -19,13 +19,19 @@ TcpAdapter::~TcpAdapter() {
 }
 
 void TcpAdapter::dial() {
-  loop_.wires().dial(settings_.address, [this, alive = alive_](std::unique_ptr<Wire> wire) {
-    if (*alive) connected(std::move(wire));
-  });
+  loop_.wires().dial(
+      settings_.address,
+      [this, alive = alive_](std::unique_ptr<Wire> wire) {
+        if (*alive) connected(std::move(wire));
+      },
+      settings_.dial_timeout);
 }
 
 void TcpAdapter::connected(std::unique_ptr<Wire> wire) {
-  if (!wire) return drop("nobody answers at " + settings_.address);
+  if (!wire) {
+    const std::string trouble = loop_.wires().trouble(settings_.address);
+    return drop(trouble.empty() ? "nobody answers at " + settings_.address : trouble);
+  }
   heard_ = loop_.now();
   connection_ = std::make_unique<Connection>(
       loop_, std::move(wire), [this](const Message& message) { receive(message); },

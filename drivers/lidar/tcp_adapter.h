@@ -18,6 +18,7 @@ struct TcpSettings {
   Utime status_period = 250 * millisecond;  ///< of clock readings
   Utime silence = 1 * second;               ///< after which a device is taken for dead
   Utime redial = 500 * millisecond;
+  Utime dial_timeout = Wires::dial_timeout;
   Utime returns_silence = 1 * second;  ///< a scan without news for so long: the same
 };
 

@@ -98,18 +98,25 @@ void ModbusClient::send_next() {
 
 void ModbusClient::dial() {
   dial_timer_ = 0;
-  loop_.wires().dial(options_.address,
-                     [this, alive = std::weak_ptr<bool>(alive_)](std::unique_ptr<Wire> wire) {
-                       if (!alive.expired()) on_dialled(std::move(wire));
-                     });
+  loop_.wires().dial(
+      options_.address,
+      [this, alive = std::weak_ptr<bool>(alive_)](std::unique_ptr<Wire> wire) {
+        if (!alive.expired()) on_dialled(std::move(wire));
+      },
+      options_.dial_timeout);
 }
 
 void ModbusClient::on_dialled(std::unique_ptr<Wire> wire) {
   if (!wire) {
     dial_timer_ = loop_.after(backoff_, [this] { dial(); });
     backoff_ = std::min(2 * backoff_, options_.backoff_most);
+    const std::string trouble = loop_.wires().trouble(options_.address);
+    const bool news = !trouble.empty() && trouble != trouble_;
+    trouble_ = trouble;
+    if (news && changed_) changed_(false, trouble);
     return;
   }
+  trouble_.clear();
   wire_ = std::move(wire);
   frames_.clear();
   wire_->watch([this] { on_readable(); });

@@ -37,7 +37,8 @@ class ModbusClient {
   struct Options {
     std::string address;  ///< host:port
     int unit = 1;
-    Utime timeout = 50 * millisecond;
+    Utime timeout = 50 * millisecond;          ///< of an answer
+    Utime dial_timeout = Wires::dial_timeout;  ///< of a connection
     Utime backoff_least = 100 * millisecond;
     Utime backoff_most = 2 * second;
   };
@@ -90,6 +91,7 @@ class ModbusClient {
   std::unique_ptr<Wire> wire_;  // null: not connected
   std::uint16_t transaction_ = 0;
   Utime backoff_;
+  std::string trouble_;  // in dialling, as told
   std::deque<Request> waiting_;
   std::optional<Request> current_;  // under way
   Utime sent_ = 0;

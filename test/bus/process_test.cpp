@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <arpa/inet.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <berth/heartbeat_t.hpp>
+#include <future>
 #include <string>
 #include <thread>
 
 #include "common/bus/lcm_bus.h"
 #include "common/bus/process_loop.h"
+#include "common/bus/tcp_wires.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
@@ -119,4 +125,101 @@ TEST_CASE("real sockets: dial, listen, refuse") {
   CHECK(heard == "hello");
   CHECK_THROWS_AS(wires.listen(address, [](const std::unique_ptr<Wire>&) {}), InputError);
   CHECK_THROWS_AS(wires.dial("nowhere", [](const std::unique_ptr<Wire>&) {}), InputError);
+}
+
+/// Takes no connection any more: a dialler's first packet is not answered, as by a machine that is
+/// switched off.
+struct Deaf {
+  Deaf() {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof at;
+    auto* any = reinterpret_cast<sockaddr*>(&at);
+    REQUIRE(bind(sockets[0], any, size) == 0);
+    REQUIRE(listen(sockets[0], 0) == 0);
+    REQUIRE(getsockname(sockets[0], any, &size) == 0);
+    for (std::size_t i = 1; i < sockets.size(); ++i) (void)connect(sockets[i], any, size);
+    address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
+  }
+  ~Deaf() {
+    for (const int fd : sockets) close(fd);
+  }
+  static int make() { return socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
+
+  std::array<int, 5> sockets{make(), make(), make(), make(), make()};
+  std::string address;
+};
+
+TEST_CASE("a device that is switched off is given up in time, and the loop goes on meanwhile") {
+  const Deaf deaf;
+  ProcessLoop loop(clock_offset_now());
+  Wires& wires = loop.wires();
+  int beats = 0;
+  bool given_up = false;
+  const Utime begin = loop.now();
+  loop.every(5 * millisecond, [&] { ++beats; });
+  wires.dial(
+      deaf.address,
+      [&](const std::unique_ptr<Wire>& wire) {
+        given_up = wire == nullptr;
+        loop.stop();
+      },
+      60 * millisecond);
+  loop.after(20 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(given_up);
+  CHECK(loop.now() - begin >= 60 * millisecond);
+  CHECK(beats > 0);
+  CHECK(wires.trouble(deaf.address) == deaf.address + ": nobody answers within 60 ms");
+}
+
+TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
+  ProcessLoop loop(clock_offset_now());
+  std::promise<void> answer;
+  std::atomic<int> asked = 0;
+  TcpWires wires(
+      loop, [&, future = answer.get_future().share()](const std::string& host, const std::string&) {
+        ++asked;
+        future.wait();
+        return TcpWires::Found{std::nullopt, host + " is not known"};
+      });
+  int beats = 0;
+  int given_up = 0;
+  loop.every(5 * millisecond, [&] { ++beats; });
+  wires.dial(
+      "robot:502",
+      [&](const std::unique_ptr<Wire>& wire) {
+        given_up += wire == nullptr ? 1 : 0;
+        CHECK(beats > 0);
+        wires.dial(
+            "robot:502",
+            [&](const std::unique_ptr<Wire>& again) {
+              given_up += again == nullptr ? 1 : 0;
+              loop.stop();
+            },
+            20 * second);
+        answer.set_value();
+      },
+      60 * millisecond);
+  loop.run();
+  CHECK(given_up == 2);
+  CHECK(asked == 1);  // a second thread does not wait for the same name
+  CHECK(wires.trouble("robot:502") == "robot:502: its name: robot is not known");
+}
+
+TEST_CASE("names are looked up by the system") {
+  ProcessLoop loop(clock_offset_now());
+  const std::string port = std::to_string(20000 + (getpid() + 5000) % 10000);
+  std::unique_ptr<Wire> device;
+  bool dialled = false;
+  loop.wires().listen("127.0.0.1:" + port,
+                      [&](std::unique_ptr<Wire> wire) { device = std::move(wire); });
+  loop.wires().dial("localhost:" + port, [&](const std::unique_ptr<Wire>& wire) {
+    dialled = wire != nullptr;
+    loop.stop();
+  });
+  loop.after(20 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(dialled);
 }

@@ -52,7 +52,7 @@ class StillLoop final : public Loop, private Wires {
   FarEnd far;
 
  private:
-  void dial(const std::string&, Connected connected) override {
+  void dial(const std::string&, Connected connected, std::int64_t) override {
     connected(std::make_unique<NearEnd>(far));
   }
   void listen(const std::string&, Connected accepted) override {
