@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What an arm is told: commands in, registers out.
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -9,16 +10,16 @@
 namespace berth {
 namespace {
 
-constexpr Utime refusal_repeat_period = second;
+constexpr Utime warning_repeat_period = second;
 /// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
 constexpr Utime writer_silence = second;
 
 }  // namespace
 
-void ArmNode::refuse(const std::string& code, const std::string& text) {
-  if (code == last_refusal_ && now() - refused_at_ < refusal_repeat_period) return;
-  last_refusal_ = code;
-  refused_at_ = now();
+void ArmNode::warn(const std::string& code, const std::string& text) {
+  if (code == last_warning_ && now() - warned_at_ < warning_repeat_period) return;
+  last_warning_ = code;
+  warned_at_ = now();
   event(event_t::WARNING, code, name_ + ": " + text);
 }
 
@@ -30,28 +31,42 @@ bool ArmNode::newer(const arm_command_t& command) {
   return true;
 }
 
+void ArmNode::on_hold(const arm_command_t& command) {
+  const bool known = !holds_.add({"", command.session, command.utime, command.seq});
+  const bool stands = hold_wanted_ && hold_written_ && state_.state != arm_state_t::RUNNING;
+  if (known && (following_ || stands)) return;  // superseded by START, or carried out
+  const bool own = command.session == session();
+  if (!known) {
+    const std::string unusual =
+        unusual_stop(command, session(), now(), command.seq <= last_command_seq_);
+    if (!unusual.empty()) warn("unusual-stop", "HOLD is obeyed, although it " + unusual);
+    held_by_session_ = own ? std::nullopt : std::optional(command.session);
+  }
+  if (own) newer(command);
+  hold();
+}
+
 void ArmNode::on_command(const arm_command_t& command) {
+  if (command.action == arm_command_t::HOLD) return on_hold(command);
   if (command.session != session()) {
-    return refuse("command-of-another-session",
-                  "a command of session " + std::to_string(command.session) + " was ignored");
+    return warn("command-of-another-session",
+                "a command of session " + std::to_string(command.session) + " was ignored");
   }
   if (now() > command.utime_expires) {
-    return refuse("command-expired", "a command came " +
-                                         std::to_string(now() - command.utime_expires) +
-                                         " us after it had expired");
+    return warn("command-expired", "a command came " +
+                                       std::to_string(now() - command.utime_expires) +
+                                       " us after it had expired");
   }
   if (!newer(command)) return;
   switch (command.action) {
     case arm_command_t::STREAM:
       return stream(command);
-    case arm_command_t::HOLD:
-      return hold();
     case arm_command_t::RESET:
       return pulse(arm_.map.reset_coil);
     case arm_command_t::START:
       return start();
     default:
-      refuse("command-unknown", "action " + std::to_string(command.action) + " is none");
+      warn("command-unknown", "action " + std::to_string(command.action) + " is none");
   }
 }
 
@@ -77,7 +92,7 @@ std::string ArmNode::jump(const arm_command_t& command) const {
 
 void ArmNode::stream(const arm_command_t& command) {
   if (!following_) {
-    return refuse("setpoint-without-start", "set-points are ignored until START");
+    return warn("setpoint-without-start", "set-points are ignored until START");
   }
   const std::string wrong = jump(command);
   if (!wrong.empty()) return hold_by_itself("setpoint-refused", wrong);
@@ -94,11 +109,16 @@ void ArmNode::start() {
   if (following_) return;
   const bool can_start = state_.state == arm_state_t::IDLE || state_.state == arm_state_t::HELD ||
                          state_.state == arm_state_t::RUNNING;
-  if (!ready_ || !have_report_ || !state_.valid || !can_start || !writer_.connected()) {
-    return refuse(
-        "start-refused",
-        "cannot start: " + (state_.reason.empty() ? "the controller is not ready" : state_.reason));
+  std::string reason;
+  if (held_by_session_) {
+    reason = "session " + std::to_string(*held_by_session_) +
+             " holds it, and the testbed has not answered with a HOLD of its own";
+  } else if (!writer_.connected()) {
+    reason = "there is no connection for set-points";
+  } else if (!ready_ || !have_report_ || !state_.valid || !can_start) {
+    reason = state_.reason.empty() ? "the controller is not ready" : state_.reason;
   }
+  if (!reason.empty()) return warn("start-refused", "cannot start: " + reason);
   // What the controller finds as its first set-point is where the arm stands.
   order_.joints = report_.joints;
   order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
@@ -113,7 +133,9 @@ void ArmNode::start() {
   if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
     loop().cancel(holding->second);
     pulse_timers_.erase(holding);
-    reader_.write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
+    for (ModbusClient* client : {&reader_, &writer_}) {  // behind it, whichever took it
+      client->write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
+    }
   }
   write_order();
 }
@@ -121,6 +143,7 @@ void ArmNode::start() {
 void ArmNode::hold() {
   stop_following();
   hold_wanted_ = true;
+  hold_written_ = false;
   hold_repeated_ = now();
   pulse(arm_.map.hold_coil);
 }
@@ -136,24 +159,41 @@ void ArmNode::stop_following() {
 }
 
 void ArmNode::pulse(int coil) {
-  // Whichever connection has nothing under way.
-  const auto write = [this](int which, bool on) {
-    ModbusClient& client =
-        !reader_.idle() && writer_.idle() && writer_.connected() ? writer_ : reader_;
-    client.write_coil(
-        which, on, [](const ModbusAnswer&) {}, ModbusClient::Urgency::first);
-  };
-  write(coil, true);
+  write_coil(coil, true);
   if (const auto lasting = pulse_timers_.find(coil); lasting != pulse_timers_.end()) {
     loop().cancel(lasting->second);
   }
-  pulse_timers_[coil] = loop().after(arm_.map.pulse, [this, write, coil] {
+  pulse_timers_[coil] = loop().after(arm_.map.pulse, [this, coil] {
     pulse_timers_.erase(coil);
-    write(coil, false);
+    write_coil(coil, false);
   });
 }
 
+/// Over a connection that has nothing under way. Where none is free over each that is up: one that
+/// hangs keeps nothing back.
+void ArmNode::write_coil(int coil, bool on) {
+  const auto is_free = [](const ModbusClient& c) { return c.connected() && c.idle(); };
+  const bool any_free = is_free(reader_) || is_free(writer_);
+  for (ModbusClient* client : {&reader_, &writer_}) {
+    if (any_free ? !is_free(*client) : !client->connected()) continue;
+    const bool holds = on && coil == arm_.map.hold_coil;
+    hold_writes_under_way_ += holds ? 1 : 0;
+    client->write_coil(
+        coil, on,
+        [this, holds](const ModbusAnswer& answer) {
+          if (!holds) return;
+          --hold_writes_under_way_;
+          hold_written_ = hold_written_ || answer.ok();
+          if (!answer.ok()) warn("hold-not-taken", "HOLD is sent again: " + answer.error);
+        },
+        on ? ModbusClient::Urgency::first : ModbusClient::Urgency::normal);
+    if (any_free) return;
+  }
+}
+
 void ArmNode::write_setpoint() {
+  const bool up = reader_.connected() || writer_.connected();
+  if (hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0 && up) hold();
   if (!ready_ || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;

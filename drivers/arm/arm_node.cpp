@@ -27,6 +27,7 @@ ModbusClient::Options client_options(const ArmDevice& device, int unit) {
   options.address = device.address;
   options.unit = unit;
   options.timeout = device.timeout;
+  options.dial_timeout = device.dial_timeout;
   return options;
 }
 
@@ -65,7 +66,8 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
       clock_(arm_.map.tick_period),
       reader_(loop, client_options(arm_.device, arm_.map.unit),
               [this](bool up, const std::string& reason) { on_connection(up, reason); }),
-      writer_(loop, client_options(arm_.device, arm_.map.unit), nullptr) {
+      writer_(loop, client_options(arm_.device, arm_.map.unit),
+              [this](bool up, const std::string& reason) { on_writer_connection(up, reason); }) {
   // FIFO: a HOLD must not be replaced by the set-point behind it. The newest set-point is kept
   // here.
   bus.subscribe<arm_command_t>(arm_command_channel(arm_.role), Queue::fifo(100),
@@ -96,9 +98,21 @@ void ArmNode::on_connection(bool connected, const std::string& reason) {
   ready_ = false;
   check_.reset();
   offline_reason_ = reason;
-  stop_following();
+  if (following_) hold();  // nobody sees where the arm goes
   report(node_status_t::DEGRADED, reason);
   publish_offline();
+}
+
+/// Without it no set-point and no heartbeat of the host comes to the controller.
+void ArmNode::on_writer_connection(bool connected, const std::string& reason) {
+  const std::string text = name_ + ", connection for set-points";
+  if (!connected) {
+    event(event_t::WARNING, "arm-disconnected", text + ": " + reason);
+    if (following_) hold();
+  } else if (!writer_reason_.empty()) {
+    event(event_t::INFO, "arm-connected", text + " at " + arm_.device.address);
+  }
+  writer_reason_ = reason;
 }
 
 void ArmNode::check_assignments() {
@@ -129,7 +143,9 @@ void ArmNode::on_checked(AssignmentCheck::Result result, const std::string& text
   }
   // A pulse that a lost connection cut short would be one still.
   for (const int coil : {arm_.map.start_coil, arm_.map.hold_coil, arm_.map.reset_coil}) {
-    reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
+    if (pulse_timers_.count(coil) == 0) {
+      reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
+    }
   }
   clock_.clear();
   have_report_ = false;
@@ -257,11 +273,11 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
     stop_following();
   }
   if (hold_wanted_ && running && now() - hold_repeated_ > hold_repeat_period) hold();
-  const bool healthy = !stale && report_.valid;
+  const bool healthy = !stale && report_.valid && writer_reason_.empty();
   report(!healthy     ? node_status_t::DEGRADED
          : following_ ? node_status_t::RUNNING
                       : node_status_t::READY,
-         state.reason);
+         state.reason.empty() ? writer_reason_ : state.reason);
 }
 
 void ArmNode::publish(arm_state_t& state) {

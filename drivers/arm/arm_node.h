@@ -5,12 +5,14 @@
 #include <berth/arm_state_t.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/bus/clock_map.h"
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
+#include "common/core/seen_commands.h"
 #include "drivers/arm/arm_wire.h"
 #include "drivers/arm/assignment_check.h"
 #include "drivers/devices.h"
@@ -21,11 +23,17 @@ namespace berth {
 /// The driver of one arm controller: publishes every status read as ARM_STATE, writes the newest
 /// set-point of ARM_COMMAND at its own rate, passes HOLD, RESET and START on at once.
 ///
-/// It holds two connections, one for reads and one for set-points, so that a HOLD always finds one
-/// that is free. It moves nothing for a command of another session, one that has expired or one
-/// that came before a newer; it follows set-points only between a START and the next HOLD, the
-/// first of them near where the arm stands and each next one as near as the joints' speed allows;
-/// it holds the arm by itself when set-points stop coming.
+/// It holds two connections, one for reads and one for set-points. A HOLD goes out over one that is
+/// free, where none is over each that is up, again until the controller has acknowledged it; where
+/// one of the two is lost the arm is held over the other. It moves nothing for a command of another
+/// session, one that has expired or one that came before a newer; it follows set-points only
+/// between a START and the next HOLD, the first of them near where the arm stands and each next one
+/// as near as the joints' speed allows; it holds the arm by itself when set-points stop coming.
+///
+/// A HOLD is obeyed whoever sends it: of any session, expired, overtaken. START is sent behind a
+/// copy of the HOLD that it supersedes, which names it: that one and those obeyed before are not
+/// obeyed again when they are repeated, all others are. A HOLD of another session is superseded
+/// only after the testbed has answered it with a new one of its own.
 class ArmNode final : public Node {
  public:
   struct Setup {
@@ -48,6 +56,7 @@ class ArmNode final : public Node {
   };
 
   void on_connection(bool connected, const std::string& reason);
+  void on_writer_connection(bool connected, const std::string& reason);
   void check_assignments();
   void on_checked(AssignmentCheck::Result result, const std::string& text);
   void poll();
@@ -55,6 +64,7 @@ class ArmNode final : public Node {
   void on_report(const ArmReport& report, const ModbusAnswer& answer);
   void on_command(const arm_command_t& command);
   Utime controller_time(int tick_ms) const;
+  void on_hold(const arm_command_t& command);
   bool newer(const arm_command_t& command);
   void stream(const arm_command_t& command);
   void start();
@@ -62,6 +72,7 @@ class ArmNode final : public Node {
   void hold_by_itself(const std::string& code, const std::string& text);
   void stop_following();
   void pulse(int coil);
+  void write_coil(int coil, bool on);
   void write_setpoint();
   void write_order();
   void publish_offline();
@@ -69,7 +80,8 @@ class ArmNode final : public Node {
   void show_statistics();
   /// Empty, or why the set-point is not to be followed.
   std::string jump(const arm_command_t& command) const;
-  void refuse(const std::string& code, const std::string& text);
+  /// The same at most once a second.
+  void warn(const std::string& code, const std::string& text);
 
   Setup arm_;
   ArmWire wire_;
@@ -81,7 +93,8 @@ class ArmNode final : public Node {
   std::shared_ptr<AssignmentCheck> check_;
   bool ready_ = false;  // connected and the map is right
   std::string offline_reason_ = "not connected yet";
-  std::string wrong_map_;  // empty: none
+  std::string wrong_map_;      // empty: none
+  std::string writer_reason_;  // why the connection for set-points was lost; empty: it is up
 
   bool read_under_way_ = false;
   arm_state_t state_{};  // last published
@@ -100,14 +113,18 @@ class ArmNode final : public Node {
   bool start_pulsed_ = false;
   bool streamed_ = false;  // a set-point came since START
   bool hold_wanted_ = false;
+  bool hold_written_ = false;      // the controller has acknowledged it
+  int hold_writes_under_way_ = 0;  // and not answered yet
+  SeenCommands holds_;
+  std::optional<std::int64_t> held_by_session_;  // another one, whose HOLD stands
   Utime started_ = 0;
   Utime hold_repeated_ = 0;
   Utime setpoint_received_ = 0;
   Utime setpoint_expires_ = 0;
   std::int64_t last_command_seq_ = 0;
   Utime last_command_received_ = 0;
-  std::string last_refusal_;
-  Utime refused_at_ = 0;
+  std::string last_warning_;
+  Utime warned_at_ = 0;
 
   std::int64_t reads_ = 0;
   std::int64_t reads_missed_ = 0;

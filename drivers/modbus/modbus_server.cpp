@@ -99,9 +99,13 @@ void ModbusServer::drop(std::uint64_t id) {
 
 void ModbusServer::drop_connections() { connections_.clear(); }
 
+void ModbusServer::drop_connection(std::size_t n) { drop(connections_.at(n)->id); }
+
 void ModbusServer::half_open() {
-  for (const auto& connection : connections_) connection->wire->unwatch();
+  for (std::size_t n = 0; n < connections_.size(); ++n) half_open(n);
 }
+
+void ModbusServer::half_open(std::size_t n) { connections_.at(n)->wire->unwatch(); }
 
 void ModbusServer::drop_idle() {
   const Utime limit = loop_.now() - options_.idle_timeout;

@@ -46,9 +46,12 @@ class ModbusServer {
 
   int connections() const { return static_cast<int>(connections_.size()); }
   void drop_connections();
+  /// One of them, counted from 0 in the order in which they came.
+  void drop_connection(std::size_t n);
   /// Present connections go deaf as after a peer's power cut: nothing is heard or said on them, and
   /// nobody is told; they count until they have been idle too long. New ones are as they should be.
   void half_open();
+  void half_open(std::size_t n);
   ModbusFaults& faults() { return faults_; }
 
  private:

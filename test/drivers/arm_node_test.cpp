@@ -150,6 +150,143 @@ TEST_CASE("HOLD does not wait behind a set-point that is under way") {
   CHECK(bench.simulation.now() - ordered < 5 * millisecond);
 }
 
+/// Connections of the controller's server: the driver dials for reads first.
+constexpr std::size_t reads = 0;
+constexpr std::size_t setpoints = 1;
+
+/// ms from now until the controller holds; -1: not within a second.
+double held_after(ArmBench& bench) {
+  const Utime begin = bench.simulation.now();
+  const bool held = bench.simulation.run_until(
+      [&] { return bench.controller->state() == ControllerState::held; }, begin + second);
+  return held ? 1e3 * seconds(bench.simulation.now() - begin) : -1;
+}
+
+TEST_CASE("an arm one of whose connections is lost in motion is held over the other, at once") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  SECTION("that for reads") { bench.controller->server().drop_connection(reads); }
+  SECTION("that for set-points") { bench.controller->server().drop_connection(setpoints); }
+  const double after = held_after(bench);
+  CHECK(after >= 0);
+  CHECK(after < 5);  // the controller's own watchdog takes 150 ms
+  CHECK(bench.saw("arm-disconnected"));
+  CHECK(bench.controller->error() == robot_error::none);
+}
+
+TEST_CASE("HOLD goes out over whichever connection is up") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  const std::size_t lost = GENERATE(reads, setpoints);
+  SECTION("the other has been closed") { bench.controller->server().drop_connection(lost); }
+  SECTION("the other hangs") { bench.controller->server().half_open(lost); }
+  bench.send(arm_command_t::HOLD);
+  const double after = held_after(bench);
+  CHECK(after >= 0);
+  CHECK(after < 75);  // a request that hangs is given up after 50 ms
+  CHECK(bench.controller->error() == robot_error::none);
+}
+
+TEST_CASE("HOLD that finds no connection is written as soon as there is one") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  bench.controller->server().drop_connections();
+  bench.simulation.run_for(millisecond);
+  bench.send(arm_command_t::HOLD);
+  // both are dialled again after 100 ms; the controller's own watchdog takes 150 ms
+  const double after = held_after(bench);
+  CHECK(after > 0);
+  CHECK(after < 130);
+}
+
+TEST_CASE("a controller that refuses HOLD is asked again until it takes it") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  bench.controller->server().faults().exception = 6;  // busy
+  bench.send(arm_command_t::HOLD);
+  bench.simulation.run_for(50 * millisecond);
+  CHECK(bench.controller->state() == ControllerState::running);
+  CHECK(bench.saw("hold-not-taken"));
+  bench.controller->server().faults().exception = 0;
+  const double after = held_after(bench);
+  CHECK(after >= 0);
+  CHECK(after < 20);
+}
+
+TEST_CASE("without its connection for set-points an arm is not started, and that is told") {
+  ArmBench bench;
+  bench.start_driver();
+  bench.simulation.run_for(500 * millisecond);
+  bench.controller->server().half_open(setpoints);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK_THAT(bench.text_of("arm-disconnected"), Catch::Contains("connection for set-points"));
+  CHECK(bench.status.state == node_status_t::DEGRADED);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(20 * millisecond);
+  CHECK_THAT(bench.text_of("start-refused"), Catch::Contains("connection for set-points"));
+  bench.simulation.run_for(second);  // dialled again
+  CHECK(bench.status.state == node_status_t::READY);
+}
+
+TEST_CASE("a HOLD is obeyed whatever its session, age or order, and told by name") {
+  ArmBench bench;
+  bench.start_arm();
+  bench.stream(0.5, turning(bench, 0.2));
+  arm_command_t hold{};
+  hold.action = arm_command_t::HOLD;
+  hold.seq = bench.seq + 100;
+  hold.session = ArmBench::session;
+  hold.utime = bench.simulation.now();
+  hold.utime_expires = hold.utime + 100 * millisecond;
+  std::string told;
+  SECTION("of another session") {
+    hold.session = 76;
+    told = "belongs to session 76";
+  }
+  SECTION("expired") {
+    hold.utime -= 24 * 3600 * second;
+    hold.utime_expires -= 24 * 3600 * second;
+    told = "ms ago";
+  }
+  SECTION("overtaken by set-points") {
+    hold.seq = 1;
+    told = "behind a later command";
+  }
+  SECTION("all of it, from a script that fills in nothing") {
+    hold = {};
+    hold.action = arm_command_t::HOLD;
+    told = "belongs to session 0 and expired";
+  }
+  bench.bus->publish(channels::arm_command_replica, hold);
+  CHECK(held_after(bench) < 5);
+  bench.simulation.run_for(20 * millisecond);
+  CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(told));
+
+  // The testbed answers a HOLD of somebody else with its own before it starts again.
+  if (hold.session != ArmBench::session) {
+    bench.send(arm_command_t::START);
+    bench.simulation.run_for(300 * millisecond);
+    CHECK(bench.last().state == arm_state_t::HELD);
+    CHECK(bench.saw("start-refused"));
+    bench.send(arm_command_t::HOLD);
+  }
+  bench.seq = std::max(bench.seq, hold.seq);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+  // What START has superseded is a repetition; the next one is none.
+  bench.bus->publish(channels::arm_command_replica, hold);
+  bench.simulation.run_for(100 * millisecond);
+  CHECK(bench.last().state == arm_state_t::RUNNING);
+  ++hold.seq;
+  bench.bus->publish(channels::arm_command_replica, hold);
+  CHECK(held_after(bench) >= 0);
+}
+
 TEST_CASE("commands of another session, expired or overtaken ones move nothing") {
   ArmBench bench;
   bench.start_driver();
