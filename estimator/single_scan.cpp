@@ -58,7 +58,7 @@ Matrix6d scaled(Matrix6d covariance, double factor) {
 
 std::string why_no_points(const CleanScan& scan) {
   if (scan.received == 0) return "the scan holds no beams";
-  if (scan.misses == scan.received) {
+  if (scan.misses + scan.repeated == scan.received) {
     return "none of the " + std::to_string(scan.received) + " beams returned";
   }
   return "none of the " + std::to_string(scan.received) +

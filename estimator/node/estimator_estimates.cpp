@@ -31,7 +31,7 @@ pose_estimate_t Estimator::blank_estimate(std::int64_t scan_id, const CleanScan&
   estimate.utime = scan.utime_mean;
   estimate.target = model_->target.name;
   estimate.target_hash = model_->target.hash;
-  estimate.returns_received = scan.received - scan.misses;
+  estimate.returns_received = scan.received - scan.misses - scan.repeated;
   estimate.misses = scan.misses;
   estimate.operating_range = static_cast<std::int8_t>(range_);
   return estimate;
@@ -87,6 +87,10 @@ void Estimator::process(const Bundle& b) {
   for (const auto& [name, value] : values) {
     d.names.emplace_back(name);
     d.values.push_back(value);
+  }
+  if (scan.repeated > 0) {
+    d.names.emplace_back("dropped_repeated");
+    d.values.push_back(scan.repeated);
   }
   d.names.emplace_back("noise_factor");
   d.values.push_back(noise_.factor());

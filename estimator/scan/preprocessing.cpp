@@ -2,6 +2,7 @@
 #include "estimator/scan/preprocessing.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace berth::estimator {
@@ -10,6 +11,40 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::infinity();
 
+/// Finds beams that repeat one before: a hash table with open addressing.
+class Repetitions {
+ public:
+  explicit Repetitions(const std::vector<Beam>& beams, std::size_t most)
+      : beams_(beams), table_(std::bit_ceil(2 * most + 1)) {}
+
+  /// Whether a beam of this direction and range is there; if not, it is the next one of the beams.
+  bool take(const Beam& beam) {
+    const std::size_t mask = table_.size() - 1;
+    for (std::size_t i = hash(beam) & mask;; i = (i + 1) & mask) {
+      if (table_[i] == 0) {
+        table_[i] = static_cast<std::uint32_t>(beams_.size() + 1);
+        return false;
+      }
+      const Beam& other = beams_[table_[i] - 1];
+      if (other.range == beam.range && other.direction == beam.direction) return true;
+    }
+  }
+
+ private:
+  static std::size_t hash(const Beam& beam) {
+    constexpr std::uint64_t odd = 0x9E3779B97F4A7C15;  // 2^64 over the golden ratio
+    std::uint64_t mixed = 0;
+    for (const double value : {beam.range, beam.direction.x(), beam.direction.y()}) {
+      mixed = (mixed ^ std::bit_cast<std::uint64_t>(value)) * odd;
+      mixed ^= mixed >> 32;
+    }
+    return mixed;
+  }
+
+  const std::vector<Beam>& beams_;
+  std::vector<std::uint32_t> table_;  ///< index of a beam, from 1; 0: free
+};
+
 }  // namespace
 
 CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
@@ -17,6 +52,7 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
   CleanScan clean;
   clean.received = static_cast<int>(scan.size());
   clean.beams.reserve(scan.size());
+  Repetitions repetitions(clean.beams, scan.size());
   std::int64_t sum_of_times = 0;
   for (const RawBeam& raw : scan) {
     if (!std::isfinite(raw.azimuth) || !std::isfinite(raw.elevation)) {
@@ -25,6 +61,10 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
     }
     Beam beam{beam_direction(raw.azimuth, raw.elevation), nothing, raw.utime, raw.range_sigma};
     if (raw.status == BeamStatus::miss || raw.status == BeamStatus::too_far) {
+      if (repetitions.take(beam)) {
+        ++clean.repeated;
+        continue;
+      }
       ++clean.misses;
       clean.beams.push_back(beam);
       continue;
@@ -43,6 +83,10 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
       continue;
     }
     beam.range = raw.range;
+    if (repetitions.take(beam)) {
+      ++clean.repeated;
+      continue;
+    }
     clean.beams.push_back(beam);
     if (raw.range < gate.near) {
       ++clean.nearer;

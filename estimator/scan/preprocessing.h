@@ -33,7 +33,7 @@ struct CleanScan {
   std::vector<Vector3d> points;  ///< hits inside the gate, m, sensor frame
   std::vector<std::uint32_t> beam_of_point;  ///< index into beams
 
-  // Where every beam went: received = beams.size() + invalid + saturated + too_near.
+  // Where every beam went: received = beams.size() + invalid + saturated + too_near + repeated.
   int received = 0;
   int misses = 0;   ///< nothing came back, or from too far: free space; all are in beams
   int nearer = 0;   ///< hits before the gate: occluders
@@ -41,6 +41,7 @@ struct CleanScan {
   int invalid = 0;  ///< range or angle not finite, not positive, or beyond the instrument
   int saturated = 0;
   int too_near = 0;
+  int repeated = 0;  ///< direction and range of one before, to the last bit: it says nothing new
 
   std::int64_t utime_first = 0;  ///< of the points; 0 without any
   std::int64_t utime_last = 0;
@@ -48,7 +49,8 @@ struct CleanScan {
 };
 
 /// Filters by status and range gate and converts to Cartesian coordinates. Misses and returns from
-/// behind the gate stay as evidence of free space. No input is an error.
+/// behind the gate stay as evidence of free space. Of beams that are identical the first counts:
+/// noise does not repeat itself, senders do (dual returns, merged files). No input is an error.
 CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
                      const BeamModel& beam_model);
 

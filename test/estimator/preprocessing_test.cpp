@@ -13,7 +13,7 @@ TEST_CASE("Every beam is kept as a point, kept as evidence of free space, or cou
   std::vector<RawBeam> raw = {
       {10, 5, 0.1, 0.2, BeamStatus::hit},    {20, 5, 0, 0, BeamStatus::hit},
       {30, 2, 0, 0, BeamStatus::hit},        {40, 9, 0, 0, BeamStatus::hit},
-      {50, 0, 0, 0, BeamStatus::miss},       {60, 0, 0, 0, BeamStatus::too_far},
+      {50, 0, 0, 0, BeamStatus::miss},       {60, 0, 0.1, 0, BeamStatus::too_far},
       {70, 0, 0, 0, BeamStatus::too_near},   {80, 0, 0, 0, BeamStatus::saturated},
       {90, nan, 0, 0, BeamStatus::hit},      {100, 0, 0, 0, BeamStatus::hit},
       {110, -3, 0, 0, BeamStatus::hit},      {120, 5, nan, 0, BeamStatus::hit},
@@ -29,7 +29,8 @@ TEST_CASE("Every beam is kept as a point, kept as evidence of free space, or cou
   CHECK(scan.saturated == 1);
   CHECK(scan.invalid == 7);
   CHECK(scan.beams.size() == 6);
-  CHECK(static_cast<int>(scan.beams.size()) + scan.invalid + scan.saturated + scan.too_near ==
+  CHECK(static_cast<int>(scan.beams.size()) + scan.invalid + scan.saturated + scan.too_near +
+            scan.repeated ==
         scan.received);
   CHECK(scan.utime_first == 10);
   CHECK(scan.utime_last == 20);
@@ -43,12 +44,34 @@ TEST_CASE("Every beam is kept as a point, kept as evidence of free space, or cou
 
 TEST_CASE("Times out of order give the same mean") {
   const std::vector<RawBeam> raw = {{1000, 5, 0, 0, BeamStatus::hit},
-                                    {400, 5, 0, 0, BeamStatus::hit},
-                                    {1600, 5, 0, 0, BeamStatus::hit}};
+                                    {400, 5, 0.1, 0, BeamStatus::hit},
+                                    {1600, 5, 0.2, 0, BeamStatus::hit}};
   const CleanScan scan = preprocess(raw, {}, {});
   CHECK(scan.utime_first == 400);
   CHECK(scan.utime_last == 1600);
   CHECK(scan.utime_mean == 1000);
+}
+
+TEST_CASE("A beam that repeats another, whenever it comes, is one beam") {
+  const std::vector<RawBeam> once = {{10, 5, 0.1, 0.2, BeamStatus::hit},
+                                     {20, 5, 0.1, 0.3, BeamStatus::hit},
+                                     {30, 6, 0.1, 0.2, BeamStatus::hit},
+                                     {40, 9, 0.1, 0.2, BeamStatus::hit},
+                                     {50, 0, 0.1, 0.2, BeamStatus::miss}};
+  std::vector<RawBeam> raw = once;
+  for (RawBeam beam : once) {
+    beam.utime += 1000;
+    raw.push_back(beam);
+    raw.push_back(beam);
+  }
+  const CleanScan scan = preprocess(raw, {3, 7}, {});
+  CHECK(scan.received == 15);
+  CHECK(scan.repeated == 10);
+  CHECK(scan.points.size() == 3);
+  CHECK(scan.farther == 1);
+  CHECK(scan.misses == 1);
+  CHECK(scan.beams.size() == 5);
+  CHECK(scan.utime_mean == preprocess(once, {3, 7}, {}).utime_mean);
 }
 
 TEST_CASE("An empty scan is an empty scan") {
