@@ -22,8 +22,7 @@ target_compile_options(berth_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference -Wno-maybe-uninitialized -Wno-array-bounds -Wno-stringop-overread -Wno-restrict>)
 if(BERTH_SANITIZE)
   add_compile_options(-fsanitize=${BERTH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
-  # asan opens modules on a program's behalf: only a run path in the old form counts then.
-  add_link_options(-fsanitize=${BERTH_SANITIZE} -Wl,--disable-new-dtags)
+  add_link_options(-fsanitize=${BERTH_SANITIZE})
 endif()
 
 # A target whose flags differ from the precompiled headers' compiles without them.
@@ -37,12 +36,6 @@ endif()
 if(CMAKE_UNITY_BUILD)
   target_compile_options(berth_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
-
-# Modules that programs open when they need them stand beside the programs.
-set(BERTH_MODULES ${PROJECT_BINARY_DIR}/lib/berth)
-set(BERTH_INSTALLED_MODULES ${CMAKE_INSTALL_LIBDIR}/berth)
-set(CMAKE_BUILD_RPATH ${BERTH_MODULES})
-set(CMAKE_INSTALL_RPATH $ORIGIN/../${BERTH_INSTALLED_MODULES})
 
 # berth_library(NAME SOURCES... [LINK...]): a static library of the house.
 function(berth_library name)

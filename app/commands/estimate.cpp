@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <new>
 #include <optional>
 
 #include "app/commands/commands.h"
+#include "app/commands/estimate_hints.h"
 #include "app/commands/estimate_report.h"
 #include "app/commands/target_notes.h"
 #include "app/exit_code.h"
@@ -15,6 +18,7 @@
 #include "common/core/error.h"
 #include "common/core/lidar_profile.h"
 #include "common/core/text.h"
+#include "common/core/unit.h"
 #include "estimator/model/model_file.h"
 
 namespace berth::commands {
@@ -26,11 +30,12 @@ constexpr const char* explanation =
     "\n"
     "Clouds are in the sensor's frame (x right, y down, z along the boresight, or as the sensor "
     "has\n"
-    "it), in metres. PCD and PLY: fields x y z. XYZ, TXT, CSV: text, x y z first, or a line that "
-    "names\n"
-    "the columns. PTX: one scan; its empty beams count as misses. Fields or named columns time or\n"
-    "timestamp (s), utime or time_us (us) and sigma (of the range, m) are used where there are "
-    "any.\n"
+    "it), in metres or in the unit that a column's name says. PCD and PLY: fields x y z. XYZ, TXT, "
+    "CSV,\n"
+    "ASC, PTS: text, x y z first, or a line that names the columns. PTX: one scan; its empty beams "
+    "count\n"
+    "as misses. A time and sigma (of the range) are used where there are any: docs/clouds.md.\n"
+    "A file is read whole or refused, and never stops the others.\n"
     "\n"
     "One JSON object a cloud goes to stdout, in the order of the clouds; what is not known is "
     "null:\n"
@@ -52,6 +57,8 @@ struct EstimateOptions {
   double length = 0;
   std::vector<double> initial;
   std::vector<double> gate;
+  std::string noise;
+  std::string time_unit;
   std::filesystem::path config;
   int indent = -1;
   std::vector<std::string> clouds;
@@ -118,15 +125,32 @@ std::vector<RawBeam> raw_beams(const clouds::Cloud& cloud) {
   return beams;
 }
 
-/// What a mesh in millimetres looks like to a scanner.
-void doubt_length(double length, const CleanScan& scan, SingleScanResult& result) {
-  if (result.status == SingleScanResult::Status::ok || scan.points.empty()) return;
-  double farthest = 0;
-  for (const Vector3d& p : scan.points) farthest = std::max(farthest, p.norm());
-  if (length < 3 * farthest) return;
-  result.notes.push_back("the target is " + fixed(length, 1) +
-                         " m long and all returns are within " + fixed(farthest, 1) +
-                         " m of the sensor: is its --length right?");
+/// "5 mm,0.1 mrad"; bare numbers are in m and rad.
+void take_noise(const std::string& text, BeamModel& beam_model) {
+  const auto quantity = [](std::string word, const std::string& unit, Dimension dimension) {
+    const auto last = word.find_last_not_of(' ');
+    const bool bare =
+        last != std::string::npos &&
+        (std::isdigit(static_cast<unsigned char>(word[last])) != 0 || word[last] == '.');
+    const double value = parse_quantity(bare ? word + " " + unit : word, dimension);
+    if (!(value > 0)) throw InputError("found '" + word + "', expected more than 0");
+    return value;
+  };
+  const auto comma = text.find(',');
+  try {
+    beam_model.range_sigma_m = quantity(text.substr(0, comma), "m", Dimension::length);
+    if (comma == std::string::npos) return;
+    beam_model.azimuth_sigma_rad = beam_model.elevation_sigma_rad =
+        quantity(text.substr(comma + 1), "rad", Dimension::angle);
+  } catch (const InputError& e) {
+    throw InputError(std::string("--noise: ") + e.what());
+  }
+}
+
+std::string noise_note(const BeamModel& noise, const std::string& lidar) {
+  return "the beams' noise is taken to be that of " + lidar + ", " +
+         shown(1e3 * noise.range_sigma_m) + " mm and " + shown(1e3 * noise.azimuth_sigma_rad) +
+         " mrad; --noise says otherwise";
 }
 
 int estimate(const EstimateOptions& options) {
@@ -140,8 +164,13 @@ int estimate(const EstimateOptions& options) {
     settings.tracking_method = "beam";
   }
   const std::filesystem::path directory = is_directory ? config : config.parent_path();
-  const BeamModel beam_model = without_range_limits(
+  BeamModel beam_model = without_range_limits(
       load_lidar_profile(directory / "lidars" / (settings.lidar + ".yaml")).beam);
+  if (!options.noise.empty()) take_noise(options.noise, beam_model);
+  clouds::CloudOptions reading;
+  if (!options.time_unit.empty()) {
+    reading.us_per_time = 1e6 * find_unit(options.time_unit, Dimension::time).value();
+  }
   RangeGate gate;
   if (!options.gate.empty()) gate = {options.gate[0], options.gate[1]};
   if (!(gate.near >= 0 && gate.far > gate.near)) {
@@ -167,16 +196,23 @@ int estimate(const EstimateOptions& options) {
     nlohmann::ordered_json report;
     try {
       const std::int64_t start = stopwatch();
-      const clouds::Cloud cloud = clouds::read_cloud(file);
+      const clouds::Cloud cloud = clouds::read_cloud(file, reading);
       const CleanScan scan = preprocess(raw_beams(cloud), gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
       SingleScanResult result = method.estimate(scan, initial);
-      doubt_length(length, scan, result);
+      add_hints(cloud, scan, length, result);
+      if (options.noise.empty()) result.notes.push_back(noise_note(beam_model, settings.lidar));
       report = report_of(file, cloud, scan, method, result, read_us);
       worsen(code, code_of(result.status));
-    } catch (const std::exception& e) {
-      std::fprintf(stderr, "berth: %s\n", e.what());
+    } catch (const InputError& e) {
       report = error_report(file, e.what());
+    } catch (const std::bad_alloc&) {
+      report = error_report(file, file + ": this machine's memory does not hold it");
+    } catch (const std::exception& e) {  // whatever it is, the others go on
+      report = error_report(file, file + ": " + e.what());
+    }
+    if (report["status"] == "error") {
+      std::fprintf(stderr, "berth: %s\n", report["reason"].get_ref<const std::string&>().c_str());
       worsen(code, exit_code::error);
     }
     // file names need not be UTF-8
@@ -211,14 +247,26 @@ void add_estimate(CLI::App& app, int& exit_code) {
           "METRES"));
   command
       ->add_option("--initial", options->initial,
-                   "Pose x,y,z,w,p,r (mm, degrees) to start from; acquired anew where it fails")
+                   "Pose (mm, degrees) to start from; acquired anew where it fails")
       ->delimiter(',')
-      ->expected(6);
+      ->expected(6)
+      ->option_text("X,Y,Z,W,P,R");
   command
       ->add_option("--gate", options->gate,
-                   "NEAR,FAR: the target is between these ranges, m (any range when left out)")
+                   "The target is between these ranges, m (any range when left out)")
       ->delimiter(',')
-      ->expected(2);
+      ->expected(2)
+      ->option_text("NEAR,FAR");
+  command
+      ->add_option("--noise", options->noise,
+                   "Standard deviation RANGE[,ANGLE] of the beams, as '5 mm,0.1 mrad' (m and rad "
+                   "without units); returns that bring a sigma of their own keep it. That of the "
+                   "LIDAR in --config when left out")
+      ->type_name("RANGE[,ANGLE]");
+  command
+      ->add_option("--time-unit", options->time_unit,
+                   "Unit of the clouds' times where their names and values do not tell it")
+      ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
   command
       ->add_option("--config", options->config,
                    "Configuration directory or its estimator.yaml, for methods and beam noise (the "

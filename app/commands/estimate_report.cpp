@@ -45,11 +45,11 @@ Json counts_of(const clouds::Cloud& cloud, const CleanScan& scan, int used) {
   Json dropped;
   dropped["not_finite"] = cloud.counts.not_finite;
   dropped["at_sensor"] = cloud.counts.at_sensor;
-  dropped["bad_sigma"] = cloud.counts.bad_sigma;
   dropped["empty_without_direction"] = cloud.counts.undirected;
   dropped["nearer_than_gate"] = scan.nearer;
   dropped["farther_than_gate"] = scan.farther;
   dropped["beyond_any_sensor"] = scan.invalid;
+  dropped["repeated"] = scan.repeated;
   Json counts;
   counts["points"] = cloud.counts.points;
   counts["returns"] = scan.points.size();

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,8 @@ struct CloudCounts {
   std::size_t hits = 0;
   std::size_t misses = 0;      ///< empty beams whose direction the file's grid tells
   std::size_t undirected = 0;  ///< empty beams whose direction nothing tells: dropped
-  std::size_t not_finite = 0;  ///< a coordinate, time or sigma that is no number: dropped
+  std::size_t not_finite = 0;  ///< a coordinate that is missing or no number: dropped
   std::size_t at_sensor = 0;   ///< range zero: dropped
-  std::size_t bad_sigma = 0;   ///< negative: dropped
 };
 
 /// One beam, as far as a cloud tells it.
@@ -37,32 +37,32 @@ struct Cloud {
   std::vector<CloudBeam> beams;  ///< hits and misses, in the file's order
   CloudCounts counts;
   bool has_misses = false;  ///< the format tells empty beams
-  bool has_times = false;
+  bool has_times = false;   ///< else the scan is taken to be of one time
   bool has_sigmas = false;
   std::vector<std::string> notes;  ///< what a user should know of how the file was read
 };
 
-/// Reads a cloud by its extension:
-/// - PCD, PLY: fields x y z; optional time or timestamp (s), utime or time_us (us), sigma (m).
-/// - XYZ, TXT, CSV: a point a line, columns x y z and others; a header line or comment that names
-///   the columns makes the optional ones known.
+/// What a file cannot tell of itself.
+struct CloudOptions {
+  std::optional<double> us_per_time;  ///< unit of its times, whatever name and magnitude say
+};
+
+/// Reads a cloud by its extension. A file is read whole or refused.
+/// - PCD: fields x y z; text, binary, compressed. PLY: properties x y z of its vertices.
+/// - XYZ, TXT, CSV, ASC, PTS: a point a line; x y z first, or columns that a header names.
 /// - PTX: one scan; beams at 0 0 0 are misses.
+/// A time and a range sigma (sigma, m) are used where a field or column is named so; the unit of
+/// time is found from its name, else from the values' magnitude. Times that cannot be used leave
+/// the scan without times, with a note; they never discard a point.
 /// @throws InputError naming file, for text also the line, what was found and what was expected.
-Cloud read_cloud(const std::filesystem::path& path);
+Cloud read_cloud(const std::filesystem::path& path, const CloudOptions& options = {});
+/// The same of a file's bytes. extension: as ".xyz", in lower case; file: its name, for messages.
+Cloud parse_cloud(std::string bytes, const std::string& extension, const std::string& file,
+                  const CloudOptions& options = {});
 
 /// Whether a file's extension is one that read_cloud knows.
 bool is_cloud(const std::filesystem::path& path);
 /// ".pcd, .ply, ...", for messages.
 std::string known_extensions();
-
-/// One row of a cloud.
-struct CloudRow {
-  Vector3d point = Vector3d::Zero();  ///< m
-  double utime = 0;                   ///< us
-  double sigma = 0;                   ///< m; 0: not said
-};
-
-/// Takes a row in as a hit, or counts why not.
-void add_row(Cloud& cloud, const CloudRow& row);
 
 }  // namespace berth::clouds

@@ -1,25 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace berth::clouds {
 
-/// Which columns of a table hold what a cloud is made of; -1: none does.
-struct Columns {
-  int x = -1;
-  int y = -1;
-  int z = -1;
-  int time = -1;
-  int sigma = -1;
-  double us_per_time = 1;  ///< unit of the time column
+/// One column of a table.
+struct Column {
+  int index = -1;    ///< -1: there is none
+  std::string name;  ///< as the file has it
+  double scale = 1;  ///< its unit in m
 
-  bool has_point() const { return x >= 0 && y >= 0 && z >= 0; }
+  explicit operator bool() const { return index >= 0; }
 };
 
-/// Looks for x, y, z; time or timestamp (s), utime or time_us (us); sigma or range_sigma, in any
-/// case. Other names are ignored; of two alike the first counts.
-Columns find_columns(const std::vector<std::string>& names);
+/// Which columns of a table hold what a cloud is made of.
+struct Columns {
+  Column x, y, z;
+  Column sigma;  ///< of the range
+  Column time;
+  std::optional<double> us_per_time;  ///< the unit that the time's name says
+
+  bool has_point() const { return x && y && z; }
+  /// Without names: x y z are the first three.
+  static Columns first_three();
+};
+
+/// Looks for x, y, z (or one of the spellings that exports use, as "Points:0"), a time and a range
+/// sigma. Case, quotes and blanks do not count; a unit may stand behind the name: "x (mm)", "y
+/// [m]", "time_us". Other names are ignored. where: for messages, "file:line" or "file".
+/// @throws InputError when a coordinate's name is there twice, or a length's unit is not known.
+Columns find_columns(const std::vector<std::string>& names, const std::string& where);
 
 }  // namespace berth::clouds

@@ -2,8 +2,8 @@
 #include "common/clouds/ptx_cloud.h"
 
 #include "common/clouds/beam_grid.h"
+#include "common/clouds/cloud_builder.h"
 #include "common/clouds/text_lines.h"
-#include "common/core/beam_model.h"
 #include "common/core/text.h"
 
 namespace berth::clouds {
@@ -13,15 +13,15 @@ namespace {
 /// The next line that holds anything.
 bool next_line(TextLines& lines) {
   while (lines.next()) {
-    if (!lines.words().empty()) return true;
+    if (!lines.cells().empty()) return true;
   }
   return false;
 }
 
 void expect_numbers(TextLines& lines, std::size_t count, const char* what) {
   if (!next_line(lines)) throw lines.error(std::string("the file ends, expected ") + what);
-  if (lines.words().size() != count) {
-    throw lines.error("found " + std::to_string(lines.words().size()) + " columns, expected " +
+  if (lines.cells().size() != count) {
+    throw lines.error("found " + std::to_string(lines.cells().size()) + " columns, expected " +
                       what);
   }
   for (std::size_t i = 0; i < count; ++i) lines.number(i, what);
@@ -34,7 +34,7 @@ std::size_t expect_count(TextLines& lines, const char* what) {
 
 }  // namespace
 
-Cloud parse_ptx(std::string_view text, const std::string& file) {
+Cloud parse_ptx(std::string_view text, const std::string& file, const CloudOptions& options) {
   TextLines lines(text, file);
   const std::size_t columns = expect_count(lines, "the number of columns");
   const std::size_t rows = expect_count(lines, "the number of rows");
@@ -48,47 +48,48 @@ Cloud parse_ptx(std::string_view text, const std::string& file) {
                       std::to_string(rows) + " beams");
   }
 
-  Cloud cloud;
-  cloud.has_misses = true;
   std::vector<Vector3d> points(beams);
+  std::size_t width = 0;
   for (std::size_t i = 0; i < beams; ++i) {
     if (!next_line(lines)) {
       throw lines.error("the file ends after " + std::to_string(i) + " beams, expected " +
                         std::to_string(columns) + " columns of " + std::to_string(rows) + " beams");
     }
+    if (i == 0) width = lines.cells().size();
+    if (lines.cells().size() != width) {
+      throw lines.error("found " + std::to_string(lines.cells().size()) + " columns, expected " +
+                        std::to_string(width) + " as in the first beam");
+    }
     points[i] = {lines.number(0, "x"), lines.number(1, "y"), lines.number(2, "z")};
   }
   if (next_line(lines)) {
-    throw lines.error(lines.words().size() == 1
+    throw lines.error(lines.cells().size() == 1
                           ? "found a second scan, expected one a file: each has its own frame"
                           : "found more than the " + std::to_string(beams) +
                                 " beams that columns and rows promise");
   }
 
   const BeamGrid grid(points, rows);
+  const Columns first_three = Columns::first_three();
+  CloudBuilder cloud(first_three, options);
+  bool all_directed = true;
   for (std::size_t i = 0; i < beams; ++i) {
     if (points[i] != Vector3d::Zero()) {
-      add_row(cloud, {points[i]});
+      cloud.add({points[i]});
       continue;
     }
-    ++cloud.counts.points;
     Vector3d direction;
-    if (!grid.direction(i / rows, i % rows, direction)) {
-      ++cloud.counts.undirected;
-      continue;
-    }
-    CloudBeam miss;
-    beam_angles(direction, miss.azimuth, miss.elevation);
-    cloud.beams.push_back(miss);
-    ++cloud.counts.misses;
+    const bool directed = grid.direction(i / rows, i % rows, direction);
+    cloud.add_empty(directed ? &direction : nullptr);
+    all_directed = all_directed && directed;
   }
-  if (cloud.counts.undirected > 0) {
-    cloud.notes.push_back(
-        grid.regular() ? "the returns are too few to tell the direction of all empty beams"
-                       : "the beams are no regular grid (" + fixed(1e3 * grid.misfit_rad(), 1) +
-                             " mrad off): nothing tells the directions of the empty ones");
+  if (!all_directed) {
+    cloud.note(grid.regular()
+                   ? "the returns are too few to tell the direction of all empty beams"
+                   : "the beams are no regular grid (" + fixed(1e3 * grid.misfit_rad(), 1) +
+                         " mrad off): nothing tells the directions of the empty ones");
   }
-  return cloud;
+  return cloud.finish();
 }
 
 }  // namespace berth::clouds

@@ -13,6 +13,6 @@ namespace berth::clouds {
 /// scanner's own frame; the poses are not used. 0 0 0 is a beam that nothing came back from: a miss
 /// whose direction the grid of the other beams tells. A second scan in the file is an error: it was
 /// taken from another place. file: for messages. @throws InputError.
-Cloud parse_ptx(std::string_view text, const std::string& file);
+Cloud parse_ptx(std::string_view text, const std::string& file, const CloudOptions& options);
 
 }  // namespace berth::clouds

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/file.h"
+#include "common/core/nearest_word.h"
 #include "common/core/text.h"
 
 namespace berth {
@@ -20,21 +21,6 @@ std::string shown(const YAML::Node& node) {
     default:
       return "nothing";
   }
-}
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t above = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
 }
 
 /// yaml-cpp keeps the last of two equal keys; for us that is a mistake of the writer.
@@ -237,14 +223,9 @@ void Config::optional(const std::string& key, Pose& value) {
 void Config::finish() const {
   for (const auto& key : keys()) {
     if (read_.count(key) != 0) continue;
-    std::string nearest;
-    for (const auto& known : read_) {
-      if (nearest.empty() || edit_distance(key, known) < edit_distance(key, nearest)) {
-        nearest = known;
-      }
-    }
-    const bool close = !nearest.empty() && edit_distance(key, nearest) <= 3;
-    throw error(key, "is not known here" + (close ? "; did you mean '" + nearest + "'?" : ""));
+    const std::string nearest = nearest_word(key, {read_.begin(), read_.end()});
+    throw error(
+        key, "is not known here" + (!nearest.empty() ? "; did you mean '" + nearest + "'?" : ""));
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/core/pose.h"
+#include "common/core/unit.h"
 
 namespace berth {
 namespace {
@@ -34,6 +35,7 @@ constexpr std::array units{
     Unit{Dimension::time, "s", 1},
     Unit{Dimension::time, "ms", 1e-3},
     Unit{Dimension::time, "us", 1e-6},
+    Unit{Dimension::time, "ns", 1e-9},
     Unit{Dimension::time, "min", 60},
     Unit{Dimension::time, "h", 3600},
     Unit{Dimension::speed, "m/s", 1},
@@ -89,6 +91,13 @@ std::string describe(Dimension dimension) {
   return {};
 }
 
+std::optional<double> find_unit(std::string_view name, Dimension dimension) {
+  for (const Unit& unit : units) {
+    if (unit.dimension == dimension && unit.name == name) return unit.si;
+  }
+  return std::nullopt;
+}
+
 double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string_view whole = trimmed(text);
   std::string_view digits = whole;
@@ -101,10 +110,9 @@ double parse_quantity(std::string_view text, Dimension dimension) {
     return InputError("found '" + std::string(whole) + "', expected " + describe(dimension));
   };
   if (error != std::errc() || !std::isfinite(value)) throw complain();
-  for (const Unit& unit : units) {
-    if (unit.dimension == dimension && unit.name == name) return value * unit.si;
-  }
-  throw complain();
+  const std::optional<double> unit = find_unit(name, dimension);
+  if (!unit) throw complain();
+  return value * *unit;
 }
 
 }  // namespace berth

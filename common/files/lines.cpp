@@ -37,6 +37,14 @@ double beyond_double(std::string_view word) {
   return negative ? -size : size;
 }
 
+/// How older Windows programs write what is no number: 1.#QNAN, -1.#IND, 1.#INF.
+bool is_windows_nan(std::string_view word) {
+  if (!word.empty() && word[0] == '-') word.remove_prefix(1);
+  return word.size() > 3 && word.substr(0, 3) == "1.#" &&
+         word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789", 3) ==
+             std::string_view::npos;
+}
+
 }  // namespace
 
 Lines::Lines(std::string_view text, std::string file, std::size_t first)
@@ -118,6 +126,10 @@ InputError Lines::error(const std::string& what) const {
 bool parse_number(std::string_view word, double& number) {
   word = without_plus(word);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (is_windows_nan(word)) {
+    number = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
   if (error == std::errc::result_out_of_range) {
     number = beyond_double(word);
   } else if (error != std::errc()) {

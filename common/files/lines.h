@@ -52,8 +52,9 @@ class Lines {
   std::vector<std::string_view> words_;
 };
 
-/// A number as programs write it, whatever the locale; "nan" and "inf" are numbers too. What is too
-/// small for a double is 0, what is too large infinite. @return false when the word is none.
+/// A number as programs write it, whatever the locale; "nan", "inf" and 1.#QNAN are numbers too.
+/// What is too small for a double is 0, what is too large infinite. @return false when the word is
+/// none.
 bool parse_number(std::string_view word, double& number);
 /// A whole number in decimal digits. @return false when the word is none, or too large.
 bool parse_whole(std::string_view word, std::int64_t& number);

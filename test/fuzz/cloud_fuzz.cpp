@@ -2,10 +2,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <string_view>
+#include <string>
 
-#include "common/clouds/ptx_cloud.h"
-#include "common/clouds/xyz_cloud.h"
+#include "common/clouds/cloud.h"
 #include "common/core/error.h"
 
 using namespace berth;
@@ -16,14 +15,15 @@ namespace {
 /// Every point is accounted for, and every beam is one that a sensor can have sent.
 void check(const Cloud& cloud) {
   const CloudCounts& n = cloud.counts;
-  if (n.points != n.hits + n.misses + n.undirected + n.not_finite + n.at_sensor + n.bad_sigma ||
+  if (n.points != n.hits + n.misses + n.undirected + n.not_finite + n.at_sensor || n.points == 0 ||
       cloud.beams.size() != n.hits + n.misses) {
     std::abort();
   }
   for (const CloudBeam& beam : cloud.beams) {
     const bool hit = beam.hit;
     if (!std::isfinite(beam.azimuth) || !std::isfinite(beam.elevation) ||
-        !std::isfinite(beam.range) || hit != (beam.range > 0) || !(beam.range_sigma >= 0)) {
+        !std::isfinite(beam.range) || hit != (beam.range > 0) || !(beam.range_sigma >= 0) ||
+        !std::isfinite(beam.range_sigma) || (!cloud.has_times && beam.utime != 0)) {
       std::abort();
     }
   }
@@ -31,12 +31,32 @@ void check(const Cloud& cloud) {
 
 }  // namespace
 
-/// First byte even: the rest is an XYZ file; odd: PTX.
+/// The first byte says what the rest is: 'x' XYZ, 'p' PCD, 'l' PLY, 't' PTX; capital: its times are
+/// in ns. test/fuzz/corpus/cloud has some of each.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
-  const std::string_view text(reinterpret_cast<const char*>(data + 1), size - 1);
+  CloudOptions options;
+  if (data[0] < 'a') options.us_per_time = 1e-3;
+  const char* extension = nullptr;
+  switch (data[0] | 0x20) {
+    case 'x':
+      extension = ".xyz";
+      break;
+    case 'p':
+      extension = ".pcd";
+      break;
+    case 'l':
+      extension = ".ply";
+      break;
+    case 't':
+      extension = ".ptx";
+      break;
+    default:
+      return 0;
+  }
   try {
-    check(data[0] % 2 == 0 ? parse_xyz(text, "fuzz") : parse_ptx(text, "fuzz"));
+    check(parse_cloud({reinterpret_cast<const char*>(data + 1), size - 1}, extension, "fuzz",
+                      options));
   } catch (const InputError&) {
   }
   return 0;

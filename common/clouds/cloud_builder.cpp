@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/clouds/cloud_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "common/core/beam_model.h"
+#include "common/core/text.h"
+
+namespace berth::clouds {
+
+namespace {
+
+struct TimeUnit {
+  const char* name;
+  double us;
+};
+constexpr std::array<TimeUnit, 4> time_units = {{{"s", 1e6}, {"ms", 1e3}, {"us", 1}, {"ns", 1e-3}}};
+
+/// A scan takes no longer.
+constexpr double longest_scan_us = 3600e6;
+/// Times since 1970 that a scanner may have: the years 2000 to 2100. In the four units these
+/// intervals have no number in common.
+constexpr double first_epoch_us = 946684800e6;
+constexpr double last_epoch_us = 4102444800e6;
+
+/// The unit that the magnitude of times tells: seconds since 1970 and parts of them, else seconds
+/// with decimals. Whole numbers from about 0 may be of any unit.
+const TimeUnit* unit_by_magnitude(double first, double last, bool whole) {
+  const auto plausible = [&](const TimeUnit& unit) {
+    const bool is_seconds = unit.us == time_units[0].us;
+    return (last - first) * unit.us <= longest_scan_us && !(is_seconds && whole && first != last);
+  };
+  for (const TimeUnit& unit : time_units) {
+    if (first * unit.us >= first_epoch_us && last * unit.us <= last_epoch_us) {
+      return plausible(unit) ? &unit : nullptr;
+    }
+  }
+  return plausible(time_units[0]) && !whole ? &time_units[0] : nullptr;
+}
+
+std::string unit_name(double us) {
+  for (const TimeUnit& unit : time_units) {
+    if (unit.us == us) return unit.name;
+  }
+  return shown(1e-6 * us) + " s";
+}
+
+}  // namespace
+
+void CloudBuilder::add(const CloudRow& row) {
+  ++cloud_.counts.points;
+  const Vector3d point(columns_.x.scale * row.point.x(), columns_.y.scale * row.point.y(),
+                       columns_.z.scale * row.point.z());
+  const double range = point.norm();
+  if (!std::isfinite(range)) {
+    ++cloud_.counts.not_finite;
+    return;
+  }
+  if (!(range > 0)) {
+    ++cloud_.counts.at_sensor;
+    return;
+  }
+  CloudBeam beam;
+  beam.range = range;
+  beam_angles(point, beam.azimuth, beam.elevation);
+  beam.hit = true;
+  beam.range_sigma = columns_.sigma ? columns_.sigma.scale * row.sigma : 0;
+  cloud_.beams.push_back(beam);
+  times_.push_back(row.time);
+  ++cloud_.counts.hits;
+}
+
+void CloudBuilder::add_empty(const Vector3d* direction) {
+  ++cloud_.counts.points;
+  if (direction == nullptr) {
+    ++cloud_.counts.undirected;
+    return;
+  }
+  CloudBeam miss;
+  beam_angles(*direction, miss.azimuth, miss.elevation);
+  cloud_.beams.push_back(miss);
+  times_.push_back(std::numeric_limits<double>::quiet_NaN());
+  ++cloud_.counts.misses;
+  cloud_.has_misses = true;
+}
+
+void CloudBuilder::take_not_finite_as_empty() {
+  cloud_.counts.undirected += std::exchange(cloud_.counts.not_finite, 0);
+}
+
+void CloudBuilder::set_sigmas() {
+  if (!columns_.sigma) return;
+  std::size_t unusable = 0;
+  for (CloudBeam& beam : cloud_.beams) {
+    if (beam.range_sigma >= 0 && std::isfinite(beam.range_sigma)) continue;
+    beam.range_sigma = 0;
+    ++unusable;
+  }
+  cloud_.has_sigmas = unusable < cloud_.beams.size();
+  if (unusable == 0) return;
+  note("'" + columns_.sigma.name + "' says nothing of " + std::to_string(unusable) + " of " +
+       std::to_string(cloud_.beams.size()) +
+       " points (empty, negative or no number): they have the LIDAR's noise");
+}
+
+void CloudBuilder::set_times() {
+  if (!columns_.time || times_.empty()) return;
+  const std::string who = "'" + columns_.time.name + "'";
+  const auto unused = [&](const std::string& why) {
+    note("times are not used, all points are taken to be of one time: " + who + " " + why);
+  };
+  const auto missing =
+      std::count_if(times_.begin(), times_.end(), [](double time) { return !std::isfinite(time); });
+  if (missing > 0) {
+    return unused("is missing or no number in " + std::to_string(missing) + " of " +
+                  std::to_string(times_.size()) + " points");
+  }
+  const auto [first, last] = std::minmax_element(times_.begin(), times_.end());
+  if (*first == 0 && *last == 0) return unused("is 0 for all");
+  std::optional<double> us = options_.us_per_time ? options_.us_per_time : columns_.us_per_time;
+  if (!us) {
+    const bool whole = std::all_of(times_.begin(), times_.end(),
+                                   [](double time) { return time == std::trunc(time); });
+    const TimeUnit* const unit = unit_by_magnitude(*first, *last, whole);
+    if (unit == nullptr) {
+      return unused("is from " + shown(*first) + " to " + shown(*last) +
+                    " and its name says no unit: --time-unit says it");
+    }
+    us = unit->us;
+    note("times are read as " + std::string(unit->name) + ": " + who +
+         " says no unit, its values do; --time-unit says otherwise");
+  }
+  constexpr double most_utime = 9e18;  // what 64 bits hold
+  if (!((*last - *first) * *us <= longest_scan_us) || !(std::abs(*first * *us) < most_utime) ||
+      !(std::abs(*last * *us) < most_utime)) {
+    return unused("is from " + shown(*first) + " to " + shown(*last) + " " + unit_name(*us) +
+                  ", no scan takes an hour: --time-unit says the unit");
+  }
+  cloud_.has_times = true;
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    cloud_.beams[i].utime = std::llround(times_[i] * *us);
+  }
+}
+
+Cloud CloudBuilder::finish() {
+  set_sigmas();
+  set_times();
+  const auto scaled = [](const Column& column) { return column.scale != 1; };
+  if (scaled(columns_.x) || scaled(columns_.y) || scaled(columns_.z)) {
+    note("coordinates are in the units that '" + columns_.x.name + "', '" + columns_.y.name +
+         "' and '" + columns_.z.name + "' say");
+  }
+  return std::move(cloud_);
+}
+
+}  // namespace berth::clouds
