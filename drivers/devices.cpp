@@ -3,6 +3,7 @@
 
 #include "common/core/config.h"
 #include "common/core/positive.h"
+#include "common/core/unit.h"
 
 namespace berth {
 namespace {
@@ -65,6 +66,10 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
     throw config.error("recording", "found none, expected what adapter " + adapter + " plays");
   }
   if (!tcp) lidar.recording = directory / recording;  // an absolute one stays as it is
+  if (config.has("time_unit")) {
+    const std::string unit = config.choice("time_unit", {"found", "s", "ms", "us", "ns"});
+    if (unit != "found") lidar.us_per_time = 1e6 * find_unit(unit, Dimension::time).value();
+  }
   config.optional("repeat", lidar.repeat);
   double gap = seconds(lidar.longest_gap);
   config.optional("longest_gap", Dimension::time, gap);

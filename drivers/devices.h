@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "common/bus/loop.h"
@@ -41,6 +42,7 @@ struct LidarDevice {
   Utime dial_timeout = Wires::dial_timeout;  ///< of tcp
   std::string model;                         ///< config/lidars/<model>.yaml
   std::filesystem::path recording;           ///< of files and log
+  std::optional<double> us_per_time;         ///< unit of the times in files; else they tell it
   bool repeat = false;                       ///< a recording that is over starts anew
   Utime longest_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
 };

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/clouds/cloud.h"
 #include "common/core/error.h"
 
 namespace berth::lidar {
 namespace fs = std::filesystem;
 
-CloudRecording::CloudRecording(const fs::path& path, double rate_hz)
-    : name_(path.string()), rate_hz_(rate_hz) {
+CloudRecording::CloudRecording(const fs::path& path, double rate_hz,
+                               const clouds::CloudOptions& options)
+    : name_(path.string()), rate_hz_(rate_hz), options_(options) {
   std::error_code error;
   if (fs::is_directory(path, error)) {
     for (const auto& entry : fs::directory_iterator(path)) {
@@ -28,12 +28,21 @@ CloudRecording::CloudRecording(const fs::path& path, double rate_hz)
   } else {
     throw InputError(name_ + ": no such cloud file or directory");
   }
+  std::string faults;
+  for (const fs::path& file : files_) {
+    try {
+      clouds::read_cloud(file, options_);
+    } catch (const InputError& e) {
+      faults += (faults.empty() ? "" : "\n") + std::string(e.what());
+    }
+  }
+  if (!faults.empty()) throw InputError(faults);
 }
 
 std::optional<RecordedScan> CloudRecording::next() {
   if (next_ == files_.size()) return std::nullopt;
   const fs::path file = files_[next_++];
-  const clouds::Cloud cloud = clouds::read_cloud(file);
+  const clouds::Cloud cloud = clouds::read_cloud(file, options_);
   RecordedScan scan;
   scan.name = file.filename().string();
   scan.timed = cloud.has_times;

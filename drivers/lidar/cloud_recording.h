@@ -3,17 +3,19 @@
 
 #include <filesystem>
 
+#include "common/clouds/cloud.h"
 #include "drivers/lidar/recording.h"
 
 namespace berth::lidar {
 
 /// A directory of cloud files (common/clouds: PCD, PLY, PTX, XYZ), a scan each, in the order of
 /// their names; or one file. Where a file has no times its beams follow one another at the
-/// LIDAR's rate.
+/// LIDAR's rate. All files are read at the start too, so that none fails in the middle of a run.
 class CloudRecording final : public Recording {
  public:
-  /// @throws InputError when there is no cloud.
-  CloudRecording(const std::filesystem::path& path, double rate_hz);
+  /// @throws InputError when there is no cloud, or naming every one that cannot be read.
+  CloudRecording(const std::filesystem::path& path, double rate_hz,
+                 const clouds::CloudOptions& options = {});
 
   const std::string& name() const override { return name_; }
   std::optional<RecordedScan> next() override;
@@ -22,6 +24,7 @@ class CloudRecording final : public Recording {
  private:
   std::string name_;
   double rate_hz_;
+  clouds::CloudOptions options_;
   std::vector<std::filesystem::path> files_;
   std::size_t next_ = 0;
 };

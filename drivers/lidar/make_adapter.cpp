@@ -19,7 +19,8 @@ std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProf
   }
   std::unique_ptr<Recording> recording;
   if (device.adapter == LidarDevice::Kind::files) {
-    recording = std::make_unique<CloudRecording>(device.recording, profile.rate_hz);
+    recording = std::make_unique<CloudRecording>(device.recording, profile.rate_hz,
+                                                 clouds::CloudOptions{device.us_per_time});
   } else {
     recording = std::make_unique<LogRecording>(device.recording);
   }
