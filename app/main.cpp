@@ -1,10 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
+#include "common/core/nearest_word.h"
 #include "common/core/version.h"
+
+namespace {
+
+/// In a command that has arguments of its own an option takes one word at a time (--set a=1
+/// --set b=2), so that an argument may follow it, as help shows them.
+void take_one_word_each(CLI::App& app) {
+  const std::vector<CLI::Option*> options = app.get_options();
+  const bool has_arguments =
+      std::any_of(options.begin(), options.end(),
+                  [](const CLI::Option* option) { return option->get_positional(); });
+  for (CLI::Option* option : options) {
+    if (has_arguments && !option->get_positional()) option->allow_extra_args(false);
+  }
+  for (CLI::App* command : app.get_subcommands({})) take_one_word_each(*command);
+}
+
+/// What is wrong with a command line whose command there is not; empty when that is not it.
+std::string unknown_command(const CLI::App& app) {
+  const CLI::App* at = &app;
+  while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
+  std::vector<std::string> known;
+  for (const CLI::App* command : at->get_subcommands({})) known.push_back(command->get_name());
+  const std::vector<std::string> rest = at->remaining();
+  const auto word = std::find_if(rest.begin(), rest.end(),
+                                 [](const std::string& w) { return w.empty() || w[0] != '-'; });
+  if (known.empty() || word == rest.end()) return {};
+  const std::string nearest = berth::nearest_word(*word, known);
+  const std::string path = at == &app ? "berth" : "berth " + at->get_name();
+  return path + ": found '" + *word + "', which is no command" +
+         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?") + "\n" + path +
+         " --help lists them";
+}
+
+}  // namespace
 
 int main(int argc, char* argv[]) {
   using namespace berth;
@@ -38,9 +74,14 @@ int main(int argc, char* argv[]) {
   commands::add_reestimate(app, code);
   commands::add_replay(app, code);
   commands::add_doctor(app, code);
+  take_one_word_each(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
+    if (const std::string fault = unknown_command(app); !fault.empty()) {
+      std::fprintf(stderr, "%s\n", fault.c_str());
+      return exit_code::error;
+    }
     return app.exit(e) == 0 ? exit_code::passed : exit_code::error;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "berth: %s\n", e.what());

@@ -116,10 +116,8 @@ void add_console(CLI::App& app, int& exit_code) {
       ->add_option("--make-credentials", options->credentials,
                    "Make a token and a self-signed certificate in this directory, and end")
       ->type_name("DIR");
-  command
-      ->add_option("--name", options->names,
-                   "With --make-credentials: another name or address the certificate is for")
-      ->allow_extra_args(false);
+  command->add_option("--name", options->names,
+                      "With --make-credentials: another name or address the certificate is for");
   command->callback([options, &exit_code] { exit_code = serve(*options); });
 }
 

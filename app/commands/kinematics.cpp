@@ -133,12 +133,14 @@ void add_kinematics(CLI::App& app, int& exit_code) {
   command->add_option("arm", options->arm, "Arm file, as config/arms/m710ic_50.yaml")
       ->required()
       ->check(CLI::ExistingFile);
-  command->add_option("--joints", options->joints, "J1,...,J6 as on the pendant: deg (axes: mm)")
+  command->add_option("--joints", options->joints, "Joints as on the pendant: deg (axes: mm)")
       ->delimiter(',')
-      ->expected(6);
-  command->add_option("--pose", options->pose, "T_base_flange as x,y,z,w,p,r: mm and deg")
+      ->expected(6)
+      ->option_text("J1,...,J6");
+  command->add_option("--pose", options->pose, "T_base_flange: mm and deg")
       ->delimiter(',')
-      ->expected(6);
+      ->expected(6)
+      ->option_text("X,Y,Z,W,P,R");
   command->footer(
       "For a pose all eight branches are listed, with each set of turns that is within the "
       "limits,\n"

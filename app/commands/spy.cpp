@@ -165,10 +165,8 @@ void add_spy(CLI::App& app, int& exit_code) {
   command->add_option("what", options->what,
                       "Channels (regular expressions), all when left out; or a log, then channels");
   command->add_option("--lcm-url", options->url, "Bus; LCM_DEFAULT_URL when left out");
-  command
-      ->add_option("--types", options->types,
-                   "More message types: a .lcm file or a directory of them; once for each")
-      ->allow_extra_args(false);
+  command->add_option("--types", options->types,
+                      "More message types: a .lcm file or a directory of them; once for each");
   command->add_option("--once", options->once_s, "Listen so many seconds, print, and end")
       ->check(CLI::PositiveNumber);
   command->add_flag("--values", options->values, "Print the newest message of every channel too");

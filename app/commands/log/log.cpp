@@ -24,10 +24,8 @@ std::shared_ptr<fs::path> add_log_argument(CLI::App& command, const std::string&
 
 std::shared_ptr<Paths> add_types_option(CLI::App& command) {
   auto types = std::make_shared<Paths>();
-  command
-      .add_option("--types", *types,
-                  "More message types: a .lcm file or a directory of them; once for each")
-      ->allow_extra_args(false);
+  command.add_option("--types", *types,
+                     "More message types: a .lcm file or a directory of them; once for each");
   return types;
 }
 
