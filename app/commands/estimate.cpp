@@ -202,6 +202,9 @@ int estimate(const EstimateOptions& options) {
       SingleScanResult result = method.estimate(scan, initial);
       add_hints(cloud, scan, length, result);
       if (options.noise.empty()) result.notes.push_back(noise_note(beam_model, settings.lidar));
+      for (const std::string& note : target_notes(wished)) {
+        result.notes.push_back("target: " + note);
+      }
       report = report_of(file, cloud, scan, method, result, read_us);
       worsen(code, code_of(result.status));
     } catch (const InputError& e) {

@@ -21,7 +21,10 @@ Mesh load_mesh(const std::filesystem::path& path) {
     throw InputError(path.string() + ": found '" + extension +
                      "', expected a .ply, .stl or .obj mesh");
   }
-  if (!std::filesystem::is_regular_file(path)) throw InputError(path.string() + ": no such file");
+  if (!std::filesystem::exists(path)) throw InputError(path.string() + ": no such file");
+  if (!std::filesystem::is_regular_file(path)) {
+    throw InputError(path.string() + ": found a directory or device, expected a file");
+  }
   return parse(read_file(path), path.string());
 }
 

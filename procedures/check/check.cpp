@@ -85,7 +85,7 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
 
   Rig rig(setup);
   for (const std::string& note : target_notes(rig.cell.target)) {
-    report.findings.push_back({Severity::warning, setup.target, 0, "", note, ""});
+    report.findings.push_back({Severity::warning, setup.target, 0, "target", note, ""});
   }
   Rehearsal rehearsal(rig, start.value_or(rig.home()));
   StepCheck steps(rig, report.findings);

@@ -183,7 +183,8 @@ criteria:
   std::filesystem::remove(mesh);
   CHECK_THAT(complaint, Contains("step 'approach'") && Contains("names no docking interface"));
   CHECK_THAT(complaint, Contains("criterion 'c'"));
-  CHECK_THAT(complaint, Contains("berth-check-target.ply: warning: its surface is inside out"));
+  CHECK_THAT(complaint,
+             Contains("berth-check-target.ply: warning: target: its surface is inside out"));
 }
 
 TEST_CASE("a step that cannot end in its time is an error when its time is known") {
