@@ -70,7 +70,9 @@ constexpr char attitude_description[] =
     "[w, p, r] of the target in the sensor frame, degrees; or 'any attitude'";
 
 std::vector<double> list_of(const std::string& value) {
-  return Config::parse("value: " + value, "value").quantities("value", Dimension::number);
+  YamlNode map(YamlNode::Kind::map);
+  map.put("value", read_yaml(value, "value"));
+  return Config(map, "value").quantities("value", Dimension::number);
 }
 
 }  // namespace

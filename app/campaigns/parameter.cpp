@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/core/pose.h"
+#include "common/core/yaml_text.h"
 
 namespace berth::campaigns {
 namespace {
@@ -24,44 +25,42 @@ std::string text_of(double value, const std::string& unit) {
   return unit.empty() ? text : std::string(text) + " " + unit;
 }
 
-Draw value_of(const YAML::Node& node, const Config& config, const std::string& key) {
-  if (!node.IsScalar() || node.Scalar().empty()) throw config.error(key, "expected a value");
+Draw value_of(const YamlNode& node, const Config& config, const std::string& key) {
+  if (node.text().empty()) throw config.error(key, "expected a value");
   Draw one;
-  one.texts = {node.Scalar()};
+  one.texts = {node.text()};
   return one;
 }
 
 /// The two numbers of a distribution, both in one unit.
-void read_pair(const YAML::Node& node, const Config& config, const std::string& key,
+void read_pair(const YamlNode& node, const Config& config, const std::string& key,
                const std::string& kind, Draw& into) {
   const auto wrong = [&](const std::string& what) {
     return config.error(
         key, kind + ": " + what + ", expected two numbers in one unit, as [5 mm, 10 mm]");
   };
-  if (!node.IsSequence() || node.size() != 2 || !node[0].IsScalar() || !node[1].IsScalar()) {
-    throw wrong("found no list of two");
-  }
-  const auto a = quantity_of(node[0].Scalar());
-  const auto b = quantity_of(node[1].Scalar());
-  if (!a || !b || a->unit != b->unit) {
-    throw wrong("found [" + node[0].Scalar() + ", " + node[1].Scalar() + "]");
-  }
+  if (!node.is_list() || node.size() != 2) throw wrong("found no list of two");
+  const auto a = quantity_of(node.items()[0].text());
+  const auto b = quantity_of(node.items()[1].text());
+  if (!a || !b || a->unit != b->unit) throw wrong("found " + plain_text(node));
   into.a = a->value;
   into.b = b->value;
   into.unit = a->unit;
 }
 
-Draw distribution_of(const YAML::Node& node, const Config& config, const std::string& key) {
+Draw distribution_of(const YamlNode& node, const Config& config, const std::string& key) {
   if (node.size() != 1) throw config.error(key, std::string("expected ") + distributions);
-  const auto entry = *node.begin();
-  const std::string kind = entry.first.Scalar();
+  const auto& [name, value] = node.entries().front();
+  const std::string& kind = name.text();
   Draw one;
   if (kind == "choice") {
     one.kind = Kind::choice;
-    if (!entry.second.IsSequence() || entry.second.size() == 0) {
+    if (!value.is_list() || value.size() == 0) {
       throw config.error(key, "choice: expected a list of values");
     }
-    for (const auto& item : entry.second) one.texts.push_back(value_of(item, config, key).texts[0]);
+    for (const YamlNode& item : value.items()) {
+      one.texts.push_back(value_of(item, config, key).texts[0]);
+    }
     return one;
   }
   if (kind == "uniform") {
@@ -73,7 +72,7 @@ Draw distribution_of(const YAML::Node& node, const Config& config, const std::st
   } else {
     throw config.error(key, "found '" + kind + "', expected " + distributions);
   }
-  read_pair(entry.second, config, key, kind, one);
+  read_pair(value, config, key, kind, one);
   if (one.kind == Kind::normal && one.b < 0) {
     throw config.error(key, "normal: found a negative sigma");
   }
@@ -87,10 +86,10 @@ Draw distribution_of(const YAML::Node& node, const Config& config, const std::st
 }
 
 /// A value, a distribution, or where `lists` a list of either.
-std::vector<Draw> draws_of(const YAML::Node& node, const Config& config, const std::string& key,
+std::vector<Draw> draws_of(const YamlNode& node, const Config& config, const std::string& key,
                            bool may_be_drawn, bool& is_list) {
-  const auto one = [&](const YAML::Node& item) {
-    if (item.IsMap() && may_be_drawn) return distribution_of(item, config, key);
+  const auto one = [&](const YamlNode& item) {
+    if (item.is_map() && may_be_drawn) return distribution_of(item, config, key);
     Draw value = value_of(item, config, key);
     if (value.texts[0] != any_attitude) return value;
     if (!may_be_drawn) throw config.error(key, "'any attitude' is drawn, expected a value");
@@ -98,9 +97,9 @@ std::vector<Draw> draws_of(const YAML::Node& node, const Config& config, const s
     return value;
   };
   std::vector<Draw> draws;
-  is_list = node.IsSequence();
+  is_list = node.is_list();
   if (!is_list) return {one(node)};
-  for (const auto& item : node) draws.push_back(one(item));
+  for (const YamlNode& item : node.items()) draws.push_back(one(item));
   if (draws.empty()) throw config.error(key, "found an empty list");
   return draws;
 }
@@ -108,9 +107,8 @@ std::vector<Draw> draws_of(const YAML::Node& node, const Config& config, const s
 Parameter parameter_at(Config& section, const std::string& key) {
   Parameter parameter;
   parameter.name = key;
-  const YAML::Node& map = section.node();
-  for (const auto& item : map) {
-    if (item.first.Scalar() == key) parameter.line = item.first.Mark().line + 1;
+  for (const auto& [name, value] : section.node().entries()) {
+    if (name.text() == key) parameter.line = name.line();
   }
   return parameter;
 }
@@ -175,42 +173,40 @@ DrawnValue draw(const Parameter& parameter, std::size_t which, Random& random) {
   bool is_list = parameter.is_list;
   for (std::size_t i = 0; i < draws.size(); ++i) {
     is_list = is_list || draws[i].kind == Kind::attitude;
-    value.text += (i == 0 ? "" : ", ") + drawn_text(draws[i], random, value.attitude);
+    const std::string text = drawn_text(draws[i], random, value.attitude);
+    const bool item = parameter.is_list && draws[i].kind != Kind::attitude;
+    value.text += (i == 0 ? "" : ", ") + (item ? flow_text(YamlNode(text)) : text);
   }
   if (is_list) value.text = "[" + value.text + "]";
   return value;
 }
 
 std::vector<Parameter> read_grid(Config& manifest) {
-  return read_section(
-      manifest, "grid", [](Config& section, const YAML::Node& node, Parameter& into) {
-        if (!node.IsSequence() || node.size() == 0) {
-          throw section.error(into.name, "expected a list of the values that it takes");
-        }
-        for (const auto& item : node) {
-          into.values.push_back(draws_of(item, section, into.name, false, into.is_list));
-        }
-      });
+  return read_section(manifest, "grid", [](Config& section, const YamlNode& node, Parameter& into) {
+    if (!node.is_list() || node.size() == 0) {
+      throw section.error(into.name, "expected a list of the values that it takes");
+    }
+    for (const YamlNode& item : node.items()) {
+      into.values.push_back(draws_of(item, section, into.name, false, into.is_list));
+    }
+  });
 }
 
 std::vector<Parameter> read_drawn(Config& manifest) {
-  return read_section(
-      manifest, "draw", [](Config& section, const YAML::Node& node, Parameter& into) {
-        into.values = {draws_of(node, section, into.name, true, into.is_list)};
-        for (const Draw& one : into.values.front()) {
-          if (one.kind != Kind::value) return;
-        }
-        throw section.error(
-            into.name,
-            std::string("is always the same: put it under 'set', or give ") + distributions);
-      });
+  return read_section(manifest, "draw", [](Config& section, const YamlNode& node, Parameter& into) {
+    into.values = {draws_of(node, section, into.name, true, into.is_list)};
+    for (const Draw& one : into.values.front()) {
+      if (one.kind != Kind::value) return;
+    }
+    throw section.error(
+        into.name, std::string("is always the same: put it under 'set', or give ") + distributions);
+  });
 }
 
 std::vector<Parameter> read_fixed(Config& manifest) {
-  return read_section(manifest, "set",
-                      [](Config& section, const YAML::Node& node, Parameter& into) {
-                        into.values = {draws_of(node, section, into.name, false, into.is_list)};
-                      });
+  return read_section(manifest, "set", [](Config& section, const YamlNode& node, Parameter& into) {
+    into.values = {draws_of(node, section, into.name, false, into.is_list)};
+  });
 }
 
 }  // namespace berth::campaigns

@@ -13,6 +13,7 @@
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "procedures/language/parameters.h"
 #include "procedures/language/schema.h"
 
 namespace berth::commands {
@@ -29,9 +30,13 @@ struct CheckOptions {
   bool schema = false;
 };
 
-/// Other YAML files may lie beside procedures.
+/// Other YAML files may lie beside procedures; one that cannot be read may be one, and is told of.
 bool is_procedure(const fs::path& file) {
-  return ("\n" + read_file(file)).find("\nsteps:") != std::string::npos;
+  try {
+    return procedures::read_written(read_file(file), file.string()).tree.has("steps");
+  } catch (const InputError&) {
+    return true;
+  }
 }
 
 /// The files named, and every procedure of the directories named, in order of their names.

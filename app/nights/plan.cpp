@@ -6,6 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "common/core/yaml_text.h"
 
 namespace berth::nights {
 namespace fs = std::filesystem;
@@ -66,13 +67,10 @@ std::vector<std::uint64_t> read_fixed(Config& config) {
     }
     seeds.push_back(value);
   };
-  if (config.has("fixed") && config.node()["fixed"].IsSequence()) {
-    for (const double seed : config.quantities("fixed", Dimension::number)) {
-      if (seed != static_cast<double>(static_cast<std::int64_t>(seed))) {
-        throw config.error("fixed", "found a seed that is not a whole number");
-      }
-      add(static_cast<std::int64_t>(seed));
-    }
+  if (config.has("fixed") && config.node().at("fixed").is_list()) {
+    const auto list = config.integers("fixed");
+    if (std::ssize(list) > most_seeds) throw config.error("fixed", "expected at most 10000 seeds");
+    for (const std::int64_t seed : list) add(seed);
     return seeds;
   }
   std::int64_t last = 0;
@@ -98,7 +96,7 @@ Seeds read_seeds(Config& parent, const Seeds& otherwise) {
 /// A list of words, or one word; one empty word when the key is missing.
 std::vector<std::string> words(Config& config, const std::string& key) {
   if (!config.has(key)) return {""};
-  if (config.node()[key].IsScalar()) return {config.text(key)};
+  if (config.node().at(key).is_text()) return {config.text(key)};
   auto list = config.texts(key);
   if (list.empty()) throw config.error(key, "found an empty list");
   return list;
@@ -117,8 +115,7 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   if (config.has("set")) {
     Config set = config.section("set");
     for (const auto& key : set.keys()) {
-      const YAML::Node value = set.raw(key);
-      common.parameters[key] = value.IsScalar() ? value.Scalar() : YAML::Dump(value);
+      common.parameters[key] = plain_text(set.raw(key));
     }
   }
   std::string name = common.procedure.stem().string();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/reestimation/new_run.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <berth/run_info_t.hpp>
 #include <cstdio>
 
+#include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/yaml_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 
@@ -33,25 +33,22 @@ run_info_t run_info_of(const fs::path& log) {
 }
 
 std::string run_yaml(const run_info_t& info) {
-  YAML::Emitter out;
-  out << YAML::BeginMap;
-  out << YAML::Key << "name" << YAML::Value << info.run;
-  out << YAML::Key << "host" << YAML::Value
-      << (info.host == run_info_t::TWIN   ? "twin"
-          : info.host == run_info_t::CELL ? "cell"
-                                          : "simulated-cell");
-  out << YAML::Key << "lcm_url" << YAML::Value << YAML::DoubleQuoted << "";
-  out << YAML::Key << "joins" << YAML::Value << false;
-  out << YAML::Key << "session" << YAML::Value << info.session;
-  out << YAML::Key << "seed" << YAML::Value << info.seed;
-  out << YAML::Key << "layout" << YAML::Value << info.layout;
-  out << YAML::Key << "target" << YAML::Value << info.target;
+  YamlNode run(YamlNode::Kind::map);
+  run.put("name", info.run);
+  run.put("host", info.host == run_info_t::TWIN   ? "twin"
+                  : info.host == run_info_t::CELL ? "cell"
+                                                  : "simulated-cell");
+  run.put("lcm_url", "");
+  run.put("joins", "false");
+  run.put("session", std::to_string(info.session));
+  run.put("seed", std::to_string(info.seed));
+  run.put("layout", info.layout);
+  run.put("target", info.target);
   char length[40];  // with all its digits, so that the target is the same to the bit
   std::snprintf(length, sizeof length, "%.17g m", info.target_length_m);
-  out << YAML::Key << "target_length" << YAML::Value << length;
-  out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap << YAML::EndMap;
-  out << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
+  run.put("target_length", length);
+  run.put("parameters", YamlNode(YamlNode::Kind::map));
+  return written(run);
 }
 
 void restore_from_log(const fs::path& log, const fs::path& directory) {
@@ -91,35 +88,27 @@ void take_configuration(const fs::path& config, const fs::path& own) {
 }
 
 /// Puts one value into estimator.yaml; whether the key is known is told when the file is read.
-void set_value(const YAML::Node& root, const std::string& assignment) {
+void set_value(YamlNode node, const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw InputError("--set " + assignment + ": expected KEY=VALUE, e.g. tracking.method=icp");
   }
   std::string key = assignment.substr(0, equals);
-  YAML::Node node = root;
   for (auto dot = key.find('.'); dot != std::string::npos; dot = key.find('.')) {
-    YAML::Node inner = node[key.substr(0, dot)];
-    if (inner.IsDefined() && !inner.IsMap()) {
-      throw InputError("--set " + assignment + ": '" + key.substr(0, dot) + "' has no keys");
-    }
-    node.reset(inner);
+    const std::string word = key.substr(0, dot);
+    if (!node.has(word)) node.put(word, YamlNode(YamlNode::Kind::map));
+    node = node.at(word);
+    if (!node.is_map()) throw InputError("--set " + assignment + ": '" + word + "' has no keys");
     key = key.substr(dot + 1);
   }
-  try {
-    node[key] = YAML::Load(assignment.substr(equals + 1));
-  } catch (const YAML::Exception& error) {
-    throw InputError("--set " + assignment + ": " + error.msg);
-  }
+  node.put(key, read_yaml(assignment.substr(equals + 1), "--set " + assignment));
 }
 
 void set_values(const std::vector<std::string>& assignments, const fs::path& file) {
   if (assignments.empty()) return;
-  YAML::Node root = YAML::Load(read_file(file));
+  const YamlNode root = Config::load(file).node();
   for (const std::string& assignment : assignments) set_value(root, assignment);
-  YAML::Emitter out;
-  out << root;
-  write_with_directory(file, std::string(out.c_str()) + "\n");
+  write_with_directory(file, written(root));
 }
 
 }  // namespace

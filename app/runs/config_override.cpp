@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/runs/config_override.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
@@ -10,7 +8,8 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "common/core/quantity.h"
+#include "common/core/text.h"
+#include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
 
 namespace berth {
@@ -36,82 +35,47 @@ Place place_of(const fs::path& config, const std::string& parameter) {
   return place;
 }
 
-/// The value that a dotted key has. A const node: operator[] of another would add the key.
-YAML::Node value_at(const YAML::Node& root, const std::string& key, const std::string& file) {
-  YAML::Node node = root;
+/// The value that a dotted key has.
+YamlNode value_at(const YamlNode& root, const std::string& key, const std::string& file) {
+  YamlNode node = root;
   std::istringstream words(key);
   for (std::string word; std::getline(words, word, '.');) {
-    const YAML::Node& map = node;
-    const YAML::Node next = map.IsMap() ? map[word] : YAML::Node(YAML::NodeType::Undefined);
-    if (!next.IsDefined()) {
-      std::string known;
-      if (map.IsMap()) {
-        for (const auto& item : map) known += (known.empty() ? "" : ", ") + item.first.Scalar();
-      }
+    if (!node.has(word)) {
+      std::vector<std::string> known;
+      for (const auto& entry : node.entries()) known.push_back(entry.first.text());
       throw InputError(file + ": no key '" + word + "' of '" + key +
-                       "'; there are: " + (known.empty() ? "none" : known));
+                       "'; there are: " + (known.empty() ? "none" : joined(known)));
     }
-    node.reset(next);
+    node = node.at(word);
   }
   return node;
 }
 
-void check_kind(const YAML::Node& before, const YAML::Node& now, const std::string& parameter) {
-  const auto wrong = [&](const std::string& expected) {
-    return InputError("'" + parameter + "': found '" + YAML::Dump(now) + "', expected " + expected);
-  };
-  if (before.IsSequence()) {
-    if (!now.IsSequence() || now.size() != before.size()) {
-      throw wrong("a list such as '" + YAML::Dump(before) + "'");
-    }
-    return;
-  }
-  if (!now.IsScalar()) throw wrong("one value such as '" + YAML::Dump(before) + "'");
-  const auto dimension = procedures::dimension_of(before.Scalar());
-  if (!dimension) return;
-  try {
-    parse_quantity(now.Scalar(), *dimension);
-  } catch (const InputError& e) {
-    throw InputError("'" + parameter + "': " + e.what());
-  }
-}
-
-/// Where the value that starts at `begin` ends: a list in brackets, a text in quotes, or a word up
-/// to a comment, a comma, a brace or the line's end.
-std::size_t end_of_value(const std::string& text, std::size_t begin, const YAML::Node& value) {
-  if (value.IsSequence()) return text[begin] == '[' ? text.find(']', begin) + 1 : std::string::npos;
-  if (text[begin] == '"' || text[begin] == '\'') return text.find(text[begin], begin + 1) + 1;
-  return begin + value.Scalar().size();
+/// The map with another value of a dotted key that it has.
+YamlNode with_value(const YamlNode& map, const std::string& key, const YamlNode& value) {
+  const auto dot = key.find('.');
+  const std::string word = key.substr(0, dot);
+  YamlNode copy(YamlNode::Kind::map);
+  for (const auto& [name, old] : map.entries()) copy.add(name, old);
+  copy.put(word,
+           dot == std::string::npos ? value : with_value(map.at(word), key.substr(dot + 1), value));
+  return copy;
 }
 
 std::string overridden(const Place& place, const std::string& parameter, const std::string& value) {
-  const std::string text = read_file(place.file);
   const std::string file = place.file.string();
-  const YAML::Node before = value_at(YAML::Load(text), place.key, file);
-  if (before.IsMap() || before.IsNull()) {
+  const std::string text = clean_text(read_file(place.file), file);
+  const YamlNode root = read_yaml(text, file);
+  const YamlNode before = value_at(root, place.key, file);
+  if (before.is_map() || before.is_nothing()) {
     throw InputError("'" + parameter + "': is no single value in " + file);
   }
-  if (value.empty() || value.find_first_of("\n\"'#{}") != std::string::npos) {
-    throw InputError("'" + parameter + "': found '" + value + "', expected plain text");
-  }
-  YAML::Node now;
-  try {
-    now = YAML::Load(value);
-  } catch (const YAML::Exception& e) {
-    throw InputError("'" + parameter + "': found '" + value + "': " + e.msg);
-  }
-  check_kind(before, now, parameter);
-  const auto begin = static_cast<std::size_t>(before.Mark().pos);
-  const std::size_t end = end_of_value(text, begin, before);
-  if (end == std::string::npos || end <= begin) {
-    throw InputError("'" + parameter + "': is not written on one line in " + file);
-  }
-  const std::string result = text.substr(0, begin) + value + text.substr(end);
-  // Whatever way the file was written: it says what was asked for, or nothing is written.
-  if (YAML::Dump(value_at(YAML::Load(result), place.key, file)) != YAML::Dump(now)) {
-    throw InputError("'" + parameter + "': cannot be replaced in " + file);
-  }
-  return result;
+  const YamlNode now = procedures::value_in_place_of(before, value, "'" + parameter + "'");
+  const auto span = span_of(text, before);
+  if (!span) throw InputError("'" + parameter + "': is not written on one line in " + file);
+  const auto result = edited(text, {{*span, now}}, with_value(root, place.key, now));
+  if (!result) throw InputError("'" + parameter + "': cannot be replaced in " + file);
+  return *result;
 }
 
 }  // namespace

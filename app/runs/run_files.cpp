@@ -19,6 +19,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/yaml_text.h"
 #include "procedures/language/procedure.h"
 
 namespace berth {
@@ -130,24 +131,20 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   const std::string name = description.host == "twin"
                                ? stem + "-twin-seed" + std::to_string(description.seed)
                                : directory.filename().string();
-  YAML::Emitter out;
-  out << YAML::BeginMap;
-  out << YAML::Key << "name" << YAML::Value << name;
-  out << YAML::Key << "host" << YAML::Value << description.host;
-  out << YAML::Key << "lcm_url" << YAML::Value << description.url;
-  out << YAML::Key << "joins" << YAML::Value << description.joins;
-  out << YAML::Key << "session" << YAML::Value << description.session;
-  out << YAML::Key << "seed" << YAML::Value << description.seed;
-  out << YAML::Key << "layout" << YAML::Value << description.layout;
-  out << YAML::Key << "target" << YAML::Value << keep_target(directory, description.target);
-  out << YAML::Key << "target_length" << YAML::Value
-      << std::to_string(description.target_length) + " m";
-  out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
-  for (const auto& [key, value] : request.parameters) {
-    out << YAML::Key << key << YAML::Value << value;
-  }
-  out << YAML::EndMap << YAML::EndMap;
-  write_file(directory / "run.yaml", std::string(out.c_str()) + "\n");
+  YamlNode run(YamlNode::Kind::map);
+  run.put("name", name);
+  run.put("host", description.host);
+  run.put("lcm_url", description.url);
+  run.put("joins", description.joins ? "true" : "false");
+  run.put("session", std::to_string(description.session));
+  run.put("seed", std::to_string(description.seed));
+  run.put("layout", description.layout);
+  run.put("target", keep_target(directory, description.target));
+  run.put("target_length", std::to_string(description.target_length) + " m");
+  YamlNode parameters(YamlNode::Kind::map);
+  for (const auto& [key, value] : request.parameters) parameters.put(key, value);
+  run.put("parameters", parameters);
+  write_file(directory / "run.yaml", written(run));
   RunFiles files = RunFiles::open(directory);
   write_manifest(files, request);
   return files;

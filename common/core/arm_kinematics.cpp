@@ -25,7 +25,7 @@ std::shared_ptr<const ArmKinematics> ArmKinematics::load(const std::filesystem::
   for (Config body : config.sections("bodies")) {
     ArmBody part;
     part.name = body.text("name");
-    part.link = static_cast<int>(body.integer("link"));
+    part.link = body.small_integer("link");
     if (part.link < 0 || part.link > 6) throw body.error("link", "expected 0 (the base) to 6");
     part.mesh = read_shape(body);
     body.finish();

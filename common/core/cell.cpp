@@ -14,16 +14,16 @@ namespace {
 constexpr int mount_sides = 16;
 
 Joints read_home(Config& config, const ArmKinematics& arm) {
-  const YAML::Node list = config.raw("home");
+  const YamlNode list = config.raw("home");
   Joints home{};
-  if (!list.IsSequence() || list.size() != home.size()) {
+  if (!list.is_list() || list.size() != home.size()) {
     throw config.error("home", "expected a list of six joints");
   }
   for (std::size_t i = 0; i < home.size(); ++i) {
     const Dimension dimension =
         arm.is_linear(static_cast<int>(i)) ? Dimension::length : Dimension::angle;
     try {
-      home[i] = parse_quantity(list[i].as<std::string>(""), dimension);
+      home[i] = parse_quantity(list.items()[i].text(), dimension);
     } catch (const InputError& e) {
       throw config.error("home", "joint " + std::to_string(i + 1) + ": " + e.what());
     }

@@ -2,6 +2,11 @@
 #include "common/core/config.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string_view>
 
 #include "common/core/file.h"
 #include "common/core/nearest_word.h"
@@ -10,72 +15,65 @@
 namespace berth {
 namespace {
 
-std::string shown(const YAML::Node& node) {
-  switch (node.Type()) {
-    case YAML::NodeType::Scalar:
-      return "'" + node.Scalar() + "'";
-    case YAML::NodeType::Sequence:
-      return "a list of " + std::to_string(node.size());
-    case YAML::NodeType::Map:
-      return "a map";
-    default:
-      return "nothing";
+/// A whole number as people write it, with or without a sign and leading zeros; 0x1F and 0o17 as in
+/// YAML; what a program wrote as 1e3. Nothing for other text, and for what no std::int64_t holds.
+std::optional<std::int64_t> whole_number(const std::string& text) {
+  std::string_view digits = text;
+  const bool negative = digits.substr(0, 1) == "-";
+  if (negative || digits.substr(0, 1) == "+") digits.remove_prefix(1);
+  int base = 10;
+  if (digits.substr(0, 2) == "0x") base = 16;
+  if (digits.substr(0, 2) == "0o") base = 8;
+  if (base != 10) digits.remove_prefix(2);
+  const char* const end = digits.data() + digits.size();
+  std::uint64_t size = 0;
+  const auto read = std::from_chars(digits.data(), end, size, base);
+  constexpr auto most = std::uint64_t{1} << 63U;
+  if (read.ec == std::errc() && read.ptr == end) {
+    if (size > most || (size == most && !negative)) return std::nullopt;
+    return static_cast<std::int64_t>(negative ? 0 - size : size);
   }
-}
-
-/// yaml-cpp keeps the last of two equal keys; for us that is a mistake of the writer.
-void refuse_repeated_keys(const YAML::Node& node, const std::string& file) {
-  if (node.IsSequence()) {
-    for (const auto& item : node) refuse_repeated_keys(item, file);
-  }
-  if (!node.IsMap()) return;
-  std::set<std::string> seen;
-  for (const auto& item : node) {
-    if (!item.first.IsScalar() || !seen.insert(item.first.Scalar()).second) {
-      throw InputError(file + ":" + std::to_string(item.first.Mark().line + 1) + ": key " +
-                       shown(item.first) + " appears twice or is not a word");
-    }
-    refuse_repeated_keys(item.second, file);
-  }
+  constexpr double exact = 9007199254740992;  // above it a double tells no two whole numbers apart
+  double value = -1;
+  const auto real = std::from_chars(digits.data(), end, value);
+  const bool whole = real.ec == std::errc() && real.ptr == end && value == std::floor(value) &&
+                     value >= 0 && value <= exact && base == 10;
+  if (!whole) return std::nullopt;
+  return static_cast<std::int64_t>(negative ? -value : value);
 }
 
 }  // namespace
 
-Config::Config(const YAML::Node& node, std::string file, std::string prefix)
+Config::Config(const YamlNode& node, std::string file, std::string prefix)
     : node_(node), file_(std::move(file)), prefix_(std::move(prefix)) {}
+
+Config::Config(const YamlNode& node, std::string file) : Config(node, std::move(file), "") {
+  if (node.is_map()) return;
+  throw InputError(file_ + ":" + std::to_string(line()) + ": found " + shown(node) +
+                   ", expected a map of keys");
+}
 
 Config Config::load(const std::filesystem::path& path) {
   return parse(read_file(path), path.string());
 }
 
 Config Config::parse(const std::string& text, const std::string& name) {
-  YAML::Node node;
-  try {
-    node = YAML::Load(text);
-  } catch (const YAML::Exception& e) {
-    throw InputError(name + ":" + std::to_string(e.mark.line + 1) + ": not YAML: " + e.msg);
-  }
-  if (!node.IsMap())
-    throw InputError(name + ":1: found " + shown(node) + ", expected a map of keys");
-  refuse_repeated_keys(node, name);
-  return {node, name, ""};
+  return {read_yaml(text, name), name};
 }
 
-int Config::line() const { return node_.Mark().line + 1; }
+Config Config::holding(const YamlNode& node) const { return {node, file_, prefix_}; }
+
+int Config::line() const { return node_.line(); }
 
 InputError Config::error(const std::string& key, const std::string& what) const {
   int at = line();
-  const YAML::Node& map = node_;
-  for (const auto& item : map) {
-    if (item.first.Scalar() == key) at = item.first.Mark().line + 1;
+  for (const auto& [name, value] : node_.entries()) {
+    if (name.text() == key) at = name.line();
   }
   return InputError(file_ + ":" + std::to_string(at) + ": key '" + prefix_ + key + "': " + what);
 }
 
-bool Config::has(const std::string& key) const {
-  const YAML::Node& map = node_;  // operator[] of a non-const node would add the key
-  return static_cast<bool>(map[key]);
-}
+bool Config::has(const std::string& key) const { return node_.has(key); }
 
 bool Config::known(const std::string& key) {
   read_.insert(key);
@@ -84,27 +82,26 @@ bool Config::known(const std::string& key) {
 
 std::vector<std::string> Config::keys() const {
   std::vector<std::string> names;
-  for (const auto& item : node_) names.push_back(item.first.Scalar());
+  for (const auto& [name, value] : node_.entries()) names.push_back(name.text());
   return names;
 }
 
-YAML::Node Config::raw(const std::string& key) {
+YamlNode Config::raw(const std::string& key) {
   read_.insert(key);
-  const YAML::Node& map = node_;
-  return map[key];
+  return node_.at(key);
 }
 
-YAML::Node Config::require(const std::string& key) {
+YamlNode Config::require(const std::string& key) {
   if (!has(key)) throw error(key, "is missing");
   return raw(key);
 }
 
-double Config::convert(const YAML::Node& node, const std::string& key, Dimension dimension) const {
-  if (!node.IsScalar()) {
+double Config::convert(const YamlNode& node, const std::string& key, Dimension dimension) const {
+  if (!node.is_text()) {
     throw error(key, "found " + shown(node) + ", expected " + describe(dimension));
   }
   try {
-    return parse_quantity(node.Scalar(), dimension);
+    return parse_quantity(node.text(), dimension);
   } catch (const InputError& e) {
     throw error(key, e.what());
   }
@@ -114,26 +111,47 @@ double Config::quantity(const std::string& key, Dimension dimension) {
   return convert(require(key), key, dimension);
 }
 
+std::int64_t Config::whole(const YamlNode& node, const std::string& key, std::int64_t least,
+                           std::int64_t most) const {
+  const auto value = node.is_text() ? whole_number(node.text()) : std::nullopt;
+  if (!value) throw error(key, "found " + shown(node) + ", expected a whole number");
+  if (*value >= least && *value <= most) return *value;
+  throw error(key, "found " + shown(node) + ", expected a whole number from " +
+                       std::to_string(least) + " to " + std::to_string(most));
+}
+
 std::int64_t Config::integer(const std::string& key) {
-  const YAML::Node node = require(key);
-  std::int64_t value = 0;
-  if (!node.IsScalar() || !YAML::convert<std::int64_t>::decode(node, value)) {
-    throw error(key, "found " + shown(node) + ", expected a whole number");
+  return whole(require(key), key, std::numeric_limits<std::int64_t>::min(),
+               std::numeric_limits<std::int64_t>::max());
+}
+
+int Config::small_integer(const std::string& key) {
+  return static_cast<int>(
+      whole(require(key), key, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
+}
+
+std::vector<std::int64_t> Config::integers(const std::string& key) {
+  const YamlNode node = require(key);
+  if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list");
+  std::vector<std::int64_t> values;
+  for (const YamlNode& item : node.items()) {
+    values.push_back(whole(item, key, std::numeric_limits<std::int64_t>::min(),
+                           std::numeric_limits<std::int64_t>::max()));
   }
-  return value;
+  return values;
 }
 
 bool Config::boolean(const std::string& key) {
-  const YAML::Node node = require(key);
-  if (node.IsScalar() && node.Scalar() == "true") return true;
-  if (node.IsScalar() && node.Scalar() == "false") return false;
+  const YamlNode node = require(key);
+  if (node.is_text() && node.text() == "true") return true;
+  if (node.is_text() && node.text() == "false") return false;
   throw error(key, "found " + shown(node) + ", expected true or false");
 }
 
 std::string Config::text(const std::string& key) {
-  const YAML::Node node = require(key);
-  if (!node.IsScalar()) throw error(key, "found " + shown(node) + ", expected a text");
-  return node.Scalar();
+  const YamlNode node = require(key);
+  if (!node.is_text()) throw error(key, "found " + shown(node) + ", expected a text");
+  return node.text();
 }
 
 std::string Config::choice(const std::string& key, const std::vector<std::string>& words) {
@@ -143,12 +161,12 @@ std::string Config::choice(const std::string& key, const std::vector<std::string
 }
 
 std::vector<double> Config::quantities(const std::string& key, Dimension dimension) {
-  const YAML::Node node = require(key);
-  if (!node.IsSequence()) {
+  const YamlNode node = require(key);
+  if (!node.is_list()) {
     throw error(key, "found " + shown(node) + ", expected a list, each " + describe(dimension));
   }
   std::vector<double> values;
-  for (const auto& item : node) values.push_back(convert(item, key, dimension));
+  for (const YamlNode& item : node.items()) values.push_back(convert(item, key, dimension));
   return values;
 }
 
@@ -173,30 +191,31 @@ Vector3d Config::vector(const std::string& key, Dimension dimension) {
 }
 
 std::vector<std::string> Config::texts(const std::string& key) {
-  const YAML::Node node = require(key);
-  if (!node.IsSequence()) throw error(key, "found " + shown(node) + ", expected a list of texts");
+  const YamlNode node = require(key);
+  if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list of texts");
   std::vector<std::string> values;
-  for (const auto& item : node) {
-    if (!item.IsScalar()) throw error(key, "found " + shown(item) + ", expected a text");
-    values.push_back(item.Scalar());
+  for (const YamlNode& item : node.items()) {
+    if (!item.is_text()) throw error(key, "found " + shown(item) + ", expected a text");
+    values.push_back(item.text());
   }
   return values;
 }
 
 Config Config::section(const std::string& key) {
-  const YAML::Node node = require(key);
-  if (!node.IsMap()) throw error(key, "found " + shown(node) + ", expected a map of keys");
+  const YamlNode node = require(key);
+  if (!node.is_map()) throw error(key, "found " + shown(node) + ", expected a map of keys");
   return {node, file_, prefix_ + key + "."};
 }
 
 std::vector<Config> Config::sections(const std::string& key) {
   std::vector<Config> list;
   if (!has(key)) return list;
-  const YAML::Node node = raw(key);
-  if (!node.IsSequence()) throw error(key, "found " + shown(node) + ", expected a list");
+  const YamlNode node = raw(key);
+  if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list");
   for (std::size_t i = 0; i < node.size(); ++i) {
-    if (!node[i].IsMap()) throw error(key, "found " + shown(node[i]) + ", expected a map of keys");
-    list.push_back({node[i], file_, prefix_ + key + "[" + std::to_string(i) + "]."});
+    const YamlNode& item = node.items()[i];
+    if (!item.is_map()) throw error(key, "found " + shown(item) + ", expected a map of keys");
+    list.push_back({item, file_, prefix_ + key + "[" + std::to_string(i) + "]."});
   }
   return list;
 }
@@ -205,7 +224,7 @@ void Config::optional(const std::string& key, Dimension dimension, double& value
   if (known(key)) value = quantity(key, dimension);
 }
 void Config::optional(const std::string& key, int& value) {
-  if (known(key)) value = static_cast<int>(integer(key));
+  if (known(key)) value = small_integer(key);
 }
 void Config::optional(const std::string& key, std::int64_t& value) {
   if (known(key)) value = integer(key);

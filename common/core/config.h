@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <yaml-cpp/yaml.h>
-
+#include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +10,7 @@
 #include "common/core/error.h"
 #include "common/core/pose.h"
 #include "common/core/quantity.h"
+#include "common/core/yaml.h"
 
 namespace berth {
 
@@ -25,10 +23,14 @@ namespace berth {
 ///     config.finish();            // complains of any key that nobody asked for
 class Config {
  public:
-  /// Reads a file. @throws InputError when it cannot be read or is not YAML.
+  /// Reads a file, as read_yaml() does.
   static Config load(const std::filesystem::path& path);
   /// Reads text; name stands in for the file in messages.
   static Config parse(const std::string& text, const std::string& name);
+  /// Of what was read already. @throws InputError unless it is a map.
+  Config(const YamlNode& node, std::string file);
+  /// The same place in the same file, holding another map.
+  Config holding(const YamlNode& node) const;
 
   bool has(const std::string& key) const;
   /// All keys of this map, in the file's order.
@@ -37,7 +39,11 @@ class Config {
   /// Required values: a missing key is an error.
   double quantity(const std::string& key, Dimension dimension);
   double number(const std::string& key) { return quantity(key, Dimension::number); }
+  /// In decimal digits (010 is ten), or as 0x1F, 0o17, 1e3.
   std::int64_t integer(const std::string& key);
+  /// One that fits an int.
+  int small_integer(const std::string& key);
+  std::vector<std::int64_t> integers(const std::string& key);
   bool boolean(const std::string& key);
   std::string text(const std::string& key);
   /// One of the words given.
@@ -72,17 +78,20 @@ class Config {
 
   const std::string& file() const { return file_; }
   int line() const;
-  /// The raw node, for readers with a grammar of their own; marks the key as read.
-  YAML::Node raw(const std::string& key);
-  const YAML::Node& node() const { return node_; }
+  /// The raw node, nothing where there is none, for readers with a grammar of their own; marks the
+  /// key as read.
+  YamlNode raw(const std::string& key);
+  const YamlNode& node() const { return node_; }
 
  private:
-  Config(const YAML::Node& node, std::string file, std::string prefix);
-  YAML::Node require(const std::string& key);
+  Config(const YamlNode& node, std::string file, std::string prefix);
+  YamlNode require(const std::string& key);
   bool known(const std::string& key);  // marks an optional key as one that may be there
-  double convert(const YAML::Node& node, const std::string& key, Dimension dimension) const;
+  double convert(const YamlNode& node, const std::string& key, Dimension dimension) const;
+  std::int64_t whole(const YamlNode& node, const std::string& key, std::int64_t least,
+                     std::int64_t most) const;
 
-  YAML::Node node_;
+  YamlNode node_;
   std::string file_;
   std::string prefix_;  // "arms.replica."
   std::set<std::string> read_;

@@ -19,7 +19,7 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
   }
   profile.minimum_step_rad = config.quantity("minimum_step", Dimension::angle);
   if (!(profile.minimum_step_rad > 0)) throw config.error("minimum_step", "expected more than 0");
-  profile.beams_max = static_cast<int>(config.integer("beams_max"));
+  profile.beams_max = config.small_integer("beams_max");
   if (profile.beams_max < 1) throw config.error("beams_max", "expected at least 1");
   profile.beam = read_beam_model(config.section("beam"));
   if (config.has("receiver")) config.section("receiver");  // what only the simulator needs

@@ -101,7 +101,9 @@ std::optional<double> find_unit(std::string_view name, Dimension dimension) {
 double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string_view whole = trimmed(text);
   std::string_view digits = whole;
-  if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
+  const bool plus = !digits.empty() && digits.front() == '+';
+  if (plus) digits.remove_prefix(1);
+  const bool two_signs = plus && digits.substr(0, 1) == "-";
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   const auto used = static_cast<std::size_t>(end - digits.data());
@@ -109,9 +111,8 @@ double parse_quantity(std::string_view text, Dimension dimension) {
   const auto complain = [&] {
     return InputError("found '" + std::string(whole) + "', expected " + describe(dimension));
   };
-  if (error != std::errc() || !std::isfinite(value)) throw complain();
   const std::optional<double> unit = find_unit(name, dimension);
-  if (!unit) throw complain();
+  if (error != std::errc() || two_signs || !unit || !std::isfinite(value * *unit)) throw complain();
   return value * *unit;
 }
 

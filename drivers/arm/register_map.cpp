@@ -17,14 +17,14 @@ constexpr int longest_name = 37;
 
 SnpxAssignment read_assignment(Config config) {
   SnpxAssignment a;
-  a.slot = static_cast<int>(config.integer("slot"));
-  a.address = static_cast<int>(config.integer("address"));
-  a.size = static_cast<int>(config.integer("size"));
+  a.slot = config.small_integer("slot");
+  a.address = config.small_integer("address");
+  a.size = config.small_integer("size");
   a.variable = config.text("variable");
-  a.multiply = static_cast<int>(config.integer("multiply"));
+  a.multiply = config.small_integer("multiply");
   config.finish();
   if (a.slot < 1 || a.slot > 80) throw config.error("slot", "expected 1 to 80");
-  if (a.address < 1 || a.size < 1 || a.address + a.size - 1 > last_register) {
+  if (a.address < 1 || a.size < 1 || a.address > last_register - a.size + 1) {
     throw config.error("address", "expected registers within 1 to 16384");
   }
   if (!parse_snpx_variable(a.variable) || a.variable.size() > longest_name ||
@@ -38,8 +38,8 @@ SnpxAssignment read_assignment(Config config) {
 
 RegisterBlock read_block(Config config, int most) {
   RegisterBlock block;
-  block.first = static_cast<int>(config.integer("first"));
-  block.count = static_cast<int>(config.integer("count"));
+  block.first = config.small_integer("first");
+  block.count = config.small_integer("count");
   if (block.first < 1 || block.count < 1 || block.count > most) {
     throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
   }
@@ -114,7 +114,7 @@ std::optional<VariableLocation> locate(const std::vector<SnpxAssignment>& assign
 RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   Config config = Config::load(path);
   RegisterMap map;
-  map.unit = static_cast<int>(config.integer("unit"));
+  map.unit = config.small_integer("unit");
 
   std::set<int> slots;
   for (Config& section : config.sections("assignments")) {
@@ -131,8 +131,8 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   if (config.has("bootstrap")) {
     Config section = config.section("bootstrap");
     Bootstrap window;
-    window.first = static_cast<int>(section.integer("first"));
-    window.peephole = static_cast<int>(section.integer("peephole"));
+    window.first = section.small_integer("first");
+    window.peephole = section.small_integer("peephole");
     section.finish();
     map.bootstrap = window;
   }
@@ -165,12 +165,12 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   numbers.finish();
 
   map.tick_period = utime_from_seconds(config.quantity("tick_period", Dimension::time));
-  map.counter_wrap = static_cast<int>(config.integer("counter_wrap"));
+  map.counter_wrap = config.small_integer("counter_wrap");
   if (map.counter_wrap < 1 << 16) throw config.error("counter_wrap", "expected at least 65536");
   Config coils = config.section("coils");
-  map.start_coil = static_cast<int>(coils.integer("start"));
-  map.hold_coil = static_cast<int>(coils.integer("hold"));
-  map.reset_coil = static_cast<int>(coils.integer("reset"));
+  map.start_coil = coils.small_integer("start");
+  map.hold_coil = coils.small_integer("hold");
+  map.reset_coil = coils.small_integer("reset");
   coils.finish();
   map.pulse = utime_from_seconds(config.quantity("pulse", Dimension::time));
   config.finish();

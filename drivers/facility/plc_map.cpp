@@ -16,8 +16,8 @@ constexpr double angle_scale = 100;
 
 PlcMap::Block read_block(Config config, int most) {
   PlcMap::Block block;
-  block.first = static_cast<int>(config.integer("first"));
-  block.count = static_cast<int>(config.integer("count"));
+  block.first = config.small_integer("first");
+  block.count = config.small_integer("count");
   if (block.first < 1 || block.count < 1 || block.count > most) {
     throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
   }
@@ -26,15 +26,15 @@ PlcMap::Block read_block(Config config, int most) {
 }
 
 int read_register(Config& config, const std::string& key, const PlcMap::Block& block) {
-  const auto n = static_cast<int>(config.integer(key));
-  if (n < block.first || n >= block.first + block.count) {
+  const auto n = config.small_integer(key);
+  if (n < block.first || n - block.first >= block.count) {
     throw config.error(key, "register " + std::to_string(n) + " is outside its block");
   }
   return n;
 }
 
 int read_bit(Config& config, const std::string& key) {
-  const auto bit = static_cast<int>(config.integer(key));
+  const auto bit = config.small_integer(key);
   if (bit < 0 || bit > 15) throw config.error(key, "expected a bit, 0 to 15");
   return bit;
 }
@@ -44,7 +44,7 @@ int read_bit(Config& config, const std::string& key) {
 PlcMap PlcMap::load(const std::filesystem::path& path) {
   Config config = Config::load(path);
   PlcMap map;
-  map.unit = static_cast<int>(config.integer("unit"));
+  map.unit = config.small_integer("unit");
   map.status = read_block(config.section("status"), MODBUS_MAX_READ_REGISTERS);
   map.command = read_block(config.section("command"), MODBUS_MAX_WRITE_REGISTERS);
   map.safety = read_register(config, "safety", map.status);

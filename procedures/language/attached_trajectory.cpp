@@ -8,10 +8,8 @@ namespace berth::procedures {
 namespace {
 
 /// In the library: the file, seen from the procedure that runs, and what else tells two apart.
-std::string name_of(const YAML::Node& rule, const std::string& key, const Source& source) {
-  const auto text = [&](const char* option) {
-    return rule[option] && rule[option].IsScalar() ? rule[option].Scalar() : std::string();
-  };
+std::string name_of(const YamlNode& rule, const std::string& key, const Source& source) {
+  const auto text = [&](const char* option) { return rule.at(option).text(); };
   const auto folder = std::filesystem::path(source.name).parent_path();
   const std::string from = text(key == "file" ? "name" : "run");
   std::string name = (folder / from).lexically_normal().generic_string();
@@ -20,21 +18,18 @@ std::string name_of(const YAML::Node& rule, const std::string& key, const Source
   return name;
 }
 
-using Visit = std::function<void(YAML::Node rule, const std::string& name)>;
+using Visit = std::function<void(YamlNode rule, const std::string& name)>;
 
 /// Every rule of the step that reads from elsewhere.
-void visit_rules(const YAML::Node& node, const Source& source, const Visit& visit) {
-  if (!node.IsMap()) return;
-  for (const auto& entry : node) {
-    const std::string key = entry.first.Scalar();
-    if (!entry.second.IsMap()) continue;
-    if (key != "trajectory" && key != "target_motion") {
-      visit_rules(entry.second, source, visit);
+void visit_rules(const YamlNode& node, const Source& source, const Visit& visit) {
+  for (const auto& [key, value] : node.entries()) {
+    if (key.text() != "trajectory" && key.text() != "target_motion") {
+      visit_rules(value, source, visit);
       continue;
     }
     for (const char* rule : {"file", "log"}) {
-      const YAML::Node found = entry.second[rule];
-      if (found && found.IsMap()) visit(found, name_of(found, rule, source));
+      const YamlNode found = value.at(rule);
+      if (found.is_map()) visit(found, name_of(found, rule, source));
     }
   }
 }
@@ -42,15 +37,15 @@ void visit_rules(const YAML::Node& node, const Source& source, const Visit& visi
 }  // namespace
 
 void give_attached(const Config& step, const Source& source, const Library& library) {
-  visit_rules(step.node(), source, [&](YAML::Node rule, const std::string& name) {
+  visit_rules(step.node(), source, [&](YamlNode rule, const std::string& name) {
     const auto known = library.texts().find(name);
-    if (known != library.texts().end()) rule[attached_key] = known->second;
+    if (known != library.texts().end()) rule.put(attached_key, known->second);
   });
 }
 
 void keep_attached(const Config& step, const Source& source, Library& library) {
-  visit_rules(step.node(), source, [&](const YAML::Node& rule, const std::string& name) {
-    if (rule[attached_key]) library.attach(name, rule[attached_key].Scalar());
+  visit_rules(step.node(), source, [&](const YamlNode& rule, const std::string& name) {
+    if (rule.has(attached_key)) library.attach(name, rule.at(attached_key).text());
   });
 }
 

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <regex>
 
 #include "common/core/error.h"
 #include "common/core/positive.h"
 #include "common/core/text.h"
+#include "common/core/yaml_text.h"
 #include "procedures/language/attached_trajectory.h"
 #include "procedures/language/procedure.h"
 #include "procedures/language/step_options.h"
@@ -17,16 +17,6 @@ namespace berth::procedures {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Where a list of steps stands: steps[2].sweep.steps[0].repeat ...
-struct Place {
-  struct Block {
-    std::size_t index;
-    std::string verb;
-  };
-  std::string list;
-  std::vector<Block> blocks;
-};
 
 /// What surrounds a step.
 struct Surroundings {
@@ -82,43 +72,19 @@ const VerbInfo& verb_of(const Config& step) {
   return *verb;
 }
 
-void refuse_open_references(const YAML::Node& node, const Source& source) {
-  if (node.IsScalar()) {
-    static const std::regex open(R"(\$<(\w+)>)");
-    std::smatch match;
-    const std::string& text = node.Scalar();
-    if (!std::regex_search(text, match, open)) return;
-    throw InputError(source.file + ":" + std::to_string(node.Mark().line + 1) + ": '" +
-                     match[1].str() + "' has no value here: it belongs to a sweep elsewhere");
-  }
-  if (node.IsSequence()) {
-    for (const auto& item : node) refuse_open_references(item, source);
-  }
-  if (node.IsMap()) {
-    for (const auto& item : node) refuse_open_references(item.second, source);
-  }
-}
-
 class Unroller {
  public:
   Unroller(const Source& source, Library& library, Unrolled& result)
       : source_(source), library_(library), result_(result) {}
 
-  void list(const std::string& text, const Place& place, const Surroundings& around) {
-    Config container = Config::parse(text, source_.file);
-    std::string key = place.list;
-    for (const Place::Block& block : place.blocks) {
-      container = container.sections(key)[block.index].section(block.verb);
-      key = "steps";
-    }
+  void list(Config container, const std::string& key, const Surroundings& around) {
     const auto steps = container.sections(key);
     if (steps.empty()) throw container.error(key, "expected at least one step");
-    for (std::size_t i = 0; i < steps.size(); ++i) step(text, place, i, steps[i], around);
+    for (const Config& config : steps) step(config, around);
   }
 
  private:
-  void step(const std::string& text, const Place& place, std::size_t index, Config config,
-            const Surroundings& around) {
+  void step(Config config, const Surroundings& around) {
     const VerbInfo& verb = verb_of(config);
     const std::size_t first = result_.steps.size();
     const auto condition = read_if(config);
@@ -134,10 +100,8 @@ class Unroller {
     } else {
       ++inside.depth;
       if (config.has("name")) inside.label = joined(around.label, config.text("name"));
-      Place below = place;
-      below.blocks.push_back({index, verb.name});
-      if (verb.name == "repeat") repeat(config, text, below, inside);
-      if (verb.name == "sweep") sweep(config, text, below, inside);
+      if (verb.name == "repeat") repeat(config, inside);
+      if (verb.name == "sweep") sweep(config, inside);
       if (verb.name == "call") call(config, inside);
       if (verb.name == "calibrate") calibrate(config, inside);
       config.finish();
@@ -159,7 +123,7 @@ class Unroller {
   }
 
   void simple(Config& config, const VerbInfo& verb, const Surroundings& around) {
-    refuse_open_references(config.node(), source_);
+    refuse_open_references(config.node(), source_.file);
     give_attached(config, source_, library_);
     Read read = read_verb(verb, config);
     keep_attached(config, source_, library_);
@@ -178,8 +142,7 @@ class Unroller {
     add(std::move(step), config);
   }
 
-  void repeat(Config& config, const std::string& text, const Place& place,
-              const Surroundings& around) {
+  void repeat(Config& config, const Surroundings& around) {
     Config block = config.section("repeat");
     const std::int64_t times = block.integer("times");
     if (times < 1 || times > most_steps) {
@@ -191,43 +154,42 @@ class Unroller {
     for (std::int64_t i = 1; i <= times; ++i) {
       Surroundings inside = around;
       inside.label = joined(around.label, std::to_string(i) + " of " + std::to_string(times));
-      list(text, place, inside);
+      list(block, "steps", inside);
     }
   }
 
-  void sweep(Config& config, const std::string& text, const Place& place,
-             const Surroundings& around) {
+  void sweep(Config& config, const Surroundings& around) {
     Config block = config.section("sweep");
     block.raw("steps");
-    const auto axes = read_axes(block);
-    sweep_axis(axes, 0, text, place, around);
+    sweep_axis(read_axes(block), 0, block, around);
   }
 
-  void sweep_axis(const std::vector<SweepAxis>& axes, std::size_t axis, const std::string& text,
-                  const Place& place, const Surroundings& around) {
-    if (axis == axes.size()) return list(text, place, around);
+  void sweep_axis(const std::vector<SweepAxis>& axes, std::size_t axis, const Config& block,
+                  const Surroundings& around) {
+    if (axis == axes.size()) return list(block, "steps", around);
     for (std::size_t i = 0; i < axes[axis].values.size(); ++i) {
-      const std::string& value = axes[axis].values[i];
+      const YamlNode& value = axes[axis].values[i];
       Surroundings inside = around;
-      const bool is_list = value.front() == '[';
-      inside.label = joined(
-          around.label, axes[axis].name + " " + (is_list ? "#" + std::to_string(i + 1) : value));
-      sweep_axis(axes, axis + 1, fill(text, axes[axis].name, value), place, inside);
+      inside.label =
+          joined(around.label, axes[axis].name + " " +
+                                   (value.is_list() ? "#" + std::to_string(i + 1) : value.text()));
+      sweep_axis(axes, axis + 1, block.holding(fill(block.node(), {{axes[axis].name, value}})),
+                 inside);
     }
   }
 
   void call(Config& config, const Surroundings& around) {
-    refuse_open_references(config.node(), source_);
+    refuse_open_references(config.node(), source_.file);
     std::string written;
     Overrides with;
-    if (config.raw("call").IsScalar()) {
+    if (config.raw("call").is_text()) {
       written = config.text("call");
     } else {
       Config block = config.section("call");
       written = block.text("procedure");
       if (block.has("with")) {
         Config values = block.section("with");
-        for (const std::string& name : values.keys()) with[name] = text_of(values.raw(name));
+        for (const std::string& name : values.keys()) with[name] = plain_text(values.raw(name));
       }
       finish_keys(block, find_in(blocks(), "call")->keys, "call");
     }
@@ -251,10 +213,10 @@ class Unroller {
       Source source = make_source(*text, file, name, with);
       source.callers = callers;
       const int first = static_cast<int>(result_.steps.size());
-      Config top = Config::parse(source.text, source.file);
+      Config top(source.tree, source.file);
       check_top_level(top);
       auto limits = read_limits(top);
-      Unroller(source, library_, result_).list(source.text, {"steps", {}}, around);
+      Unroller(source, library_, result_).list(top, "steps", around);
       for (Limit& limit : limits) {
         limit.first_step = first;
         limit.last_step = static_cast<int>(result_.steps.size()) - 1;
@@ -270,7 +232,7 @@ class Unroller {
   }
 
   void calibrate(Config& config, const Surroundings& around) {
-    refuse_open_references(config.node(), source_);
+    refuse_open_references(config.node(), source_.file);
     Config block = config.section("calibrate");
     Move move;
     Dwell dwell{20, 1};
@@ -350,7 +312,7 @@ class Unroller {
 
 Unrolled unroll(const Source& source, const std::string& list, Library& library) {
   Unrolled result;
-  Unroller(source, library, result).list(source.text, {list, {}}, {});
+  Unroller(source, library, result).list(Config(source.tree, source.file), list, {});
   return result;
 }
 

@@ -3,48 +3,70 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/core/quantity.h"
+#include "common/core/yaml.h"
 
 namespace berth::procedures {
 
 /// NAME=VALUE as an operator gives it with --set, or a call with its parameters.
 using Overrides = std::map<std::string, std::string>;
 
-/// The text of a procedure with its parameters filled in.
-struct Filled {
-  struct Reference {
-    std::string name;
-    std::size_t line = 0;  ///< from 1
-  };
-  std::string text;                   ///< lines keep their numbers
-  std::vector<Reference> references;  ///< left open: $<name> stands in the text
-  std::vector<std::string> names;     ///< of the parameters
-  std::vector<Reference> unused;      ///< parameters that nothing refers to
-  bool as_run = false;                ///< it was filled in before, when it was run
+/// A letter or underscore, then letters, digits and underscores.
+bool is_name(const std::string& text);
+
+/// A parameter with the value that the procedure gives it.
+struct Parameter {
+  YamlNode name;
+  YamlNode value;       ///< a text, or a list
+  std::string comment;  ///< behind it
 };
 
-/// Replaces the values in the block `parameters` by the overrides, and every ${name} by its value;
-/// one of another name becomes $<name>, to be filled in by a sweep. A reference alone between
-/// quotes stands for its value: "${start}" is a list when start is one. What comes after the line
-/// `called:` stays as it is.
-///
-///     parameters:
-///       speed: 20 mm/s              # one per line, on this line
-///       start: [100, -100, 5500, 10, 8, -12]
-///
-/// @throws InputError with file and line for an override that names no parameter or is of another
-/// kind than the value it replaces.
-Filled apply_parameters(const std::string& text, const std::string& file,
-                        const Overrides& overrides);
+/// A procedure as it is written.
+struct Written {
+  std::string text;  ///< of clean_text()
+  YamlNode tree;     ///< references stand in it as $<name>
+  bool as_run = false;
+  std::vector<Parameter> parameters;
+};
 
-/// The text with every $<name> replaced by the value.
-std::string fill(const std::string& text, const std::string& name, const std::string& value);
+/// Reads a procedure's text. A reference may stand without quotes between braces and brackets,
+/// where `${name}` is no YAML.
+/// @throws InputError.
+Written read_written(const std::string& text, const std::string& file);
 
-/// "there are: speed, start", for messages.
-std::string known_names(const std::vector<std::string>& names);
+/// A procedure with its parameters filled in.
+struct Filled {
+  std::string text;  ///< the values in place, comments kept
+  YamlNode tree;     ///< references to sweeps are left open: $<name>
+};
+
+/// Puts the overrides in place of the parameters' values, and each parameter's value in place of
+/// the references to it. A value alone (`${start}`, or "${start}") takes the place of the whole
+/// node, a list's too; within a text its text is put in. What a value holds is never read as YAML,
+/// nor as a reference.
+///
+/// @param swept names of sweeps, whose references stay
+/// @throws InputError with file and line for a reference that nothing has the name of, a parameter
+/// that nothing refers to, and an override that fits no parameter.
+Filled apply_parameters(const Written& written, const std::string& file, const Overrides& overrides,
+                        const std::set<std::string>& swept);
+
+/// The node with every $<name> replaced by the value.
+YamlNode fill(const YamlNode& node, const std::map<std::string, YamlNode>& values);
+
+/// Throws at the first reference that is left open in the node.
+/// @throws InputError.
+void refuse_open_references(const YamlNode& node, const std::string& file);
+
+/// A value given as text in place of another: a list where that is one, otherwise the text itself.
+/// @param name of the parameter or key, for messages
+/// @throws InputError for a list of another length, or a quantity of another dimension.
+YamlNode value_in_place_of(const YamlNode& before, const std::string& text,
+                           const std::string& name);
 
 /// The dimension of a quantity such as "20 mm/s"; nothing for other text.
 std::optional<Dimension> dimension_of(const std::string& value);

@@ -6,6 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "common/core/yaml_text.h"
 #include "procedures/language/blocks.h"
 
 namespace berth::procedures {
@@ -132,14 +133,19 @@ std::string text_as_run(const Source& source, const Library& library) {
   if (source.as_run) return source.text;
   std::string text =
       source.text + "\n# Added when it was run, so that this text stands alone.\nas_run: true\n";
-  if (library.texts().empty()) return text;
-  text += "called:\n";
+  YamlNode tree = read_yaml(source.text, source.file);
+  tree.put("as_run", "true");
+  YamlNode called(YamlNode::Kind::map);
+  if (!library.texts().empty()) text += "called:\n";
   for (const auto& [name, content] : library.texts()) {
-    text += "  \"" + name + "\": |2\n";
+    called.put(name, content);
+    text += "  " + quoted(name) + ": |2\n";
     std::istringstream in(content);
     for (std::string line; std::getline(in, line);) text += "    " + line + "\n";
   }
-  return text;
+  if (called.size() > 0) tree.put("called", called);
+  // Whatever way it was written: what is kept reads as what is run.
+  return edited(text, {}, tree).value_or(written(tree));
 }
 
 }  // namespace
@@ -182,7 +188,7 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
                           const Overrides& overrides) {
   const std::filesystem::path path = file;
   const Source source = make_source(text, file, path.filename().string(), overrides);
-  Config config = Config::parse(source.text, file);
+  Config config(source.tree, file);
   check_top_level(config);
   Library library(path.parent_path());
   take_attached(config, library);
@@ -192,8 +198,8 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   config.optional("description", procedure.description);
   config.optional("layout", procedure.layout);
   config.optional("target", procedure.target);
-  if (config.has("layout")) procedure.layout_line = config.raw("layout").Mark().line + 1;
-  if (config.has("target")) procedure.target_line = config.raw("target").Mark().line + 1;
+  if (config.has("layout")) procedure.layout_line = config.raw("layout").line();
+  if (config.has("target")) procedure.target_line = config.raw("target").line();
   config.optional("target_length", Dimension::length, procedure.target_length);
   config.optional("lost_for", Dimension::time, procedure.lost_for);
   if (procedure.lost_for <= 0) throw config.error("lost_for", "must be greater than zero");

@@ -42,7 +42,7 @@ Read read_scan(Config& config) {
   config.optional("elevation", Dimension::angle, window.elevation_rad);
   window.width_rad = positive(config, "width", Dimension::angle);
   window.height_rad = positive(config, "height", Dimension::angle);
-  window.count = static_cast<std::int32_t>(config.integer("count"));
+  window.count = config.small_integer("count");
   if (window.count < 1) throw config.error("count", "expected at least one beam");
   if (config.has("pattern")) {
     const auto found =

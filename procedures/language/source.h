@@ -29,9 +29,10 @@ class Library {
   std::map<std::string, std::string> texts_;
 };
 
-/// The text of a procedure with its parameters filled in, and where it comes from.
+/// A procedure with its parameters filled in, and where it comes from.
 struct Source {
   std::string text;
+  YamlNode tree;                     ///< of the text; references to sweeps stand in it as $<name>
   std::string file;                  ///< in messages
   std::string name;                  ///< in the library
   bool as_run = false;               ///< its parameters were filled in when it was run

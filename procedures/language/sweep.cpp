@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/language/sweep.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <regex>
 
 #include "common/core/error.h"
 #include "common/core/positive.h"
+#include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/procedure.h"
 
@@ -20,7 +21,7 @@ std::string shortest(double value) {
 }
 
 /// Values in the unit of `from`.
-std::vector<std::string> read_range(Config& axis) {
+std::vector<YamlNode> read_range(Config& axis) {
   const std::string from = axis.text("from");
   const auto dimension = dimension_of(from);
   if (!dimension) throw axis.error("from", "found '" + from + "', expected a quantity");
@@ -32,41 +33,34 @@ std::vector<std::string> read_range(Config& axis) {
   if (count >= most_steps) {
     throw axis.error("step", "gives more than " + std::to_string(most_steps) + " values");
   }
-  const std::string unit = std::regex_replace(from, std::regex(R"(^\s*[-+0-9.eE]*[0-9.]\s*)"), "");
+  const std::string unit =
+      from.substr(std::min(from.find_first_not_of("-+0123456789.eE \t"), from.size()));
   const double unit_si = parse_quantity("1 " + unit, *dimension);
-  std::vector<std::string> values;
+  std::vector<YamlNode> values;
   for (int i = 0; i <= static_cast<int>(count); ++i) {
     const double value = first + i * std::copysign(step, last - first);
-    values.push_back(shortest(value / unit_si) + (unit.empty() ? "" : " " + unit));
+    values.emplace_back(shortest(value / unit_si) + (unit.empty() ? "" : " " + unit));
   }
   return values;
 }
 
 }  // namespace
 
-std::string text_of(const YAML::Node& node) {
-  if (!node.IsSequence()) return node.IsScalar() ? node.Scalar() : "";
-  std::string list;
-  for (const auto& item : node) list += (list.empty() ? "" : ", ") + text_of(item);
-  return "[" + list + "]";
-}
-
 std::vector<SweepAxis> read_axes(Config& sweep) {
-  static const std::regex word("[A-Za-z_][A-Za-z0-9_]*");
   std::vector<SweepAxis> axes;
   for (const std::string& name : sweep.keys()) {
     if (name == "steps") continue;
-    if (!std::regex_match(name, word)) throw sweep.error(name, "is not a name");
+    if (!is_name(name)) throw sweep.error(name, "is not a name");
     SweepAxis axis{name, {}};
-    const YAML::Node node = sweep.raw(name);
-    if (node.IsMap()) {
+    const YamlNode node = sweep.raw(name);
+    axis.values = node.items();
+    if (node.is_map()) {
       Config range = sweep.section(name);
       axis.values = read_range(range);
-    } else if (node.IsSequence()) {
-      for (const auto& item : node) axis.values.push_back(text_of(item));
     }
-    for (const std::string& value : axis.values) {
-      if (value.empty()) throw sweep.error(name, "found an empty value");
+    for (const YamlNode& value : axis.values) {
+      if (plain_text(value).empty() || value.is_map())
+        throw sweep.error(name, "found an empty value");
     }
     if (axis.values.empty()) {
       throw sweep.error(name, "expected a list of values, or {from: ..., to: ..., step: ...}");
@@ -77,39 +71,33 @@ std::vector<SweepAxis> read_axes(Config& sweep) {
   return axes;
 }
 
-std::set<std::string> swept_names(const YAML::Node& node) {
+std::set<std::string> swept_names(const YamlNode& node) {
   std::set<std::string> names;
-  const auto add_below = [&names](const YAML::Node& below) {
-    for (const std::string& name : swept_names(below)) names.insert(name);
-  };
-  if (node.IsSequence()) {
-    for (const auto& item : node) add_below(item);
-  }
-  if (!node.IsMap()) return names;
-  for (const auto& item : node) {
-    add_below(item.second);
-    if (item.first.Scalar() != "sweep" || !item.second.IsMap()) continue;
-    for (const auto& axis : item.second) names.insert(axis.first.Scalar());
+  for (const YamlNode& item : node.items()) names.merge(swept_names(item));
+  for (const auto& [key, value] : node.entries()) {
+    names.merge(swept_names(value));
+    if (key.text() != "sweep") continue;
+    for (const auto& axis : value.entries()) names.insert(axis.first.text());
   }
   names.erase("steps");
   return names;
 }
 
 std::vector<Pose> read_poses(Config& config, const std::string& key) {
-  const YAML::Node list = config.raw(key);
-  if (!list || !list.IsSequence() || list.size() == 0) {
+  const YamlNode list = config.raw(key);
+  if (!list.is_list() || list.size() == 0) {
     throw config.error(key, "expected a list of poses [x, y, z, w, p, r]");
   }
   std::vector<Pose> poses;
-  for (const auto& item : list) {
+  for (const YamlNode& item : list.items()) {
     Xyzwpr values{};
-    if (!item.IsSequence() || item.size() != values.size()) {
+    if (!item.is_list() || item.size() != values.size()) {
       throw config.error(
-          key, "found '" + text_of(item) + "', expected [x, y, z, w, p, r] in mm and degrees");
+          key, "found '" + plain_text(item) + "', expected [x, y, z, w, p, r] in mm and degrees");
     }
     for (std::size_t i = 0; i < values.size(); ++i) {
       try {
-        values[i] = parse_quantity(item[i].Scalar(), Dimension::number);
+        values[i] = parse_quantity(item.items()[i].text(), Dimension::number);
       } catch (const InputError& e) {
         throw config.error(key, e.what());
       }

@@ -9,10 +9,10 @@
 
 namespace berth::procedures {
 
-/// One name of a sweep with its values, as text.
+/// One name of a sweep with its values: texts or lists.
 struct SweepAxis {
   std::string name;
-  std::vector<std::string> values;
+  std::vector<YamlNode> values;
 };
 
 /// Reads every key of a sweep but `steps`: a list of values, or {from, to, step} of quantities,
@@ -21,10 +21,7 @@ struct SweepAxis {
 std::vector<SweepAxis> read_axes(Config& sweep);
 
 /// The names of all sweeps below a node.
-std::set<std::string> swept_names(const YAML::Node& node);
-
-/// A value as it is written in a flow: "3 m" or "[1, 2, 3]".
-std::string text_of(const YAML::Node& node);
+std::set<std::string> swept_names(const YamlNode& node);
 
 /// A list of poses, at least one.
 std::vector<Pose> read_poses(Config& config, const std::string& key);

@@ -63,10 +63,10 @@ Trajectory read_waypoints(Config& trajectory) {
 template <class Reader>
 std::string attached(Config& rule, const Reader& read) {
   if (!rule.has(attached_key)) {
-    YAML::Node node = rule.node();  // shares its content
-    node[attached_key] = read(std::filesystem::path(rule.file()).parent_path());
+    YamlNode node = rule.node();  // shares its content
+    node.put(attached_key, read(std::filesystem::path(rule.file()).parent_path()));
   }
-  return rule.raw(attached_key).Scalar();
+  return rule.raw(attached_key).text();
 }
 
 Trajectory read_file_rule(Config& config) {
@@ -75,8 +75,9 @@ Trajectory read_file_rule(Config& config) {
   config.optional("ramp", Dimension::time, options.ramp);
   expect_not_negative(config, "ramp", options.ramp);
   try {
-    const std::string text = attached(
-        config, [&](const std::filesystem::path& folder) { return read_file(folder / name); });
+    const std::string text = attached(config, [&](const std::filesystem::path& folder) {
+      return clean_text(read_file(folder / name), name.string());
+    });
     Waypoints waypoints = testbed::read_trajectory_text(text, name.string(), options);
     const double end = waypoints.back().time;
     return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};

@@ -20,7 +20,7 @@ std::vector<VerbInfo> all_families() {
 }  // namespace
 
 void expect_nothing(Config& step, const std::string& verb) {
-  if (!step.raw(verb).IsNull()) throw step.error(verb, "expected nothing behind it");
+  if (!step.raw(verb).is_nothing()) throw step.error(verb, "expected nothing behind it");
 }
 
 const std::vector<VerbInfo>& verbs() {
@@ -36,7 +36,7 @@ const VerbInfo* verb_named(const std::string& name) {
 }
 
 Read read_verb(const VerbInfo& verb, Config& step) {
-  const bool is_map = step.raw(verb.name).IsMap();
+  const bool is_map = step.raw(verb.name).is_map();
   if (verb.from_map != nullptr && (is_map || verb.from_value == nullptr)) {
     Config map = step.section(verb.name);
     Read read = verb.from_map(map);

@@ -51,7 +51,9 @@ std::string replaced(const std::string& from, const std::string& to) {
 TEST_CASE("a key of a configuration file is changed where it stands, and nothing else is") {
   CHECK(changed("rate", "1 kHz") == replaced("2000 Hz", "1 kHz"));
   CHECK(changed("beam.noise", "25 mm") == replaced("1 cm", "25 mm"));
-  CHECK(changed("beam.name", "c") == replaced("'a b'", "c"));
+  CHECK(changed("beam.name", "c") == replaced("'a b'", "'c'"));
+  CHECK(changed("beam.name", "it's: #1") == replaced("'a b'", "\"it's: #1\""));
+  CHECK(changed("field", "[20 deg,30 deg]") == replaced("[40 deg, 40 deg]", "[20 deg, 30 deg]"));
   CHECK(changed("field", "[20 deg, 30 deg]") == replaced("[40 deg, 40 deg]", "[20 deg, 30 deg]"));
   CHECK(changed("parts.one", "7") == replaced("3", "7"));
 }
@@ -59,12 +61,13 @@ TEST_CASE("a key of a configuration file is changed where it stands, and nothing
 TEST_CASE("a value of another kind, or a key that is not there, is refused") {
   CHECK_THAT(override_complaint("rate", "1 m"), Contains("1 m"));
   CHECK_THAT(override_complaint("rate", "[1 Hz]"),
-             Contains("expected one value such as '2000 Hz'"));
+             Contains("found '[1 Hz]', expected a frequency"));
   CHECK_THAT(override_complaint("field", "[20 deg]"), Contains("expected a list such as"));
   CHECK_THAT(override_complaint("beam", "1"), Contains("no single value"));
   CHECK_THAT(override_complaint("beam.nose", "1 cm"),
              Contains("no key 'nose' of 'beam.nose'; there are: noise, name"));
-  CHECK_THAT(override_complaint("rate", "1 Hz # really"), Contains("expected plain text"));
+  CHECK_THAT(override_complaint("rate", "1 Hz # really"),
+             Contains("found '1 Hz # really', expected a frequency"));
   CHECK_THAT(override_complaint("long", "[3, 4]"), Contains("not written on one line"));
   const TemporaryDirectory directory;
   CHECK_THROWS_WITH(check_override(directory.path(), "../x.yaml:a", "1"), Contains("no file"));

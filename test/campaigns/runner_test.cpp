@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "app/campaigns/results.h"
 #include "common/core/file.h"

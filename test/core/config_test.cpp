@@ -66,3 +66,40 @@ TEST_CASE("words outside a choice and wrong types are refused") {
                     "and degrees");
   CHECK_THROWS_AS(Config::load("/nonexistent.yaml"), InputError);
 }
+
+TEST_CASE("whole numbers are read as people write them, and refused out of their range") {
+  const auto read = [](const std::string& text) {
+    return Config::parse("n: " + text + "\n", "x.yaml").integer("n");
+  };
+  CHECK(read("010") == 10);
+  CHECK(read("0500") == 500);
+  CHECK(read("-007") == -7);
+  CHECK(read("+5") == 5);
+  CHECK(read("0x1F") == 31);
+  CHECK(read("0o17") == 15);
+  CHECK(read("1e3") == 1000);
+  CHECK(read("3.0") == 3);
+  CHECK(read("-9223372036854775808") == std::numeric_limits<std::int64_t>::min());
+  for (const char* wrong : {"1_000", "1,000", "3.5", "0b11", "1e30", "nan", ".inf", "0x", "--3",
+                            "+-3", "9223372036854775808", "5 m", "''", "0x1.8p1", "1e-1"}) {
+    INFO(wrong);
+    CHECK_THROWS_WITH(read(wrong), Catch::Matchers::Contains("x.yaml:1: key 'n': found") &&
+                                       Catch::Matchers::Contains("expected a whole number"));
+  }
+  int small = 7;
+  Config config = Config::parse("n: 4294967796\nm: -5000000000\nk: [010, 0x10]\n", "x.yaml");
+  CHECK_THROWS_WITH(config.optional("n", small),
+                    "x.yaml:1: key 'n': found '4294967796', expected a whole number from "
+                    "-2147483648 to 2147483647");
+  CHECK_THROWS_AS(config.small_integer("m"), InputError);
+  CHECK(small == 7);
+  CHECK(config.integers("k") == std::vector<std::int64_t>{10, 16});
+}
+
+TEST_CASE("quantities are finite and have one sign") {
+  for (const char* wrong : {"1e308 km", "+-5 m", "inf m", "nan m", "0x10 m", "1_000 m", "1,5 m"}) {
+    INFO(wrong);
+    CHECK_THROWS_AS(parse_quantity(wrong, Dimension::length), InputError);
+  }
+  CHECK(parse_quantity("+010 mm", Dimension::length) == Approx(0.01));
+}

@@ -136,19 +136,19 @@ Calibration read_calibration(const std::filesystem::path& file) {
     c.residuals.push_back(r);
   }
   c.chi2_per_dof = config.number("chi2_per_dof");
-  const YAML::Node rows = config.raw("factor");
-  if (!rows.IsSequence() || rows.size() != calibration_size) {
+  const YamlNode rows = config.raw("factor");
+  if (!rows.is_list() || rows.size() != calibration_size) {
     throw config.error("factor", "expected " + std::to_string(calibration_size) + " rows");
   }
   Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(calibration_size, calibration_size);
   for (int i = 0; i < calibration_size; ++i) {
-    const YAML::Node row = rows[static_cast<std::size_t>(i)];
-    if (!row.IsSequence() || row.size() != static_cast<std::size_t>(i) + 1) {
+    const YamlNode& row = rows.items()[static_cast<std::size_t>(i)];
+    if (!row.is_list() || row.size() != static_cast<std::size_t>(i) + 1) {
       throw config.error("factor", "row " + std::to_string(i + 1) + ": expected " +
                                        std::to_string(i + 1) + " numbers");
     }
     for (int j = 0; j <= i; ++j) {
-      const std::string text = row[static_cast<std::size_t>(j)].as<std::string>("");
+      const std::string& text = row.items()[static_cast<std::size_t>(j)].text();
       try {
         factor(i, j) = parse_quantity(text, Dimension::number);
       } catch (const InputError& e) {

@@ -4,52 +4,29 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "common/core/yaml_text.h"
+#include "procedures/language/parameters.h"
 
 namespace berth::console {
 namespace fs = std::filesystem;
 namespace {
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-/// Parameters stand one to a line, with their values: "  speed: 20 mm/s   # of the approach".
-std::vector<Runnable::Parameter> parameters_of(const std::string& text) {
-  std::vector<Runnable::Parameter> parameters;
-  std::istringstream in(text);
-  bool inside = false;
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind("parameters:", 0) == 0) {
-      inside = true;
-    } else if (inside && !line.empty() && line[0] != ' ' && line[0] != '#') {
-      break;
-    } else if (inside) {
-      const auto comment = std::min(line.find(" #"), line.size());
-      const std::string setting = trimmed(line.substr(0, comment));
-      const auto colon = setting.find(':');
-      if (colon == std::string::npos || setting[0] == '#') continue;
-      parameters.push_back({setting.substr(0, colon), trimmed(setting.substr(colon + 1)),
-                            comment < line.size() ? trimmed(line.substr(comment + 2)) : ""});
-    }
-  }
-  return parameters;
-}
-
 std::optional<Runnable> read(const fs::path& directory, const fs::path& file) {
   try {
-    Config config = Config::load(file);
+    const procedures::Written written = procedures::read_written(read_file(file), file.string());
+    Config config(written.tree, file.string());
     if (!config.has("steps")) return std::nullopt;
     Runnable runnable;
     runnable.file = fs::relative(file, directory).generic_string();
     runnable.title = config.text("name");
     config.optional("description", runnable.description);
-    runnable.parameters = parameters_of(read_file(file));
+    for (const procedures::Parameter& parameter : written.parameters) {
+      runnable.parameters.push_back(
+          {parameter.name.text(), plain_text(parameter.value), parameter.comment});
+    }
     return runnable;
   } catch (const InputError&) {
     return std::nullopt;
