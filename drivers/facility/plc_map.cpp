@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/core/config.h"
 
@@ -76,8 +77,8 @@ Word word_from_level(double level) {
 double level_from_word(Word word) { return word / level_scale; }
 
 Word word_from_angle(double angle) {
-  const long hundredths = std::lround(angle_scale * degrees(angle));
-  return static_cast<Word>(static_cast<std::int16_t>(std::clamp(hundredths, -32768L, 32767L)));
+  const long hundredths = std::lround(angle_scale * degrees(std::remainder(angle, 2 * std::numbers::pi)));
+  return static_cast<Word>(static_cast<std::int16_t>(hundredths));
 }
 
 double angle_from_word(Word word) { return radians(static_cast<std::int16_t>(word) / angle_scale); }

@@ -36,7 +36,7 @@ struct PlcMap {
   static PlcMap load(const std::filesystem::path& path);
 };
 
-/// Levels 0..1 in 0..10000; angles (rad) in hundredths of a degree.
+/// Levels 0..1 in 0..10000; angles (rad) in hundredths of a degree, within half a turn of zero.
 Word word_from_level(double level);
 double level_from_word(Word word);
 Word word_from_angle(double angle);

@@ -19,6 +19,10 @@ SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Option
       loop_(loop),
       started_(loop.now()),
       changed_(std::move(changed)),
+      sun_{1 / seconds(options.lamp_rise), 0, 0, 0},
+      albedo_{sun_},
+      azimuth_{options.lamp_turn, 0, 0, 0},
+      elevation_{azimuth_},
       image_(plc_registers, bit_count, bit_count),
       server_(
           loop, {address, map.unit, options.connections, options.idle_timeout}, image_,
@@ -35,14 +39,14 @@ void SimulatedPlc::open_fence(bool open) {
   if (changed_) changed_(estop_closed_, fence_closed_);
 }
 
-double SimulatedPlc::level_now(const Lamp& lamp) const {
-  const double way = seconds(loop_.now() - lamp.since) / seconds(options_.lamp_rise);
-  return lamp.from + std::clamp(lamp.to - lamp.from, -way, way);
+double SimulatedPlc::Ramp::at(Utime now) const {
+  const double way = rate * seconds(now - since);
+  return from + std::clamp(to - from, -way, way);
 }
 
-void SimulatedPlc::turn(Lamp& lamp, double level) {
-  if (level == lamp.to) return;
-  lamp = {level_now(lamp), level, loop_.now()};
+void SimulatedPlc::Ramp::go(double value, Utime now) {
+  if (value == to) return;
+  *this = {rate, at(now), value, now};
 }
 
 void SimulatedPlc::before_read() {
@@ -51,16 +55,17 @@ void SimulatedPlc::before_read() {
       (estop_closed_ && fence_closed_ ? 1 << map_.motion_bit : 0));
   image_.holding(map_.sun_lamp.status) = word_from_level(sun_lamp());
   image_.holding(map_.albedo_lamp.status) = word_from_level(albedo_lamp());
-  image_.holding(map_.sun_azimuth.status) = word_from_angle(sun_azimuth_);
-  image_.holding(map_.sun_elevation.status) = word_from_angle(sun_elevation_);
+  image_.holding(map_.sun_azimuth.status) = word_from_angle(sun_azimuth());
+  image_.holding(map_.sun_elevation.status) = word_from_angle(sun_elevation());
   image_.holding(map_.heartbeat) = static_cast<Word>((loop_.now() - started_) / cycle);
 }
 
 void SimulatedPlc::after_write() {
-  turn(sun_, level_from_word(image_.holding(map_.sun_lamp.command)));
-  turn(albedo_, level_from_word(image_.holding(map_.albedo_lamp.command)));
-  sun_azimuth_ = angle_from_word(image_.holding(map_.sun_azimuth.command));
-  sun_elevation_ = angle_from_word(image_.holding(map_.sun_elevation.command));
+  const Utime now = loop_.now();
+  sun_.go(level_from_word(image_.holding(map_.sun_lamp.command)), now);
+  albedo_.go(level_from_word(image_.holding(map_.albedo_lamp.command)), now);
+  azimuth_.go(angle_from_word(image_.holding(map_.sun_azimuth.command)), now);
+  elevation_.go(angle_from_word(image_.holding(map_.sun_elevation.command)), now);
 }
 
 }  // namespace berth

@@ -5,19 +5,21 @@
 #include <string>
 
 #include "common/bus/loop.h"
+#include "common/core/pose.h"
 #include "drivers/facility/plc_map.h"
 #include "drivers/modbus/modbus_server.h"
 
 namespace berth {
 
-/// The facility's PLC behind Modbus TCP: lamps that take a moment to come up, the E-stop chain and
-/// the fence, which it hands on to the arm controllers as the real wires do.
+/// The facility's PLC behind Modbus TCP: lamps that take a moment to come up and to turn, the
+/// E-stop chain and the fence, which it hands on to the arm controllers as the real wires do.
 class SimulatedPlc {
  public:
   struct Options {
     int connections = 4;
     Utime idle_timeout = 5 * second;
-    Utime lamp_rise = second;  ///< from dark to full
+    Utime lamp_rise = second;           ///< from dark to full
+    double lamp_turn = radians(180.0);  ///< rad/s, of azimuth and of elevation
   };
   using SafetyChanged = std::function<void(bool estop_closed, bool fence_closed)>;
 
@@ -30,22 +32,25 @@ class SimulatedPlc {
   bool estop_closed() const { return estop_closed_; }
   bool fence_closed() const { return fence_closed_; }
 
-  double sun_lamp() { return level_now(sun_); }
-  double albedo_lamp() { return level_now(albedo_); }
-  double sun_azimuth() const { return sun_azimuth_; }
-  double sun_elevation() const { return sun_elevation_; }
+  double sun_lamp() const { return sun_.at(loop_.now()); }
+  double albedo_lamp() const { return albedo_.at(loop_.now()); }
+  double sun_azimuth() const { return azimuth_.at(loop_.now()); }
+  double sun_elevation() const { return elevation_.at(loop_.now()); }
 
   /// What is wrong with its wire.
   ModbusServer& server() { return server_; }
 
  private:
-  struct Lamp {
+  /// A level or an angle on its way at a constant rate.
+  struct Ramp {
+    double rate = 0;  ///< a second
     double from = 0;
     double to = 0;
     Utime since = 0;
+
+    double at(Utime now) const;
+    void go(double value, Utime now);
   };
-  double level_now(const Lamp& lamp) const;
-  void turn(Lamp& lamp, double level);
   void before_read();
   void after_write();
 
@@ -56,10 +61,10 @@ class SimulatedPlc {
   SafetyChanged changed_;
   bool estop_closed_ = true;
   bool fence_closed_ = true;
-  Lamp sun_;
-  Lamp albedo_;
-  double sun_azimuth_ = 0;
-  double sun_elevation_ = 0;
+  Ramp sun_;
+  Ramp albedo_;
+  Ramp azimuth_;
+  Ramp elevation_;
   ModbusImage image_;
   ModbusServer server_;
 };

@@ -37,8 +37,10 @@ SimulatedPlc::Options read_plc(Config config) {
   config.optional("connections", options.connections);
   read_time(config, "idle_timeout", options.idle_timeout);
   read_time(config, "lamp_rise", options.lamp_rise);
+  config.optional("lamp_turn", Dimension::angular_speed, options.lamp_turn);
   config.finish();
   if (options.lamp_rise < millisecond) throw config.error("lamp_rise", "must be at least 1 ms");
+  expect_positive(config, "lamp_turn", options.lamp_turn);
   return options;
 }
 

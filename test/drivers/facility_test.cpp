@@ -85,6 +85,20 @@ TEST_CASE("lamps come up to what is asked for, and the sun's direction is shown"
   CHECK(f.state.sun_lamp == Approx(0.8));
 }
 
+TEST_CASE("the lamp takes its time to turn, the shorter way round") {
+  Facility f;
+  facility_command_t command = f.lamps(0, 0);
+  command.sun_azimuth_rad = radians(350.0);  // 10 deg the other way
+  command.sun_elevation_rad = radians(90.0);
+  f.bus.publish(channels::facility_command, command);
+  f.simulation.run_for(300 * millisecond);
+  CHECK(f.state.sun_azimuth_rad == Approx(radians(-10.0)));
+  CHECK(f.state.sun_elevation_rad > radians(20.0));
+  CHECK(f.state.sun_elevation_rad < radians(70.0));
+  f.simulation.run_for(500 * millisecond);
+  CHECK(f.state.sun_elevation_rad == Approx(radians(90.0)));
+}
+
 TEST_CASE("lamp commands that are foreign, late or senseless change nothing") {
   Facility f;
   facility_command_t command = f.lamps(1, 1);
