@@ -167,7 +167,7 @@ void PlyReader::read_header(std::string_view bytes) {
   if (!more || words.size() != 3 || words[0] != "format" || words[2] != "1.0" ||
       (words[1] != "ascii" && words[1] != "binary_little_endian" &&
        words[1] != "binary_big_endian")) {
-    throw lines.error("found " + quoted(lines.rest(0)) +
+    throw lines.error("found " + files::quoted(lines.rest(0)) +
                       ", expected 'format ascii 1.0', binary_little_endian or binary_big_endian");
   }
   format_ = words[1] == "ascii"                  ? Format::text
@@ -187,16 +187,16 @@ void PlyReader::declare(const Lines& line) {
   if (words[0] == "element") {
     std::int64_t count = 0;
     if (words.size() != 3 || !parse_whole(words[2], count) || count < 0) {
-      throw line.error("found " + quoted(line.rest(0)) + ", expected 'element NAME COUNT'");
+      throw line.error("found " + files::quoted(line.rest(0)) + ", expected 'element NAME COUNT'");
     }
     if (find(words[1]) != nullptr) {
-      throw line.error("a second element " + quoted(words[1]));
+      throw line.error("a second element " + files::quoted(words[1]));
     }
     elements_.push_back({std::string(words[1]), static_cast<std::size_t>(count), {}});
     return;
   }
   if (words[0] != "property") {
-    throw line.error("found " + quoted(words[0]) +
+    throw line.error("found " + files::quoted(words[0]) +
                      ", expected element, property, comment, obj_info or end_header");
   }
   if (elements_.empty()) throw line.error("a property before any element");
@@ -208,7 +208,7 @@ void PlyReader::declare(const Lines& line) {
   good = good && type_named(words[words.size() - 2], property.type);
   if (!good) {
     throw line.error(
-        "found " + quoted(line.rest(0)) +
+        "found " + files::quoted(line.rest(0)) +
         ", expected 'property TYPE NAME' or 'property list WHOLE_TYPE TYPE NAME', with "
         "types char, uchar, short, ushort, int, uint, float, double, or int8 to "
         "float64");
@@ -216,8 +216,8 @@ void PlyReader::declare(const Lines& line) {
   property.name = words.back();
   PlyElement& element = elements_.back();
   if (element.find(property.name) >= 0) {
-    throw line.error("a second property " + quoted(property.name) + " of element " +
-                     quoted(element.name));
+    throw line.error("a second property " + files::quoted(property.name) + " of element " +
+                     files::quoted(element.name));
   }
   element.properties.push_back(property);
 }
@@ -234,7 +234,7 @@ bool PlyReader::next() {
   if (format_ == Format::text) {
     if (lines_.next() != more) {
       if (more) cut_short();
-      throw lines_.error("found " + quoted(lines_.rest(0)) +
+      throw lines_.error("found " + files::quoted(lines_.rest(0)) +
                          ", expected the end: all rows that the header declares were read");
     }
     if (more) find_text_row();
@@ -306,7 +306,7 @@ double PlyReader::value_at(const PlyProperty& property, PlyType type, const Plac
   const std::string_view word = lines_.words()[place.first + i];
   double value = 0;
   if (!parse_number(word, value) || (is_whole(type) && !fits(type, value))) {
-    throw error("found " + quoted(word) + " for '" + property.name + "', expected " +
+    throw error("found " + files::quoted(word) + " for '" + property.name + "', expected " +
                 (is_whole(type) ? "a whole number of the type declared" : "a number"));
   }
   return value;
