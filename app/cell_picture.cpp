@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/core/valid_text.h"
+
 namespace berth {
 namespace {
 
@@ -135,8 +137,8 @@ std::string draw(const Cell& cell, const CellPicture& picture) {
     std::snprintf(text, sizeof text, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"1.3\"/>\n", p.x(), p.y());
     svg += text;
   }
-  svg += "</g>\n<text x=\"16\" y=\"584\" font-size=\"15\" fill=\"#333\">" + picture.caption +
-         "</text>\n</svg>\n";
+  svg += "</g>\n<text x=\"16\" y=\"584\" font-size=\"15\" fill=\"#333\">" +
+         markup_text(picture.caption) + "</text>\n</svg>\n";
   return svg;
 }
 

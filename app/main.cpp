@@ -6,6 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "common/core/nearest_word.h"
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 
 namespace {
@@ -79,12 +80,12 @@ int main(int argc, char* argv[]) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (const std::string fault = unknown_command(app); !fault.empty()) {
-      std::fprintf(stderr, "%s\n", fault.c_str());
+      print_text(fault + "\n", stderr);
       return exit_code::error;
     }
     return app.exit(e) == 0 ? exit_code::passed : exit_code::error;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "berth: %s\n", e.what());
+    print_text(std::string("berth: ") + e.what() + "\n", stderr);
     return exit_code::error;
   }
   return code;

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/report/axis.h"
-#include "logs/report/html.h"
 
 namespace berth {
 namespace {
@@ -71,7 +71,8 @@ double rms(const std::vector<Dot>& dots) {
 std::string place(double value) { return fixed(value, 1); }
 
 std::string words(double x, double y, const std::string& text, const std::string& more = "") {
-  return "<text x=\"" + place(x) + "\" y=\"" + place(y) + "\"" + more + ">" + text + "</text>\n";
+  return "<text x=\"" + place(x) + "\" y=\"" + place(y) + "\"" + more + ">" + markup_text(text) +
+         "</text>\n";
 }
 
 std::string circles(const std::vector<Dot>& dots, const report::Axis& axis, double bottom,
@@ -83,7 +84,7 @@ std::string circles(const std::vector<Dot>& dots, const report::Axis& axis, doub
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(dots.size());
     svg += "<circle cx=\"" + place(left + share * (width - left - right)) + "\" cy=\"" +
            place(bottom - axis.fraction(dots[i].size) * height) + "\" r=\"2.5\"><title>" +
-           report::text(dots[i].where).code + ": " + report::brief(dots[i].size, 3) + " " + unit +
+           markup_text(dots[i].where) + ": " + report::brief(dots[i].size, 3) + " " + unit +
            "</title></circle>\n";
   }
   return svg + "</g>\n";
@@ -126,9 +127,9 @@ std::string residual_picture(const SolvedCalibration& solved) {
                "Residuals of the calibration of layout " + c.layout + ", made " + c.made +
                    ", from " + c.basis,
                " font-size=\"15\"");
-  svg += words(left, 44, "&#9679; before: the cell's files",
+  svg += words(left, 44, "\u25CF before: the cell's files",
                std::string(" fill=\"") + before_colour + "\"");
-  svg += words(left + 200, 44, "&#9679; after: calibrated",
+  svg += words(left + 200, 44, "\u25CF after: calibrated",
                std::string(" fill=\"") + after_colour + "\"");
   double y = top;
   for (const Panel& panel : panels) {

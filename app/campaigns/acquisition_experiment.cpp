@@ -6,6 +6,7 @@
 #include "app/campaigns/experiments.h"
 #include "app/runs/config_override.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "estimator/methods.h"
 
 namespace berth::campaigns {
@@ -139,7 +140,7 @@ class AcquisitionExperiment : public Experiment {
                                          {"reason", found.reason},
                                          {"truth_xyzwpr", xyzwpr_from_pose(scene.truth)},
                                          {"hypotheses", hypotheses}};
-    write_file(directory / "acquisition.json", text.dump(2) + "\n");
+    write_file(directory / "acquisition.json", json_text(text, 2) + "\n");
   }
 
   const Subject& subject_of(const std::map<std::string, std::string>& keys) {

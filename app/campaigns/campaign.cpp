@@ -12,6 +12,7 @@
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/target.h"
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 #include "procedures/language/procedure.h"
 
@@ -89,8 +90,7 @@ ordered_json read_record(const fs::path& directory) {
 }
 
 void write_record(const fs::path& directory, const ordered_json& record) {
-  write_file(directory / record_file,
-             record.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file(directory / record_file, json_text(record, 2) + "\n");
 }
 
 /// A file name that sorts as its number does.

@@ -10,6 +10,7 @@
 
 #include "app/host_name.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::campaigns {
 
@@ -17,7 +18,7 @@ void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs) {
   const nlohmann::ordered_json line = {{"machine", host_name()}, {"jobs", jobs},
                                        {"trials", cost.trials},  {"wall_s", cost.wall_s},
                                        {"user_s", cost.user_s},  {"system_s", cost.system_s}};
-  const std::string text = line.dump() + "\n";
+  const std::string text = json_text(line) + "\n";
   // In one write: the jobs of a cluster may all have come to their end now.
   const int out = open((campaign.directory() / "cost.jsonl").c_str(),
                        O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);

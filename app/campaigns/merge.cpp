@@ -6,6 +6,7 @@
 #include "app/campaigns/results.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -40,7 +41,7 @@ void write_summary(const Campaign& campaign, const Summary& summary) {
                              {"failures", summary.failures},
                              {"missing", missing},
                              {"broken", summary.broken}};
-  write_file(campaign.directory() / "summary.json", json.dump(2) + "\n");
+  write_file(campaign.directory() / "summary.json", json_text(json, 2) + "\n");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "app/campaigns/report_sections.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "logs/report/page.h"
 
 namespace berth::campaigns {
@@ -18,7 +19,7 @@ void write_report(const Manifest& manifest, const std::filesystem::path& directo
   const TrialTable table = read_trials(manifest, directory / "trials.jsonl");
   const ReportView view{manifest, directory, table, group_of(table, "all", 0, all_rows(table)),
                         sweeps_of(table)};
-  write_file(directory / "report.json", numbers_of(view).dump(1) + "\n");
+  write_file(directory / "report.json", json_text(numbers_of(view), 1) + "\n");
 
   report::Page page(manifest.name + ": campaign");
   page.head(campaign_head(view));

@@ -7,6 +7,7 @@
 #include "app/campaigns/report_sections.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/report/axis.h"
 
 namespace berth::campaigns {
@@ -105,7 +106,7 @@ Html manifest_section(const ReportView& view) {
   Html rows;
   const ordered_json identity = record.value("identity", ordered_json::object());
   for (const auto& [name, value] : identity.items()) {
-    rows += fact(name, value.is_string() ? value.get<std::string>() : value.dump());
+    rows += fact(name, value.is_string() ? value.get<std::string>() : json_text(value));
   }
   for (const char* key : {"machine", "compiler", "created"})
     rows += fact(key, record.value(key, ""));

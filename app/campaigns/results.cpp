@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -40,7 +41,7 @@ std::string line_of(const TrialResult& result) {
   line["failure"] = result.failure;
   line["measurements"] = measurements;
   line["error"] = result.error;
-  return line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(line);
 }
 
 TrialResult result_of_line(const std::string& line, const std::string& where) {

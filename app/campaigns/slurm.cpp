@@ -9,6 +9,7 @@
 #include "app/program_output.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -121,7 +122,7 @@ SlurmJobs submit(const Campaign& campaign, const SlurmOptions& options, double t
   write_file(jobs.folder.merge_script(), merge_script(campaign, options, program));
   const auto record = [&jobs] {
     write_file(jobs.folder.jobs(),
-               ordered_json{{"array", jobs.array}, {"merge", jobs.merge}}.dump() + "\n");
+               json_text(ordered_json{{"array", jobs.array}, {"merge", jobs.merge}}) + "\n");
   };
   jobs.array = submitted(array_command(campaign, jobs.folder, options, jobs.tasks.size()));
   record();  // known to `cancel`, whatever comes now

@@ -9,6 +9,7 @@
 #include "app/campaigns/results.h"
 #include "app/utc.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/measure/proportion.h"
 
 namespace berth::commands {
@@ -93,7 +94,7 @@ void print_summary(const Campaign& campaign, const Summary& summary) {
   }
   std::printf("\n");
   for (const auto& [failure, count] : summary.failures) {
-    std::printf("  %6lld  %s\n", static_cast<long long>(count), failure.c_str());
+    std::printf("  %6lld  %s\n", static_cast<long long>(count), terminal_line(failure).c_str());
   }
   if (!summary.broken.empty()) {
     std::printf("crashed or in error: trial");

@@ -13,6 +13,7 @@
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/schema.h"
 
@@ -102,7 +103,7 @@ int check(CheckOptions& options) {
     }
   }
   if (options.json) {
-    std::printf("%s\n", reports.dump(2).c_str());
+    std::printf("%s\n", json_text(reports, 2).c_str());
   } else if (files.size() > 1) {
     std::printf("%zu procedures, %zu ready, %zu with errors\n", files.size(), files.size() - bad,
                 bad);

@@ -15,6 +15,7 @@
 #include "app/terminal/operator_link.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "procedures/engine/operator_control.h"
 #include "procedures/engine/operator_words.h"
@@ -261,7 +262,7 @@ int command(const CommandOptions& options) {
   const std::string failure =
       Errand(require_active_run(directory), verb->second, request, options).run();
   if (failure.empty()) return exit_code::passed;
-  std::fprintf(stderr, "berth: %s: %s\n", verb->first.c_str(), failure.c_str());
+  print_text("berth: " + verb->first + ": " + failure + "\n", stderr);
   return exit_code::error;
 }
 

@@ -8,6 +8,7 @@
 #include "app/exit_code.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 #include "logs/compare/beside.h"
 #include "logs/compare/comparison.h"
 #include "logs/report/report.h"
@@ -38,7 +39,7 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
   std::vector<std::string> names;
   for (const auto& run : runs) names.push_back(run.name());
   if (!json) {
-    std::printf("%s", logs::text_of_beside(names, rows).c_str());
+    print_text(logs::text_of_beside(names, rows));
     return;
   }
   std::string list;
@@ -60,7 +61,7 @@ int compare(const CompareOptions& options) {
   for (const auto& run : options.runs) {
     runs.push_back(report::read_reported_run(find_run(run)));
     const logs::Comparison& comparison = runs.back().run.comparison;
-    if (!options.json) std::printf("%s\n", logs::text_of(comparison).c_str());
+    if (!options.json) print_text(logs::text_of(comparison) + "\n");
     worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
   }
   if (runs.size() > 1 || options.json) print_beside(runs, options.json);

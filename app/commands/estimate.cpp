@@ -19,6 +19,7 @@
 #include "common/core/lidar_profile.h"
 #include "common/core/text.h"
 #include "common/core/unit.h"
+#include "common/core/valid_text.h"
 #include "estimator/model/model_file.h"
 
 namespace berth::commands {
@@ -215,12 +216,10 @@ int estimate(const EstimateOptions& options) {
       report = error_report(file, file + ": " + e.what());
     }
     if (report["status"] == "error") {
-      std::fprintf(stderr, "berth: %s\n", report["reason"].get_ref<const std::string&>().c_str());
+      print_text("berth: " + report["reason"].get_ref<const std::string&>() + "\n", stderr);
       worsen(code, exit_code::error);
     }
-    // file names need not be UTF-8
-    const auto replace = nlohmann::ordered_json::error_handler_t::replace;
-    std::puts(report.dump(options.indent, ' ', false, replace).c_str());
+    std::puts(json_text(report, options.indent).c_str());
     std::fflush(stdout);
   }
   return code;

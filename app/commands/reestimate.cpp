@@ -12,6 +12,7 @@
 #include "app/reestimation/batch.h"
 #include "app/reestimation/change_report.h"
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 
 namespace berth::commands {
 namespace {
@@ -66,10 +67,10 @@ void print_json(const Batch& batch, const ReestimateOptions& options) {
   json["identical"] = batch.identical();
   json["change"] = berth::json_of(batch.change);
   for (const BatchRun& run : batch.runs) json["runs"].push_back(json_of(run));
-  std::printf("%s\n", json.dump(2).c_str());
+  std::printf("%s\n", json_text(json, 2).c_str());
 }
 
-void print_text(const Batch& batch, const ReestimateOptions& options) {
+void print_batch(const Batch& batch, const ReestimateOptions& options) {
   Reestimation all;
   for (const BatchRun& run : batch.runs) {
     if (!run.error.empty()) continue;
@@ -91,7 +92,7 @@ void print_text(const Batch& batch, const ReestimateOptions& options) {
   if (batch.identical()) {
     std::printf("all estimates are the recorded ones, number for number\n");
   } else {
-    std::printf("%s", text_of(batch.change, options.request.level).c_str());
+    print_text(text_of(batch.change, options.request.level));
   }
 }
 
@@ -101,10 +102,10 @@ int reestimate(const ReestimateOptions& options) {
     Percent percent;
     batch = berth::reestimate(options.request, [&](double share) { percent.show(share); });
   }
-  options.json ? print_json(batch, options) : print_text(batch, options);
+  options.json ? print_json(batch, options) : print_batch(batch, options);
   for (const BatchRun& run : batch.runs) {
     if (run.error.empty()) continue;
-    std::fprintf(stderr, "berth: %s: %s\n", run.recorded.c_str(), run.error.c_str());
+    print_text("berth: " + run.recorded.string() + ": " + run.error + "\n", stderr);
   }
   if (batch.failed()) return exit_code::error;
   const bool worse = batch.change.any(Judgement::worse);

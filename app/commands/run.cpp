@@ -12,6 +12,7 @@
 #include "app/runs/arms_now.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
+#include "common/core/valid_text.h"
 #include "procedures/check/check.h"
 
 namespace berth::commands {
@@ -37,7 +38,7 @@ bool passes_check(const RunRequest& request) {
   const auto report = procedures::check_procedure(procedure, setup, start);
   for (const procedures::Finding& finding : report.findings) {
     if (finding.severity == procedures::Severity::note) continue;
-    std::fprintf(stderr, "%s\n", procedures::text_of(finding).c_str());
+    print_text(procedures::text_of(finding) + "\n", stderr);
   }
   if (!report.good()) {
     std::fprintf(stderr, "berth: nothing was started; --no-check runs it all the same\n");

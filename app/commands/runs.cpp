@@ -11,6 +11,7 @@
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::commands {
 namespace {
@@ -46,9 +47,9 @@ void print_table(const std::vector<RunEntry>& runs) {
                      std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s",
                      text_of_size(run.bytes)});
   }
-  std::printf("%s", text_table(lines, 5).c_str());
+  print_text(text_table(lines, 5));
   for (const RunEntry& run : runs) {
-    if (!run.reason.empty()) std::printf("  %s: %s\n", run.name().c_str(), run.reason.c_str());
+    if (!run.reason.empty()) print_text("  " + run.name() + ": " + run.reason + "\n");
   }
 }
 
@@ -77,7 +78,7 @@ void print_json(const std::vector<RunEntry>& runs) {
                     {"worst_margin_unit", run.worst_unit},
                     {"bytes", run.bytes}});
   }
-  std::printf("%s\n", list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  std::printf("%s\n", json_text(list, 2).c_str());
 }
 
 int verify(const std::vector<RunEntry>& runs) {
@@ -90,8 +91,8 @@ int verify(const std::vector<RunEntry>& runs) {
     } catch (const InputError& e) {
       problems.emplace_back(e.what());
     }
-    std::printf("%s: %s\n", run.name().c_str(), problems.empty() ? "as it was written" : "CHANGED");
-    for (const std::string& problem : problems) std::printf("  %s\n", problem.c_str());
+    print_text(run.name() + ": " + (problems.empty() ? "as it was written" : "CHANGED") + "\n");
+    for (const std::string& problem : problems) print_text("  " + problem + "\n");
     if (!problems.empty()) code = exit_code::error;
   }
   return code;

@@ -17,7 +17,9 @@
 #include "app/spy/spy_terminal.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 #include "logs/file/log_reader.h"
+#include "logs/file/timeline.h"
 #include "logs/inspect/channel_pattern.h"
 
 namespace berth::commands {
@@ -82,25 +84,27 @@ class Listener {
 };
 
 void print(const SpyModel& model, Utime at, bool live, bool values) {
-  for (const std::string& line : channel_table(model, at, live)) std::printf("%s\n", line.c_str());
+  for (const std::string& line : channel_table(model, at, live)) print_text(line + "\n");
   if (!values) return;
   for (const auto& [name, channel] : model.channels()) {
-    std::printf("\n%s\n", name.c_str());
-    for (const std::string& line : field_lines(channel)) std::printf("  %s\n", line.c_str());
+    print_text("\n" + terminal_line(name) + "\n");
+    for (const std::string& line : field_lines(channel)) print_text("  " + line + "\n");
   }
 }
 
 int spy_log(const fs::path& path, const SpyOptions& options) {
-  const auto types = log::types_of(path, options.types);
+  const auto types = log::types_of({path}, options.types);
   SpyModel model(types);
   const logs::ChannelPattern wanted(expression_of({options.what.begin() + 1, options.what.end()}));
   logs::LogReader reader(path);
+  const logs::Timeline timeline(reader);
+  logs::Timeline::Walker times(timeline);
   logs::LogEvent event;
   Utime last = 0;
   while (reader.next(event)) {
-    last = event.utime;
+    last = times.position(event.utime);
     const std::string channel(event.channel);
-    if (wanted.matches(channel)) model.take(event.utime, channel, event.data);
+    if (wanted.matches(channel)) model.take(last, channel, event.data);
   }
   print(model, last, false, options.values || options.what.size() > 1);
   return exit_code::passed;

@@ -8,6 +8,7 @@
 #include "app/console/drive/runnable.h"
 #include "app/console/view/scene.h"
 #include "app/runs/manifest.h"
+#include "common/core/valid_text.h"
 #include "drivers/devices.h"
 #include "lcmtypes/channels.h"
 
@@ -131,11 +132,10 @@ void ConsoleNode::tick() {
 
 void ConsoleNode::tell_control() {
   const Driver::Control control = driver_.control();
-  board_.set("control", nlohmann::json{{"holder", control.holder},
-                                       {"viewer", control.viewer},
-                                       {"utime_expires", control.utime_expires},
-                                       {"holds_when_lost", control.holds_when_lost}}
-                            .dump());
+  board_.set("control", json_text(nlohmann::json{{"holder", control.holder},
+                                                 {"viewer", control.viewer},
+                                                 {"utime_expires", control.utime_expires},
+                                                 {"holds_when_lost", control.holds_when_lost}}));
 }
 
 void ConsoleNode::tell_counters() {

@@ -8,6 +8,7 @@
 
 #include "common/bus/lcm_bus.h"
 #include "common/bus/process_loop.h"
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 
 namespace berth {
@@ -58,7 +59,7 @@ int run_node_program(int argc, char* argv[], const std::string& name,
     loop.run();
     return exit_code;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "berth-%s: %s\n", name.c_str(), e.what());
+    print_text("berth-" + name + ": " + e.what() + "\n", stderr);
     return 2;
   }
 }

@@ -18,6 +18,7 @@
 #include "app/runs/verdict.h"
 #include "common/bus/lcm_bus.h"
 #include "common/bus/node.h"
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -142,7 +143,7 @@ class Supervisor : public Node {
   /// A process is gone that should not be. The procedure sees its silence and ends by itself, with
   /// its teardown; if it does not, or there is none, the supervisor ends.
   void trouble(const std::string& what) {
-    std::printf("%s\n", what.c_str());
+    print_text(what + "\n");
     event(event_t::ERROR, "process-ended", what);
     report(node_status_t::FAULT, what);
     if (troubled_) return;
@@ -261,7 +262,7 @@ int supervise_in_background(const RunFiles& files, bool with_console) {
   try {
     code = supervise(files, with_console);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s\n", e.what());
+    print_text(std::string(e.what()) + "\n", stderr);
   }
   std::fflush(nullptr);
   _exit(code);

@@ -4,6 +4,7 @@
 
 #include "app/nights/verdict.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/compare/json_number.h"
 #include "logs/compare/junit.h"
 
@@ -169,7 +170,7 @@ std::string json_of(const NightReport& report) {
                              {"notification", report.notification},
                              {"cases", cases},
                              {"runs", runs}};
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 std::string junit_of(const NightReport& report) {

@@ -15,6 +15,7 @@
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 #include "logs/file/log_writer.h"
+#include "logs/file/timeline.h"
 #include "logs/run/run_record.h"
 
 namespace berth {
@@ -161,11 +162,14 @@ Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& ne
   };
 
   logs::LogReader reader(log);
+  const logs::Timeline timeline(reader);
+  logs::Timeline::Walker times(timeline);
   logs::LogEvent event;
   Utime first = 0;
   Utime last = 0;
   std::size_t bytes_read = 0;
   while (reader.next(event)) {
+    event.utime = times.time(event.utime);
     if (!fold) {
       first = event.utime;
       fold = std::make_unique<EstimatorFold>(new_run, first,
@@ -173,7 +177,7 @@ Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& ne
                                                outlet(fold ? fold->now() : first, channel, bytes);
                                              });
     }
-    last = std::max(last, event.utime);
+    last = event.utime;
     bytes_read += logs::format::header_bytes + event.channel.size() + event.data.size();
     if (event.channel == channels::pose_estimate) {
       ++result.recorded;

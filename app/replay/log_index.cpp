@@ -9,11 +9,12 @@
 namespace berth {
 
 LogIndex::LogIndex(const std::filesystem::path& log, const std::function<void(double)>& share_done)
-    : reader_(log) {
+    : reader_(log), timeline_(reader_) {
+  logs::Timeline::Walker times(timeline_);
   logs::LogEvent event;
   std::size_t read = 0;
   while (reader_.next(event)) {
-    entries_.push_back({event.utime, event.data.data(),
+    entries_.push_back({times.time(event.utime), event.data.data(),
                         static_cast<std::uint32_t>(event.data.size()),
                         channel_number(event.channel)});
     if (event.channel == channels::heartbeat) {
@@ -24,7 +25,6 @@ LogIndex::LogIndex(const std::filesystem::path& log, const std::function<void(do
       share_done(static_cast<double>(read) / static_cast<double>(reader_.size()));
     }
   }
-  mend_times();
 }
 
 std::uint32_t LogIndex::channel_number(std::string_view name) {
@@ -33,28 +33,6 @@ std::uint32_t LogIndex::channel_number(std::string_view name) {
   const auto number = static_cast<std::uint32_t>(names_.size());
   names_.push_back(numbers_.emplace(name, number).first->first);
   return number;
-}
-
-void LogIndex::mend_times() {
-  const std::size_t n = entries_.size();
-  if (n < 2) return;
-  // At the ends a time far from its only neighbour is made up.
-  constexpr Utime far = 3600 * second;
-  if (std::abs(entries_[1].utime - entries_[0].utime) > far) entries_[0].utime = entries_[1].utime;
-  if (entries_[n - 1].utime - entries_[n - 2].utime > far) {
-    entries_[n - 1].utime = entries_[n - 2].utime;
-  }
-  // Between them the middle one of three neighbours passes over a single wrong time.
-  Utime before = entries_[0].utime;
-  for (std::size_t i = 1; i + 1 < n; ++i) {
-    const Utime own = entries_[i].utime;
-    const Utime after = entries_[i + 1].utime;
-    entries_[i].utime = std::max(std::min(before, own), std::min(std::max(before, own), after));
-    before = own;
-  }
-  for (std::size_t i = 1; i < n; ++i) {
-    entries_[i].utime = std::max(entries_[i].utime, entries_[i - 1].utime);
-  }
 }
 
 logs::LogEvent LogIndex::at(std::size_t place) const {

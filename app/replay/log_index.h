@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "logs/file/log_reader.h"
+#include "logs/file/timeline.h"
 
 namespace berth {
 
@@ -25,8 +26,7 @@ class LogIndex {
   bool empty() const { return entries_.empty(); }
   /// @pre place < size()
   logs::LogEvent at(std::size_t place) const;
-  /// When it is played, in the log's time: as the logger received it, but never going back, and
-  /// without single times that a damaged header made up.
+  /// When it is played: as the logger received it, on the log's timeline.
   Utime time(std::size_t place) const { return entries_[place].utime; }
   Utime first() const { return empty() ? 0 : time(0); }
   Utime last() const { return empty() ? 0 : time(size() - 1); }
@@ -37,6 +37,7 @@ class LogIndex {
 
   /// Of the heartbeats in the log.
   const std::set<std::int64_t>& sessions() const { return sessions_; }
+  const std::vector<logs::TimeStep>& steps() const { return timeline_.steps(); }
   std::size_t damaged_bytes() const { return reader_.damaged_bytes(); }
 
  private:
@@ -48,9 +49,9 @@ class LogIndex {
   };
 
   std::uint32_t channel_number(std::string_view name);
-  void mend_times();
 
   logs::LogReader reader_;
+  logs::Timeline timeline_;
   std::vector<Entry> entries_;
   std::map<std::string, std::uint32_t, std::less<>> numbers_;
   std::vector<std::string_view> names_;  // into numbers_

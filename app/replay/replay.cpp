@@ -18,6 +18,7 @@
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -92,6 +93,7 @@ class Replay {
     screen_.print(log_.string() + ": " + std::to_string(index_.size()) + " messages in " +
                   text_of_position(seconds(index_.last() - index_.first())) + ", onto " +
                   bus_->url());
+    tell_steps();
     if (terminal_.active()) {
       screen_.print(
           "space pause   . step   n next estimate   arrows 1 and 10 s   [ ] rate   "
@@ -111,6 +113,16 @@ class Replay {
   }
 
  private:
+  /// Where the log's clock was set: what lies between is neither waited for nor sent at once.
+  void tell_steps() {
+    constexpr std::size_t most = 10;
+    const auto& steps = index_.steps();
+    for (std::size_t i = 0; i < std::min(steps.size(), most); ++i) screen_.print(steps[i].text());
+    if (steps.size() > most) {
+      screen_.print("and " + std::to_string(steps.size() - most) + " more: berth log check");
+    }
+  }
+
   void tick() {
     const Utime now = loop_.now();
     player_.run(now);
@@ -253,7 +265,7 @@ class Replay {
     }
     if (live_ && complaint_.empty()) complaint_ = live_->error();
     if (complaint_.empty()) return exit_code_;
-    std::fprintf(stderr, "berth: %s\n", complaint_.c_str());
+    print_text("berth: " + complaint_ + "\n", stderr);
     return exit_code::error;
   }
 

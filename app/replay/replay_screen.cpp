@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "app/terminal/style.h"
+#include "common/core/valid_text.h"
 
 namespace berth {
 namespace {
@@ -25,7 +26,7 @@ ReplayScreen::ReplayScreen() : is_terminal_(isatty(STDOUT_FILENO) == 1) {}
 void ReplayScreen::print(const std::string& line) {
   const std::string status = status_;
   clear();
-  std::printf("%s\n", line.c_str());
+  print_text(line + "\n");
   if (!status.empty()) this->status(status);
   std::fflush(stdout);
 }

@@ -16,6 +16,7 @@
 #include "app/utc.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 #include "logs/types/type_catalogue.h"
 
@@ -106,8 +107,7 @@ void write_manifest(const RunFiles& files, const RunRequest& request) {
       {"message_types", types},
       {"files", hashes_of(files.directory)},
   };
-  write_file(files.directory / manifest_file,
-             manifest.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file(files.directory / manifest_file, json_text(manifest, 2) + "\n");
 }
 
 }  // namespace berth

@@ -7,6 +7,7 @@
 #include "app/runs/checksums.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "logs/compare/comparison.h"
 #include "logs/compare/junit.h"
 #include "logs/report/report.h"
@@ -21,7 +22,7 @@ void attempt(Write write) {
   try {
     write();
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "berth: %s\n", e.what());
+    print_text(std::string("berth: ") + e.what() + "\n", stderr);
   }
 }
 
@@ -36,7 +37,7 @@ std::string event_lines(const std::vector<event_t>& events) {
                                          {"severity", known ? severities[event.severity] : "?"},
                                          {"code", event.code},
                                          {"text", event.text}};
-    text += line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    text += json_text(line) + "\n";
   }
   return text;
 }

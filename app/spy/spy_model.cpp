@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/types/type_text.h"
 #include "logs/types/value.h"
 
@@ -33,11 +34,7 @@ std::string text_of(const logs::Value& value) {
         } else if constexpr (std::is_integral_v<Type>) {
           return std::to_string(v);
         } else if constexpr (std::is_same_v<Type, std::string_view>) {
-          std::string text(v.substr(0, 200));
-          for (char& c : text) {
-            if (static_cast<unsigned char>(c) < 32 || c == 127) c = ' ';
-          }
-          return "'" + text + (v.size() > 200 ? "..." : "") + "'";
+          return "'" + terminal_line(first_columns(v, 200)) + (columns(v) > 200 ? "..." : "") + "'";
         } else {
           return "";
         }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "common/core/valid_text.h"
+
 namespace berth {
 namespace {
 
@@ -22,7 +24,7 @@ int index_of(const std::string& selected, const SpyModel& model) {
 }
 
 std::string cut(const std::string& line, int columns) {
-  return line.substr(0, static_cast<std::size_t>(std::max(columns, 0)));
+  return std::string(first_columns(line, static_cast<std::size_t>(std::max(columns, 0))));
 }
 
 }  // namespace

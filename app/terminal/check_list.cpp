@@ -6,6 +6,7 @@
 
 #include "common/core/pose.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::terminal {
 namespace {

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::terminal {
 namespace {
@@ -31,17 +32,6 @@ const char* code_of(Style style) {
   }
 }
 
-bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }
-
-/// The first `count` characters.
-std::string_view first(const std::string& text, std::size_t count) {
-  std::size_t i = 0;
-  for (; i < text.size(); ++i) {
-    if (begins_character(text[i]) && count-- == 0) break;
-  }
-  return std::string_view(text).substr(0, i);
-}
-
 }  // namespace
 
 bool colours_wanted(int fd) {
@@ -51,14 +41,8 @@ bool colours_wanted(int fd) {
   return isatty(fd) == 1 && kind != nullptr && std::string_view(kind) != "dumb";
 }
 
-std::size_t columns(const std::string& text) {
-  std::size_t count = 0;
-  for (const char c : text) count += begins_character(c) ? 1 : 0;
-  return count;
-}
-
 Line& Line::add(const std::string& text, Style style) {
-  parts_.push_back({text, style});
+  parts_.push_back({terminal_line(text), style});
   return *this;
 }
 
@@ -79,7 +63,7 @@ std::string Line::rendered(bool colours, std::size_t width) const {
   for (const Part& part : parts_) {
     std::string text = part.text;
     if (width > 0) {
-      text = first(part.text, left);
+      text = first_columns(part.text, left);
       left -= columns(text);
     }
     const bool coloured = colours && part.style != Style::plain && !text.empty();

@@ -12,7 +12,7 @@ enum class Style { plain, strong, faint, good, warning, bad };
 /// (no-color.org) is not set.
 bool colours_wanted(int fd);
 
-/// One line of text in several styles.
+/// One line of text in several styles; whatever characters it is given, it drives no terminal.
 class Line {
  public:
   Line() = default;
@@ -36,9 +36,6 @@ class Line {
 
 /// Breaks text between words into lines no wider than width.
 std::vector<std::string> wrapped(const std::string& text, std::size_t width);
-
-/// Characters of UTF-8 text.
-std::size_t columns(const std::string& text);
 
 /// "12.3 s", "4 min 05 s", "2 h 03 min".
 std::string text_of_duration(double seconds);

@@ -7,9 +7,9 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
-#include <iostream>
 #include <sstream>
 
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_event.h"
 
@@ -91,7 +91,7 @@ void show_verdict(const RunFiles& files) {
   std::ifstream in(files.directory / "verdict.txt");
   std::ostringstream verdict;
   if (!(verdict << in.rdbuf())) verdict.str("verdict: ERROR (it could not be written)\n");
-  std::cout << '\n' << verdict.str() << "\nrun: " << files.directory.string() << '\n';
+  print_text("\n" + verdict.str() + "\nrun: " + files.directory.string() + "\n");
 }
 
 }  // namespace berth::terminal

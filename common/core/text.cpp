@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <string_view>
 
+#include "common/core/valid_text.h"
+
 namespace berth {
 
 std::string fixed(double value, int decimals) {
@@ -29,18 +31,22 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-std::string text_table(const std::vector<std::vector<std::string>>& lines,
+std::string text_table(const std::vector<std::vector<std::string>>& any_lines,
                        std::size_t left_columns) {
+  auto lines = any_lines;
   std::vector<std::size_t> width;
-  for (const auto& cells : lines) {
+  for (auto& cells : lines) {
     width.resize(std::max(width.size(), cells.size()), 0);
-    for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], cells[i].size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      cells[i] = terminal_line(cells[i]);
+      width[i] = std::max(width[i], columns(cells[i]));
+    }
   }
   std::string text;
   for (const auto& cells : lines) {
     std::string line = "  ";
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string pad(width[i] - cells[i].size(), ' ');
+      const std::string pad(width[i] - columns(cells[i]), ' ');
       line += i < left_columns ? cells[i] + pad : pad + cells[i];
       line += "  ";
     }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/compare/json_number.h"
 
 namespace berth::logs {
@@ -146,7 +147,7 @@ std::string json_of_beside(const std::vector<BesideRow>& rows) {
                     {"values", values},
                     {"paired_with_first", paired}});
   }
-  return list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(list, 2);
 }
 
 }  // namespace berth::logs

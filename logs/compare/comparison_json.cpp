@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/core/valid_text.h"
 #include "logs/compare/comparison.h"
 #include "logs/compare/json_number.h"
 
@@ -155,7 +156,7 @@ std::string json_of(const Comparison& comparison) {
   };
   if (!comparison.source.empty()) json["source"] = comparison.source;
   if (comparison.info) json["run"] = json_of_run(*comparison.info);
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace berth::logs

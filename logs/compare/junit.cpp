@@ -5,56 +5,15 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::logs {
 namespace {
 
 using Result = JunitCase::Result;
 
-/// Length of the UTF-8 character that begins here; 0: none does.
-std::size_t utf8_length(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(at);
-  const std::size_t length = first < 0x80                     ? 1
-                             : first >= 0xC2 && first <= 0xDF ? 2
-                             : first >= 0xE0 && first <= 0xEF ? 3
-                             : first >= 0xF0 && first <= 0xF4 ? 4
-                                                              : 0;
-  if (length == 0 || at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(at + i) & 0xC0) != 0x80) return 0;
-  }
-  return length;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = utf8_length(text, at);
-    const char c = text[at];
-    const bool control = length == 1 && c < ' ' && c != '\n' && c != '\t';
-    if (length == 0 || control) {
-      out += '?';
-    } else if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else if (c == '\n') {
-      out += "&#10;";
-    } else {
-      out += text.substr(at, length);
-    }
-    at += std::max<std::size_t>(1, length);
-  }
-  return out;
-}
-
 std::string attribute(const char* name, const std::string& value) {
-  return std::string(" ") + name + "=\"" + escaped(value) + "\"";
+  return std::string(" ") + name + "=\"" + markup_text(value) + "\"";
 }
 
 std::string attribute(const char* name, std::size_t value) {
@@ -92,7 +51,7 @@ std::string text_of(const JunitSuite& suite) {
   text += "    </properties>\n";
   for (const JunitCase& c : suite.cases) text += text_of(c);
   if (!suite.output.empty()) {
-    text += "    <system-out>" + escaped(suite.output) + "</system-out>\n";
+    text += "    <system-out>" + markup_text(suite.output) + "</system-out>\n";
   }
   return text + "  </testsuite>\n";
 }

@@ -5,8 +5,10 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <stdexcept>
 
 #include "lcmtypes/channels.h"
+#include "logs/export/file_names.h"
 #include "logs/export/output_file.h"
 #include "logs/file/log_reader.h"
 
@@ -54,6 +56,8 @@ CloudExport export_clouds(const std::filesystem::path& log, const std::filesyste
                           CloudFormat format) {
   LogReader reader(log);
   std::filesystem::create_directories(directory);
+  const char* extension = format == CloudFormat::pcd ? ".pcd" : ".ply";
+  FileNames names;
   CloudExport result;
   ScanAssembler assembler([&](const ScanCloud& scan) {
     result.packets_missing += scan.packets_missing;
@@ -62,9 +66,14 @@ CloudExport export_clouds(const std::filesystem::path& log, const std::filesyste
       return;
     }
     char name[80];
-    std::snprintf(name, sizeof name, "session_%" PRId64 "_scan_%06" PRId64 ".%s", scan.session,
-                  scan.scan_id, format == CloudFormat::pcd ? "pcd" : "ply");
-    write_cloud(scan, directory / name, format);
+    std::snprintf(name, sizeof name, "session_%" PRId64 "_scan_%06" PRId64, scan.session,
+                  scan.scan_id);
+    try {
+      write_cloud(scan, directory / names.unique(name, extension), format);
+    } catch (const std::runtime_error& e) {
+      if (result.failed++ == 0) result.failure = e.what();
+      return;
+    }
     ++result.scans;
     result.points += static_cast<std::int64_t>(scan.points.size());
   });

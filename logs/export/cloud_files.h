@@ -16,6 +16,8 @@ struct CloudExport {
   std::int64_t without_return = 0;  ///< scans that made no file
   std::int64_t packets_missing = 0;
   std::int64_t undecodable = 0;
+  std::int64_t failed = 0;   ///< scans whose file could not be made, or was there already
+  std::string failure = {};  ///< why the first of them
 };
 
 /// Writes one scan: binary, fields x y z (m, float, sensor frame), intensity (float, 0..4095),
@@ -23,7 +25,8 @@ struct CloudExport {
 /// @throws InputError when the file is there; std::runtime_error when the disk is full.
 void write_cloud(const ScanCloud& scan, const std::filesystem::path& path, CloudFormat format);
 
-/// Writes every scan of a log's SCAN_DATA that has a return: SESSION_SCAN.pcd or .ply.
+/// Writes every scan of a log's SCAN_DATA that has a return: SESSION_SCAN.pcd or .ply, with "-2"
+/// for one whose number comes again. @throws InputError when the log cannot be read.
 CloudExport export_clouds(const std::filesystem::path& log, const std::filesystem::path& directory,
                           CloudFormat format);
 

@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "logs/export/csv_columns.h"
+#include "logs/export/file_names.h"
 #include "logs/export/output_file.h"
 #include "logs/file/log_reader.h"
 
@@ -24,12 +25,15 @@ struct Table {
 
 using Key = std::pair<std::string_view, std::uint64_t>;
 
-std::string file_name(std::string_view channel) {
-  std::string name(channel);
-  for (char& c : name) {
-    if (c == '/') c = '_';
+/// Does it unless the table's file failed before.
+template <class Write>
+void attempt(Table& table, Write write) {
+  if (!table.figures.failure.empty()) return;
+  try {
+    write();
+  } catch (const std::runtime_error& e) {
+    table.figures.failure = e.what();
   }
-  return name;
 }
 
 }  // namespace
@@ -58,15 +62,21 @@ std::vector<CsvFile> export_csv(const fs::path& log, const fs::path& directory,
   }
   fs::create_directories(directory);
   std::map<std::string_view, int> types_of_channel;
-  for (auto& [key, table] : tables) {
-    const int number = types_of_channel[key.first]++;
-    const std::string name =
-        file_name(key.first) + (number == 0 ? "" : "-" + table.type.name) + ".csv";
-    table.columns.settle();
-    table.figures.channel = key.first;
-    table.figures.path = directory / name;
-    table.file = std::make_unique<OutputFile>(table.figures.path);
-    table.file->write("log_utime [us]" + table.columns.header() + "\n");
+  // Names that can stay as they are go first: who has one need not give way to one that is made.
+  FileNames names;
+  for (const bool changed : {false, true}) {
+    for (auto& [key, table] : tables) {
+      if ((FileNames::cleaned(key.first) != key.first) != changed) continue;
+      const int number = types_of_channel[key.first]++;
+      const std::string name = std::string(key.first) + (number == 0 ? "" : "-" + table.type.name);
+      table.figures.path = directory / names.unique(name, ".csv");
+      table.figures.channel = key.first;
+      table.columns.settle();
+      attempt(table, [&table = table] {
+        table.file = std::make_unique<OutputFile>(table.figures.path);
+        table.file->write("log_utime [us]" + table.columns.header() + "\n");
+      });
+    }
   }
   reader.rewind();
   std::string rows;
@@ -77,12 +87,14 @@ std::vector<CsvFile> export_csv(const fs::path& log, const fs::path& directory,
     const auto value = decode_value(table.type, event.data);
     if (!value) continue;
     rows.clear();
-    table.columns.rows(*value, std::to_string(event.utime), rows, table.figures.rows);
-    table.file->write(rows);
+    attempt(table, [&] {
+      table.columns.rows(*value, std::to_string(event.utime), rows, table.figures.rows);
+      table.file->write(rows);
+    });
   }
   std::vector<CsvFile> files;
   for (auto& [key, table] : tables) {
-    table.file->close();
+    attempt(table, [&table = table] { table.file->close(); });
     files.push_back(table.figures);
   }
   for (const auto& [channel, messages] : unknown) {

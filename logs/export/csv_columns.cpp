@@ -4,6 +4,8 @@
 #include <charconv>
 #include <map>
 
+#include "common/core/valid_text.h"
+
 namespace berth::logs {
 namespace {
 
@@ -17,19 +19,6 @@ void append_number(Number value, std::string& out) {
   out.append(text, end);
 }
 
-void append_quoted(std::string_view text, std::string& out) {
-  if (text.find_first_of(",\"\n\r") == std::string_view::npos) {
-    out += text;
-    return;
-  }
-  out += '"';
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  out += '"';
-}
-
 void append(const Value& value, std::string& out) {
   std::visit(
       [&out](const auto& v) {
@@ -39,7 +28,7 @@ void append(const Value& value, std::string& out) {
         } else if constexpr (std::is_arithmetic_v<Type>) {
           append_number(v, out);
         } else if constexpr (std::is_same_v<Type, std::string_view>) {
-          append_quoted(v, out);
+          out += csv_field(v);
         }
       },
       value.content);
@@ -126,7 +115,7 @@ void CsvColumns::array_names(const Field& field, const std::vector<std::size_t>&
   } else if (field.kind == Kind::structure) {
     if (within != nullptr) names(*field.structure, *within, name + ".", false, out);
   } else {
-    out += "," + name + (field.unit.empty() ? "" : " [" + field.unit + "]");
+    out += "," + csv_field(name + (field.unit.empty() ? "" : " [" + field.unit + "]"));
   }
 }
 

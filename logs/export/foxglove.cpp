@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/export/foxglove_schemas.h"
 
@@ -15,7 +16,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json time_of(Utime utime) { return {{"sec", utime / second}, {"nsec", (utime % second) * 1000}}; }
+Json time_of(Utime utime) {
+  const Utime rest = (utime % second + second) % second;
+  return {{"sec", utime / second - (utime % second < 0 ? 1 : 0)}, {"nsec", rest * 1000}};
+}
 
 Json vector_of(double x, double y, double z) { return {{"x", x}, {"y", y}, {"z", z}}; }
 
@@ -89,22 +93,21 @@ Foxglove::Foxglove(Out out)
 void Foxglove::take(const LogEvent& event) {
   if (!view_is_told_) {
     view_is_told_ = true;
-    out_(Topic::frames, frame(event.utime, "view", "sensor", vector_of(0, 0, 0),
-                              quaternion_of(0.5, -0.5, 0.5, -0.5))
-                            .dump());
+    out_(Topic::frames, json_text(frame(event.utime, "view", "sensor", vector_of(0, 0, 0),
+                                        quaternion_of(0.5, -0.5, 0.5, -0.5))));
   }
   if (event.channel == channels::ground_truth) {
     if (const auto m = decode<ground_truth_t>(event.data)) {
-      out_(Topic::truth, pose_in_sensor(*m).dump());
+      out_(Topic::truth, json_text(pose_in_sensor(*m)));
       out_(Topic::frames,
-           frame(m->utime, "sensor", "target truth", position_of(*m), rotation_of(*m)).dump());
+           json_text(frame(m->utime, "sensor", "target truth", position_of(*m), rotation_of(*m))));
     }
   } else if (event.channel == channels::pose_estimate) {
     const auto m = decode<pose_estimate_t>(event.data);
     if (m && m->status == pose_estimate_t::OK) {
-      out_(Topic::estimate, pose_in_sensor(*m).dump());
-      out_(Topic::frames,
-           frame(m->utime, "sensor", "target estimate", position_of(*m), rotation_of(*m)).dump());
+      out_(Topic::estimate, json_text(pose_in_sensor(*m)));
+      out_(Topic::frames, json_text(frame(m->utime, "sensor", "target estimate", position_of(*m),
+                                          rotation_of(*m))));
     }
   } else if (event.channel == channels::scan_data) {
     if (const auto m = decode<scan_packet_t>(event.data)) scans_.take(*m);
@@ -116,7 +119,7 @@ void Foxglove::take(const LogEvent& event) {
                          {"name", m->node},
                          {"file", ""},
                          {"line", 0}};
-      out_(Topic::log, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+      out_(Topic::log, json_text(json));
     }
   }
 }
@@ -142,7 +145,7 @@ void Foxglove::put_cloud(const ScanCloud& scan) {
       {"point_stride", stride},
       {"fields", fields},
       {"data", base64(data)}};
-  out_(Topic::scan, json.dump());
+  out_(Topic::scan, json_text(json));
 }
 
 }  // namespace berth::logs

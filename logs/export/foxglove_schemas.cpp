@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/core/valid_text.h"
+
 namespace berth::logs {
 namespace {
 
@@ -34,41 +36,37 @@ Json pose() {
 }  // namespace
 
 std::string pose_in_frame_schema() {
-  return object("foxglove.PoseInFrame",
-                {{"timestamp", time()}, {"frame_id", a_text}, {"pose", pose()}})
-      .dump();
+  return json_text(object("foxglove.PoseInFrame",
+                          {{"timestamp", time()}, {"frame_id", a_text}, {"pose", pose()}}));
 }
 
 std::string frame_transform_schema() {
-  return object("foxglove.FrameTransform", {{"timestamp", time()},
-                                            {"parent_frame_id", a_text},
-                                            {"child_frame_id", a_text},
-                                            {"translation", vector()},
-                                            {"rotation", quaternion()}})
-      .dump();
+  return json_text(object("foxglove.FrameTransform", {{"timestamp", time()},
+                                                      {"parent_frame_id", a_text},
+                                                      {"child_frame_id", a_text},
+                                                      {"translation", vector()},
+                                                      {"rotation", quaternion()}}));
 }
 
 std::string point_cloud_schema() {
   const Json field = object("foxglove.PackedElementField",
                             {{"name", a_text}, {"offset", an_integer}, {"type", an_integer}});
   const Json data = {{"type", "string"}, {"contentEncoding", "base64"}};
-  return object("foxglove.PointCloud", {{"timestamp", time()},
-                                        {"frame_id", a_text},
-                                        {"pose", pose()},
-                                        {"point_stride", an_integer},
-                                        {"fields", {{"type", "array"}, {"items", field}}},
-                                        {"data", data}})
-      .dump();
+  return json_text(object("foxglove.PointCloud", {{"timestamp", time()},
+                                                  {"frame_id", a_text},
+                                                  {"pose", pose()},
+                                                  {"point_stride", an_integer},
+                                                  {"fields", {{"type", "array"}, {"items", field}}},
+                                                  {"data", data}}));
 }
 
 std::string log_schema() {
-  return object("foxglove.Log", {{"timestamp", time()},
-                                 {"level", an_integer},
-                                 {"message", a_text},
-                                 {"name", a_text},
-                                 {"file", a_text},
-                                 {"line", an_integer}})
-      .dump();
+  return json_text(object("foxglove.Log", {{"timestamp", time()},
+                                           {"level", an_integer},
+                                           {"message", a_text},
+                                           {"name", a_text},
+                                           {"file", a_text},
+                                           {"line", an_integer}}));
 }
 
 }  // namespace berth::logs

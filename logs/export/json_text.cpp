@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "common/core/valid_text.h"
+
 namespace berth::logs {
 namespace {
 

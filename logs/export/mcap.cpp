@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/export/mcap.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -25,7 +26,7 @@ class Topics {
   std::uint16_t of(std::string_view channel, const StructType& type) {
     const auto [entry, is_new] = channels_.try_emplace({channel, type.fingerprint}, 0);
     if (is_new) {
-      std::uint16_t& schema = schemas_[type.name];
+      std::uint16_t& schema = schemas_[{type.name, type.fingerprint}];
       if (schema == 0) schema = writer_.add_schema(type.name, json_schema, json_schema_of(type));
       entry->second = writer_.add_channel(schema, std::string(channel), json);
     }
@@ -36,7 +37,7 @@ class Topics {
     const Foxglove::Description& d = Foxglove::description(topic);
     const auto [entry, is_new] = channels_.try_emplace({d.topic, 0}, 0);
     if (is_new) {
-      std::uint16_t& schema = schemas_[d.schema];
+      std::uint16_t& schema = schemas_[{d.schema, 0}];
       if (schema == 0) schema = writer_.add_schema(d.schema, json_schema, d.json_schema());
       entry->second = writer_.add_channel(schema, d.topic, json);
     }
@@ -47,7 +48,7 @@ class Topics {
 
  private:
   McapWriter& writer_;
-  std::map<std::string, std::uint16_t> schemas_;
+  std::map<std::pair<std::string, std::uint64_t>, std::uint16_t> schemas_;
   std::map<std::pair<std::string_view, std::uint64_t>, std::uint16_t> channels_;
 };
 
@@ -61,7 +62,10 @@ McapExport export_mcap(const std::filesystem::path& log, const std::filesystem::
   Topics topics(writer);
   McapExport result;
   LogEvent event;
-  const auto now = [&event] { return static_cast<std::uint64_t>(event.utime) * 1000; };
+  // MCAP has no time before 1970.
+  const auto now = [&event] {
+    return static_cast<std::uint64_t>(std::clamp<Utime>(event.utime, 0, INT64_MAX / 1000)) * 1000;
+  };
   Foxglove foxglove([&](Foxglove::Topic topic, const std::string& text) {
     writer.write(topics.of(topic), now(), text);
   });

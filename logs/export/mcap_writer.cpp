@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/core/valid_text.h"
+
 namespace berth::logs {
 namespace {
 
@@ -36,10 +38,12 @@ void append(std::string& out, Integer value) {
   }
 }
 
-void append_text(std::string& out, std::string_view text) {
-  append(out, static_cast<std::uint32_t>(text.size()));
-  out += text;
+void append_bytes(std::string& out, std::string_view bytes) {
+  append(out, static_cast<std::uint32_t>(bytes.size()));
+  out += bytes;
 }
+
+void append_text(std::string& out, std::string_view text) { append_bytes(out, valid_utf8(text)); }
 
 std::string record(Opcode opcode, std::string_view content) {
   std::string out(1, static_cast<char>(opcode));
@@ -77,7 +81,7 @@ std::uint16_t McapWriter::add_schema(const std::string& name, const std::string&
   append(content, id);
   append_text(content, name);
   append_text(content, encoding);
-  append_text(content, data);
+  append_bytes(content, data);
   schemas_.push_back(record(Opcode::schema, content));
   put(schemas_.back());
   return id;
@@ -147,7 +151,7 @@ void McapWriter::close_chunk() {
     append(offsets, at_);
     std::string index;
     append(index, id);
-    append_text(index, channels_[i].index);
+    append_bytes(index, channels_[i].index);
     put(record(Opcode::message_index, index));
     channels_[i].index.clear();
   }
@@ -157,7 +161,7 @@ void McapWriter::close_chunk() {
   append(entry, chunk_.last);
   append(entry, begin);
   append(entry, end - begin);
-  append_text(entry, offsets);
+  append_bytes(entry, offsets);
   append(entry, at_ - end);
   append_text(entry, "zstd");
   append(entry, static_cast<std::uint64_t>(compressed_.size()));
@@ -183,7 +187,7 @@ std::string McapWriter::statistics() const {
     append(counts, static_cast<std::uint16_t>(i + 1));
     append(counts, channels_[i].messages);
   }
-  append_text(content, counts);
+  append_bytes(content, counts);
   return record(Opcode::statistics_record, content);
 }
 

@@ -15,16 +15,16 @@
 namespace berth::logs {
 namespace {
 
+// As liblcm reads it: any channel without a zero byte, up to 999 bytes long; and an empty one,
+// which its logger writes though it does not read it.
+constexpr std::size_t longest_channel = 999;
+constexpr std::size_t largest_data = 0x7FFFFFFF;
 constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 
 std::uint64_t big_endian(const std::uint8_t* at, int bytes) {
   std::uint64_t value = 0;
   for (int i = 0; i < bytes; ++i) value = value << 8 | at[i];
   return value;
-}
-
-bool is_channel_name(std::string_view name) {
-  return std::all_of(name.begin(), name.end(), [](char c) { return c > 32 && c < 127; });
 }
 
 }  // namespace
@@ -76,13 +76,13 @@ bool LogReader::header_at(std::size_t at, LogEvent& event, std::size_t& end) con
   const std::uint8_t* header = data_ + at;
   const std::uint64_t channel_bytes = big_endian(header + 20, 4);
   const std::uint64_t data_bytes = big_endian(header + 24, 4);
-  if (channel_bytes == 0 || channel_bytes > format::longest_channel) return false;
-  if (data_bytes > format::largest_message) return false;
+  if (channel_bytes > longest_channel) return false;
+  if (data_bytes > largest_data) return false;
   const std::size_t data_at = at + format::header_bytes + channel_bytes;
   if (data_at > size_) return false;
   const char* name = reinterpret_cast<const char*>(header + format::header_bytes);
   event.channel = {name, channel_bytes};
-  if (!is_channel_name(event.channel)) return false;
+  if (event.channel.find('\0') != std::string_view::npos) return false;
   event.number = static_cast<std::int64_t>(big_endian(header + 4, 8));
   event.utime = static_cast<Utime>(big_endian(header + 12, 8));
   end = data_at + data_bytes;

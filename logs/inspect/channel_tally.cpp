@@ -75,11 +75,6 @@ ChannelTally::Note ChannelTally::take(Utime utime, Bytes message) {
   largest_ = std::max(largest_, message.size());
 
   Note note;
-  if (message.size() < 8) {
-    ++damaged_;
-    note.kind = Note::Kind::undecodable;
-    return note;
-  }
   TypeCount& count = count_of(fingerprint_of(message));
   ++count.messages;
   if (count.type == nullptr) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/inspect/excerpt.h"
 
+#include <charconv>
 #include <unordered_map>
 
 #include "common/core/error.h"
@@ -27,7 +28,7 @@ class Chooser {
         exclude_(excerpt.exclude, false),
         keep_(excerpt.keep, false) {}
 
-  bool wants(const LogEvent& event) {
+  bool wants(const LogEvent& event, Utime position) {
     auto found = channels_.find(event.channel);
     if (found == channels_.end()) {
       const Wanted wanted{include_.matches(event.channel) && !exclude_.matches(event.channel),
@@ -36,8 +37,8 @@ class Chooser {
     }
     if (!found->second.at_all) return false;
     if (found->second.always) return true;
-    return (!excerpt_.from || event.utime >= *excerpt_.from) &&
-           (!excerpt_.to || event.utime <= *excerpt_.to);
+    return (!excerpt_.from || position >= *excerpt_.from) &&
+           (!excerpt_.to || position <= *excerpt_.to);
   }
 
  private:
@@ -52,24 +53,19 @@ bool is_number(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789.-+") == std::string::npos;
 }
 
-Utime first_time(const std::filesystem::path& log) {
-  LogReader reader(log);
-  LogEvent event;
-  if (!reader.next(event)) throw InputError(log.string() + ": holds no message");
-  return event.utime;
-}
-
 }  // namespace
 
 ExcerptResult write_excerpt(const std::filesystem::path& in, const std::filesystem::path& out,
                             const Excerpt& excerpt) {
   Chooser chooser(excerpt);
   LogReader reader(in);
+  const Timeline timeline(reader);
+  Timeline::Walker positions(timeline);
   DerivedLog log(out);
   ExcerptResult result;
   LogEvent event;
   while (reader.next(event)) {
-    if (chooser.wants(event)) {
+    if (chooser.wants(event, positions.position(event.utime))) {
       log.writer().write(event.utime, std::string(event.channel), event.data);
       ++result.written;
     } else {
@@ -77,21 +73,30 @@ ExcerptResult write_excerpt(const std::filesystem::path& in, const std::filesyst
     }
   }
   result.damaged_bytes = reader.damaged_bytes();
+  result.steps = timeline.steps();
   log.finish();
   return result;
 }
 
-Utime time_in_log(const std::filesystem::path& log, const std::string& text, bool end) {
+Utime place_in_log(const std::filesystem::path& log, const Timeline& timeline,
+                   const std::string& text, bool end) {
+  const auto place_of = [&](Utime received) {
+    return end ? timeline.last_position_of(received) : timeline.first_position_of(received);
+  };
   if (is_number(text) && text.size() > 12 && text.find('.') == std::string::npos) {
-    return std::stoll(text);
+    Utime received = 0;
+    const auto end_of_text = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end_of_text, received);
+    if (error == std::errc() && at == end_of_text) return place_of(received);
+    throw InputError("found '" + text + "', expected a utime: whole us since 1970");
   }
   LogSummary summary;
   if (!text.empty() && text.find_first_not_of("0123456789.-+") != 0) {
     const std::string quantity = is_number(text) ? text + " s" : text;
-    return first_time(log) + utime_from_seconds(parse_quantity(quantity, berth::Dimension::time));
+    return utime_from_seconds(parse_quantity(quantity, berth::Dimension::time));
   }
   const RunRecord record = read_run(log, summary);
-  if (const auto phase = record.phase(text)) return end ? phase->end() : phase->start();
+  if (const auto phase = record.phase(text)) return place_of(end ? phase->end() : phase->start());
   std::string known;
   for (const Phase& phase : record.phases()) known += (known.empty() ? "" : ", ") + phase.name;
   throw InputError("found '" + text +

@@ -4,16 +4,18 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/bus/loop.h"
+#include "logs/file/timeline.h"
 
 namespace berth::logs {
 
 /// Which events of a log go into another. Channels by regular expressions (ECMAScript) that match
 /// the whole name, as LCM's subscriptions do.
 struct Excerpt {
-  std::optional<Utime> from = {};  ///< received at or after
-  std::optional<Utime> to = {};    ///< received at or before
+  std::optional<Utime> from = {};  ///< from this place on the log's timeline on
+  std::optional<Utime> to = {};    ///< up to this one
   std::string include = {};        ///< empty: all channels
   std::string exclude = {};        ///< empty: none
   std::string keep = {};           ///< channels that from and to do not touch; empty: none
@@ -23,6 +25,7 @@ struct ExcerptResult {
   std::int64_t written = 0;
   std::int64_t left_out = 0;
   std::size_t damaged_bytes = 0;
+  std::vector<TimeStep> steps = {};  ///< in the whole log
 };
 
 /// Writes the excerpt into a new log; its events are numbered anew. Never overwrites.
@@ -30,9 +33,11 @@ struct ExcerptResult {
 ExcerptResult write_excerpt(const std::filesystem::path& in, const std::filesystem::path& out,
                             const Excerpt& excerpt);
 
-/// The time that a text means: seconds after the log's first event ("12.5", "12.5 s"), a utime (a
-/// number of more than 12 digits), or a phase of the procedure, its end when end is true.
+/// The place on a log's timeline that a text means: seconds after the log's first event ("12.5",
+/// "12.5 s"), a utime (a number of more than 12 digits), or a phase of the procedure; of a phase,
+/// and of a time that was there twice, the end when end is true.
 /// @throws InputError naming the phases there are.
-Utime time_in_log(const std::filesystem::path& log, const std::string& text, bool end);
+Utime place_in_log(const std::filesystem::path& log, const Timeline& timeline,
+                   const std::string& text, bool end);
 
 }  // namespace berth::logs

@@ -23,22 +23,28 @@ struct Channel {
 
 class Inspector {
  public:
-  Inspector(Inspection& inspection, const TypeCatalogue& types)
-      : inspection_(inspection), types_(types) {}
+  Inspector(Inspection& inspection, const TypeCatalogue& types, const Timeline& timeline)
+      : inspection_(inspection), types_(types), times_(timeline) {
+    for (const TimeStep& step : timeline.steps()) {
+      inspection_.findings.push_back({Finding::Kind::step, step.offset, step.event, step.after, "",
+                                      elapsed(step.before, step.after), step.text()});
+    }
+    inspection_.steps = timeline.steps().size();
+    inspection_.duration = timeline.duration();
+  }
 
   void take(const LogEvent& event, SequenceCounter::Step step, std::int64_t missing) {
     if (inspection_.events++ == 0) {
       inspection_.first = inspection_.last = event.utime;
     }
     if (event.utime < inspection_.last) ++inspection_.backwards;
-    inspection_.first = std::min(inspection_.first, event.utime);
-    inspection_.last = std::max(inspection_.last, event.utime);
+    inspection_.last = event.utime;
     take_number(event, step, missing);
 
     auto found = channels_.find(event.channel);
     if (found == channels_.end()) found = channels_.try_emplace(event.channel, types_).first;
     Channel& channel = found->second;
-    const ChannelTally::Note note = channel.tally.take(event.utime, event.data);
+    const ChannelTally::Note note = channel.tally.take(times_.time(event.utime), event.data);
     if (note.kind != ChannelTally::Note::Kind::sound) {
       if (channel.undecodable++ < most_findings) add(Finding::Kind::undecodable, event, 1);
     } else if (note.step != SequenceCounter::Step::next) {
@@ -105,6 +111,7 @@ class Inspector {
 
   Inspection& inspection_;
   const TypeCatalogue& types_;
+  Timeline::Walker times_;
   std::unordered_map<std::string_view, Channel> channels_;  ///< names are views into the file
   int file_findings_ = 0;
   std::size_t last_number_ = none;
@@ -115,10 +122,11 @@ class Inspector {
 Inspection inspect(const std::filesystem::path& log, const TypeCatalogue& types,
                    const std::function<void(double)>& progress) {
   LogReader reader(log);
+  const Timeline timeline(reader);
   Inspection inspection;
   inspection.file = log;
   inspection.size = reader.size();
-  Inspector inspector(inspection, types);
+  Inspector inspector(inspection, types, timeline);
   LogEvent event;
   std::size_t next_report = progress_bytes;
   while (reader.next(event)) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "logs/file/log_reader.h"
+#include "logs/file/timeline.h"
 #include "logs/inspect/channel_tally.h"
 
 namespace berth::logs {
@@ -22,13 +23,15 @@ struct Finding {
     restart,         ///< event numbers, or a seq, begin anew: logs joined, a node started: no fault
     undecodable,     ///< not a message of its channel's type
     gap,             ///< a jump in a channel's seq: messages that never came to the logger
+    step,            ///< the clock was set, or another recording joined: no fault
   };
   Kind kind = Kind::damage;
   std::size_t offset = 0;   ///< in the file
   std::int64_t event = -1;  ///< its number; of damage: of the last good one before; -1: none
   Utime utime = 0;          ///< at which that was received
   std::string channel;      ///< empty: of the file as such
-  std::int64_t count = 0;   ///< bytes of damage, messages missing
+  std::int64_t count = 0;   ///< bytes of damage, messages missing, us of a step
+  std::string detail = {};  ///< of a step
 
   std::string text() const;
 };
@@ -38,18 +41,20 @@ struct Inspection {
   std::filesystem::path file;
   std::size_t size = 0;  ///< bytes
   std::int64_t events = 0;
-  Utime first = 0;  ///< received
-  Utime last = 0;
+  Utime first = 0;     ///< at which the first event was received
+  Utime last = 0;      ///< the last one
+  Utime duration = 0;  ///< on the log's timeline: without the steps of its clock
+  std::size_t steps = 0;
   std::int64_t missing_events = 0;
   std::size_t damaged_bytes = 0;
   std::size_t damaged_places = 0;
   std::int64_t backwards = 0;  ///< events received before the one that stands in front of them
-  std::map<std::string, ChannelTally> channels;
+  std::map<std::string, ChannelTally> channels;   ///< their times are those of the timeline
   std::map<std::int64_t, std::int64_t> sessions;  ///< messages of each
   std::vector<Finding> findings;                  ///< in the file's order; of each kind and channel
                                                   ///< the first hundred
 
-  double duration_s() const { return seconds(last - first); }
+  double duration_s() const { return seconds(duration); }
   std::int64_t undecodable() const;
   std::int64_t unknown() const;
   std::int64_t missing_messages() const;

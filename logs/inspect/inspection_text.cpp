@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "logs/inspect/inspection.h"
 #include "logs/types/type_text.h"
 
@@ -15,8 +16,8 @@ std::string counted(std::int64_t n, const char* one, const char* many) {
 }
 
 const char* name_of(Finding::Kind kind) {
-  constexpr const char* names[] = {"damage",  "missing_events", "odd_number",
-                                   "restart", "undecodable",    "gap"};
+  constexpr const char* names[] = {
+      "damage", "missing_events", "odd_number", "restart", "undecodable", "gap", "step"};
   return names[static_cast<int>(kind)];
 }
 
@@ -35,6 +36,7 @@ std::string Finding::text() const {
   const std::string where = "byte " + std::to_string(offset);
   const std::string at = event < 0 ? std::string("before the first event")
                                    : "event " + std::to_string(event) + ", " + text_of_utime(utime);
+  const std::string on = terminal_line(channel);
   switch (kind) {
     case Kind::damage:
       return where + ": " + counted(count, "byte", "bytes") + " of no event" +
@@ -42,17 +44,19 @@ std::string Finding::text() const {
     case Kind::missing_events:
       return where + ": " + counted(count, "event", "events") + " missing before " + at;
     case Kind::odd_number:
-      return where + ": " + (channel.empty() ? "event number" : channel + ": seq") +
+      return where + ": " + (channel.empty() ? "event number" : on + ": seq") +
              " is not what follows, " + at;
     case Kind::restart:
       return where + ": " +
-             (channel.empty() ? std::string("event numbers begin") : channel + ": seq begins") +
+             (channel.empty() ? std::string("event numbers begin") : on + ": seq begins") +
              " anew, " + at;
     case Kind::undecodable:
-      return where + ": " + channel + ": not a message of this channel's type, " + at;
+      return where + ": " + on + ": not a message of this channel's type, " + at;
     case Kind::gap:
-      return where + ": " + channel + ": " + counted(count, "message", "messages") +
-             " missing before " + at;
+      return where + ": " + on + ": " + counted(count, "message", "messages") + " missing before " +
+             at;
+    case Kind::step:
+      return where + ": " + detail;
   }
   return where;
 }
@@ -68,6 +72,9 @@ std::string summary_of(const Inspection& i) {
           " of unknown type; missing: " + counted(i.missing_events, "event", "events") +
           " of the log, " + counted(i.missing_messages(), "message", "messages") +
           " of their channels";
+  if (i.steps > 0) {
+    text += "; " + counted(static_cast<std::int64_t>(i.steps), "step", "steps") + " of its clock";
+  }
   return text;
 }
 
@@ -113,6 +120,7 @@ nlohmann::ordered_json json_of(const Inspection& i) {
   json["undecodable"] = i.undecodable();
   json["unknown_type"] = i.unknown();
   json["received_backwards"] = i.backwards;
+  json["steps"] = i.steps;
   json["sessions"] = nlohmann::ordered_json::array();
   for (const auto& [session, messages] : i.sessions) {
     json["sessions"].push_back({{"session", session}, {"messages", messages}});

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/inspect/repair.h"
 
-#include <functional>
-#include <set>
+#include <map>
 #include <string>
+#include <unordered_map>
 
 #include "logs/file/derived_log.h"
 #include "logs/types/value.h"
@@ -11,40 +11,57 @@
 namespace berth::logs {
 namespace {
 
-using ChannelNames = std::set<std::string, std::less<>>;
-
-/// The channels that carry a type we know.
-ChannelNames known_channels(const std::filesystem::path& log, const TypeCatalogue& types) {
-  LogReader reader(log);
-  ChannelNames known;
-  LogEvent event;
-  while (reader.next(event)) {
-    if (types.type_of(event.data) != nullptr && !known.contains(event.channel)) {
-      known.emplace(event.channel);
+/// What a log has on its channels: how often each fingerprint, and whether one of a type we know.
+class ChannelContents {
+ public:
+  ChannelContents(const std::filesystem::path& log, const TypeCatalogue& types) : types_(types) {
+    LogReader reader(log);
+    LogEvent event;
+    while (reader.next(event)) {
+      Channel& channel = of(event);
+      if (types.type_of(event.data) != nullptr) {
+        channel.known = true;
+      } else {
+        ++channel.unknown[fingerprint_of(event.data)];
+      }
     }
   }
-  return known;
-}
 
-/// As the inspection judges it: what it would not call sound is left out.
-bool is_good(const LogEvent& event, const TypeCatalogue& types, const ChannelNames& known) {
-  if (event.data.size() < 8) return false;
-  const StructType* type = types.type_of(event.data);
-  return type != nullptr ? is_message(*type, event.data) : !known.contains(event.channel);
-}
+  /// No damage: a message of its type, or of one that nobody knows here. A fingerprint that is
+  /// there but once, where others are known, is a damaged one.
+  bool is_whole(const LogEvent& event) {
+    if (const StructType* type = types_.type_of(event.data)) return is_message(*type, event.data);
+    const Channel& channel = of(event);
+    return !channel.known || channel.unknown.at(fingerprint_of(event.data)) > 1;
+  }
+
+ private:
+  struct Channel {
+    bool known = false;
+    std::unordered_map<std::uint64_t, std::int64_t> unknown;
+  };
+
+  Channel& of(const LogEvent& event) {
+    const auto found = channels_.find(event.channel);
+    return found != channels_.end() ? found->second : channels_[std::string(event.channel)];
+  }
+
+  const TypeCatalogue& types_;
+  std::map<std::string, Channel, std::less<>> channels_;
+};
 
 }  // namespace
 
 Repair repair(const std::filesystem::path& in, const std::filesystem::path& out,
               const TypeCatalogue& types) {
   constexpr std::int64_t most_findings = 100;
-  const ChannelNames known = known_channels(in, types);
+  ChannelContents channels(in, types);
   LogReader reader(in);
   DerivedLog log(out);
   Repair result;
   LogEvent event;
   while (reader.next(event)) {
-    if (!is_good(event, types, known)) {
+    if (!channels.is_whole(event)) {
       if (result.dropped++ < most_findings) {
         result.findings.push_back({Finding::Kind::undecodable, event.offset, event.number,
                                    event.utime, std::string(event.channel), 1});

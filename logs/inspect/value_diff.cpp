@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "common/core/valid_text.h"
+
 namespace berth::logs {
 namespace {
 
@@ -11,11 +13,11 @@ std::string shown_value(const Value& value) {
       [](const auto& v) -> std::string {
         using Type = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<Type, std::string_view>) {
-          return "'" + std::string(v.substr(0, 60)) + (v.size() > 60 ? "..." : "") + "'";
+          return "'" + std::string(first_columns(v, 60)) + (columns(v) > 60 ? "..." : "") + "'";
         } else if constexpr (std::is_same_v<Type, Value::List>) {
           return std::to_string(v.size()) + " elements";
         } else {
-          return nlohmann::json(v).dump();
+          return json_text(nlohmann::json(v));
         }
       },
       value.content);

@@ -160,10 +160,6 @@ nlohmann::ordered_json json_of(const StructType& type, const Value& value) {
   return object;
 }
 
-std::string json_text(const nlohmann::ordered_json& json, int indent) {
-  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
 std::optional<double> number_of(const Value& value) {
   return std::visit(
       [](const auto& v) -> std::optional<double> {

@@ -34,9 +34,6 @@ std::optional<Value> decode_value(const StructType& type, Bytes message);
 /// As an object with the fields in their order. Numbers that are not finite are null.
 nlohmann::ordered_json json_of(const StructType& type, const Value& value);
 
-/// One line of JSON; bytes that are no UTF-8 are replaced.
-std::string json_text(const nlohmann::ordered_json& json, int indent = -1);
-
 /// The number in a field; nothing for texts and lists.
 std::optional<double> number_of(const Value& value);
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/core/valid_text.h"
 #include "procedures/language/blocks.h"
 #include "procedures/language/procedure.h"
 #include "procedures/language/step_options.h"
@@ -281,7 +282,7 @@ std::string json_schema() {
   schema["definitions"]["criterion"] = criterion();
   schema["definitions"]["figure"] = figure();
   schema["definitions"]["limit"] = object_of(limit_keys());
-  return schema.dump(2) + "\n";
+  return json_text(schema, 2) + "\n";
 }
 
 }  // namespace berth::procedures

@@ -198,6 +198,29 @@ TEST_CASE("A part is played, again and again") {
   CHECK(loop.numbers.size() % 10 == 0);
 }
 
+TEST_CASE("Where the clock was set messages go on at their pace, and it is told") {
+  const Utime by = GENERATE(-30 * second, 3600 * second, -20 * 365 * 24 * 3600 * second);
+  std::vector<Message> messages;
+  for (int i = 0; i < 200; ++i) {
+    messages.push_back({made::start + i * 10 * millisecond + (i < 100 ? 0 : by), "A"});
+  }
+  MadeLog log(messages);
+  const LogIndex index(log.path);
+  REQUIRE(index.steps().size() == 1);
+  CHECK(index.steps()[0].event == 100);
+  std::size_t played = 0;
+  Player player(index, {}, [&](const logs::LogEvent&) { ++played; });
+  player.start(0);
+  for (int i = 1; i <= 200; ++i) {
+    const std::size_t before = played;
+    player.run(i * 10 * millisecond - 1);
+    CHECK(played - before <= 2);  // no burst
+    CHECK(played + 2 >= static_cast<std::size_t>(i));
+  }
+  CHECK(player.finished());
+  CHECK(player.position(10 * second) == 1980 * millisecond);
+}
+
 TEST_CASE("Damage does not stop the index, nor a wrong time the player") {
   std::vector<Message> messages;
   for (int i = 0; i < 50; ++i) messages.push_back({made::start + i * millisecond, "A"});

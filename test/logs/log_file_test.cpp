@@ -96,6 +96,48 @@ TEST_CASE("LCM's own library reads our log, and we read its") {
   CHECK(numbers_in(reader) == std::vector<int>{3});
 }
 
+TEST_CASE("whatever LCM's logger writes is read: any channel, any time, no data") {
+  const std::vector<std::string> channels = {
+      "WITH BLANK",         " ",          "caf\xC3\xA9", "\x01", "\x1b[31m",
+      "tab\tand\nline",     "latin \xE9", "a/b",         "",     std::string(63, 'x'),
+      std::string(999, 'y')};
+  const std::vector<Utime> times = {0, -5, INT64_MIN, INT64_MAX, 1000};
+  TemporaryFile file;
+  {
+    lcm::LogFile stock(file.path.string(), "w");
+    for (const Utime time : times) {
+      for (const std::string& channel : channels) {
+        std::vector<std::uint8_t> data(channel.size() % 3, 0xED);
+        lcm::LogEvent event{};
+        event.timestamp = time;
+        event.channel = channel;
+        event.datalen = static_cast<int>(data.size());
+        event.data = data.data();
+        REQUIRE(stock.writeEvent(&event) == 0);
+      }
+    }
+  }
+  auto bytes = bytes_of(file.path);
+  const auto once = bytes;
+  bytes.insert(bytes.end(), once.begin(), once.end());  // joined: numbers begin anew
+  overwrite(file.path, bytes);
+  LogReader reader(file.path);
+  LogEvent event;
+  for (int n = 0; n < 2; ++n) {
+    for (const Utime time : times) {
+      for (const std::string& channel : channels) {
+        REQUIRE(reader.next(event));
+        CHECK(event.channel == channel);
+        CHECK(event.utime == time);
+        CHECK(event.data.size() == channel.size() % 3);
+      }
+    }
+  }
+  CHECK_FALSE(reader.next(event));
+  CHECK(reader.damaged_bytes() == 0);
+  CHECK(reader.missing_events() == 0);
+}
+
 TEST_CASE("a broken header loses its own event and no other") {
   TemporaryFile file;
   write_log(file.path, 50);

@@ -182,16 +182,74 @@ TEST_CASE("an excerpt has the channels and the time asked for") {
   CHECK(written({.include = "GROUND.*"}) == Counts{{"GROUND_TRUTH", 100}});
   CHECK(written({.exclude = "GROUND"}).size() == 2);  // the whole name must match
   CHECK(written({.exclude = "GROUND_TRUTH"}) == Counts{{"HEARTBEAT", 200}});
-  const Utime from = time_in_log(file.path, "1.0", false);
-  CHECK(from == made::start + second / 20 + second);
-  CHECK(time_in_log(file.path, "1500 ms", true) == from + second / 2);
-  CHECK(time_in_log(file.path, "1763730000000000", true) == 1763730000000000);
+  LogReader reader(file.path);
+  const Timeline timeline(reader);
+  const auto place = [&](const char* text) {
+    return place_in_log(file.path, timeline, text, false);
+  };
+  const Utime from = place("1.0");
+  CHECK(from == second);
+  CHECK(place("1500 ms") == from + second / 2);
+  CHECK(place("1763730000000000") == timeline.duration() + 1);  // after all of it
+  CHECK_THROWS_AS(place("17637300000000000000000"), InputError);
   CHECK(written({.from = from, .to = from + second}) ==
         Counts{{"HEARTBEAT", 41}, {"GROUND_TRUTH", 20}});
   CHECK(written({.from = from, .to = from + second, .keep = "HEARTBEAT"}) ==
         Counts{{"HEARTBEAT", 200}, {"GROUND_TRUTH", 20}});
-  CHECK_THROWS_AS(time_in_log(file.path, "approach", false), InputError);
+  CHECK_THROWS_AS(place("approach"), InputError);
   CHECK_THROWS_AS(written({.include = "("}), InputError);
+}
+
+TEST_CASE("an excerpt across a step of the clock has what a reader of the log sees") {
+  TemporaryFile file;
+  {
+    LogWriter writer(file.path);
+    for (int i = 0; i < 200; ++i) {  // set back by 30 s after 10 s
+      const Utime clock = made::start + i * second / 10 - (i < 100 ? 0 : 30 * second);
+      writer.write(clock, "A", std::vector<std::uint8_t>{1});
+    }
+  }
+  TemporaryFile out;
+  const ExcerptResult result =
+      write_excerpt(file.path, out.path, {.from = 8 * second, .to = 12 * second});
+  CHECK(result.written == 42);  // no time passed where the clock was set
+  REQUIRE(result.steps.size() == 1);
+  CHECK(result.steps[0].position == 9900 * millisecond);
+
+  const Inspection i = inspect(file.path, our_types());
+  CHECK(i.sound());
+  CHECK(i.steps == 1);
+  CHECK(i.duration_s() == Approx(19.8));
+  CHECK(i.channels.at("A").rate_hz() == Approx(199 / 19.8));
+  REQUIRE(i.findings.size() == 1);
+  CHECK(i.findings[0].kind == Finding::Kind::step);
+  CHECK_THAT(i.findings[0].text(), Catch::EndsWith("the clock was set back by 29.900 s"));
+  CHECK_THAT(summary_of(i), Catch::EndsWith("1 step of its clock"));
+}
+
+TEST_CASE("repair keeps every event that is whole, whatever its channel and type") {
+  TemporaryFile file;
+  {
+    LogWriter writer(file.path);
+    for (int i = 0; i < 3; ++i) {
+      const Utime utime = made::start + i;
+      writer.write(utime, "MY CHANNEL", std::vector<std::uint8_t>(20, 7));
+      writer.write(utime, "caf\xC3\xA9", std::vector<std::uint8_t>{1, 2, 3});
+      writer.write(utime, "EMPTY", {});
+      write_message(writer, utime, "MIXED", heartbeat("a", i + 1));
+      writer.write(utime, "MIXED", std::vector<std::uint8_t>(30, 9));  // of a type of others
+    }
+  }
+  const auto good = bytes_of(file.path);
+  TemporaryFile out;
+  const Repair whole = repair(file.path, out.path, our_types());
+  CHECK(whole.written == 15);
+  CHECK(whole.dropped == 0);
+  CHECK(bytes_of(out.path) == good);
+  const Inspection i = inspect(file.path, our_types());
+  CHECK(i.damaged_bytes == 0);
+  CHECK(i.channels.at("EMPTY").unknown() == 3);
+  CHECK(i.channels.at("caf\xC3\xA9").undecodable() == 0);
 }
 
 TEST_CASE("two logs are compared by seq and sender; times, fields and a tolerance may not count") {

@@ -56,3 +56,8 @@ expect 2 "$bin/berth" log check "$work/nowhere.lcm"
 printf 'struct t {\n int8_t a\n}' >"$work/bad_type.lcm"
 expect 2 "$bin/berth" log info "$a" --types "$work/bad_type.lcm"
 says "bad_type.lcm:3"
+
+# A run's own types are used, and the shipped ones where they cannot be.
+printf 'struct t {\n int8_t a\n}' >"$a/types/bad.lcm"
+expect 0 "$bin/berth" log info "$a"
+says "types/bad.lcm:3"

@@ -4,6 +4,7 @@
 
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
+#include "common/core/valid_text.h"
 #include "logs/inspect/log_diff.h"
 #include "logs/types/value.h"
 
@@ -12,12 +13,12 @@ namespace {
 
 int diff(const std::filesystem::path& a, const std::filesystem::path& b, const Paths& given,
          const logs::DiffOptions& options, bool json) {
-  const logs::TypeCatalogue types = types_of(a, given);
+  const logs::TypeCatalogue types = types_of({a, b}, given);
   const logs::LogDiff diff = logs::diff_logs(a, b, types, options);
   if (json) {
-    std::printf("%s\n", logs::json_text(json_of(diff), 2).c_str());
+    std::printf("%s\n", json_text(json_of(diff), 2).c_str());
   } else {
-    std::printf("%s%s\n", text_of(diff).c_str(), equal(diff) ? "same" : "DIFFERENT");
+    print_text(text_of(diff) + (equal(diff) ? "same\n" : "DIFFERENT\n"));
   }
   return equal(diff) ? exit_code::passed : exit_code::failed;
 }

@@ -7,6 +7,7 @@
 
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 
@@ -59,7 +60,7 @@ int estimates(const std::filesystem::path& log) {
   while (reader.next(event)) {
     if (event.channel != channels::pose_estimate) continue;
     if (const auto message = logs::decode<pose_estimate_t>(event.data)) {
-      std::printf("%s\n", json_of(*message).dump().c_str());
+      std::printf("%s\n", json_text(json_of(*message)).c_str());
     }
   }
   return exit_code::passed;

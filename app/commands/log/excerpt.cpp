@@ -8,6 +8,7 @@
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
+#include "logs/file/timeline.h"
 
 namespace berth::commands::log {
 namespace {
@@ -22,6 +23,12 @@ int write(const fs::path& in, const fs::path& out, const logs::Excerpt& excerpt)
     std::fprintf(stderr, "berth: %s: %zu damaged bytes were passed over\n", in.c_str(),
                  result.damaged_bytes);
   }
+  if (excerpt.from || excerpt.to) {
+    for (const logs::TimeStep& step : result.steps) {
+      std::fprintf(stderr, "berth: %s: %s; times are counted as they were recorded\n", in.c_str(),
+                   step.text().c_str());
+    }
+  }
   return exit_code::passed;
 }
 
@@ -35,8 +42,13 @@ struct CutOptions {
 int cut(const fs::path& in, const CutOptions& options) {
   logs::Excerpt excerpt;
   if (options.from.empty() && options.to.empty()) throw InputError("cut: expected --from or --to");
-  if (!options.from.empty()) excerpt.from = logs::time_in_log(in, options.from, false);
-  if (!options.to.empty()) excerpt.to = logs::time_in_log(in, options.to, true);
+  logs::LogReader reader(in);
+  const logs::Timeline timeline(reader);
+  if (timeline.empty()) throw InputError(in.string() + ": holds no message");
+  if (!options.from.empty()) {
+    excerpt.from = logs::place_in_log(in, timeline, options.from, false);
+  }
+  if (!options.to.empty()) excerpt.to = logs::place_in_log(in, timeline, options.to, true);
   if (excerpt.from && excerpt.to && *excerpt.to < *excerpt.from) {
     throw InputError("cut: --to '" + options.to + "' is before --from '" + options.from + "'");
   }

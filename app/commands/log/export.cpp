@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 #include "logs/export/cloud_files.h"
 #include "logs/export/csv.h"
 #include "logs/export/mcap.h"
@@ -24,26 +26,40 @@ struct ExportOptions {
   std::string channels;
 };
 
-void export_csv(const fs::path& log, const ExportOptions& options,
-                const logs::TypeCatalogue& types) {
+/// @return the exit code
+int export_csv(const fs::path& log, const ExportOptions& options,
+               const logs::TypeCatalogue& types) {
   const logs::ChannelPattern channels(options.channels);
   std::vector<std::string> left_out;
   const auto files = logs::export_csv(
       log, options.csv, types, [&](std::string_view c) { return channels.matches(c); }, left_out);
+  int code = exit_code::passed;
   for (const logs::CsvFile& file : files) {
-    std::printf("%s: %" PRId64 " rows\n", file.path.c_str(), file.rows);
+    if (!file.failure.empty()) {
+      print_text("berth: channel '" + terminal_line(file.channel) +
+                     "' is not exported: " + file.failure + "\n",
+                 stderr);
+      code = exit_code::error;
+      continue;
+    }
+    const bool renamed = file.path.stem() != file.channel;
+    print_text(file.path.string() + (renamed ? " (" + terminal_line(file.channel) + ")" : "") +
+               ": " + std::to_string(file.rows) + " rows\n");
     if (file.undecodable > 0) {
-      std::fprintf(stderr, "berth: %s: %" PRId64 " undecodable messages have no row\n",
-                   file.channel.c_str(), file.undecodable);
+      print_text("berth: " + terminal_line(file.channel) + ": " + std::to_string(file.undecodable) +
+                     " undecodable messages have no row\n",
+                 stderr);
     }
   }
   for (const std::string& channel : left_out) {
-    std::fprintf(stderr, "berth: %s: of unknown type, left out; give its .lcm file with --types\n",
-                 channel.c_str());
+    print_text("berth: " + terminal_line(channel) +
+                   ": of unknown type, left out; give its .lcm file with --types\n",
+               stderr);
   }
+  return code;
 }
 
-void export_clouds(const fs::path& log, const ExportOptions& options) {
+int export_clouds(const fs::path& log, const ExportOptions& options) {
   const auto format = options.format == "ply" ? logs::CloudFormat::ply : logs::CloudFormat::pcd;
   const auto result = logs::export_clouds(log, options.clouds, format);
   std::printf("%s: %" PRId64 " scans, %" PRId64 " points; %" PRId64
@@ -54,6 +70,11 @@ void export_clouds(const fs::path& log, const ExportOptions& options) {
                  "berth: %" PRId64 " packets of scans are missing, %" PRId64 " do not decode\n",
                  result.packets_missing, result.undecodable);
   }
+  if (result.failed == 0) return exit_code::passed;
+  print_text("berth: " + std::to_string(result.failed) +
+                 " scans are not exported; the first of them: " + result.failure + "\n",
+             stderr);
+  return exit_code::error;
 }
 
 void export_mcap(const fs::path& log, const ExportOptions& options,
@@ -75,11 +96,12 @@ int run(const fs::path& log, const ExportOptions& options, const Paths& given) {
   if (options.csv.empty() && options.clouds.empty() && options.mcap.empty()) {
     throw InputError("export: expected --csv, --clouds or --mcap");
   }
-  const logs::TypeCatalogue types = types_of(log, given);
-  if (!options.csv.empty()) export_csv(log, options, types);
-  if (!options.clouds.empty()) export_clouds(log, options);
+  const logs::TypeCatalogue types = types_of({log}, given);
+  int code = exit_code::passed;
+  if (!options.csv.empty()) code = std::max(code, export_csv(log, options, types));
+  if (!options.clouds.empty()) code = std::max(code, export_clouds(log, options));
   if (!options.mcap.empty()) export_mcap(log, options, types);
-  return exit_code::passed;
+  return code;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
+#include "common/core/valid_text.h"
 #include "logs/inspect/inspection.h"
 #include "logs/inspect/repair.h"
 
@@ -18,40 +19,36 @@ logs::Inspection read(const std::filesystem::path& log, const logs::TypeCatalogu
   return logs::inspect(log, types, [&](double part) { progress(part); });
 }
 
-void print(const nlohmann::ordered_json& json) {
-  std::printf("%s\n",
-              json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
-}
-
 /// Of each kind and channel the first ten; --json has up to a hundred.
 void print(const std::vector<logs::Finding>& findings) {
   std::map<std::pair<logs::Finding::Kind, std::string>, int> shown;
   for (const logs::Finding& finding : findings) {
     const int count = ++shown[{finding.kind, finding.channel}];
-    if (count <= 10) std::printf("%s\n", finding.text().c_str());
-    if (count == 11)
-      std::printf("... and more of this kind%s%s\n", finding.channel.empty() ? "" : " on ",
-                  finding.channel.c_str());
+    if (count <= 10) print_text(finding.text() + "\n");
+    if (count == 11) {
+      const std::string on = finding.channel.empty() ? "" : " on " + terminal_line(finding.channel);
+      print_text("... and more of this kind" + on + "\n");
+    }
   }
 }
 
 int info(const std::filesystem::path& log, const Paths& types, bool json) {
-  const logs::TypeCatalogue catalogue = types_of(log, types);
+  const logs::TypeCatalogue catalogue = types_of({log}, types);
   const logs::Inspection inspection = read(log, catalogue);
   if (json) {
-    print(json_of(inspection));
+    std::printf("%s\n", json_text(json_of(inspection), 2).c_str());
   } else {
-    std::printf("%s", text_of(inspection).c_str());
+    print_text(text_of(inspection));
   }
   return inspection.damaged_bytes > 0 ? exit_code::failed : exit_code::passed;
 }
 
 int check(const std::filesystem::path& log, const Paths& types, bool gaps_count, bool json) {
-  const logs::TypeCatalogue catalogue = types_of(log, types);
+  const logs::TypeCatalogue catalogue = types_of({log}, types);
   const logs::Inspection i = read(log, catalogue);
   const bool sound = i.sound(gaps_count);
   if (json) {
-    print(json_of(i));
+    std::printf("%s\n", json_text(json_of(i), 2).c_str());
   } else {
     print(i.findings);
     std::printf("%s %s: %" PRId64 " messages, %s\n", sound ? "ok  " : "BAD ", i.file.c_str(),
@@ -61,9 +58,9 @@ int check(const std::filesystem::path& log, const Paths& types, bool gaps_count,
 }
 
 int repair(const std::filesystem::path& in, const std::filesystem::path& out, const Paths& types) {
-  const logs::Repair repair = logs::repair(in, out, types_of(in, types));
+  const logs::Repair repair = logs::repair(in, out, types_of({in}, types));
   for (const logs::Finding& finding : repair.findings) {
-    std::printf("left out: %s\n", finding.text().c_str());
+    print_text("left out: " + finding.text() + "\n");
   }
   std::printf("%s: %" PRId64 " events written; left out: %zu damaged bytes, %" PRId64
               " undecodable messages\n",

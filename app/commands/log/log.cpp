@@ -8,6 +8,8 @@
 #include "app/commands/commands.h"
 #include "app/commands/log/verbs.h"
 #include "app/runs/run_files.h"
+#include "common/core/error.h"
+#include "common/core/valid_text.h"
 
 namespace berth::commands {
 namespace log {
@@ -29,11 +31,18 @@ std::shared_ptr<Paths> add_types_option(CLI::App& command) {
   return types;
 }
 
-logs::TypeCatalogue types_of(const fs::path& log, const Paths& given) {
+logs::TypeCatalogue types_of(const Paths& logs, const Paths& given) {
   logs::TypeCatalogue types;
-  const fs::path beside = log.parent_path() / "lcmtypes";
-  if (!log.empty() && fs::is_directory(beside)) types.add(beside);
   for (const fs::path& path : given) types.add(path);
+  for (const fs::path& log : logs) {
+    const fs::path run = log.parent_path();
+    if (!fs::exists(run / "run.yaml") || !fs::is_directory(run / "types")) continue;
+    try {
+      types.add(run / "types");
+    } catch (const InputError& e) {
+      print_text(std::string("berth: ") + e.what() + "; Berth's own types are used\n", stderr);
+    }
+  }
   types.add(shared_files() / "lcmtypes");
   return types;
 }

@@ -35,9 +35,9 @@ std::shared_ptr<std::filesystem::path> add_log_argument(CLI::App& command,
 /// The option --types.
 std::shared_ptr<Paths> add_types_option(CLI::App& command);
 
-/// The types of a log: those beside it in its run directory, those given, and Berth's own.
-/// @throws InputError as TypeCatalogue::add().
-logs::TypeCatalogue types_of(const std::filesystem::path& log, const Paths& given);
+/// The types of logs: those given, those of the run directories that the logs are in, and Berth's
+/// own; of one fingerprint the first. @throws InputError as TypeCatalogue::add().
+logs::TypeCatalogue types_of(const Paths& logs, const Paths& given);
 
 /// Shows in the terminal how far a long reading is; nothing when it is no terminal or soon over.
 class ReadingProgress {

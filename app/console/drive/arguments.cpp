@@ -6,13 +6,14 @@
 #include "common/core/error.h"
 #include "common/core/pose.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 
 namespace berth::console {
 namespace {
 
 InputError complaint(const Command& command, const std::string& key, const nlohmann::json& found,
                      const std::string& expected) {
-  return InputError(command.name + ": " + key + ": found " + found.dump() + ", expected " +
+  return InputError(command.name + ": " + key + ": found " + json_text(found) + ", expected " +
                     expected);
 }
 
@@ -43,7 +44,7 @@ std::map<std::string, std::string> parameters_in(const Command& command) {
     if (!value.is_string() && !value.is_number()) {
       throw complaint(command, "parameters." + name, value, "a text or a number");
     }
-    parameters[name] = value.is_string() ? value.get<std::string>() : value.dump();
+    parameters[name] = value.is_string() ? value.get<std::string>() : json_text(value);
   }
   return parameters;
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/drive/confirmations.h"
 
+#include "common/core/valid_text.h"
+
 namespace berth::console {
 namespace {
 
 std::string what_of(const Command& command) {
-  return command.name + " " + command.arguments.dump();
+  return command.name + " " + json_text(command.arguments);
 }
 
 }  // namespace

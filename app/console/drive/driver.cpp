@@ -4,6 +4,7 @@
 #include "app/console/drive/arguments.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "procedures/engine/operator_control.h"
 #include "procedures/engine/operator_words.h"
 
@@ -56,7 +57,7 @@ void Driver::take(const Command& command) {
   if (verb->second.is_told) {
     host_.event(event_t::INFO, "operator-asked",
                 name_of(command.viewer) + ": " + command.name +
-                    (command.arguments.empty() ? "" : " " + command.arguments.dump()) +
+                    (command.arguments.empty() ? "" : " " + json_text(command.arguments)) +
                     (command.confirm.empty() ? "" : ", for the second time"));
   }
   try {

@@ -7,6 +7,7 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "common/core/valid_text.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
 
@@ -63,7 +64,7 @@ std::string to_json(const std::vector<Runnable>& runnables) {
                     {"description", runnable.description},
                     {"parameters", std::move(parameters)}});
   }
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(json);
 }
 
 }  // namespace berth::console

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 
 namespace berth::console {
 namespace {
@@ -76,7 +77,7 @@ std::string to_json(const Answer& answer) {
                     {"accepted", answer.accepted},
                     {"text", answer.text},
                     {"confirm", answer.confirm}};
-  return object.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(object);
 }
 
 }  // namespace berth::console

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 
 namespace berth::console {
@@ -22,7 +23,7 @@ std::string Hub::join(const std::shared_ptr<ViewerLink>& link, const std::string
                              {"mode", options.mode},
                              {"may_command", options.may_command},
                              {"version", std::string(version())}};
-  link->send(std::make_shared<const std::string>(hello.dump()));
+  link->send(std::make_shared<const std::string>(json_text(hello)));
   inbox.put({Incoming::Kind::joined, name, {}, "", from});
   return name;
 }

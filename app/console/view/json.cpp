@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/core/valid_text.h"
 #include "logs/export/json_text.h"
 #include "logs/types/value.h"
 
@@ -32,7 +33,7 @@ Json json_of(const Xyzwpr& xyzwpr) {
   return json;
 }
 
-std::string text_of(const Json& json) { return logs::json_text(json); }
+std::string text_of(const Json& json) { return json_text(json); }
 
 std::string json_of_message(const logs::TypeCatalogue& types, Bytes message) {
   std::string text;
