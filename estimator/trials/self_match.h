@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "common/meshes/symmetry.h"
 #include "estimator/model/target_model.h"
 
 namespace berth::trials {
@@ -18,7 +19,7 @@ struct SelfMatch {
 std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t most);
 
 /// The judge of poses: right means within 5 degrees and 5 % of the length of the truth or of a pose
-/// that shows the same surface (misfit at most 0.2 % of the length).
+/// that shows the same surface (find_symmetry).
 class PoseJudge {
  public:
   explicit PoseJudge(const estimator::TargetModel& model);
@@ -27,13 +28,15 @@ class PoseJudge {
   /// Poses that look like the truth, more or less, but are not right.
   std::vector<Pose> rivals(const Pose& truth) const;
   /// Of the poses that show the same surface as the truth, the one nearest in attitude.
-  Pose nearest_equal(const Pose& truth, const Pose& pose) const;
-  std::size_t symmetries() const { return symmetries_.size(); }
+  Pose nearest_equal(const Pose& truth, const Pose& pose) const {
+    return symmetry_.nearest_equal(truth, pose);
+  }
+  std::size_t symmetries() const { return 1 + symmetry_.motions.size(); }
 
  private:
   Vector3d centre_;
   double tolerance_m_;
-  std::vector<Pose> symmetries_;  // with the identity
+  SymmetryGroup symmetry_;
   std::vector<Pose> near_;
 };
 
