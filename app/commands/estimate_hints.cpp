@@ -12,12 +12,13 @@ namespace {
 
 using Status = estimator::SingleScanResult::Status;
 
-/// "900 of 921 with ..., 21 at ..." and how many in all.
+/// "900 of 921 have ..., 21 are at ..." and how many in all.
 struct Drops {
+  std::size_t points;
   std::string text;
   std::size_t count = 0;
 
-  Drops(const clouds::CloudCounts& file, const estimator::CleanScan& scan) {
+  Drops(const clouds::CloudCounts& file, const estimator::CleanScan& scan) : points(file.points) {
     add(file.not_finite, "have a coordinate that is missing or no number");
     add(file.at_sensor, "are at the sensor (0 0 0)");
     add(file.undirected, "are empty beams whose direction nothing tells");
@@ -27,22 +28,22 @@ struct Drops {
   }
 
  private:
-  void add(std::size_t points, const char* why) {
-    if (points == 0) return;
-    text += (text.empty() ? "" : ", ") + std::to_string(points) + " " + why;
-    count += points;
+  void add(std::size_t dropped, const char* why) {
+    if (dropped == 0) return;
+    const std::string of = text.empty() ? " of " + std::to_string(points) : "";
+    text += (text.empty() ? "" : ", ") + std::to_string(dropped) + of + " " + why;
+    count += dropped;
   }
 };
 
 void explain_drops(const clouds::Cloud& cloud, const estimator::CleanScan& scan,
                    estimator::SingleScanResult& result) {
   const Drops drops(cloud.counts, scan);
-  const std::size_t points = cloud.counts.points;
   if (result.status == Status::ok || drops.count == 0) return;
-  if (drops.count + cloud.counts.misses == points) {
-    result.reason = "every point dropped: of " + std::to_string(points) + " " + drops.text;
-  } else if (2 * drops.count > points) {
-    result.reason += "; most points were dropped: of " + std::to_string(points) + " " + drops.text;
+  if (drops.count + cloud.counts.misses == drops.points) {
+    result.reason = "every point dropped: " + drops.text;
+  } else if (2 * drops.count > drops.points) {
+    result.reason += "; most points were dropped: " + drops.text;
   }
 }
 
@@ -90,10 +91,12 @@ void add_hints(const clouds::Cloud& cloud, const estimator::CleanScan& scan, dou
       result.notes.push_back(target + " and the cloud " + shown(extent.spread()) +
                              " m across: are its coordinates in mm? A header can say so, as in "
                              "'x (mm), y (mm), z (mm)'");
-    } else if (extent.nearest > most_lengths * target_length) {
-      result.notes.push_back(target + " and the nearest return " + shown(extent.nearest) +
-                             " m from the sensor: are coordinates in the sensor's frame?");
     }
+  }
+  if (extent.nearest > most_lengths * target_length &&
+      extent.spread() <= most_lengths * target_length) {
+    result.notes.push_back(target + " and the nearest return " + shown(extent.nearest) +
+                           " m from the sensor: are coordinates in the sensor's frame?");
   }
   if (extent.most.z() < 0) {
     result.notes.push_back(

@@ -12,6 +12,11 @@ for program in arm-driver lidar-driver facility-driver estimator testbed simulat
 done
 expect 2 "$bin/berth"
 expect 2 "$bin/berth" fly
+says "found 'fly', which is no command"
+expect 2 "$bin/berth" estimat --help
+says "did you mean 'estimate'?"
+expect 2 "$bin/berth" log chekc --help
+says "berth log: found 'chekc', which is no command; did you mean 'check'?"
 expect 2 "$bin/berth" run nowhere.yaml --twin --out "$work"
 says "nowhere.yaml"
 expect 2 "$bin/berth" run procedures/approach.yaml --twin --out "$work" --target nothing.ply
