@@ -139,7 +139,13 @@ std::string text_as_run(const Source& source, const Library& library) {
   if (!library.texts().empty()) text += "called:\n";
   for (const auto& [name, content] : library.texts()) {
     called.put(name, content);
-    text += "  " + quoted(name) + ": |2\n";
+    text += "  " + quoted(name) + ": ";
+    // A block ends with one line end.
+    if (content.size() < 2 || content.back() != '\n' || content[content.size() - 2] == '\n') {
+      text += quoted(content) + "\n";
+      continue;
+    }
+    text += "|2\n";
     std::istringstream in(content);
     for (std::string line; std::getline(in, line);) text += "    " + line + "\n";
   }

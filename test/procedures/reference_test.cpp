@@ -148,6 +148,22 @@ TEST_CASE("a call gives values, not pieces of YAML") {
   CHECK(std::get<Prompt>(p.steps.at(1).verb).choices == std::vector<std::string>{"a, b", "c: d"});
 }
 
+TEST_CASE(
+    "what is called is kept to the letter, however it ends, beside the text with its comments") {
+  const TemporaryDirectory folder;
+  write_file(folder / "main.yaml", "name: main   # mine\nsteps:\n  - call: part.yaml\n");
+  for (const char* end : {"", "\n", "\n\n\n", "\n  # it's\n \n", "\n...\n"}) {
+    INFO(end);
+    write_file(folder / "part.yaml", std::string("name: part\nsteps:\n  - wait: 1 s") + end);
+    const Procedure p = load_procedure(folder / "main.yaml");
+    CHECK(p.text.find("# mine") != std::string::npos);
+    const Procedure again = parse_procedure(p.text, "elsewhere/q.yaml");
+    CHECK(std::get<Wait>(again.steps.at(0).verb).duration == 1);
+    CHECK(Config::parse(p.text, "q").section("called").text("part.yaml") ==
+          read_file(folder / "part.yaml"));
+  }
+}
+
 TEST_CASE("errors name the line of the user's file, whatever was put in before it") {
   const std::string text =
       "name: t\nparameters:\n  words: x\nsteps:\n  - annotate: ${words}\n  - wait: 1 m\n";
