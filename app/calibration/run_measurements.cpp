@@ -11,7 +11,7 @@
 
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/run_record.h"
+#include "logs/run/target_surface.h"
 #include "testbed/calibration/tracker_file.h"
 
 namespace berth {
@@ -160,13 +160,18 @@ struct Group {
   std::vector<Pose> measured;
 };
 
-void add_scans(CalibrationRun& run, const Cell& cell, const std::vector<Estimate>& estimates) {
+void add_scans(CalibrationRun& run, const Cell& cell, std::vector<Estimate> estimates,
+               const SymmetryGroup& symmetry) {
   std::vector<Group> groups;
   std::vector<Estimate> moving;
-  for (const Estimate& estimate : estimates) {
+  for (Estimate& estimate : estimates) {
     const auto now =
         fastest_between(run, estimate.first_return - margin, estimate.last_return + margin);
     if (!now) continue;
+    // Of the poses that show the same target the one that the nominal cell means.
+    const ArmPair joints = joints_at(run, estimate.time);
+    estimate.measured = symmetry.nearest_equal(estimate.measured,
+                                               cell.relative_pose(joints.replica, joints.sensor));
     if (*now > moving_rate) {
       if (is_steady(run, cell, estimate.first_return - steadying, estimate.last_return)) {
         moving.push_back(estimate);
@@ -175,7 +180,6 @@ void add_scans(CalibrationRun& run, const Cell& cell, const std::vector<Estimate
     }
     const auto before = fastest_between(run, estimate.first_return - calming, estimate.last_return);
     if (!before || *before > resting_rate) continue;
-    const ArmPair joints = joints_at(run, estimate.time);
     constexpr double same = 5e-5;  // rad: the reports' steps
     if (groups.empty() || testbed::largest_change(groups.back().joints, joints) > same) {
       groups.push_back({joints, estimate.time, {}});
@@ -303,12 +307,14 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
       estimates.push_back(estimate);
     }
   };
-  logs::read_run(log, summary, session, visit);
+  const logs::RunRecord record = logs::read_run(log, summary, session, visit);
+  const SymmetryGroup symmetry =
+      record.info() ? logs::symmetry_of_run(*record.info()) : SymmetryGroup();
   if (run.replica.empty() || run.sensor.empty() || estimates.empty()) {
     throw InputError(log.string() + ": holds no joints of both arms with estimates beside them");
   }
   try {
-    add_scans(run, nominal, estimates);
+    add_scans(run, nominal, std::move(estimates), symmetry);
     if (!tracker_file.empty()) {
       add_readings(run, testbed::read_tracker_file(tracker_file, setup), setup, seconds(epoch));
     }

@@ -176,22 +176,24 @@ std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
 }  // namespace
 
 std::string kind_of_change(const std::string& measurement, const std::string& statistic,
-                           double before, double after) {
-  const auto has = [&](const char* word) { return measurement.find(word) != std::string::npos; };
-  const auto nearer = [&](double goal) {
-    return std::abs(after - goal) < std::abs(before - goal) ? "better" : "worse";
+                           double before, double after,
+                           const std::vector<logs::Criterion>& criteria) {
+  constexpr const char* names[] = {"better", "worse", "changed"};
+  const auto kind = [&] {
+    if (measurement == passed_measurement || measurement == completed_measurement) {
+      return logs::Preference{logs::Direction::larger_is_better}.kind_of_change(before, after);
+    }
+    for (const logs::Criterion& criterion : criteria) {
+      if (criterion.name == statistic && criterion.measurement->name == measurement) {
+        return logs::kind_of_change(criterion, before, after);
+      }
+    }
+    const logs::Measurement* what = logs::measurement_named(measurement);
+    if (what == nullptr) return logs::ChangeKind::changed;  // of another version
+    return what->preference(logs::statistic_named(statistic).value_or(logs::Statistic::mean))
+        .kind_of_change(before, after);
   };
-  if (measurement == "nees") return statistic == "mean" ? nearer(6) : nearer(0);
-  if (has("error") || has("gap") || has("time_") || has("latency") || has("delay") ||
-      has("offset") || has("miss") || has("residual")) {
-    return nearer(0);
-  }
-  if (has("gain")) return nearer(1);
-  if (has("share") || has("rate") || measurement == passed_measurement ||
-      measurement == completed_measurement) {
-    return after > before ? "better" : "worse";
-  }
-  return "changed";
+  return names[static_cast<int>(kind())];
 }
 
 ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
@@ -234,8 +236,10 @@ ChangeReport find_changes(const Evidence& evidence, double false_alarms, const L
       std::tie(change.phase, change.measurement, change.statistic, change.unit) = asked[q].quantity;
       measure_change(asked[q], way.paired, change);
       change.p = answers[q].p;
-      change.kind =
-          kind_of_change(change.measurement, change.statistic, change.before, change.after);
+      const auto criteria = evidence.criteria.find(change.case_name);
+      change.kind = kind_of_change(
+          change.measurement, change.statistic, change.before, change.after,
+          criteria == evidence.criteria.end() ? std::vector<logs::Criterion>() : criteria->second);
       report.changes.push_back(change);
     }
   }

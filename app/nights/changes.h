@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
+
 #include "app/nights/family_test.h"
 #include "app/nights/history.h"
+#include "logs/measure/criterion.h"
 
 namespace berth::nights {
 
@@ -15,6 +18,8 @@ struct Evidence {
   std::vector<FinishedRun> last_night;
   /// Fresh seeds of good nights.
   std::vector<FinishedRun> history;
+  /// Of each case's procedure, by the case's name.
+  std::map<std::string, std::vector<logs::Criterion>> criteria;
 };
 
 /// What the statistics say.
@@ -32,10 +37,11 @@ struct ChangeReport {
 ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
                           const FamilyOptions& options = {});
 
-/// "worse", "better" or "changed" (where neither is meant): errors and times are better when small,
-/// rates and shares when great, signed means when near zero, consistency when near what it should
-/// be.
+/// "worse", "better" or "changed", as the measurement itself declares, or the criterion of which
+/// this is the value.
+/// @param criteria of the case's procedure
 std::string kind_of_change(const std::string& measurement, const std::string& statistic,
-                           double before, double after);
+                           double before, double after,
+                           const std::vector<logs::Criterion>& criteria = {});
 
 }  // namespace berth::nights

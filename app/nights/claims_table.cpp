@@ -7,7 +7,6 @@
 #include "logs/measure/statistics.h"
 #include "logs/report/axis.h"
 #include "logs/report/verdict_marks.h"
-#include "procedures/language/procedure.h"
 
 namespace berth::nights {
 namespace {
@@ -28,8 +27,7 @@ std::vector<double> values_of(const NightReport& report, const std::string& case
 }
 
 void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
-  const auto procedure = procedures::load_procedure(of_plan.procedure, of_plan.parameters);
-  for (const logs::Criterion& c : procedure.criteria) {
+  for (const logs::Criterion& c : criteria_of(of_plan)) {
     if (c.claim.empty()) continue;
     const std::vector<double> values = values_of(report, of_plan.name, c);
     const double low = c.measurement->shown(c.lower);
@@ -62,8 +60,8 @@ Html claims_table(const Plan& plan, const NightReport& report) {
   for (const Case& of_plan : plan.cases) {
     try {
       add_rows(of_plan, report, table);
-    } catch (const InputError&) {
-      // Its runs have told what is wrong with the file.
+    } catch (const InputError& e) {
+      table.rows.push_back({text(of_plan.name), text(e.what()), {}, {}, {}, {}});
     }
   }
   return table.rows.empty() ? Html() : html_of(table);

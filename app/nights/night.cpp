@@ -151,10 +151,23 @@ class Keeper {
   int kept_ = 0;
 };
 
+/// By case; of a procedure that cannot be read any more there are none.
+std::map<std::string, std::vector<logs::Criterion>> criteria_by_case(const Plan& plan) {
+  std::map<std::string, std::vector<logs::Criterion>> criteria;
+  for (const Case& of : plan.cases) {
+    try {
+      criteria[of.name] = criteria_of(of);
+    } catch (const InputError&) {  // its runs tell
+    }
+  }
+  return criteria;
+}
+
 /// What tonight is compared with: good nights since the last one that was accepted.
 Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
                       const std::vector<FinishedRun>& runs) {
   Evidence evidence;
+  evidence.criteria = criteria_by_case(plan);
   for (const FinishedRun& run : runs) {
     (run.build == Build::tonight ? evidence.tonight : evidence.baseline).push_back(run);
   }

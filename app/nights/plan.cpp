@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <set>
 
+#include "app/runs/config_override.h"
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/yaml_text.h"
+#include "procedures/language/procedure.h"
 
 namespace berth::nights {
 namespace fs = std::filesystem;
@@ -215,6 +217,10 @@ Plan load_plan(const fs::path& file) {
   }
   config.finish();
   return plan;
+}
+
+std::vector<logs::Criterion> criteria_of(const Case& of) {
+  return procedures::load_procedure(of.procedure, of_procedure(of.parameters)).criteria;
 }
 
 }  // namespace berth::nights

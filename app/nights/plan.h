@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/quantity.h"
+#include "logs/measure/criterion.h"
 
 namespace berth::nights {
 
@@ -74,5 +75,9 @@ struct Plan {
 ///
 /// @throws InputError "file:line: key ...: found ..., expected ..."
 Plan load_plan(const std::filesystem::path& file);
+
+/// Criteria of a case's procedure, with the parameters that the plan sets.
+/// @throws InputError when the procedure cannot be read (any more).
+std::vector<logs::Criterion> criteria_of(const Case& of);
 
 }  // namespace berth::nights

@@ -32,7 +32,6 @@ constexpr Compared compared[] = {
     {"nees", Statistic::mean},
 };
 constexpr char good_estimates[] = "good_estimates";
-constexpr double consistent_nees = 6;
 
 struct Side {
   explicit Side(const RunRecord& of) : record(of), measurer(of, {}) {
@@ -156,16 +155,14 @@ void add_phase(const std::string& name, const std::vector<TwoSides>& runs, doubl
   rows.push_back(row_of(name, good_estimates, Statistic::mean, "%", good, level));
 }
 
-/// Whether the statistic after is the better one.
+/// Whether the statistic after is the better one; all that is compared prefers something.
 bool is_better(const ChangeRow& row) {
-  const double before = row.difference.before;
-  const double after = row.difference.after;
-  if (row.measurement == good_estimates) return after > before;
-  if (row.measurement == "nees") {
-    return std::abs(std::log(after / consistent_nees)) <
-           std::abs(std::log(before / consistent_nees));
-  }
-  return after < before;
+  const Measurement* what = logs::measurement_named(row.measurement);  // none: good_estimates
+  const logs::Preference preference = what == nullptr
+                                          ? logs::Preference{logs::Direction::larger_is_better}
+                                          : what->preference(*logs::statistic_named(row.statistic));
+  return preference.kind_of_change(row.difference.before, row.difference.after) ==
+         logs::ChangeKind::better;
 }
 
 /// A row without a test does not make the others' harder.

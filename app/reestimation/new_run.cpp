@@ -10,6 +10,7 @@
 #include "common/core/yaml_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
+#include "logs/run/target_surface.h"
 
 namespace berth {
 namespace {
@@ -57,14 +58,14 @@ void restore_from_log(const fs::path& log, const fs::path& directory) {
   for (const attachment_t& attachment : info.attachments) {
     const fs::path name = fs::path(attachment.name).lexically_normal();
     if (attachment.content.empty() || name.is_absolute() || *name.begin() == "..") continue;
-    const bool procedure = name == "procedure.yaml";
-    write_with_directory(procedure ? directory / name : directory / "config" / name,
+    const bool beside_log = name == "procedure.yaml" || name == logs::symmetry_file;
+    write_with_directory(beside_log ? directory / name : directory / "config" / name,
                          attachment.content);
   }
 }
 
 void copy_run(const fs::path& from, const fs::path& directory) {
-  for (const char* part : {"run.yaml", "procedure.yaml", "config", "target"}) {
+  for (const char* part : {"run.yaml", "procedure.yaml", logs::symmetry_file, "config", "target"}) {
     if (fs::exists(from / part)) {
       fs::copy(from / part, directory / part, fs::copy_options::recursive);
     }

@@ -19,7 +19,11 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/target.h"
 #include "common/core/yaml_text.h"
+#include "common/meshes/symmetry.h"
+#include "estimator/model/target_model.h"
+#include "logs/run/target_surface.h"
 #include "procedures/language/procedure.h"
 
 namespace berth {
@@ -108,8 +112,32 @@ std::string keep_target(const fs::path& directory, const std::string& target) {
   return kept.generic_string();
 }
 
+/// The target's symmetry as a file, without the motions that would move its docking interface.
+/// What a mesh has is found once and kept beside the estimator's models.
+std::string symmetry_of(const Target& target) {
+  const fs::path known =
+      estimator::default_cache_directory() / (target.hash.substr(0, 32) + ".symmetry-1.yaml");
+  SymmetryGroup symmetry;
+  try {
+    symmetry = read_symmetry(read_file(known), known.string());
+  } catch (const InputError&) {  // not there, or not whole
+    symmetry = find_symmetry(RayCaster(target.mesh));
+    std::error_code ignored;
+    fs::create_directories(known.parent_path(), ignored);
+    try {
+      write_file(known, yaml_of(symmetry));
+    } catch (const InputError&) {  // it is found again next time
+    }
+  }
+  if (!target.has_docking_interface) return yaml_of(symmetry);
+  const Pose& docking = target.docking;
+  return yaml_of(symmetry.keeping(docking.position, docking.rotation * Vector3d::UnitZ()));
+}
+
 RunFiles write(const RunRequest& request, const std::string& stem, const fs::path& config,
                const Description& description) {
+  const std::string symmetry =
+      symmetry_of(load_target(description.target, description.target_length));
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
   fs::copy(config, directory / "config", fs::copy_options::recursive);
   if (!description.joins) {
@@ -126,6 +154,8 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
         directory / "procedure.yaml",
         procedures::load_procedure(request.procedure, of_procedure(request.parameters)).text);
   }
+
+  write_file(directory / logs::symmetry_file, symmetry);
 
   // The twin's log must not depend on when it was made.
   const std::string name = description.host == "twin"

@@ -32,6 +32,7 @@ struct RunRequest {
 ///     procedure.yaml      the procedure as run
 ///     config/             the configuration as used
 ///     target/             the mesh, where the target is the user's own
+///     symmetry.yaml       by which poses of the target are one
 ///     types/              the message definitions
 ///     manifest.json       who, where, when, with what; hashes of all of the above
 ///     run.lcm             the log

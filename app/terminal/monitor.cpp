@@ -59,6 +59,7 @@ class Monitor {
       ask_to_stop(run_.supervisor, ++interrupts_);
     });
     show<procedure_state_t>(channels::procedure_state);
+    show<run_info_t>(channels::run_info);
     show<pose_estimate_t>(channels::pose_estimate);
     show<ground_truth_t>(channels::ground_truth);
     show<testbed_state_t>(channels::testbed_state);

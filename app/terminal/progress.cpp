@@ -111,12 +111,8 @@ void Progress::on(const ground_truth_t& message) {
 
 void Progress::compare(Utime until) {
   while (!uncompared_.empty() && uncompared_.front().utime <= until) {
-    const pose_estimate_t& e = uncompared_.front();
-    if (const auto truth = truth_.at(e.utime)) {
-      const Pose pose{Vector3d::Map(e.position_m),
-                      Quaterniond(e.q_wxyz[0], e.q_wxyz[1], e.q_wxyz[2], e.q_wxyz[3])};
-      error_ = difference(truth->pose, pose);
-    }
+    const logs::EstimateSample estimate = logs::sample_of(uncompared_.front());
+    if (const auto compared = logs::compare(estimate, truth_, symmetry_)) error_ = compared->error;
     uncompared_.pop_front();
   }
 }

@@ -44,7 +44,8 @@ void TerminalView::take(const std::string& channel, Bytes bytes) {
   }
   const bool lasting = take_as<event_t>(channels::event, channel, bytes, progress_);
   if (lasting || !is_terminal_) return;  // the rest stands in the panel
-  take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
+  take_as<run_info_t>(channels::run_info, channel, bytes, progress_) ||
+      take_as<pose_estimate_t>(channels::pose_estimate, channel, bytes, progress_) ||
       take_as<ground_truth_t>(channels::ground_truth, channel, bytes, progress_) ||
       take_as<testbed_state_t>(channels::testbed_state, channel, bytes, progress_) ||
       take_as<operator_control_t>(channels::operator_control, channel, bytes, progress_);

@@ -26,7 +26,10 @@ struct TrackingResult {
   Matrix6d covariance = Matrix6d::Identity();
   /// What the returns alone say of pose and velocity, where the method knows.
   std::optional<MeasuredMotion> motion;
-  double residual_rms = 0;  ///< of the returns used, along the surface's normal, m
+  /// What is left of the returns used, m: what the method minimises, put as a length (ICP: the rms
+  /// distance along the normal; beams: the range noise times the rms of normalised residuals). The
+  /// method chooses which returns fit: this is no measure of how right the pose is.
+  double residual_rms = 0;
   /// Variance of the returns used over that of the beam model; 0: the method does not know.
   double spread = 0;
   int iterations = 0;

@@ -208,6 +208,9 @@ ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visi
   comparison.log = log.string();
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);
+  std::string no_symmetry;
+  if (record.info()) symmetry_of_run(*record.info(), &no_symmetry);
+  if (!no_symmetry.empty()) comparison.remarks.push_back(no_symmetry);
   if (summary.damaged_bytes != 0) {
     comparison.remarks.push_back(std::to_string(summary.damaged_bytes) +
                                  " bytes of the log are damaged and were passed over");

@@ -48,7 +48,8 @@ std::vector<Place> places(const Measurer& measurer, const Phase& phase, double d
     auto truth = track.at(utime - utime_from_seconds(delay));
     if (!truth) continue;
     truth->velocity = truth_velocity(track, *truth).velocity;
-    list.push_back({c.estimate, *truth, before});
+    // The truth of another time may be nearer to another of the poses that show the same.
+    list.push_back({nearest_equal(c.estimate, truth->pose, measurer.symmetry()), *truth, before});
   }
   return list;
 }

@@ -118,21 +118,23 @@ Uncertain contact_angle(const Contact& c, const Pose& docking) {
 }  // namespace
 
 void add_approach(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("approach and contact", table);
   const auto length = berth::Dimension::length;
-  family.series("surface_range", length, surface_range,
+  family.series("surface_range", length, neither, surface_range,
                 "true distance from the sensor to the nearest surface of the target");
-  family.series("docking_range", length, docking_range,
+  family.series("docking_range", length, neither, docking_range,
                 "true distance from the sensor to the docking interface");
-  family.series("docking_offset", length, docking_offset,
+  family.series("docking_offset", length, smaller_is_better, docking_offset,
                 "true distance of the docking interface from the boresight");
-  family.series("docking_angle", berth::Dimension::angle, docking_angle,
+  family.series("docking_angle", berth::Dimension::angle, smaller_is_better, docking_angle,
                 "true angle between the docking interface's axis and the boresight");
-  family.number("contact_range", length, at_contact<contact_range>,
+  family.number("contact_range", length, neither, at_contact<contact_range>,
                 "true distance of the docking interface at closest approach");
-  family.number("contact_offset", length, at_contact<contact_offset>,
+  family.number("contact_offset", length, smaller_is_better, at_contact<contact_offset>,
                 "miss distance: of the interface from the boresight at closest approach");
-  family.number("contact_angle", berth::Dimension::angle, at_contact<contact_angle>,
+  family.number("contact_angle", berth::Dimension::angle, smaller_is_better,
+                at_contact<contact_angle>,
                 "between the interface's axis and the boresight at closest approach");
 }
 

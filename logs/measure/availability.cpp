@@ -70,19 +70,21 @@ Measured estimate_count(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_availability(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("availability", table);
   const auto number = berth::Dimension::number;
   const auto time = berth::Dimension::time;
-  family.number("update_rate", berth::Dimension::frequency, update_rate,
+  family.number("update_rate", berth::Dimension::frequency, larger_is_better, update_rate,
                 "good estimates per second");
-  family.number("tracking_share", number, tracking_share,
+  family.number("tracking_share", number, larger_is_better, tracking_share,
                 "share of time with a good estimate not older than 2 s");
   family.in_percent();
-  family.number("time_to_acquire", time, time_to_acquire,
+  family.number("time_to_acquire", time, smaller_is_better, time_to_acquire,
                 "from the start of the phase to the time of its first good estimate");
-  family.number("longest_gap", time, longest_gap, "longest time without a good estimate");
-  family.number("duration", time, duration, "how long the phase lasted");
-  family.number("estimates", number, estimate_count, "number of good estimates");
+  family.number("longest_gap", time, smaller_is_better, longest_gap,
+                "longest time without a good estimate");
+  family.number("duration", time, smaller_is_better, duration, "how long the phase lasted");
+  family.number("estimates", number, larger_is_better, estimate_count, "number of good estimates");
 }
 
 }  // namespace berth::logs

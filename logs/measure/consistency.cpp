@@ -22,6 +22,31 @@ Uncertain nees(const ComparedEstimate& c) {
   return {factor.matrixL().solve(c.error).squaredNorm(), of_truth / 2};
 }
 
+/// The statistic of a chi-square distribution with six degrees of freedom; of those that pick one
+/// value its mean.
+double consistent_nees(Statistic statistic) {
+  const boost::math::chi_squared consistent(6);
+  switch (statistic) {
+    case Statistic::rms:
+      return std::sqrt(48.0);
+    case Statistic::deviation:
+      return std::sqrt(12.0);
+    case Statistic::p50:
+      return boost::math::quantile(consistent, 0.5);
+    case Statistic::p90:
+      return boost::math::quantile(consistent, 0.9);
+    case Statistic::p95:
+      return boost::math::quantile(consistent, 0.95);
+    case Statistic::p99:
+      return boost::math::quantile(consistent, 0.99);
+    default:
+      return 6;
+  }
+}
+
+/// The bounds close in on the mean of six as estimates become many.
+double consistent_share(Statistic) { return 1; }
+
 struct MeanNees {
   double mean = nan;
   double truth_sigma = 0;
@@ -104,15 +129,19 @@ Measured silently_wrong(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_consistency(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("consistency", table);
   const auto number = berth::Dimension::number;
-  family.estimates("nees", number, nees,
+  family.estimates("nees", number, smaller_is_better, nees,
                    "error squared over its covariance; 6 on average when consistent");
-  family.number("overconfidence", number, overconfidence,
+  family.best_near(consistent_nees);
+  family.number("overconfidence", number, smaller_is_better, overconfidence,
                 "mean NEES over its upper chi-square bound (97.5 %); at most 1 when consistent");
-  family.number("underconfidence", number, underconfidence,
+  family.best_near(consistent_share);
+  family.number("underconfidence", number, smaller_is_better, underconfidence,
                 "lower chi-square bound (2.5 %) over mean NEES; at most 1 when consistent");
-  family.number("silently_wrong", number, silently_wrong,
+  family.best_near(consistent_share);
+  family.number("silently_wrong", number, smaller_is_better, silently_wrong,
                 "share of good estimates off by more than 5 of their own sigmas and more than a "
                 "tenth of the target's length or 10 deg");
   family.in_percent();

@@ -106,6 +106,20 @@ std::vector<criterion_result_t> judge(const std::vector<Criterion>& criteria,
   return results;
 }
 
+ChangeKind kind_of_change(const Criterion& criterion, double before, double after) {
+  const Measurement& what = *criterion.measurement;
+  Preference preference = what.preference(criterion.statistic);
+  if (preference.direction != Direction::neither) {
+    preference.ideal -= what.shown(criterion.nominal);
+    return preference.kind_of_change(before, after);
+  }
+  const auto margin_of = [&](double value) {
+    return std::min(value - what.shown(criterion.lower), what.shown(criterion.upper) - value);
+  };
+  return Preference{Direction::larger_is_better}.kind_of_change(margin_of(before),
+                                                                margin_of(after));
+}
+
 double margin(const criterion_result_t& result) {
   return std::min(result.value - result.lower_limit, result.upper_limit - result.value);
 }

@@ -44,6 +44,10 @@ criterion_result_t judge(const Criterion& criterion, const Measurer& measurer);
 std::vector<criterion_result_t> judge(const std::vector<Criterion>& criteria,
                                       const Measurer& measurer);
 
+/// Whether the criterion's value (shown unit, without its nominal value) changed for the better: by
+/// what its measurement prefers, and where that prefers nothing by its distance to the limits.
+ChangeKind kind_of_change(const Criterion& criterion, double before, double after);
+
 /// Distance to the nearer limit, in the shown unit; negative outside, +inf without a limit.
 double margin(const criterion_result_t& result);
 

@@ -60,30 +60,36 @@ Uncertain measured_attitude_error(const ComparedEstimate& c) {
 }  // namespace
 
 void add_errors(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("errors of pose", table);
   const auto length = berth::Dimension::length;
   const auto angle = berth::Dimension::angle;
-  family.estimates("position_error", length, position_error,
+  family.estimates("position_error", length, smaller_is_better, position_error,
                    "distance between estimated and true position");
-  family.estimates("relative_position_error", berth::Dimension::number, relative_position_error,
-                   "position error over the true range");
+  family.estimates("relative_position_error", berth::Dimension::number, smaller_is_better,
+                   relative_position_error, "position error over the true range");
   family.in_percent();
-  family.estimates("x_error", length, axis_error<0>, "estimated minus true x (right)");
-  family.estimates("y_error", length, axis_error<1>, "estimated minus true y (down)");
-  family.estimates("z_error", length, axis_error<2>,
+  family.estimates("x_error", length, smaller_is_better, axis_error<0>,
+                   "estimated minus true x (right)");
+  family.estimates("y_error", length, smaller_is_better, axis_error<1>,
+                   "estimated minus true y (down)");
+  family.estimates("z_error", length, smaller_is_better, axis_error<2>,
                    "estimated minus true z (along the boresight)");
-  family.estimates("attitude_error", angle, attitude_error,
+  family.estimates("attitude_error", angle, smaller_is_better, attitude_error,
                    "angle between estimated and true attitude");
-  family.estimates("attitude_x_error", angle, axis_error<3>, "attitude error about x");
-  family.estimates("attitude_y_error", angle, axis_error<4>, "attitude error about y");
-  family.estimates("attitude_z_error", angle, axis_error<5>, "attitude error about z");
-  family.estimates("range_error", length, range_error,
+  family.estimates("attitude_x_error", angle, smaller_is_better, axis_error<3>,
+                   "attitude error about x");
+  family.estimates("attitude_y_error", angle, smaller_is_better, axis_error<4>,
+                   "attitude error about y");
+  family.estimates("attitude_z_error", angle, smaller_is_better, axis_error<5>,
+                   "attitude error about z");
+  family.estimates("range_error", length, smaller_is_better, range_error,
                    "estimated minus true distance of the model's origin");
-  family.estimates("bearing_error", angle, bearing_error,
+  family.estimates("bearing_error", angle, smaller_is_better, bearing_error,
                    "angle between estimated and true direction of the model's origin");
-  family.estimates("measured_position_error", length, measured_position_error,
+  family.estimates("measured_position_error", length, smaller_is_better, measured_position_error,
                    "position error of single scans, before the filter");
-  family.estimates("measured_attitude_error", angle, measured_attitude_error,
+  family.estimates("measured_attitude_error", angle, smaller_is_better, measured_attitude_error,
                    "attitude error of single scans, before the filter");
 }
 

@@ -69,11 +69,13 @@ Uncertain attitude(const Vector6d& away, const Matrix6d& covariance) {
 }  // namespace
 
 void add_following(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("commanded and achieved", table);
-  family.series("achieved_position_error", berth::Dimension::length, following<position>,
+  family.series("achieved_position_error", berth::Dimension::length, smaller_is_better,
+                following<position>,
                 "true position against the one the arms were commanded to a dead time before");
-  family.series("achieved_attitude_error", berth::Dimension::angle, following<attitude>,
-                "true attitude against the one commanded a dead time before");
+  family.series("achieved_attitude_error", berth::Dimension::angle, smaller_is_better,
+                following<attitude>, "true attitude against the one commanded a dead time before");
 }
 
 }  // namespace berth::logs

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/measure/measurement.h"
 
+#include <cmath>
+
 #include "common/core/text.h"
 #include "logs/measure/series.h"
 
@@ -23,6 +25,14 @@ std::vector<Measurement> make_measurements() {
   return table;
 }
 
+/// "smaller", "larger" or "nearer 1"; empty where neither is better.
+std::string better_of(const Measurement& measurement) {
+  const Preference preference = measurement.preference(Statistic::mean);
+  if (preference.direction == Direction::neither) return "";
+  if (preference.direction == Direction::larger_is_better) return "larger";
+  return preference.ideal == 0 ? "smaller" : "nearer " + fixed(preference.ideal, 0);
+}
+
 }  // namespace
 
 const std::vector<Measurement>& measurements() {
@@ -37,12 +47,30 @@ const Measurement* measurement_named(const std::string& name) {
   return nullptr;
 }
 
+ChangeKind Preference::kind_of_change(double before, double after) const {
+  const bool ratios = ideal > 0 && before > 0 && after > 0;
+  const auto worth = [&](double value) {
+    if (direction == Direction::larger_is_better) return value;
+    return -std::abs(ratios ? std::log(value / ideal) : value - ideal);
+  };
+  if (direction == Direction::neither || !(worth(before) != worth(after))) {
+    return ChangeKind::changed;
+  }
+  return worth(after) > worth(before) ? ChangeKind::better : ChangeKind::worse;
+}
+
+Preference Measurement::preference(Statistic statistic) const {
+  const bool scatter = series && statistic == Statistic::deviation;
+  if (direction == Direction::larger_is_better && scatter) return {Direction::smaller_is_better, 0};
+  return {direction, ideal == nullptr ? 0 : shown(ideal(statistic))};
+}
+
 std::string describe_measurements(bool markdown) {
   std::string text;
   std::string family;
   std::vector<std::vector<std::string>> lines;
   const auto end_family = [&] {
-    text += text_table(lines, 4);
+    text += text_table(lines, 5);
     lines.clear();
   };
   for (const Measurement& m : measurements()) {
@@ -50,7 +78,7 @@ std::string describe_measurements(bool markdown) {
       family = m.family;
       if (markdown) {
         text += (text.empty() ? "" : "\n") + std::string("### ") + family + "\n\n" +
-                "| measurement | unit | of | what it is |\n|---|---|---|---|\n";
+                "| measurement | unit | of | better | what it is |\n|---|---|---|---|---|\n";
       } else {
         end_family();
         text += (text.empty() ? "" : "\n") + family + "\n";
@@ -58,9 +86,10 @@ std::string describe_measurements(bool markdown) {
     }
     const std::string of = m.series ? "series" : "number";
     if (markdown) {
-      text += "| `" + m.name + "` | " + m.unit + " | " + of + " | " + m.description + " |\n";
+      text += "| `" + m.name + "` | " + m.unit + " | " + of + " | " + better_of(m) + " | " +
+              m.description + " |\n";
     } else {
-      lines.push_back({m.name, m.unit, of, m.description});
+      lines.push_back({m.name, m.unit, of, better_of(m), m.description});
     }
   }
   if (markdown) return text;

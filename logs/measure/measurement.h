@@ -30,6 +30,22 @@ struct Measured {
   std::string reason;  ///< why there is no value, or what else is to be known about it
 };
 
+/// Which values of a measurement are the better ones.
+enum class Direction { smaller_is_better, larger_is_better, neither };
+
+/// Whether a change is for the better; `changed` where nobody can say.
+enum class ChangeKind { better, worse, changed };
+
+/// What one would rather have of a number.
+struct Preference {
+  Direction direction = Direction::neither;
+  /// Where smaller is better: the value whose distance is to be small; 0 of errors, signed or not.
+  double ideal = 0;
+
+  /// Of positive numbers with a positive ideal the distance is a ratio: half is as far as double.
+  ChangeKind kind_of_change(double before, double after) const;
+};
+
 /// A named thing that can be measured on a run: a series of values, of which a statistic is taken,
 /// or one number for a phase.
 struct Measurement {
@@ -38,14 +54,21 @@ struct Measurement {
   std::string unit;  ///< in which it is shown
   double unit_si;    ///< size of that unit
   std::string description;
+  Direction direction = Direction::neither;  ///< declared by each; all comparisons go by it alone
+  /// Where smaller is better: what a consistent or right value is, in SI; none: 0.
+  double (*ideal)(Statistic) = nullptr;
   /// One of the two is set.
   std::function<Series(const Measurer&, const Phase&)> series;
   std::function<Measured(const Measurer&, const Phase&)> number;
-  std::string family;   ///< "errors", "velocities" ...: as docs and tables group them
-  bool detail = false;  ///< left out of tables for people: one axis of what another row shows
+  std::string family;       ///< "errors", "velocities" ...: as docs and tables group them
+  bool of_returns = false;  ///< needs SCAN_DATA: not foreseen by a rehearsal
+  bool detail = false;      ///< left out of tables for people: one axis of what another row shows
 
   /// In the unit it is shown in.
   double shown(double si) const { return si / unit_si; }
+  /// Of a statistic of the series (of a number it is not looked at), in the shown unit. Scatter is
+  /// better small, whatever the values are better at.
+  Preference preference(Statistic statistic) const;
 };
 
 /// All of them, family by family.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/measure/measurer.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "common/core/target.h"
 #include "logs/measure/truth_velocity.h"
+#include "logs/run/target_surface.h"
 
 namespace berth::logs {
 namespace {
@@ -18,10 +20,27 @@ std::optional<Pose> docking_of(const RunRecord& record) {
 
 }  // namespace
 
-std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track) {
+EstimateSample nearest_equal(const EstimateSample& estimate, const Pose& truth,
+                             const SymmetryGroup& symmetry) {
+  if (symmetry.trivial()) return estimate;
+  EstimateSample equal = estimate;
+  equal.pose = symmetry.nearest_equal(estimate.pose, truth);
+  equal.measured = symmetry.nearest_equal(estimate.measured, truth);
+  // Its origin is another point of the same body, this far from the estimated one.
+  const Vector3d lever = equal.pose.position - estimate.pose.position;
+  Matrix6d jacobian = Matrix6d::Identity();
+  jacobian.topRightCorner<3, 3>() = -skew(lever);
+  equal.covariance = jacobian * estimate.covariance * jacobian.transpose();
+  equal.velocity.linear += estimate.velocity.angular.cross(lever);
+  return equal;
+}
+
+std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track,
+                                        const SymmetryGroup& symmetry) {
   const auto truth = track.at(estimate.utime);
   if (!truth) return std::nullopt;
-  ComparedEstimate c{estimate, *truth, difference(truth->pose, estimate.pose)};
+  ComparedEstimate c{nearest_equal(estimate, truth->pose, symmetry), *truth, {}};
+  c.error = difference(truth->pose, c.estimate.pose);
   const TruthVelocity velocity = truth_velocity(track, *truth);
   c.truth.velocity = velocity.velocity;
   c.truth_velocity_covariance = velocity.covariance;
@@ -30,14 +49,22 @@ std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const Tr
 
 Measurer::Measurer(const RunRecord& record, NearestPoint nearest)
     : record_(record), nearest_(std::move(nearest)), docking_(docking_of(record)) {
+  if (record.info()) symmetry_ = symmetry_of_run(*record.info());
   for (const EstimateSample& estimate : record.estimates()) {
     if (!estimate.ok()) continue;
-    if (const auto compared = compare(estimate, record.truth())) {
+    if (const auto compared = compare(estimate, record.truth(), symmetry_)) {
       compared_.push_back(*compared);
     } else {
       without_truth_.push_back(estimate.utime);
     }
   }
+}
+
+const ComparedEstimate* Measurer::compared_at(Utime utime) const {
+  const auto found =
+      std::lower_bound(compared_.begin(), compared_.end(), utime,
+                       [](const ComparedEstimate& c, Utime t) { return c.estimate.utime < t; });
+  return found != compared_.end() && found->estimate.utime == utime ? &*found : nullptr;
 }
 
 Vector3d Measurer::surface_lever(const TruthSample& truth) const {

@@ -75,19 +75,23 @@ Measured component(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_mount(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("calibration", table);
   const auto length = berth::Dimension::length;
   const auto angle = berth::Dimension::angle;
-  family.number("mount_offset", length, size<0>,
+  family.number("mount_offset", length, smaller_is_better, size<0>,
                 "constant offset of estimate from truth while the target rests: length of the "
                 "weighted mean of the errors");
-  family.number("mount_turn", angle, size<3>, "constant turn of estimate from truth at rest");
-  family.detail().number("mount_x", length, component<0>, "constant offset along x");
-  family.detail().number("mount_y", length, component<1>, "along y");
-  family.detail().number("mount_z", length, component<2>, "along z");
-  family.detail().number("mount_turn_x", angle, component<3>, "constant turn about x");
-  family.detail().number("mount_turn_y", angle, component<4>, "about y");
-  family.detail().number("mount_turn_z", angle, component<5>, "about z");
+  family.number("mount_turn", angle, smaller_is_better, size<3>,
+                "constant turn of estimate from truth at rest");
+  family.detail().number("mount_x", length, smaller_is_better, component<0>,
+                         "constant offset along x");
+  family.detail().number("mount_y", length, smaller_is_better, component<1>, "along y");
+  family.detail().number("mount_z", length, smaller_is_better, component<2>, "along z");
+  family.detail().number("mount_turn_x", angle, smaller_is_better, component<3>,
+                         "constant turn about x");
+  family.detail().number("mount_turn_y", angle, smaller_is_better, component<4>, "about y");
+  family.detail().number("mount_turn_z", angle, smaller_is_better, component<5>, "about z");
 }
 
 }  // namespace berth::logs

@@ -63,12 +63,13 @@ Measured stopping_time(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_safety(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family(safety_family, table);
   family.number(
-      "reaction_time", berth::Dimension::time, reaction_time,
+      "reaction_time", berth::Dimension::time, smaller_is_better, reaction_time,
       "longest time from an injected fault to the testbed's event with which it stops the arms");
   family.in_milliseconds();
-  family.number("stopping_time", berth::Dimension::time, stopping_time,
+  family.number("stopping_time", berth::Dimension::time, smaller_is_better, stopping_time,
                 "longest time from an injected fault until truth says that the replica stands");
   family.in_milliseconds();
 }

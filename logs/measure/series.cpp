@@ -85,24 +85,26 @@ void Family::add(Measurement measurement) {
   table_.push_back(std::move(measurement));
 }
 
-void Family::estimates(const char* name, berth::Dimension dimension, OfEstimate value,
-                       const char* description) {
+void Family::estimates(const char* name, berth::Dimension dimension, Direction direction,
+                       OfEstimate value, const char* description) {
   series(
-      name, dimension,
+      name, dimension, direction,
       [value](const Measurer& m, const Phase& p) { return estimate_series(value, m, p); },
       description);
 }
 
-void Family::series(const char* name, berth::Dimension dimension,
+void Family::series(const char* name, berth::Dimension dimension, Direction direction,
                     std::function<Series(const Measurer&, const Phase&)> series,
                     const char* description) {
-  add({name, dimension, "", 1, description, std::move(series), nullptr, "", false});
+  add({name, dimension, "", 1, description, direction, nullptr, std::move(series), nullptr, "",
+       false, false});
 }
 
-void Family::number(const char* name, berth::Dimension dimension,
+void Family::number(const char* name, berth::Dimension dimension, Direction direction,
                     std::function<Measured(const Measurer&, const Phase&)> number,
                     const char* description) {
-  add({name, dimension, "", 1, description, nullptr, std::move(number), "", false});
+  add({name, dimension, "", 1, description, direction, nullptr, nullptr, std::move(number), "",
+       false, false});
 }
 
 Family& Family::detail() {
@@ -114,6 +116,10 @@ void Family::in_percent() {
   table_.back().unit = "%";
   table_.back().unit_si = 1e-2;
 }
+
+void Family::best_near(double (*ideal)(Statistic)) { table_.back().ideal = ideal; }
+
+void Family::of_returns() { table_.back().of_returns = true; }
 
 void Family::in_milliseconds() {
   table_.back().unit = "ms";

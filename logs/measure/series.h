@@ -23,11 +23,11 @@ class Family {
  public:
   Family(const char* name, std::vector<Measurement>& table) : name_(name), table_(table) {}
 
-  void estimates(const char* name, berth::Dimension dimension, OfEstimate value,
-                 const char* description);
-  void series(const char* name, berth::Dimension dimension,
+  void estimates(const char* name, berth::Dimension dimension, Direction direction,
+                 OfEstimate value, const char* description);
+  void series(const char* name, berth::Dimension dimension, Direction direction,
               std::function<Series(const Measurer&, const Phase&)> series, const char* description);
-  void number(const char* name, berth::Dimension dimension,
+  void number(const char* name, berth::Dimension dimension, Direction direction,
               std::function<Measured(const Measurer&, const Phase&)> number,
               const char* description);
   /// What is added next is left out of tables for people.
@@ -35,6 +35,10 @@ class Family {
   /// What is added last is a share, shown in per cent.
   void in_percent();
   void in_milliseconds();
+  /// What is added last is taken from SCAN_DATA.
+  void of_returns();
+  /// Of what is added last the values nearest to this are best, not the smallest.
+  void best_near(double (*ideal)(Statistic));
 
  private:
   void add(Measurement measurement);

@@ -62,33 +62,34 @@ Uncertain attitude_error(const Step& step) {
 }  // namespace
 
 void add_steps(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("steps: the pose's change from one stretch of a phase to the next", table);
   const auto length = berth::Dimension::length;
   const auto angle = berth::Dimension::angle;
-  const auto add = [&family](const char* name, berth::Dimension dimension, OfStep value,
-                             const char* description) {
+  const auto add = [&family](const char* name, berth::Dimension dimension, Direction direction,
+                             OfStep value, const char* description) {
     family.series(
-        name, dimension,
+        name, dimension, direction,
         [value](const Measurer& m, const Phase& p) { return step_series(value, m, p); },
         description);
   };
-  add("position_step_error", length, position_error,
+  add("position_step_error", length, smaller_is_better, position_error,
       "length of the estimated change of position minus the true one");
-  add("attitude_step_error", angle, attitude_error,
+  add("attitude_step_error", angle, smaller_is_better, attitude_error,
       "length of the estimated change of attitude minus the true one");
   family.detail();
-  add("x_step", length, estimated<0>,
+  add("x_step", length, neither, estimated<0>,
       "estimated change of x, between each stretch's last estimates");
   family.detail();
-  add("y_step", length, estimated<1>, "of y");
+  add("y_step", length, neither, estimated<1>, "of y");
   family.detail();
-  add("z_step", length, estimated<2>, "of z");
+  add("z_step", length, neither, estimated<2>, "of z");
   family.detail();
-  add("attitude_x_step", angle, estimated<3>, "estimated change of attitude about x");
+  add("attitude_x_step", angle, neither, estimated<3>, "estimated change of attitude about x");
   family.detail();
-  add("attitude_y_step", angle, estimated<4>, "about y");
+  add("attitude_y_step", angle, neither, estimated<4>, "about y");
   family.detail();
-  add("attitude_z_step", angle, estimated<5>, "about z");
+  add("attitude_z_step", angle, neither, estimated<5>, "about z");
 }
 
 }  // namespace berth::logs

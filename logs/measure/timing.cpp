@@ -30,15 +30,18 @@ Measured delay(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_timing(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("time", table);
-  family.series("latency", berth::Dimension::time, latency,
+  family.series("latency", berth::Dimension::time, smaller_is_better, latency,
                 "from the last return of the scan to when its estimate was published");
   family.in_milliseconds();
-  family.number("lidar_to_arms_delay", berth::Dimension::time, delay<EstimatePose::measured>,
+  family.number("lidar_to_arms_delay", berth::Dimension::time, smaller_is_better,
+                delay<EstimatePose::measured>,
                 "by how much scans are later than the arms' truth says: the poses of single scans "
                 "against truth, least squares with truth's constant errors");
   family.in_milliseconds();
-  family.number("estimate_delay", berth::Dimension::time, delay<EstimatePose::filtered>,
+  family.number("estimate_delay", berth::Dimension::time, smaller_is_better,
+                delay<EstimatePose::filtered>,
                 "the same of the filtered estimates: what the filter lags behind is in it");
   family.in_milliseconds();
 }

@@ -65,6 +65,8 @@ Measured gain(const Measurer& measurer, const Phase& phase) {
   return {slope, std::sqrt(scatter + slope * slope * truth_variance / square), samples, ""};
 }
 
+double right_gain(Statistic) { return 1; }
+
 Series relative_speed(const Measurer& measurer, const Phase& phase) {
   return truth_series(
       [&measurer](const TruthSample& truth) {
@@ -77,33 +79,43 @@ Series relative_speed(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 void add_velocities(std::vector<Measurement>& table) {
+  using enum Direction;
   Family family("velocities", table);
   const auto speed = berth::Dimension::speed;
   const auto turn = berth::Dimension::angular_speed;
   const auto number = berth::Dimension::number;
-  family.estimates("velocity_error", speed, velocity_error,
+  family.estimates("velocity_error", speed, smaller_is_better, velocity_error,
                    "length of estimated minus true linear velocity");
-  family.detail().estimates("velocity_x_error", speed, axis_error<0>,
+  family.detail().estimates("velocity_x_error", speed, smaller_is_better, axis_error<0>,
                             "estimated minus true velocity along x");
-  family.detail().estimates("velocity_y_error", speed, axis_error<1>, "along y");
-  family.detail().estimates("velocity_z_error", speed, axis_error<2>, "along z");
-  family.estimates("angular_velocity_error", turn, angular_velocity_error,
+  family.detail().estimates("velocity_y_error", speed, smaller_is_better, axis_error<1>, "along y");
+  family.detail().estimates("velocity_z_error", speed, smaller_is_better, axis_error<2>, "along z");
+  family.estimates("angular_velocity_error", turn, smaller_is_better, angular_velocity_error,
                    "length of estimated minus true angular velocity");
-  family.detail().estimates("angular_velocity_x_error", turn, axis_error<3>,
+  family.detail().estimates("angular_velocity_x_error", turn, smaller_is_better, axis_error<3>,
                             "estimated minus true angular velocity about x");
-  family.detail().estimates("angular_velocity_y_error", turn, axis_error<4>, "about y");
-  family.detail().estimates("angular_velocity_z_error", turn, axis_error<5>, "about z");
-  family.number("velocity_x_gain", number, gain<0>,
+  family.detail().estimates("angular_velocity_y_error", turn, smaller_is_better, axis_error<4>,
+                            "about y");
+  family.detail().estimates("angular_velocity_z_error", turn, smaller_is_better, axis_error<5>,
+                            "about z");
+  family.number("velocity_x_gain", number, smaller_is_better, gain<0>,
                 "estimated over true velocity along x, least squares: 1 when right, -1 when its "
                 "sign is wrong");
-  family.number("velocity_y_gain", number, gain<1>, "along y");
-  family.number("velocity_z_gain", number, gain<2>, "along z");
-  family.number("angular_velocity_x_gain", number, gain<3>,
+  family.best_near(right_gain);
+  family.number("velocity_y_gain", number, smaller_is_better, gain<1>, "along y");
+  family.best_near(right_gain);
+  family.number("velocity_z_gain", number, smaller_is_better, gain<2>, "along z");
+  family.best_near(right_gain);
+  family.number("angular_velocity_x_gain", number, smaller_is_better, gain<3>,
                 "estimated over true angular velocity about x: 1 when right, -1 when its sign is "
                 "wrong");
-  family.number("angular_velocity_y_gain", number, gain<4>, "about y");
-  family.number("angular_velocity_z_gain", number, gain<5>, "about z");
-  family.series("relative_speed", speed, relative_speed, "true speed of target against sensor");
+  family.best_near(right_gain);
+  family.number("angular_velocity_y_gain", number, smaller_is_better, gain<4>, "about y");
+  family.best_near(right_gain);
+  family.number("angular_velocity_z_gain", number, smaller_is_better, gain<5>, "about z");
+  family.best_near(right_gain);
+  family.series("relative_speed", speed, neither, relative_speed,
+                "true speed of target against sensor");
 }
 
 }  // namespace berth::logs

@@ -57,7 +57,8 @@ Html pose_section(const RunView& view) {
   }
   for (const logs::EstimateSample& e : estimates) {
     if (!e.ok()) continue;
-    const Xyzwpr pose = xyzwpr_from_pose(e.pose);
+    const logs::ComparedEstimate* compared = view.measurer().compared_at(e.utime);
+    const Xyzwpr pose = xyzwpr_from_pose(compared ? compared->estimate.pose : e.pose);
     for (std::size_t i = 0; i < 6; ++i) {
       Coordinate(curves[i][1], i).add(view.at(e.utime), pose);
     }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
 #include "logs/report/sections.h"
 
 namespace berth::report {
@@ -27,12 +29,16 @@ Html return_section(const RunView& view) {
       curve.x.push_back(t);
       curve.y.push_back(y);
     };
-    if (e.status == pose_estimate_t::OK) add(residual, 1e3 * e.residual_rms_m);
+    if (const auto* compared = view.measurer().compared_at(e.utime)) {
+      const double rms = view.measurer().residual(*compared);
+      if (std::isfinite(rms)) add(residual, 1e3 * rms);
+    }
     add(received, e.returns_received);
     add(used, e.returns_used);
     add(misses, e.misses);
   }
-  Chart residuals = view.chart("residual of the returns used", "mm");
+  Chart residuals =
+      view.chart("distance of the target's returns from its surface as estimated", "mm");
   residuals.clip_extremes = true;
   residuals.curves = {residual};
   Chart returns = view.chart("beams of each scan", "");

@@ -18,7 +18,6 @@ EstimateDetail detail_of(const pose_estimate_t& m) {
   detail.returns_used = m.returns_used;
   detail.returns_received = m.returns_received;
   detail.misses = m.misses;
-  detail.residual_rms_m = m.residual_rms_m;
   return detail;
 }
 

@@ -21,7 +21,6 @@ struct EstimateDetail {
   int returns_used = 0;
   int returns_received = 0;
   int misses = 0;
-  double residual_rms_m = 0;
 };
 
 /// How long the estimator worked at one estimate, s.

@@ -65,23 +65,25 @@ class Choice {
   std::map<std::int64_t, std::string> chosen_;
 };
 
-std::string caption_of(const EstimateDetail& e, const std::optional<logs::TruthSample>& truth,
-                       const Pose& pose) {
+std::string caption_of(const EstimateDetail& e, const logs::Measurer& measurer) {
+  const logs::ComparedEstimate* compared = measurer.compared_at(e.utime);
   std::string words = std::string(text_of_status(e.status)) +
                       (e.reason.empty() ? "" : ": " + e.reason) + "; " +
                       std::to_string(e.returns_used) + " of " + std::to_string(e.returns_received) +
                       " returns used, " + std::to_string(e.misses) + " misses";
-  if (e.status == pose_estimate_t::OK) {
-    words += ", residual " + brief(1e3 * e.residual_rms_m, 3) + " mm rms";
-    if (truth) {
-      words += "; off by " + brief(1e3 * distance(truth->pose, pose), 3) + " mm and " +
-               brief(degrees(angle_between(truth->pose, pose)), 3) + " deg";
-    }
+  if (compared != nullptr) {
+    const double residual = measurer.residual(*compared);
+    if (std::isfinite(residual)) words += ", residual " + brief(1e3 * residual, 3) + " mm rms";
+    words += "; off by " + brief(1e3 * compared->error.head<3>().norm(), 3) + " mm and " +
+             brief(degrees(compared->error.tail<3>().norm()), 3) + " deg";
   }
-  return words + (truth ? "" : "; no truth: drawn where it was estimated");
+  const bool has_truth = measurer.record().truth().at(e.utime).has_value();
+  return words + (has_truth ? "" : "; no truth: drawn where it was estimated");
 }
 
+/// As it was compared with truth, where it was.
 const logs::EstimateSample* sample_at(const RunView& view, Utime utime) {
+  if (const auto* compared = view.measurer().compared_at(utime)) return &compared->estimate;
   for (const logs::EstimateSample& sample : view.record().estimates()) {
     if (sample.utime == utime) return &sample;
   }
@@ -116,7 +118,7 @@ Html scan_section(const RunView& view) {
     ScanPicture picture;
     picture.title = brief(view.at(e.utime)) + " s, scan " + std::to_string(e.scan_id) + ": " +
                     chosen.at(e.scan_id);
-    picture.caption = caption_of(e, truth, sample->pose);
+    picture.caption = caption_of(e, view.measurer());
     if (scan != view.details().scans.end()) picture.windows = scan->second.windows;
     picture.beams = returns->second;
     const auto paint = [&](const Pose& pose, const Velocity& velocity) {

@@ -61,9 +61,9 @@ EstimateSample sample_of(const pose_estimate_t& message) {
   sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
   sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
   sample.scan_id = message.scan_id;
+  sample.first_packet = message.first_packet;
   sample.last_packet = message.last_packet;
   sample.returns_used = message.returns_used;
-  sample.residual_rms_m = message.residual_rms_m;
   return sample;
 }
 
@@ -88,6 +88,32 @@ void RunRecord::add(const testbed_state_t& message) {
          CommandedSample{message.utime, message.seq,
                          pose_of(message.commanded_position_m, message.commanded_q_wxyz),
                          message.state == testbed_state_t::CLOSED_LOOP});
+}
+
+void RunRecord::add(const scan_packet_t& message) {
+  constexpr std::size_t most_kept = 100;
+  const auto [place, is_new] = returns_.try_emplace({message.scan_id, message.packet});
+  if (!is_new) return;
+  std::vector<std::size_t> hits;
+  for (std::size_t i = 0; i < message.status.size(); ++i) {
+    if (message.status[i] == scan_packet_t::HIT) hits.push_back(i);
+  }
+  const std::size_t step = (hits.size() + most_kept - 1) / most_kept;
+  for (std::size_t i = 0; i < hits.size(); i += step) {
+    const std::size_t beam = hits[i];
+    place->second.push_back({message.utime + message.time_us[beam], message.range_m[beam],
+                             message.azimuth_rad[beam], message.elevation_rad[beam]});
+  }
+}
+
+std::vector<ScanReturn> RunRecord::returns_of(const EstimateSample& estimate) const {
+  std::vector<ScanReturn> returns;
+  const auto end = returns_.upper_bound({estimate.scan_id, estimate.last_packet});
+  for (auto packet = returns_.lower_bound({estimate.scan_id, estimate.first_packet}); packet != end;
+       ++packet) {
+    returns.insert(returns.end(), packet->second.begin(), packet->second.end());
+  }
+  return returns;
 }
 
 void RunRecord::add(const procedure_state_t& message) {
@@ -205,6 +231,8 @@ class Filler {
       add<event_t>(event);
     } else if (event.channel == channels::testbed_state) {
       add<testbed_state_t>(event);
+    } else if (event.channel == channels::scan_data) {
+      add<scan_packet_t>(event);
     }
   }
 
@@ -226,7 +254,8 @@ class Filler {
   std::optional<std::int64_t> session_;
   std::tuple<ReusedMessage<ground_truth_t>, ReusedMessage<pose_estimate_t>,
              ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
-             ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>>
+             ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
+             ReusedMessage<scan_packet_t>>
       messages_;
 };
 

@@ -7,9 +7,11 @@
 #include <berth/pose_estimate_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
+#include <berth/scan_packet_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -31,9 +33,9 @@ struct EstimateSample {
   Velocity velocity;                       ///< sensor frame
   Pose measured;                           ///< by this scan alone
   std::int64_t scan_id = 0;
-  std::int32_t last_packet = 0;  ///< of the scan that the estimate rests on
+  std::int32_t first_packet = 0;  ///< of the scan that the estimate rests on
+  std::int32_t last_packet = 0;
   std::int32_t returns_used = 0;
-  double residual_rms_m = 0;  ///< of the returns used, from the model's surface
 
   bool ok() const { return status == pose_estimate_t::OK; }
 };
@@ -57,6 +59,14 @@ struct LatencySample {
 
 /// Nothing in a message that does not tell it.
 std::optional<Utime> latency_in(const estimator_diagnostics_t& message);
+
+/// A beam of SCAN_DATA that came back.
+struct ScanReturn {
+  Utime utime = 0;
+  float range = 0;      ///< m
+  float azimuth = 0;    ///< rad
+  float elevation = 0;  ///< rad
+};
 
 /// What truth rests on.
 struct TruthBasis {
@@ -109,6 +119,8 @@ class RunRecord {
   void add(const run_info_t& message);
   void add(const event_t& message);
   void add(const testbed_state_t& message);
+  /// Keeps some of its returns, evenly: as many as tell how they scatter.
+  void add(const scan_packet_t& message);
 
   /// Of the messages so far.
   JudgedUpTo up_to() const;
@@ -119,6 +131,8 @@ class RunRecord {
   const std::vector<EstimateSample>& estimates() const { return estimates_; }
   const std::vector<LatencySample>& latencies() const { return latencies_; }
   const std::vector<CommandedSample>& commanded() const { return commanded_; }
+  /// Those kept of the packets that an estimate rests on, in their order.
+  std::vector<ScanReturn> returns_of(const EstimateSample& estimate) const;
   const TruthTrack& truth() const { return truth_; }
   /// What truth rested on; more than one where the calibration changed within a session.
   const std::set<TruthBasis>& truth_bases() const { return truth_bases_; }
@@ -138,6 +152,8 @@ class RunRecord {
   std::vector<EstimateSample> estimates_;
   std::vector<LatencySample> latencies_;
   std::vector<CommandedSample> commanded_;
+  std::map<std::pair<std::int64_t, std::int32_t>, std::vector<ScanReturn>>
+      returns_;  // scan, packet
   TruthTrack truth_;
   std::set<TruthBasis> truth_bases_;
   std::vector<event_t> events_;

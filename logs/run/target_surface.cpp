@@ -14,9 +14,23 @@ Target target_of_run(const run_info_t& info, const std::filesystem::path& direct
                      info.target_length_m);
 }
 
+SymmetryGroup symmetry_of_run(const run_info_t& info, std::string* why) {
+  try {
+    for (const attachment_t& attachment : info.attachments) {
+      if (attachment.name != symmetry_file) continue;
+      return read_symmetry(attachment.content, std::string(symmetry_file) + " in RUN_INFO");
+    }
+  } catch (const InputError& e) {
+    if (why != nullptr) *why = e.what();
+  }
+  return {};
+}
+
 NearestPoint nearest_point_on(const Target& target) {
   auto caster = std::make_shared<const RayCaster>(target.mesh);
-  return [caster](const Vector3d& point) { return caster->nearest(point); };
+  NearestPoint nearest = [caster](const Vector3d& point) { return caster->nearest(point); };
+  nearest.rays = std::move(caster);
+  return nearest;
 }
 
 NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem::path& directory,

@@ -13,6 +13,13 @@ namespace berth::logs {
 /// @throws InputError when it cannot be loaded.
 Target target_of_run(const run_info_t& info, const std::filesystem::path& directory);
 
+/// Name of RUN_INFO's attachment, and of the file beside the log, that holds the target's symmetry.
+inline constexpr char symmetry_file[] = "symmetry.yaml";
+
+/// The symmetry by which a run is judged, as RUN_INFO holds it. The trivial one where it holds
+/// none, as in runs of before it was kept, or, with the reason in `why`, one that cannot be read.
+SymmetryGroup symmetry_of_run(const run_info_t& info, std::string* why = nullptr);
+
 /// Nearest point on a target.
 NearestPoint nearest_point_on(const Target& target);
 

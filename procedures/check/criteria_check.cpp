@@ -86,6 +86,7 @@ class CriteriaCheck {
       if (anything_injected()) return;
       return add(criterion, Severity::error, "nothing is injected", "an 'inject' before it");
     }
+    if (criterion.measurement->of_returns && anything_tracked(criterion.phase)) return;
     const criterion_result_t result = logs::judge(criterion, measurer_);
     const criterion_result_t truth = logs::judge(criterion, truth_measurer_);
     const bool by_truth_alone = result.value == truth.value;

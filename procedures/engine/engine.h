@@ -41,6 +41,9 @@ class Engine {
  public:
   Engine(Procedure procedure, EngineOptions options, logs::NearestPoint nearest, Actions& actions);
 
+  /// Whether a criterion rests on SCAN_DATA.
+  bool judges_returns() const;
+
   void start(Utime now);
   void on(const testbed_state_t& message, Utime now);
   void on(const estimator_state_t& message, Utime now);
@@ -49,8 +52,12 @@ class Engine {
   void on(const injection_state_t& message, Utime now);
   void on(const pose_estimate_t& message, Utime now);
   void on(const ground_truth_t& message);
-  void on(const run_info_t& message) { record_.add(message); }
+  void on(const run_info_t& message) {
+    record_.add(message);
+    bench_.live.on(message);
+  }
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
+  void on(const scan_packet_t& message) { record_.add(message); }
   void on(const event_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
   void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }

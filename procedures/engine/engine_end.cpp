@@ -95,6 +95,11 @@ void Engine::settle(Utime now) {
   if ((waited >= shortest && truth_has_come) || waited >= longest) judge(now);
 }
 
+bool Engine::judges_returns() const {
+  return std::any_of(procedure_.criteria.begin(), procedure_.criteria.end(),
+                     [](const logs::Criterion& c) { return c.measurement->of_returns; });
+}
+
 void Engine::judge(Utime now) {
   state_.utime = now;
   record_.add(state_);

@@ -2,14 +2,6 @@
 #include "procedures/engine/live.h"
 
 namespace berth::procedures {
-namespace {
-
-Pose pose_of(const pose_estimate_t& e) {
-  return {Vector3d::Map(e.position_m),
-          Quaterniond(e.q_wxyz[0], e.q_wxyz[1], e.q_wxyz[2], e.q_wxyz[3]).normalized()};
-}
-
-}  // namespace
 
 void Live::begin_phase(Utime now) {
   phase_start_ = now;
@@ -38,8 +30,8 @@ void Live::on(const ground_truth_t& message) {
 void Live::compare(Utime until) {
   while (!uncompared_.empty() && uncompared_.front().utime <= until) {
     const pose_estimate_t& estimate = uncompared_.front();
-    if (const auto truth = truth_.at(estimate.utime)) {
-      error_ = difference(truth->pose, pose_of(estimate));
+    if (const auto compared = logs::compare(logs::sample_of(estimate), truth_, symmetry_)) {
+      error_ = compared->error;
       error_utime_ = estimate.utime;
     }
     uncompared_.pop_front();

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "logs/measure/measurer.h"
-#include "logs/run/truth_track.h"
+#include "logs/run/target_surface.h"
 
 namespace berth::procedures {
 
@@ -19,6 +19,7 @@ class Live {
  public:
   explicit Live(logs::NearestPoint nearest) : nearest_(std::move(nearest)) {}
 
+  void on(const run_info_t& message) { symmetry_ = logs::symmetry_of_run(message); }
   void on(const pose_estimate_t& message, Utime now);
   void on(const ground_truth_t& message);
   void on(const testbed_state_t& message) { testbed_ = message; }
@@ -58,6 +59,7 @@ class Live {
   static constexpr Utime lifetime = 5 * second;
 
   logs::NearestPoint nearest_;
+  SymmetryGroup symmetry_;
   Utime now_ = 0;
   Utime run_start_ = 0;
   Utime phase_start_ = 0;

@@ -58,6 +58,12 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                            [this](const estimator_diagnostics_t& message) {
                                              if (message.session == session()) engine_.on(message);
                                            });
+  if (engine_.judges_returns()) {
+    bus().subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(5000),
+                                   [this](const scan_packet_t& message) {
+                                     if (message.session == session()) engine_.on(message);
+                                   });
+  }
   bus().subscribe<event_t>(channels::event, Queue::fifo(1000), [this](const event_t& message) {
     if (message.session == session()) engine_.on(message);
   });

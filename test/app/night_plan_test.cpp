@@ -2,6 +2,7 @@
 #include <fstream>
 #include <set>
 
+#include "app/nights/claims_table.h"
 #include "app/nights/planned_run.h"
 #include "common/core/error.h"
 #include "test/catch.h"
@@ -119,4 +120,32 @@ TEST_CASE("fixed seeds are the same every night, fresh ones other ones; the base
   CHECK(names.size() == runs.size());
   plan.cases[1].host = "simulated-cell";
   CHECK(runs_of_night(plan, 1).size() == 17);
+}
+
+TEST_CASE(
+    "a claim keeps its row when the plan changes a configuration file, or when none is read") {
+  const PlanFile plan_file;
+  std::ofstream(plan_file.directory / "approach.yaml") << R"(
+name: approach
+parameters:
+  limit: 10 mm
+steps: [{wait: 1 s}]
+criteria:
+  - {name: position, claim: "below 20 mm", measurement: position_error, statistic: rms, max: "${limit}"}
+)";
+  const Plan plan = plan_file.load(R"(
+seeds: {fixed: 1}
+procedures:
+  - procedure: approach.yaml
+    set: {limit: 20 mm, "simulation_lidar.yaml:noise_scale": 2}
+)");
+  NightReport report;
+  FinishedRun& run = report.runs.emplace_back();
+  run.case_name = "approach";
+  run.values = {{"run", "position_error", "position", "mm", 12, 100}};
+  const std::string table = claims_table(plan, report).code;
+  CHECK_THAT(table, Catch::Contains("below 20 mm"));
+  CHECK_THAT(table, Catch::Contains("1 of 1"));
+  std::filesystem::remove(plan_file.directory / "approach.yaml");
+  CHECK_THAT(claims_table(plan, report).code, Catch::Contains("approach.yaml"));
 }

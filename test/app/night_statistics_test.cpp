@@ -5,6 +5,7 @@
 #include "app/nights/changes.h"
 #include "app/nights/run_values.h"
 #include "app/nights/verdict.h"
+#include "common/core/config.h"
 #include "common/core/random.h"
 #include "test/catch.h"
 
@@ -200,6 +201,67 @@ TEST_CASE("what is better depends on what is measured") {
   CHECK(kind_of_change("nees", "mean", 6, 3) == "worse");
   CHECK(kind_of_change("angular_velocity_z_gain", "value", 1, -1) == "worse");
   CHECK(kind_of_change("relative_speed", "rms", 20, 30) == "changed");
+  // declared, not guessed from a name
+  CHECK(kind_of_change("silently_wrong", "value", 4, 0) == "better");
+  CHECK(kind_of_change("stopping_time", "value", 300, 200) == "better");
+  CHECK(kind_of_change("mount_turn", "value", 0.1, 0.2) == "worse");
+  CHECK(kind_of_change("returns", "mean", 800, 950) == "better");
+  CHECK(kind_of_change("returns", "deviation", 10, 20) == "worse");
+  CHECK(kind_of_change("nees", "p95", 40, 13) == "better");
+  CHECK(kind_of_change("overconfidence", "value", 0.5, 0.9) == "better");
+  CHECK(kind_of_change("of a newer Berth", "value", 1, 2) == "changed");
+  CHECK(kind_of_change(completed_measurement, "value", 0.9, 1) == "better");
+}
+
+TEST_CASE("what a criterion takes off its value, and its limits, tell what is better") {
+  Config config = Config::parse(R"(
+criteria:
+  - {name: in range, measurement: docking_range, statistic: final, nominal: 3.5 m, min: -30 mm, max: 30 mm}
+  - {name: far enough, measurement: surface_range, statistic: min, min: 1 m}
+  - {name: gain, measurement: velocity_x_gain, nominal: 1, min: -0.1, max: 0.1}
+  - {name: steady, measurement: returns, statistic: deviation, max: 20}
+)",
+                                "test");
+  const auto criteria = logs::read_criteria(config);
+  CHECK(kind_of_change("docking_range", "in range", -20, 2, criteria) == "better");
+  CHECK(kind_of_change("docking_range", "in range", 2, 25, criteria) == "worse");
+  CHECK(kind_of_change("surface_range", "far enough", 1100, 1300, criteria) == "better");
+  CHECK(kind_of_change("velocity_x_gain", "gain", 0.08, -0.01, criteria) == "better");
+  CHECK(kind_of_change("returns", "steady", 5, 15, criteria) == "worse");
+}
+
+TEST_CASE("an improvement of whatever is measured leaves the night clean") {
+  for (const logs::Measurement& what : logs::measurements()) {
+    if (what.direction == logs::Direction::neither) continue;
+    INFO(what.name);
+    const bool larger = what.direction == logs::Direction::larger_is_better;
+    const double ideal = what.preference(logs::Statistic::mean).ideal;
+    const double before = larger ? 100 : ideal + 400;
+    const double after = larger ? 200 : ideal + 100;
+    Evidence evidence;
+    Random random(1, what.name);
+    for (std::uint64_t seed = 1; seed <= 14; ++seed) {
+      const std::string statistic = what.series ? "mean" : "value";
+      for (const bool tonight : {false, true}) {
+        FinishedRun run =
+            made_run("c", tonight ? Build::tonight : Build::baseline, seed, false, 3, 0);
+        run.values.resize(2);  // passed, completed
+        run.values.push_back({"hold", what.name, statistic, what.unit,
+                              (tonight ? after : before) + random.normal(0.01), 100});
+        (tonight ? evidence.tonight : evidence.baseline).push_back(run);
+      }
+    }
+    Plan plan;
+    plan.cases.resize(1);
+    plan.cases[0].name = "c";
+    NightReport report;
+    report.runs = evidence.tonight;
+    report.changes = find_changes(evidence, 0.002, {}, {2000, 1});
+    judge(plan, report);
+    REQUIRE(report.changes.changes.size() == 1);
+    CHECK(report.changes.changes[0].kind == "better");
+    CHECK(report.exit_code() == 0);
+  }
 }
 
 TEST_CASE("as many runs may fail as the plan says, by chance") {

@@ -13,6 +13,8 @@
 #include "common/core/file.h"
 #include "common/core/mesh.h"
 #include "common/core/target.h"
+#include "logs/run/target_surface.h"
+#include "procedures/engine/run_info.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 
@@ -82,6 +84,25 @@ TEST_CASE("checksums tell what was changed, is missing, or came after") {
   CHECK(verify_checksums(folder.path()) == std::vector<std::string>{"config/a.yaml was changed",
                                                                     "run.lcm is missing",
                                                                     "late is not listed"});
+}
+
+TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_INFO") {
+  const TemporaryDirectory folder;
+  const std::string mesh = (folder / "box.ply").string();
+  save_ply(make_box({2, 1, 0.7}), mesh);
+  RunRequest request = twin_of(folder / "runs");
+  request.target = mesh;
+  const RunFiles made = RunFiles::create(request);
+  const std::string kept = read_file(made.directory / logs::symmetry_file);
+  CHECK(read_symmetry(kept, "kept").motions.size() == 3);
+  const run_info_t info =
+      procedures::make_run_info(procedures::load_procedure(made.procedure()), made.setup,
+                                load_target(made.setup.target, 0), "r", run_info_t::TWIN, "");
+  const SymmetryGroup told = logs::symmetry_of_run(info);
+  CHECK(yaml_of(told) == kept);
+  request.target.clear();  // the replica has none
+  CHECK(read_symmetry(read_file(RunFiles::create(request).directory / logs::symmetry_file), "kept")
+            .trivial());
 }
 
 TEST_CASE("everything known before the start is in the run's directory, and a mesh goes with it") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/view/criteria.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
@@ -20,11 +21,13 @@ constexpr Utime truth_period = 40 * millisecond;
 logs::NearestPoint remembering(logs::NearestPoint nearest) {
   if (!nearest) return nearest;
   const auto known = std::make_shared<std::map<std::array<double, 3>, Vector3d>>();
-  return [nearest = std::move(nearest), known](const Vector3d& point) {
+  logs::NearestPoint remembered = [nearest, known](const Vector3d& point) {
     const auto [place, is_new] = known->try_emplace({point.x(), point.y(), point.z()});
     if (is_new) place->second = nearest(point);
     return place->second;
   };
+  remembered.rays = nearest.rays;
+  return remembered;
 }
 
 std::string procedure_in(const run_info_t& info) {
@@ -47,6 +50,9 @@ void Criteria::begin(const run_info_t& info) {
   if (text.empty()) return;
   try {
     criteria_ = procedures::parse_procedure(text, "procedure.yaml").criteria;
+    judges_returns_ = std::any_of(criteria_.begin(), criteria_.end(), [](const auto& criterion) {
+      return criterion.measurement->of_returns;
+    });
   } catch (const InputError&) {
     // Of another version, whose words are not ours: its own verdict is shown in the end.
   }
@@ -76,6 +82,8 @@ void Criteria::take(const logs::LogEvent& event) {
     add(logs::decode<estimator_diagnostics_t>(event.data));
   } else if (event.channel == channels::testbed_state) {
     add(logs::decode<testbed_state_t>(event.data));
+  } else if (event.channel == channels::scan_data && judges_returns_) {
+    add(logs::decode<scan_packet_t>(event.data));
   } else if (event.channel == channels::procedure_state) {
     add(logs::decode<procedure_state_t>(event.data));
   }

@@ -29,6 +29,7 @@ class Criteria {
   logs::NearestPoint nearest_;
   std::vector<logs::Criterion> criteria_;
   logs::RunRecord record_;
+  bool judges_returns_ = false;  // a criterion rests on SCAN_DATA
   std::int64_t session_ = 0;
   Utime last_truth_ = 0;
 };

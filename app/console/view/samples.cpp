@@ -5,7 +5,7 @@
 
 #include "app/console/view/json.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/run_record.h"
+#include "logs/run/target_surface.h"
 
 namespace berth::console {
 namespace {
@@ -30,7 +30,10 @@ double reach(const Matrix3d& covariance) {
 }  // namespace
 
 void Samples::take(const logs::LogEvent& event) {
-  if (event.channel == channels::ground_truth) {
+  if (event.channel == channels::run_info) {
+    const auto message = logs::decode<run_info_t>(event.data);
+    if (message) symmetry_ = logs::symmetry_of_run(*message);
+  } else if (event.channel == channels::ground_truth) {
     if (const auto message = logs::decode<ground_truth_t>(event.data)) {
       // A clock that went back, or a damaged time: what was before belongs to another time.
       const auto& kept = truth_.samples();
@@ -53,7 +56,7 @@ void Samples::take(const logs::LogEvent& event) {
 void Samples::complete(Waiting& waiting) const {
   Sample& sample = waiting.sample;
   if (!sample.compared && sample.estimate.status == pose_estimate_t::OK) {
-    sample.compared = logs::compare(logs::sample_of(sample.estimate), truth_);
+    sample.compared = logs::compare(logs::sample_of(sample.estimate), truth_, symmetry_);
   }
   if (const auto found = latencies_.find(sample.estimate.seq); found != latencies_.end()) {
     sample.latency = found->second;

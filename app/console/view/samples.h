@@ -42,6 +42,7 @@ class Samples {
   void tell_first();
 
   Ready ready_;
+  SymmetryGroup symmetry_;                   // of the run's target
   logs::TruthTrack truth_;                   // of the last seconds
   std::map<std::int64_t, Utime> latencies_;  // by seq of the estimate
   std::deque<Waiting> waiting_;
