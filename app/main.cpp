@@ -49,7 +49,7 @@ int main(int argc, char* argv[]) {
       "Berth runs a hardware-in-the-loop testbed for satellite rendezvous and docking.\n"
       "Exit codes: 0 passed, 1 a criterion failed, 2 the rig or the input was at fault, 3 "
       "aborted,\n"
-      "4 inconclusive.",
+      "4 inconclusive; of several runs the worst, in this order: 0 4 1 2 3.",
       "berth");
   app.set_version_flag("--version", std::string(version()));
   app.require_subcommand(1);

@@ -71,9 +71,10 @@ Summary conclude(const Campaign& campaign) {
 }
 
 int exit_code_of(const Summary& summary) {
-  if (terminal::interrupted()) return exit_code::aborted;
-  if (!summary.complete()) return exit_code::error;
-  return summary.broken.empty() ? exit_code::passed : exit_code::failed;
+  int code = summary.broken.empty() ? exit_code::passed : exit_code::failed;
+  if (!summary.complete()) code = exit_code::worst(code, exit_code::error);
+  if (terminal::interrupted()) code = exit_code::worst(code, exit_code::aborted);
+  return code;
 }
 
 SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options) {

@@ -116,16 +116,23 @@ int run_in_twin(const RunFiles& files, const std::map<std::string, std::string>&
   std::printf("twin %s\n", files.directory.c_str());
   terminal::watch_for_interruption();
   terminal::TerminalView view;
-  const TwinResult result = run_twin(
-      files,
-      [&](const std::string& channel, Bytes bytes) {
-        view.take(channel, bytes);
-        view.refresh();
-      },
-      terminal::interrupted, answers);
-  const int code = write_verdict(files, result.exit_code);
+  TwinResult result;
+  std::string failure;
+  try {
+    result = run_twin(
+        files,
+        [&](const std::string& channel, Bytes bytes) {
+          view.take(channel, bytes);
+          view.refresh();
+        },
+        terminal::interrupted, answers);
+  } catch (const std::exception& e) {
+    failure = e.what();
+  }
+  const int code = write_verdict(files, result.exit_code, failure);
   view.clear_panel();
   terminal::show_verdict(files);
+  if (!failure.empty()) return code;
   std::printf("simulated %.1f s in %.2f s: %.0f times real time (and %.2f s to prepare)\n",
               result.simulated_s, result.wall_s, result.simulated_s / result.wall_s,
               result.preparation_s);

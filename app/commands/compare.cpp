@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 
 #include "app/commands/commands.h"
+#include "app/commands/run_options.h"
 #include "app/exit_code.h"
-#include "app/runs/run_list.h"
+#include "app/terminal/terminal_view.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
 #include "logs/compare/beside.h"
@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 struct CompareOptions {
   std::vector<std::string> runs;
   bool list = false;
+  bool measurements = false;
   bool json = false;
   fs::path html;
 };
@@ -57,14 +58,19 @@ int compare(const CompareOptions& options) {
     throw InputError("berth compare: expected run directories or logs, or --list");
   }
   int worst = exit_code::passed;
-  std::vector<report::ReportedRun> runs;
-  for (const auto& run : options.runs) {
-    runs.push_back(report::read_reported_run(find_run(run)));
-    const logs::Comparison& comparison = runs.back().run.comparison;
-    if (!options.json) print_text(logs::text_of(comparison) + "\n");
-    worst = std::max(worst, logs::exit_code_of_outcome(comparison.outcome));
+  const std::vector<report::ReportedRun> runs = read_runs(options.runs, worst);
+  for (const report::ReportedRun& run : runs) {
+    if (options.json) break;
+    const logs::Comparison& comparison = run.run.comparison;
+    print_text(logs::heading_of(comparison));
+    if (options.measurements) print_text(logs::measurements_text(comparison));
+    std::fflush(stdout);
+    terminal::print_verdict(logs::verdict_text(comparison) + "\n");
   }
-  if (runs.size() > 1 || options.json) print_beside(runs, options.json);
+  if (runs.empty()) return worst;
+  // the procedures of one cell are not runs of one thing
+  const bool beside = options.runs.size() > 1 && runs.size() > 1;
+  if (beside || options.json) print_beside(runs, options.json);
   if (!options.html.empty()) report::write_report(runs, options.html);
   return worst;
 }
@@ -77,6 +83,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CompareOptions>();
   command->add_option("run", options->runs,
                       "Run directories, logs, names of runs in runs/, or 'last'");
+  command->add_flag("--measurements", options->measurements,
+                    "Every measurement of every phase, and the latencies, before the verdict");
   command->add_flag("--list", options->list, "List what can be measured, with units");
   command->add_flag("--json", options->json, "JSON instead of tables");
   command->add_option("--html", options->html,

@@ -88,23 +88,6 @@ std::shared_ptr<const TargetModel> prepare_model(const Target& target,
   return model;
 }
 
-/// The worst of what happened so far.
-void worsen(int& code, int by) {
-  const auto rank = [](int c) {
-    switch (c) {
-      case exit_code::passed:
-        return 0;
-      case exit_code::inconclusive:
-        return 1;
-      case exit_code::failed:
-        return 2;
-      default:
-        return 3;
-    }
-  };
-  if (rank(by) > rank(code)) code = by;
-}
-
 int code_of(SingleScanResult::Status status) {
   switch (status) {
     case SingleScanResult::Status::ok:
@@ -207,7 +190,7 @@ int estimate(const EstimateOptions& options) {
         result.notes.push_back("target: " + note);
       }
       report = report_of(file, cloud, scan, method, result, read_us);
-      worsen(code, code_of(result.status));
+      code = exit_code::worst(code, code_of(result.status));
     } catch (const InputError& e) {
       report = error_report(file, e.what());
     } catch (const std::bad_alloc&) {
@@ -217,7 +200,7 @@ int estimate(const EstimateOptions& options) {
     }
     if (report["status"] == "error") {
       print_text("berth: " + report["reason"].get_ref<const std::string&>() + "\n", stderr);
-      worsen(code, exit_code::error);
+      code = exit_code::worst(code, exit_code::error);
     }
     std::puts(json_text(report, options.indent).c_str());
     std::fflush(stdout);

@@ -107,9 +107,9 @@ int reestimate(const ReestimateOptions& options) {
     if (run.error.empty()) continue;
     print_text("berth: " + run.recorded.string() + ": " + run.error + "\n", stderr);
   }
-  if (batch.failed()) return exit_code::error;
-  const bool worse = batch.change.any(Judgement::worse);
-  return options.fail_on_worse && worse ? exit_code::failed : exit_code::passed;
+  const bool worse = options.fail_on_worse && batch.change.any(Judgement::worse);
+  return exit_code::worst(worse ? exit_code::failed : exit_code::passed,
+                          batch.failed() ? exit_code::error : exit_code::passed);
 }
 
 }  // namespace

@@ -2,13 +2,12 @@
 #include "logs/report/report.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 
 #include "app/commands/commands.h"
+#include "app/commands/run_options.h"
 #include "app/exit_code.h"
-#include "app/runs/run_list.h"
 
 namespace berth::commands {
 namespace {
@@ -21,12 +20,9 @@ struct ReportOptions {
 };
 
 int write(const ReportOptions& options) {
-  std::vector<report::ReportedRun> runs;
   int worst = exit_code::passed;
-  for (const std::string& run : options.runs) {
-    runs.push_back(report::read_reported_run(find_run(run)));
-    worst = std::max(worst, logs::exit_code_of_outcome(runs.back().run.comparison.outcome));
-  }
+  const std::vector<report::ReportedRun> runs = read_runs(options.runs, worst);
+  if (runs.empty()) return worst;
   report::write_report(runs, options.html);
   std::printf("%s\n", options.html.c_str());
   return worst;

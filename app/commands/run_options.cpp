@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/commands/run_options.h"
 
+#include <cstdio>
 #include <filesystem>
 
+#include "app/exit_code.h"
+#include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "common/core/quantity.h"
 
@@ -45,6 +48,22 @@ double target_length_of(const std::string& text) {
   }
   if (length <= 0) throw InputError("--target-length: must be positive");
   return length;
+}
+
+std::vector<report::ReportedRun> read_runs(const std::vector<std::string>& names, int& worst) {
+  std::vector<report::ReportedRun> runs;
+  for (const std::string& name : names) {
+    try {
+      for (report::ReportedRun& run : report::read_reported_runs(find_run(name))) {
+        worst = exit_code::worst(worst, logs::exit_code_of_outcome(run.run.comparison.outcome));
+        runs.push_back(std::move(run));
+      }
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "berth: %s\n", e.what());
+      worst = exit_code::worst(worst, exit_code::error);
+    }
+  }
+  return runs;
 }
 
 }  // namespace berth::commands

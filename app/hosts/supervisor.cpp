@@ -46,7 +46,7 @@ class Supervisor : public Node {
   void on_signal() {
     if (!aborting_ && procedure_ != nullptr && procedure_->running()) {
       aborting_ = true;
-      event(event_t::WARNING, "abort", "the supervisor was told to stop: aborting the procedure");
+      event(event_t::WARNING, "abort", "stop requested of the supervisor: aborting the procedure");
       send_abort();
       loop_.after(time_to_abort, [this] { finish(exit_code::aborted); });
       return;
@@ -86,7 +86,7 @@ class Supervisor : public Node {
       const bool again = console_starts_ < console_tries;
       event(event_t::WARNING, "console-ended",
             "the console ended with code " + std::to_string(code) + ": " + last_words("console") +
-                (again ? "; it is started again" : "; it is left so"));
+                (again ? "; it is started again" : "; it is not started again"));
       if (!again) return;
       loop_.after(time_to_console, [this] {
         if (stage_ == Stage::running) start_console();
@@ -131,7 +131,7 @@ class Supervisor : public Node {
   /// The last line that a process printed.
   std::string last_words(const std::string& name) const {
     std::ifstream in(output_of(name));
-    std::string last = "it said nothing";
+    std::string last = "its output is empty";
     for (std::string line; std::getline(in, line);) last = line;
     return last;
   }
@@ -218,7 +218,8 @@ int supervise(const RunFiles& files, bool with_console) {
   setenv("BERTH_CLOCK_OFFSET_US", std::to_string(offset).c_str(), 1);
   const ActiveRunEntry entry(files.directory, bus_url(files.url));
   int code = exit_code::error;
-  {
+  std::string failure;
+  try {
     ProcessLoop loop(offset);
     Supervisor* told = nullptr;
     loop.on_signals([&told](int) {
@@ -231,9 +232,11 @@ int supervise(const RunFiles& files, bool with_console) {
     supervisor.start();
     loop.run();
     code = supervisor.exit_code();
+  } catch (const std::exception& e) {
+    failure = e.what();
+    std::fprintf(stderr, "berth: %s\n", failure.c_str());
   }
-  if (files.has_procedure) code = write_verdict(files, code);
-  return code;
+  return files.has_procedure ? write_verdict(files, code, failure) : code;
 }
 
 int supervise_in_background(const RunFiles& files, bool with_console) {

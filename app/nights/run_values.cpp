@@ -102,7 +102,7 @@ void read_results(const std::filesystem::path& directory, int exit_code, Finishe
       run.reason = comparison.reason;
       if (run.reason.empty() && !run.passed()) run.reason = failed_criteria(comparison.criteria);
     }
-  } catch (const InputError& e) {
+  } catch (const std::exception& e) {
     run.reason = e.what();
   }
 }

@@ -27,9 +27,10 @@ bool NightReport::has_regression() const {
 }
 
 int NightReport::exit_code() const {
-  if (night.verdict == "regression" || night.verdict == "failed") return exit_code::failed;
-  if (night.verdict == "error" || !notification.empty()) return exit_code::error;
-  return exit_code::passed;
+  const bool error = night.verdict == "error" || !notification.empty();
+  const bool failed = night.verdict == "regression" || night.verdict == "failed";
+  return exit_code::worst(error ? exit_code::error : exit_code::passed,
+                          failed ? exit_code::failed : exit_code::passed);
 }
 
 void judge(const Plan& plan, NightReport& report) {
@@ -59,10 +60,11 @@ void judge(const Plan& plan, NightReport& report) {
     error = error || result.errors > 0;
     report.cases.push_back(result);
   }
-  report.night.verdict = report.has_regression() ? "regression"
-                         : failed                ? "failed"
-                         : error                 ? "error"
-                                                 : "clean";
+  // as exit codes of runs: without all of its runs a night has no answer
+  report.night.verdict = error                     ? "error"
+                         : report.has_regression() ? "regression"
+                         : failed                  ? "failed"
+                                                   : "clean";
 }
 
 }  // namespace berth::nights

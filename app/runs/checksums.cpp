@@ -30,10 +30,16 @@ std::vector<std::string> files_of(const fs::path& run) {
 
 void write_checksums(const fs::path& run) {
   std::string text;
+  std::string unread;
   for (const std::string& name : files_of(run)) {
-    text += sha256_of_file(run / name) + "  " + name + "\n";
+    try {
+      text += sha256_of_file(run / name) + "  " + name + "\n";
+    } catch (const InputError& e) {
+      unread = e.what();
+    }
   }
   write_file(run / checksums_file, text);
+  if (!unread.empty()) throw InputError(unread);
 }
 
 std::vector<std::string> verify_checksums(const fs::path& run) {

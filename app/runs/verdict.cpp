@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/runs/verdict.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -44,39 +47,52 @@ std::string event_lines(const std::vector<event_t>& events) {
 
 void write_results(const RunFiles& files, logs::Comparison comparison) {
   const fs::path& at = files.directory;
-  attempt([&] { write_file(at / "verdict.txt", logs::text_of(comparison)); });
+  attempt([&] { write_file(at / "verdict.txt", logs::verdict_text(comparison)); });
   comparison.log = files.log().filename().string();  // wherever the directory goes
   attempt([&] { write_file(at / "results.json", logs::json_of(comparison)); });
   attempt(
       [&] { write_file(at / "results.xml", logs::junit_xml({logs::junit_suite_of(comparison)})); });
 }
 
-/// A run that died before its procedure spoke still leaves a reason where people look.
-logs::Comparison without_a_word(const RunFiles& files, const std::string& reason) {
-  logs::Comparison comparison;
-  comparison.procedure = files.name;
-  comparison.outcome = procedure_state_t::ERROR;
-  comparison.reason = reason;
-  return comparison;
+/// The run of this directory: its log may hold others of the cell that it joined.
+report::ReportedRun run_in(const RunFiles& files) {
+  if (fs::exists(files.log())) sync_to_disk(files.log());
+  std::vector<report::ReportedRun> runs = report::read_reported_runs(files.directory);
+  const auto found = std::find_if(runs.begin(), runs.end(), [&](const report::ReportedRun& run) {
+    const run_info_t* info = run.run.record.info();
+    return info != nullptr && info->run == files.name;
+  });
+  return std::move(found == runs.end() ? runs.back() : *found);
 }
 
 }  // namespace
 
-int write_verdict(const RunFiles& files, int code) {
+int write_verdict(const RunFiles& files, int code, const std::string& failure) {
+  std::optional<report::ReportedRun> run;
+  logs::Comparison comparison;
+  comparison.procedure = files.name;
+  comparison.outcome = procedure_state_t::ERROR;
   try {
-    if (fs::exists(files.log())) sync_to_disk(files.log());
-    const report::ReportedRun run = report::read_reported_run(files.directory);
-    const logs::Comparison& comparison = run.run.comparison;
-    write_results(files, comparison);
+    run = run_in(files);
+    comparison = run->run.comparison;
+  } catch (const std::exception& e) {
+    comparison.reason = e.what();
+  }
+  if (comparison.recorded_outcome == procedure_state_t::NONE) {
+    // Without its own last word a run is no better than how it ended, and than its log.
+    code = exit_code::worst(code, logs::exit_code_of_outcome(comparison.outcome));
+    comparison.outcome = logs::outcome_of_exit_code(code);
+    if (!failure.empty()) comparison.reason = failure;
+    if (run) run->run.comparison = comparison;
+  } else {
+    code = logs::exit_code_of_outcome(comparison.outcome);
+  }
+  write_results(files, comparison);
+  if (run) {
     attempt([&] {
-      write_file(files.directory / "events.jsonl", event_lines(run.run.record.events()));
+      write_file(files.directory / "events.jsonl", event_lines(run->run.record.events()));
     });
-    attempt([&] { report::write_report({&run, 1}, files.directory / "report.html"); });
-    if (comparison.recorded_outcome != procedure_state_t::NONE) {
-      code = logs::exit_code_of_outcome(comparison.outcome);
-    }
-  } catch (const InputError& e) {
-    write_results(files, without_a_word(files, e.what()));
+    attempt([&] { report::write_report({&*run, 1}, files.directory / "report.html"); });
   }
   attempt([&] { write_checksums(files.directory); });
   return code;

@@ -167,7 +167,7 @@ int monitor(const ActiveRun& run, bool observing) {
     Monitor monitor(run, files, observing);
     monitor.run_until_end_of(supervisor.descriptor());
     if (monitor.left()) {
-      std::printf("it goes on; berth attach shows it again\n");
+      std::printf("the run goes on; berth attach shows it again\n");
       return exit_code::passed;
     }
     interrupts = monitor.interrupts();

@@ -16,6 +16,7 @@ constexpr std::size_t steps_ahead = 2;
 constexpr std::size_t most_limits = 5;
 constexpr std::size_t most_unmet = 6;
 constexpr std::size_t indent = 2;
+constexpr std::size_t reason_width = 76;  // of a terminal with 80 columns
 
 Style style_of_state(std::int8_t state) {
   switch (state) {
@@ -101,14 +102,13 @@ void add_limits(const procedure_state_t& state, std::vector<Line>& lines) {
   }
 }
 
-/// All of them while preparing; while held only what stands in the way.
+/// What stands in the way of going on.
 void add_preconditions(const procedure_state_t& state, std::vector<Line>& lines) {
-  const bool preparing = state.state == procedure_state_t::PREPARING;
-  if (!preparing && state.state != procedure_state_t::HELD) return;
+  if (state.state != procedure_state_t::HELD) return;
   std::size_t count = 0;
   for (const precondition_t& precondition : state.preconditions) {
-    if (!preparing && precondition.met) continue;
-    if (!preparing && ++count > most_unmet) break;
+    if (precondition.met) continue;
+    if (++count > most_unmet) break;
     lines.push_back(line_of(precondition));
   }
 }
@@ -134,11 +134,14 @@ void add_prompt(const procedure_state_t& state, std::vector<Line>& lines) {
 
 std::vector<Line> panel(const procedure_state_t& state) {
   std::vector<Line> lines{heading(state)};
-  if (!state.reason.empty() && state.state != procedure_state_t::PREPARING) {
-    lines.push_back(Line("  " + state.reason, Style::warning));
+  const bool preparing = state.state == procedure_state_t::PREPARING;
+  if (!state.reason.empty()) {
+    for (const std::string& part : wrapped(state.reason, reason_width)) {
+      lines.push_back(Line("  " + part, preparing ? Style::plain : Style::warning));
+    }
   }
   add_preconditions(state, lines);
-  if (state.state != procedure_state_t::PREPARING) add_steps(state, lines);
+  if (!preparing) add_steps(state, lines);
   add_limits(state, lines);
   add_prompt(state, lines);
   return lines;

@@ -25,6 +25,7 @@ const char* word_of_status(std::int8_t status) {
 }
 
 constexpr Utime memory = 10 * second;
+constexpr Utime repeat_waiting = 10 * second;
 
 /// "  123.4 s  ": with which every lasting line begins.
 Line stamped(double time) { return Line(format("%7.1f s  ", time), Style::faint); }
@@ -42,21 +43,48 @@ void Progress::on(const procedure_state_t& message) {
 }
 
 void Progress::print_changes(const procedure_state_t& message) {
-  const double time = seconds(message.utime - message.utime_start);
   const std::int8_t before = state_ ? state_->state : procedure_state_t::PREPARING;
-  if (!with_panel_ && message.state == procedure_state_t::PREPARING &&
-      message.reason != waiting_for_) {
-    waiting_for_ = message.reason;
-    if (!waiting_for_.empty()) print_(stamped(time).add(waiting_for_));
-  }
-  if (before == procedure_state_t::PREPARING && message.state != before) {
-    for (const precondition_t& precondition : message.preconditions) print_(line_of(precondition));
-  }
+  print_preparation(message);
   print_steps(message);
   print_prompt(message);
   const bool held = message.state == procedure_state_t::HELD;
   if (held == (before == procedure_state_t::HELD)) return;
+  const double time = seconds(message.utime - message.utime_start);
   print_(stamped(time).add(held ? "HELD" : "goes on", Style::warning));
+}
+
+void Progress::print_preparation(const procedure_state_t& message) {
+  const bool begins = message.state != procedure_state_t::PREPARING;
+  if (begins && (!state_ || state_->state != procedure_state_t::PREPARING)) return;
+  const Line stamp = stamped(seconds(message.utime - message.utime_start));
+  if (!begins) {
+    // What is waited for grows shorter all the time: said once, and again where it takes long.
+    const bool again = message.utime - waited_since_ >= repeat_waiting;
+    if (with_panel_ || message.reason.empty() || message.reason == waiting_for_ ||
+        !(waiting_for_.empty() || again)) {
+      return;
+    }
+    waiting_for_ = message.reason;
+    waited_since_ = message.utime;
+    return print_(Line(stamp).add(message.reason));
+  }
+  if (message.state == procedure_state_t::TEARDOWN ||
+      message.state == procedure_state_t::FINISHED) {
+    for (const precondition_t& p : message.preconditions) {
+      if (!p.met) print_(line_of(p));
+    }
+    return;
+  }
+  std::size_t nodes = 0;
+  std::string others;
+  for (const precondition_t& p : message.preconditions) {
+    const bool is_node = p.name.rfind("node ", 0) == 0;
+    nodes += is_node ? 1 : 0;
+    if (!is_node) others += ", " + p.name;
+  }
+  if (message.preconditions.empty()) return;
+  Line line = stamp;
+  print_(add_word(line, "ready", Style::good).add(std::to_string(nodes) + " nodes" + others));
 }
 
 void Progress::print_steps(const procedure_state_t& message) {

@@ -49,6 +49,8 @@ class Progress {
 
  private:
   void print_changes(const procedure_state_t& message);
+  /// What it waits for until it begins, then in one line that all is there, or what is not.
+  void print_preparation(const procedure_state_t& message);
   void print_steps(const procedure_state_t& message);
   void print_prompt(const procedure_state_t& message);
   void compare(Utime until);
@@ -57,7 +59,8 @@ class Progress {
   bool with_panel_;
   std::optional<procedure_state_t> state_;
   std::string waiting_for_;
-  std::string holder_;  // of control; empty: nobody
+  Utime waited_since_ = 0;  // it was printed
+  std::string holder_;      // of control; empty: nobody
   std::optional<testbed_state_t> testbed_;
   std::optional<pose_estimate_t> estimate_;
   SymmetryGroup symmetry_;  // of the run's target

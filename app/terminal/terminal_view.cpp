@@ -67,7 +67,7 @@ void TerminalView::refresh(const std::vector<Line>& below, bool urgent) {
   lines.insert(lines.end(), below.begin(), below.end());
   std::string out = panel_lines_ > 0 ? "\x1b[" + std::to_string(panel_lines_) + "A\r" : "";
   for (const Line& line : lines) {
-    out += line.rendered(colours_, std::max<std::size_t>(20, size.ws_col - 1U)) + "\x1b[K\n";
+    out += line.rendered(colours_, std::max<std::size_t>(1, size.ws_col - 1U)) + "\x1b[K\n";
   }
   out += "\x1b[J";
   panel_lines_ = lines.size();
@@ -88,11 +88,24 @@ void TerminalView::clear_panel() {
   panel_lines_ = 0;
 }
 
+void print_verdict(const std::string& text) {
+  const bool is_terminal = isatty(STDOUT_FILENO) == 1;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const bool of_table = is_terminal && line.rfind("  ", 0) == 0;
+    std::cout << Line(line).rendered(false, of_table ? window().ws_col : 0) << '\n';
+  }
+  std::cout.flush();
+}
+
 void show_verdict(const RunFiles& files) {
   std::ifstream in(files.directory / "verdict.txt");
   std::ostringstream verdict;
   if (!(verdict << in.rdbuf())) verdict.str("verdict: ERROR (it could not be written)\n");
-  print_text("\n" + verdict.str() + "\nrun: " + files.directory.string() + "\n");
+  std::string text = "\n" + verdict.str() + "run: " + files.directory.string() + "\n";
+  const std::filesystem::path report = files.directory / "report.html";
+  if (std::filesystem::exists(report)) text += "report: " + report.string() + "\n";
+  print_verdict(text);
 }
 
 }  // namespace berth::terminal

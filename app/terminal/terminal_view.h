@@ -42,7 +42,10 @@ class TerminalView {
   double last_refresh_s_ = 0;
 };
 
-/// Prints verdict.txt of a run and where the run lies.
+/// Prints a verdict's lines on stdout; on a terminal those of its table, which are indented, no
+/// wider than it is.
+void print_verdict(const std::string& text);
+/// Prints verdict.txt of a run, and where the run and its report lie.
 void show_verdict(const RunFiles& files);
 
 }  // namespace berth::terminal

@@ -113,8 +113,8 @@ bool criteria_decide(const procedure_state_t& state) {
   return true;
 }
 
-void decide(const RunRecord& record, Comparison& comparison) {
-  const std::int8_t judged = outcome_of(comparison.criteria);
+/// @param judged what the criteria say
+void decide(const RunRecord& record, std::int8_t judged, Comparison& comparison) {
   if (!record.state()) return;
   const bool finished = record.state()->state == procedure_state_t::FINISHED;
   const std::int8_t recorded = comparison.recorded_outcome;
@@ -149,7 +149,7 @@ double median(const std::vector<double>& values) {
 }
 
 void describe_truth(const RunRecord& record, Comparison& comparison) {
-  comparison.truth_bases.assign(record.truth_bases().begin(), record.truth_bases().end());
+  comparison.truth_bases = record.truth_bases();
   std::vector<double> position;
   std::vector<double> attitude;
   for (const TruthSample& sample : record.truth().samples()) {
@@ -160,51 +160,64 @@ void describe_truth(const RunRecord& record, Comparison& comparison) {
   comparison.truth_attitude_sigma = median(attitude);
 }
 
+/// By the procedure in the log. @throws InputError where that is not there, or is not understood.
+void judge_criteria(const Measurer& measurer, const std::filesystem::path& directory,
+                    Comparison& comparison) {
+  const run_info_t* info = measurer.record().info();
+  const std::string text = info ? procedure_text(*info, directory) : "";
+  if (text.empty()) throw InputError("the log does not hold the procedure");
+  Config procedure = Config::parse(text, "procedure.yaml in the log");
+  const std::vector<Criterion> criteria = read_criteria(procedure);
+  comparison.criteria = judge(criteria, measurer);
+  for (const Criterion& criterion : criteria) comparison.claims.push_back(criterion.claim);
+  try {
+    procedure.optional("source", comparison.source);
+    comparison.figures = read_figures(procedure, criteria);
+  } catch (const std::exception& e) {
+    comparison.remarks.push_back(std::string("the figures cannot be drawn: ") + e.what());
+  }
+}
+
 }  // namespace
 
 Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
                           const std::filesystem::path& directory) {
   Comparison comparison;
   describe_truth(record, comparison);
-  comparison.info = record.info();
+  if (record.info()) comparison.info = *record.info();
   take_recorded_verdict(record, comparison);
   const Measurer measurer(record, nearest);
   for (const Phase& phase : record.phases()) {
     comparison.phases.push_back(table_of(phase, measurer));
   }
-  const std::string text = record.info() ? procedure_text(*record.info(), directory) : "";
-  if (text.empty()) {
-    comparison.remarks.push_back("the log does not hold the procedure: nothing can be judged");
-    return comparison;
+  std::int8_t judged = procedure_state_t::INCONCLUSIVE;
+  try {
+    judge_criteria(measurer, directory, comparison);
+    judged = outcome_of(comparison.criteria);
+  } catch (const std::exception& e) {
+    comparison.criteria.clear();
+    comparison.remarks.push_back(std::string("the criteria cannot be judged: ") + e.what());
   }
-  Config procedure = Config::parse(text, "procedure.yaml in the log");
-  const std::vector<Criterion> criteria = read_criteria(procedure);
-  comparison.criteria = judge(criteria, measurer);
-  for (const Criterion& criterion : criteria) comparison.claims.push_back(criterion.claim);
-  procedure.optional("source", comparison.source);
-  comparison.figures = read_figures(procedure, criteria);
-  decide(record, comparison);
+  decide(record, judged, comparison);
   return comparison;
 }
 
-ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor) {
+namespace {
+
+ComparedRun judged(RunRecord record, const LogSummary& summary, const LatencyCollector& latencies,
+                   const std::filesystem::path& log) {
   ComparedRun run;
-  LogSummary summary;
-  LatencyCollector latencies;
-  run.record = read_run(log, summary, std::nullopt, [&](const LogEvent& event) {
-    latencies.take(event);
-    if (visitor) visitor(event);
-  });
-  const RunRecord& record = run.record;
-  if (!record.info() && !record.state()) {
-    throw InputError(log.string() + ": holds no run: neither RUN_INFO nor PROCEDURE_STATE in " +
-                     std::to_string(summary.events) + " events");
-  }
+  run.record = std::move(record);
   std::string why;
-  if (record.info()) run.nearest = nearest_point_of_run(*record.info(), log.parent_path(), why);
+  const run_info_t* info = run.record.info();
+  if (info != nullptr) run.nearest = nearest_point_of_run(*info, log.parent_path(), why);
   Comparison& comparison = run.comparison;
-  comparison = compare_record(record, run.nearest, log.parent_path());
-  comparison.latencies = latencies.latencies(Measurer(record, run.nearest));
+  comparison = compare_record(run.record, run.nearest, log.parent_path());
+  try {
+    comparison.latencies = latencies.latencies(Measurer(run.record, run.nearest));
+  } catch (const std::exception& e) {
+    comparison.remarks.push_back(std::string("the latencies cannot be estimated: ") + e.what());
+  }
   comparison.log = log.string();
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);
@@ -224,6 +237,31 @@ ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visi
                                  " messages could not be decoded");
   }
   return run;
+}
+
+}  // namespace
+
+std::vector<ComparedRun> compare_runs(const std::filesystem::path& log, const LogVisitor& visitor) {
+  LogSummary summary;
+  LatencyCollector latencies;
+  std::vector<RunRecord> records =
+      read_runs(log, summary, std::nullopt, [&](const LogEvent& event) {
+        latencies.take(event);
+        if (visitor) visitor(event);
+      });
+  if (records.empty()) {
+    throw InputError(log.string() + ": holds no run: neither RUN_INFO nor PROCEDURE_STATE in " +
+                     std::to_string(summary.events) + " events");
+  }
+  std::vector<ComparedRun> runs;
+  for (RunRecord& record : records) {
+    runs.push_back(judged(std::move(record), summary, latencies, log));
+  }
+  return runs;
+}
+
+ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor) {
+  return std::move(compare_runs(log, visitor).back());
 }
 
 Comparison compare_log(const std::filesystem::path& log) { return compare_run(log).comparison; }

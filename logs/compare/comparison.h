@@ -68,7 +68,7 @@ struct Comparison {
   /// As the engine gave it at the end of the run; NONE when the log ends before that.
   std::int8_t recorded_outcome = procedure_state_t::NONE;
   std::vector<criterion_result_t> recorded_criteria;
-  /// Every number of the recorded verdict came out again, bit for bit.
+  /// The log reproduces every number of the recorded verdict, bit for bit.
   bool agrees = false;
   std::vector<std::string> remarks;
 };
@@ -80,8 +80,12 @@ struct ComparedRun {
   Comparison comparison;
 };
 
-/// Reads and judges a log in one pass. The visitor sees every message, as in read_run.
+/// Reads a log in one pass and judges each run in it by its own criteria over its own time, by
+/// their starts. The visitor sees every message, as in read_runs.
 /// @throws InputError when the file cannot be read or holds no run.
+std::vector<ComparedRun> compare_runs(const std::filesystem::path& log,
+                                      const LogVisitor& visitor = {});
+/// The newest of them.
 ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor = {});
 Comparison compare_log(const std::filesystem::path& log);
 /// @param directory of the log: there a procedure is found that was too long for a message
@@ -92,7 +96,13 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
 bool same_results(const std::vector<criterion_result_t>& a,
                   const std::vector<criterion_result_t>& b);
 
-std::string text_of(const Comparison& comparison);
+/// Which run it is, in a line or two, and what truth rests on.
+std::string heading_of(const Comparison& comparison);
+/// Every measurement of every phase, and the latencies, as tables.
+std::string measurements_text(const Comparison& comparison);
+/// The verdict for people: the criteria as a table, what is missing or odd, the outcome. What is
+/// written as verdict.txt, and shown at the end of a run.
+std::string verdict_text(const Comparison& comparison);
 /// "calibration from scans 3f2a9c01, 0.31 mm and 0.012 deg (1 sigma)"; empty where there is none.
 std::string truth_line(const Comparison& comparison);
 /// The latencies as a table; empty when there are none.
@@ -101,7 +111,7 @@ std::string json_of(const Comparison& comparison);
 
 /// The verdict as a table: criterion, value, limits, margin, result.
 std::string verdict_table(const std::vector<criterion_result_t>& criteria);
-/// The verdict in one line, and whether the recorded one came out again.
+/// The verdict in one line, and whether the log reproduces the recorded one.
 std::string verdict_line(const Comparison& comparison);
 
 }  // namespace berth::logs

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <vector>
 
 #include "common/core/text.h"
@@ -40,17 +41,27 @@ std::string phase_text(const PhaseTable& phase) {
 }  // namespace
 
 std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
-  std::vector<Cells> lines = {{"criterion", "phase", "measurement", "result", "value", "+-", "min",
-                               "max", "margin", "unit"}};
+  std::vector<Cells> lines = {
+      {"result", "criterion", "value", "unit", "+-", "min", "max", "margin"}};
+  std::vector<std::string> of = {"of"};
   std::string reasons;
   for (const criterion_result_t& c : criteria) {
     const double m = margin(c);
-    lines.push_back({c.name, c.phase, c.measurement, text_of_result(c.result), shown(c.value),
+    lines.push_back({text_of_result(c.result), c.name, shown(c.value), c.unit,
                      std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
-                     limit(c.upper_limit), std::isnan(m) ? "" : shown(m), c.unit});
-    if (!c.reason.empty()) reasons += "  " + c.name + ": " + c.reason + "\n";
+                     limit(c.upper_limit), std::isnan(m) ? "" : shown(m)});
+    of.push_back(c.measurement + ", " + c.phase);
+    if (!c.reason.empty()) reasons += "note: criterion '" + c.name + "': " + c.reason + "\n";
   }
-  return text_table(lines, 4) + reasons;
+  // what it is of comes last: what a narrow terminal has no room for
+  std::istringstream table(text_table(lines, 2));
+  std::string text;
+  for (const std::string& what : of) {
+    std::string line;
+    std::getline(table, line);
+    text += line + "  " + what + "\n";
+  }
+  return text + reasons;
 }
 
 std::string verdict_line(const Comparison& comparison) {
@@ -59,14 +70,12 @@ std::string verdict_line(const Comparison& comparison) {
   if (comparison.recorded_outcome == procedure_state_t::NONE) {
     return text + "; the log holds no verdict of its own";
   }
-  if (comparison.agrees) {
-    return text + "; the recorded verdict came out again, number for number";
-  }
-  return text + "; DIFFERS from the recorded verdict " +
-         text_of_outcome(comparison.recorded_outcome);
+  text += "; reproduced from the log: ";
+  if (comparison.agrees) return text + "identical";
+  return text + "DIFFERENT, recorded was " + text_of_outcome(comparison.recorded_outcome);
 }
 
-std::string text_of(const Comparison& comparison) {
+std::string heading_of(const Comparison& comparison) {
   std::string text;
   const LogSummary& log = comparison.summary;
   if (!comparison.log.empty()) {
@@ -82,11 +91,20 @@ std::string text_of(const Comparison& comparison) {
   }
   const std::string truth = truth_line(comparison);
   if (!truth.empty()) text += "truth rests on: " + truth + "\n";
-  text += "\n";
+  return text + "\n";
+}
+
+std::string measurements_text(const Comparison& comparison) {
+  std::string text;
   for (const PhaseTable& phase : comparison.phases) {
     if (phase.phase != teardown_phase) text += phase_text(phase) + "\n";
   }
   if (!comparison.latencies.empty()) text += latency_table(comparison.latencies) + "\n";
+  return text;
+}
+
+std::string verdict_text(const Comparison& comparison) {
+  std::string text;
   if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
   return text + verdict_line(comparison) + "\n";

@@ -129,7 +129,7 @@ std::vector<Latency> LatencyCollector::latencies(const Measurer& measurer) const
           latency_of("estimates behind arms, filtered", filtered.fit, filtered.not_observable));
     }
   }
-  const auto& info = measurer.record().info();
+  const auto* info = measurer.record().info();
   const auto found = info ? sessions_.find(info->session) : sessions_.end();
   if (found == sessions_.end()) return list;
   const Session& session = found->second;

@@ -101,7 +101,7 @@ Wrong part_is_wrong(const Vector3d& error, const Matrix3d& own, const Matrix3d& 
 
 /// Share of the good estimates that are wrong without saying so.
 Measured silently_wrong(const Measurer& measurer, const Phase& phase) {
-  const auto& info = measurer.record().info();
+  const auto* info = measurer.record().info();
   const double length = info && info->target_length_m > 0 ? info->target_length_m : 3;
   std::int64_t samples = 0;
   double wrong = 0;

@@ -2,12 +2,38 @@
 #include "logs/measure/measurement.h"
 
 #include <cmath>
+#include <exception>
+#include <limits>
 
 #include "common/core/text.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
+
+Series nothing_measured(const std::string& reason, const Series*) {
+  Series series;
+  series.reason = reason;
+  return series;
+}
+
+Measured nothing_measured(const std::string& reason, const Measured*) {
+  return {std::numeric_limits<double>::quiet_NaN(), 0, 0, reason};
+}
+
+/// One that throws has not measured anything: what else is measured does not depend on it.
+template <class Result>
+void guard(std::function<Result(const Measurer&, const Phase&)>& measure) {
+  if (!measure) return;
+  measure = [inner = std::move(measure)](const Measurer& measurer, const Phase& phase) {
+    try {
+      return inner(measurer, phase);
+    } catch (const std::exception& e) {
+      return nothing_measured(std::string("could not be measured: ") + e.what(),
+                              static_cast<const Result*>(nullptr));
+    }
+  };
+}
 
 std::vector<Measurement> make_measurements() {
   std::vector<Measurement> table;
@@ -22,6 +48,10 @@ std::vector<Measurement> make_measurements() {
   add_following(table);
   add_approach(table);
   add_safety(table);
+  for (Measurement& measurement : table) {
+    guard(measurement.series);
+    guard(measurement.number);
+  }
   return table;
 }
 

@@ -14,8 +14,12 @@ namespace {
 /// The docking interface of a run's target. Only the replica has one: a mesh by itself names none.
 std::optional<Pose> docking_of(const RunRecord& record) {
   if (!record.info() || record.info()->target != "radarsat2") return std::nullopt;
-  const Target target = load_target("radarsat2", record.info()->target_length_m);
-  return target.has_docking_interface ? std::optional(target.docking) : std::nullopt;
+  try {
+    const Target target = load_target("radarsat2", record.info()->target_length_m);
+    return target.has_docking_interface ? std::optional(target.docking) : std::nullopt;
+  } catch (const std::exception&) {
+    return std::nullopt;  // a length that is none, in a damaged log
+  }
 }
 
 }  // namespace

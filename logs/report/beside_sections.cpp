@@ -88,7 +88,7 @@ Html beside_head(const Views& views, const fs::path& page) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     const RunView& view = *views[i];
     const logs::Comparison& c = view.comparison();
-    const auto& info = view.record().info();
+    const auto* info = view.record().info();
     const auto passed = std::count_if(c.criteria.begin(), c.criteria.end(), [](const auto& r) {
       return r.result == criterion_result_t::PASSED;
     });

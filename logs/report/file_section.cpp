@@ -49,7 +49,7 @@ Html file_section(const RunView& view, const fs::path& page) {
                     link(log.lexically_relative(fs::absolute(page).parent_path()).string(),
                          text(log.filename().string())));
   }
-  const auto& info = view.record().info();
+  const auto* info = view.record().info();
   if (!info) return html;
   Table table;
   table.head = {"what the run was made of", "SHA-256"};

@@ -8,7 +8,15 @@
 namespace berth::report {
 namespace {
 
-void add(Page& page, const char* id, const char* heading, const Html& content) {
+/// A section that cannot be drawn says why in its place; the others do not depend on it.
+template <class Draw>
+void add(Page& page, const char* id, const char* heading, Draw draw) {
+  Html content;
+  try {
+    content = draw();
+  } catch (const std::exception& e) {
+    content = element("p", "bad", text(std::string("cannot be drawn: ") + e.what()));
+  }
   if (!content.empty()) page.section(id, heading, content);
 }
 
@@ -17,19 +25,19 @@ Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
   Page page(std::string(logs::text_of_outcome(view.comparison().outcome)) + " " +
             view.source().name());
   page.head(verdict_head(view));
-  add(page, "claims", "Claims and figures", claim_section(view));
-  add(page, "criteria", "Criteria", criteria_section(view));
-  add(page, "poses", "Estimate and truth", pose_section(view));
-  add(page, "errors", "Errors", error_section(view));
-  add(page, "scans", "Scans", scan_section(view));
-  add(page, "returns", "Residuals and returns", return_section(view));
-  add(page, "timing", "Timing", timing_section(view));
-  add(page, "latency", "Latency", latency_section(view));
-  add(page, "steps", "Steps", step_section(view));
-  add(page, "events", "Events", event_section(view));
-  add(page, "nodes", "Nodes", node_section(view));
-  add(page, "measurements", "Measurements", measurement_section(view));
-  add(page, "files", "Files", file_section(view, file));
+  add(page, "claims", "Claims and figures", [&] { return claim_section(view); });
+  add(page, "criteria", "Criteria", [&] { return criteria_section(view); });
+  add(page, "poses", "Estimate and truth", [&] { return pose_section(view); });
+  add(page, "errors", "Errors", [&] { return error_section(view); });
+  add(page, "scans", "Scans", [&] { return scan_section(view); });
+  add(page, "returns", "Residuals and returns", [&] { return return_section(view); });
+  add(page, "timing", "Timing", [&] { return timing_section(view); });
+  add(page, "latency", "Latency", [&] { return latency_section(view); });
+  add(page, "steps", "Steps", [&] { return step_section(view); });
+  add(page, "events", "Events", [&] { return event_section(view); });
+  add(page, "nodes", "Nodes", [&] { return node_section(view); });
+  add(page, "measurements", "Measurements", [&] { return measurement_section(view); });
+  add(page, "files", "Files", [&] { return file_section(view, file); });
   return page;
 }
 
@@ -39,11 +47,11 @@ Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& fil
   for (const RunView& view : all) views.push_back(&view);
   Page page(std::to_string(runs.size()) + " runs beside each other");
   page.head(beside_head(views, file));
-  add(page, "criteria", "Criteria", beside_criteria(views));
-  add(page, "figures", "Figures", figures_of(views));
-  add(page, "curves", "Errors by phase", beside_curves(views));
-  add(page, "poses", "Estimates", beside_poses(views));
-  add(page, "measurements", "Measurements", beside_measurements(views));
+  add(page, "criteria", "Criteria", [&] { return beside_criteria(views); });
+  add(page, "figures", "Figures", [&] { return figures_of(views); });
+  add(page, "curves", "Errors by phase", [&] { return beside_curves(views); });
+  add(page, "poses", "Estimates", [&] { return beside_poses(views); });
+  add(page, "measurements", "Measurements", [&] { return beside_measurements(views); });
   return page;
 }
 

@@ -41,25 +41,26 @@ std::vector<Span> losses(const RunView& view, const std::vector<EstimateDetail>&
 }  // namespace
 
 std::string ReportedRun::name() const {
-  const auto& info = run.record.info();
+  const auto* info = run.record.info();
   if (info && !info->run.empty()) return info->run;
   return directory.empty() ? log.filename().string() : directory.filename().string();
 }
 
-ReportedRun read_reported_run(const std::filesystem::path& run) {
-  ReportedRun reported;
+std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& run) {
   const bool is_directory = std::filesystem::is_directory(run);
-  reported.log = is_directory ? run / "run.lcm" : run;
-  if (is_directory) reported.directory = run;
+  const std::filesystem::path log = is_directory ? run / "run.lcm" : run;
   DetailsCollector collector;
-  reported.run = logs::compare_run(
-      reported.log, [&collector](const logs::LogEvent& event) { collector.take(event); });
-  const auto& record = reported.run.record;
-  const std::int64_t session = record.info()    ? record.info()->session
-                               : record.state() ? record.state()->session
-                                                : 0;
-  reported.details = collector.details_of(session);
-  return reported;
+  std::vector<logs::ComparedRun> compared =
+      logs::compare_runs(log, [&collector](const logs::LogEvent& event) { collector.take(event); });
+  std::vector<ReportedRun> runs;
+  for (logs::ComparedRun& one : compared) {
+    const auto* state = one.record.state();
+    const auto* info = one.record.info();
+    RunDetails details = collector.details_of(info ? info->session : state->session);
+    if (compared.size() > 1 && state) details.keep(state->utime_start, state->utime);
+    runs.push_back({log, is_directory ? run : "", std::move(one), std::move(details)});
+  }
+  return runs;
 }
 
 RunView::RunView(const ReportedRun& run)

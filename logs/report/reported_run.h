@@ -19,9 +19,9 @@ struct ReportedRun {
   std::string name() const;  ///< of the run, or of its log's file
 };
 
-/// Reads and judges a run directory's log, or a log alone, in one pass.
-/// @throws InputError as compare_run.
-ReportedRun read_reported_run(const std::filesystem::path& run);
+/// Reads and judges a run directory's log, or a log alone, in one pass: each run in it, by their
+/// starts. @throws InputError as compare_runs.
+std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& run);
 
 /// A run made ready for its charts: times count from the run's start.
 class RunView {

@@ -34,6 +34,12 @@ void take_status(const node_status_t& status, NodeHealth& node) {
 
 }  // namespace
 
+void RunDetails::keep(Utime from, Utime to) {
+  const auto outside = [from, to](const auto& one) { return one.utime < from || one.utime > to; };
+  std::erase_if(estimates, outside);
+  std::erase_if(work_times, outside);
+}
+
 void DetailsCollector::take(const logs::LogEvent& event) {
   if (event.channel == channels::pose_estimate) {
     if (const auto m = logs::decode<pose_estimate_t>(event.data)) {

@@ -51,6 +51,9 @@ struct RunDetails {
   std::vector<WorkTimes> work_times;
   std::map<std::string, NodeHealth> nodes;
   std::map<std::int64_t, scan_request_t> scans;  ///< by scan_id
+
+  /// Forgets estimates and work times of other times: the log holds other runs of the session.
+  void keep(Utime from, Utime to);
 };
 
 /// Collects the details of every session in a log while it is read. Keeps no beam: the few scans

@@ -93,7 +93,7 @@ const logs::EstimateSample* sample_at(const RunView& view, Utime utime) {
 }  // namespace
 
 Html scan_section(const RunView& view) {
-  const auto& info = view.record().info();
+  const auto* info = view.record().info();
   if (!info) return {};
   std::optional<RayCaster> caster;
   try {

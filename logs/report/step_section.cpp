@@ -40,7 +40,7 @@ Html bar_of(const procedure_step_t& step, Utime begin, Utime end, Utime last, co
 }  // namespace
 
 Html step_section(const RunView& view) {
-  const auto& state = view.record().state();
+  const auto* state = view.record().state();
   if (!state || state->steps.empty()) return {};
   Utime last = state->utime;
   for (const procedure_step_t& step : state->steps) last = std::max(last, step.utime_end);

@@ -62,7 +62,7 @@ class Facts {
 
 Html facts_of(const RunView& view) {
   Facts facts;
-  const auto& info = view.record().info();
+  const auto* info = view.record().info();
   const bool twin = info && info->host == run_info_t::TWIN;
   facts.add("procedure", view.comparison().procedure);
   if (info) {
@@ -128,17 +128,14 @@ Html verdict_head(const RunView& view) {
         text(count(criterion_result_t::PASSED) + " of " + std::to_string(c.criteria.size()) +
              " criteria passed, " + count(criterion_result_t::FAILED) + " failed, " +
              count(criterion_result_t::INCONCLUSIVE) + " inconclusive. ") +
-            (c.agrees ? text("Recomputed from the log: the recorded verdict came "
-                             "out again, number for number.")
-                      : Html()));
+            (c.agrees ? text("Verdict reproduced from the log: identical.") : Html()));
   }
   const Html claims = claims_in_words(c);
   if (!claims.empty()) html += element("p", "", claims);
   if (const auto* worst = tightest(c.criteria)) html += sentence_of(*worst);
   if (!c.agrees && c.recorded_outcome != procedure_state_t::NONE) {
     html += element("p", "bad",
-                    text(std::string("The log recomputed DIFFERS from the recorded "
-                                     "verdict, ") +
+                    text(std::string("Verdict reproduced from the log: DIFFERENT, recorded was ") +
                          logs::text_of_outcome(c.recorded_outcome) + "."));
   }
   for (const std::string& remark : c.remarks) html += element("p", "unsure", text(remark));

@@ -53,4 +53,12 @@ int exit_code_of_outcome(std::int8_t outcome) {
   }
 }
 
+std::int8_t outcome_of_exit_code(int code) {
+  for (const std::int8_t outcome : {procedure_state_t::PASS, procedure_state_t::FAIL,
+                                    procedure_state_t::ABORTED, procedure_state_t::INCONCLUSIVE}) {
+    if (exit_code_of_outcome(outcome) == code) return outcome;
+  }
+  return procedure_state_t::ERROR;
+}
+
 }  // namespace berth::logs

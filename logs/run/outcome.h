@@ -23,5 +23,7 @@ const char* text_of_step_state(std::int8_t state);
 /// What a program that ran or judged a procedure returns: 0 pass, 1 fail, 2 error or time-out,
 /// 3 aborted, 4 inconclusive.
 int exit_code_of_outcome(std::int8_t outcome);
+/// Its inverse: ERROR for any code that is none of these.
+std::int8_t outcome_of_exit_code(int code);
 
 }  // namespace berth::logs

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <tuple>
 
 #include "lcmtypes/channels.h"
@@ -34,6 +35,12 @@ void insert(std::vector<Sample>& samples, Sample sample) {
   while (place != samples.begin() && order(sample) < order(*std::prev(place))) --place;
   if (place != samples.begin() && order(*std::prev(place)) == order(sample)) return;
   samples.insert(place, std::move(sample));
+}
+
+/// Published while that procedure ran.
+bool is_of(const run_info_t& info, const procedure_state_t& state) {
+  return info.procedure == state.procedure && state.utime_start <= info.utime &&
+         info.utime <= state.utime;
 }
 
 }  // namespace
@@ -117,18 +124,80 @@ std::vector<ScanReturn> RunRecord::returns_of(const EstimateSample& estimate) co
 }
 
 void RunRecord::add(const procedure_state_t& message) {
-  if (!state_ || order(*state_) < order(message)) state_ = message;
+  const auto [known, is_new] = states_.try_emplace(message.utime_start, message);
+  if (!is_new && order(known->second) < order(message)) known->second = message;
 }
 
 void RunRecord::add(const run_info_t& message) {
-  if (!info_ || order(message) < order(*info_)) info_ = message;
+  const auto [known, is_new] = infos_.try_emplace(message.run, message);
+  if (!is_new && order(message) < order(known->second)) known->second = message;
 }
 
 void RunRecord::add(const event_t& message) { insert(events_, message); }
 
 void RunRecord::add(const ground_truth_t& message) {
   truth_.add(sample_of(message));
-  truth_bases_.insert({message.basis, message.calibration_hash});
+  const auto [basis, is_new] = truth_bases_.try_emplace(
+      {message.basis, message.calibration_hash}, Phase::Stretch{message.utime, message.utime});
+  basis->second.start = std::min(basis->second.start, message.utime);
+  basis->second.end = std::max(basis->second.end, message.utime);
+}
+
+std::vector<TruthBasis> RunRecord::truth_bases() const {
+  std::vector<TruthBasis> bases;
+  for (const auto& [basis, time] : truth_bases_) bases.push_back(basis);
+  return bases;
+}
+
+const procedure_state_t* RunRecord::state() const {
+  return states_.empty() ? nullptr : &states_.rbegin()->second;
+}
+
+const run_info_t* RunRecord::info() const {
+  if (infos_.empty()) return nullptr;
+  if (infos_.size() == 1 && states_.size() <= 1) return &infos_.begin()->second;
+  const procedure_state_t* state = this->state();
+  const run_info_t* first = nullptr;
+  for (const auto& [name, info] : infos_) {
+    if ((state == nullptr || is_of(info, *state)) &&
+        (first == nullptr || info.utime < first->utime)) {
+      first = &info;
+    }
+  }
+  return first;
+}
+
+RunRecord RunRecord::run(const procedure_state_t& state) const {
+  const auto within = [&state](const auto& sample) {
+    return state.utime_start <= sample.utime && sample.utime <= state.utime;
+  };
+  RunRecord run;
+  run.states_ = {{state.utime_start, state}};
+  std::copy_if(infos_.begin(), infos_.end(), std::inserter(run.infos_, run.infos_.end()),
+               [&state](const auto& info) { return is_of(info.second, state); });
+  std::copy_if(estimates_.begin(), estimates_.end(), std::back_inserter(run.estimates_), within);
+  std::copy_if(latencies_.begin(), latencies_.end(), std::back_inserter(run.latencies_), within);
+  std::copy_if(commanded_.begin(), commanded_.end(), std::back_inserter(run.commanded_), within);
+  std::copy_if(events_.begin(), events_.end(), std::back_inserter(run.events_), within);
+  for (const TruthSample& sample : truth_.samples()) {
+    if (within(sample)) run.truth_.add(sample);
+  }
+  for (const auto& [basis, time] : truth_bases_) {
+    if (time.start <= state.utime && state.utime_start <= time.end) {
+      run.truth_bases_[basis] = time;
+    }
+  }
+  return run;
+}
+
+std::vector<RunRecord> RunRecord::runs() && {
+  std::vector<RunRecord> runs;
+  if (states_.size() <= 1) {
+    runs.push_back(std::move(*this));
+    return runs;
+  }
+  for (const auto& [start, state] : states_) runs.push_back(run(state));
+  return runs;
 }
 
 std::string JudgedUpTo::text() const {
@@ -179,11 +248,12 @@ bool RunRecord::steered(Utime utime) const {
 std::vector<Phase> RunRecord::phases() const {
   std::vector<Phase> phases;
   Phase whole{whole_run, {}};
-  if (!state_) return phases;
-  for (const procedure_step_t& step : state_->steps) {
+  const procedure_state_t* state = this->state();
+  if (state == nullptr) return phases;
+  for (const procedure_step_t& step : state->steps) {
     if (step.utime_start == 0) continue;
     // A log that was cut off leaves its last step open: it lasted at least to the last state.
-    const Utime end = step.utime_end != 0 ? step.utime_end : state_->utime;
+    const Utime end = step.utime_end != 0 ? step.utime_end : state->utime;
     auto phase = std::find_if(phases.begin(), phases.end(),
                               [&](const Phase& p) { return p.name == step.phase; });
     if (phase == phases.end()) phase = phases.insert(phases.end(), Phase{step.phase, {}});
@@ -210,11 +280,11 @@ const char* text_of_host(std::int8_t host) {
 
 namespace {
 
-/// Decodes one message for the record and keeps the counts.
+/// Decodes messages for the records of their sessions and keeps the counts.
 class Filler {
  public:
-  Filler(RunRecord& record, LogSummary& summary, std::optional<std::int64_t> session)
-      : record_(record), summary_(summary), session_(session) {}
+  Filler(LogSummary& summary, std::optional<std::int64_t> session)
+      : summary_(summary), session_(session) {}
 
   void take(const LogEvent& event) {
     if (event.channel == channels::ground_truth) {
@@ -236,7 +306,35 @@ class Filler {
     }
   }
 
+  /// Those of sessions with a procedure, by their starts.
+  std::vector<RunRecord> runs() {
+    std::vector<RunRecord> runs;
+    for (auto& [session, of] : sessions_) {
+      if (!of.record.info() && !of.record.state()) {
+        summary_.other_session += of.messages;
+        continue;
+      }
+      for (RunRecord& run : std::move(of.record).runs()) {
+        run.keep_judged();
+        runs.push_back(std::move(run));
+      }
+    }
+    std::stable_sort(runs.begin(), runs.end(), [](const RunRecord& a, const RunRecord& b) {
+      return start_of(a) < start_of(b);
+    });
+    return runs;
+  }
+
  private:
+  struct Session {
+    RunRecord record;
+    std::int64_t messages = 0;
+  };
+
+  static Utime start_of(const RunRecord& run) {
+    return run.state() ? run.state()->utime_start : run.info()->utime;
+  }
+
   template <class Message>
   void add(const LogEvent& event) {
     const Message* message = std::get<ReusedMessage<Message>>(messages_).decode(event.data);
@@ -245,13 +343,15 @@ class Filler {
     } else if (session_ && message->session != *session_) {
       ++summary_.other_session;
     } else {
-      record_.add(*message);
+      Session& session = sessions_[message->session];
+      session.record.add(*message);
+      ++session.messages;
     }
   }
 
-  RunRecord& record_;
   LogSummary& summary_;
   std::optional<std::int64_t> session_;
+  std::map<std::int64_t, Session> sessions_;
   std::tuple<ReusedMessage<ground_truth_t>, ReusedMessage<pose_estimate_t>,
              ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
              ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
@@ -259,25 +359,13 @@ class Filler {
       messages_;
 };
 
-std::optional<std::int64_t> first_session(LogReader& reader) {
-  LogEvent event;
-  while (reader.next(event)) {
-    if (event.channel != channels::run_info) continue;
-    if (const auto info = decode<run_info_t>(event.data)) return info->session;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
-RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
-                   std::optional<std::int64_t> session, const LogVisitor& visitor) {
+std::vector<RunRecord> read_runs(const std::filesystem::path& log, LogSummary& summary,
+                                 std::optional<std::int64_t> session, const LogVisitor& visitor) {
   LogReader reader(log);
-  if (!session) session = first_session(reader);
-  reader.rewind();
-  RunRecord record;
   summary = {};
-  Filler filler(record, summary, session);
+  Filler filler(summary, session);
   LogEvent event;
   while (reader.next(event)) {
     if (summary.first == 0) summary.first = event.utime;
@@ -285,11 +373,16 @@ RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
     filler.take(event);
     if (visitor) visitor(event);
   }
-  record.keep_judged();
   summary.events = reader.events();
   summary.missing_events = reader.missing_events();
   summary.damaged_bytes = reader.damaged_bytes();
-  return record;
+  return filler.runs();
+}
+
+RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
+                   std::optional<std::int64_t> session, const LogVisitor& visitor) {
+  std::vector<RunRecord> runs = read_runs(log, summary, session, visitor);
+  return runs.empty() ? RunRecord() : std::move(runs.back());
 }
 
 }  // namespace berth::logs

@@ -13,7 +13,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -106,9 +105,10 @@ struct JudgedUpTo {
   static std::optional<JudgedUpTo> parse(const std::string& text);
 };
 
-/// All messages of one run that its verdict rests on. The engine fills it from the bus as the run
+/// All messages of one session that a verdict rests on. The engine fills it from the bus as the run
 /// goes, compare from the log: what comes out does not depend on the order of arrival across
-/// channels, nor on repeats.
+/// channels, nor on repeats. A cell that is up takes one procedure after another in one session:
+/// state(), info() and the phases are those of the newest; runs() has one record of each.
 class RunRecord {
  public:
   void add(const pose_estimate_t& message);
@@ -124,9 +124,11 @@ class RunRecord {
 
   /// Of the messages so far.
   JudgedUpTo up_to() const;
-  /// Forgets what came after the run was judged, where its events tell. The last one counts: a log
-  /// may hold several procedures of a session, and the record is of the newest.
+  /// Forgets what came after the run was judged, where its events tell.
   void keep_judged();
+  /// A record of each procedure, by their starts: of several each has the messages of its own time
+  /// only. This record itself where there is none, or one.
+  std::vector<RunRecord> runs() &&;
 
   const std::vector<EstimateSample>& estimates() const { return estimates_; }
   const std::vector<LatencySample>& latencies() const { return latencies_; }
@@ -135,13 +137,14 @@ class RunRecord {
   std::vector<ScanReturn> returns_of(const EstimateSample& estimate) const;
   const TruthTrack& truth() const { return truth_; }
   /// What truth rested on; more than one where the calibration changed within a session.
-  const std::set<TruthBasis>& truth_bases() const { return truth_bases_; }
+  std::vector<TruthBasis> truth_bases() const;
   /// Whether guidance went after the estimates at that time.
   bool steered(Utime utime) const;
   const std::vector<event_t>& events() const { return events_; }
-  /// The newest; nothing when there was none.
-  const std::optional<procedure_state_t>& state() const { return state_; }
-  const std::optional<run_info_t>& info() const { return info_; }
+  /// The newest; null when there was none. Good until the next message is added.
+  const procedure_state_t* state() const;
+  /// The first of the same procedure; null when there was none.
+  const run_info_t* info() const;
 
   /// The phases in the order in which they began, steps that never ran left out; then "run", the
   /// whole of the procedure without its teardown.
@@ -155,10 +158,12 @@ class RunRecord {
   std::map<std::pair<std::int64_t, std::int32_t>, std::vector<ScanReturn>>
       returns_;  // scan, packet
   TruthTrack truth_;
-  std::set<TruthBasis> truth_bases_;
+  RunRecord run(const procedure_state_t& state) const;
+
+  std::map<TruthBasis, Phase::Stretch> truth_bases_;  // from its first sample to its last
   std::vector<event_t> events_;
-  std::optional<procedure_state_t> state_;
-  std::optional<run_info_t> info_;
+  std::map<Utime, procedure_state_t> states_;  // of each procedure the newest, by its start
+  std::map<std::string, run_info_t> infos_;    // of each run the first, by its name
 };
 
 /// Name of the phase under which the teardown's steps run.
@@ -174,8 +179,8 @@ struct LogSummary {
   std::int64_t events = 0;
   std::int64_t missing_events = 0;
   std::size_t damaged_bytes = 0;
-  std::int64_t undecodable = 0;  ///< of the channels looked at
-  std::int64_t other_session = 0;
+  std::int64_t undecodable = 0;    ///< of the channels looked at
+  std::int64_t other_session = 0;  ///< of sessions without a procedure
   Utime first = 0;
   Utime last = 0;
 };
@@ -184,9 +189,13 @@ struct LogSummary {
 /// call.
 using LogVisitor = std::function<void(const LogEvent&)>;
 
-/// The run in a log: the messages of the session that its first RUN_INFO names, or of the session
-/// given. One pass over the log: who needs more of it than the record keeps hands in a visitor.
-/// @throws InputError when the file cannot be read.
+/// The runs in a log, by their starts: of each session that has any a record of each procedure.
+/// One pass over the log: who needs more of it than the records keep hands in a visitor.
+/// @param session only that one @throws InputError when the file cannot be read.
+std::vector<RunRecord> read_runs(const std::filesystem::path& log, LogSummary& summary,
+                                 std::optional<std::int64_t> session = std::nullopt,
+                                 const LogVisitor& visitor = {});
+/// The newest of them; an empty record when there is none.
 RunRecord read_run(const std::filesystem::path& log, LogSummary& summary,
                    std::optional<std::int64_t> session = std::nullopt,
                    const LogVisitor& visitor = {});

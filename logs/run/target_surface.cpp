@@ -39,7 +39,7 @@ NearestPoint nearest_point_of_run(const run_info_t& info, const std::filesystem:
     const Target target = target_of_run(info, directory);
     if (target.hash == info.target_hash) return nearest_point_on(target);
     why = "target '" + info.target + "' is not the one of the run: its hash differs";
-  } catch (const InputError& e) {
+  } catch (const std::exception& e) {
     why = e.what();
   }
   return {};

@@ -222,7 +222,7 @@ void Engine::wait_for_nodes(Utime now) {
     return conclude(procedure_state_t::ERROR, fault, now);
   }
   const std::string missing = nodes_.missing();
-  state_.reason = missing.empty() ? "" : "waiting for " + missing;
+  state_.reason = missing.empty() ? "" : "waiting for " + nodes_.awaited();
   if (missing.empty()) {
     bench_.testbed.take_lease(now);
     enter(Stage::lease, now);

@@ -16,7 +16,8 @@ bool NodeWatch::Node::ready() const {
 }
 
 std::string NodeWatch::Node::text() const {
-  return (heard ? text_of_state(state) : "not heard of") + (reason.empty() ? "" : ": " + reason);
+  return (heard ? text_of_state(state) : "nothing received") +
+         (reason.empty() ? "" : ": " + reason);
 }
 
 NodeWatch::NodeWatch(const std::vector<std::string>& required, std::string supervisor)
@@ -41,13 +42,22 @@ void NodeWatch::on(const heartbeat_t& message, Utime now) {
   if (node != nodes_.end()) node->second.heartbeat = now;
 }
 
-std::string NodeWatch::missing() const {
-  std::string missing;
+std::string NodeWatch::not_ready(const std::function<std::string(const Node&)>& remark) const {
+  std::string list;
   for (const auto& [name, node] : nodes_) {
     if (node.ready()) continue;
-    missing += (missing.empty() ? "" : ", ") + name + " (" + node.text() + ")";
+    const std::string about = remark(node);
+    list += (list.empty() ? "" : ", ") + name + (about.empty() ? "" : " (" + about + ")");
   }
-  return missing;
+  return list;
+}
+
+std::string NodeWatch::missing() const {
+  return not_ready([](const Node& node) { return node.text(); });
+}
+
+std::string NodeWatch::awaited() const {
+  return not_ready([](const Node& node) { return node.reason; });
 }
 
 std::string NodeWatch::final_fault() const {

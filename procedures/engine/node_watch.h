@@ -4,6 +4,7 @@
 #include <berth/heartbeat_t.hpp>
 #include <berth/node_status_t.hpp>
 #include <berth/precondition_t.hpp>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ class NodeWatch {
   bool requires_node(const std::string& name) const { return nodes_.count(name) != 0; }
   /// Nodes that are not ready, with their states: "testbed (STARTING), ..."; empty: all are.
   std::string missing() const;
+  /// The same while they start, with no more than what keeps them: "lidar-driver, testbed (no IK)".
+  std::string awaited() const;
   /// Why it is no use to wait for them; empty: it is.
   std::string final_fault() const;
   /// A node in fault or silent for longer than the timeout; empty: none.
@@ -42,6 +45,7 @@ class NodeWatch {
     bool ready() const;
     std::string text() const;
   };
+  std::string not_ready(const std::function<std::string(const Node&)>& remark) const;
 
   std::map<std::string, Node> nodes_;
   std::string supervisor_;

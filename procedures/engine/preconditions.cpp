@@ -11,12 +11,12 @@ precondition_t lease(const TestbedLink& testbed) {
   const std::string holder = state ? state->lease_holder : "";
   const std::string by = holder.empty() ? "nobody has it" : holder + " has it";
   return make_precondition("lease", testbed.has_lease(),
-                           state ? by : "the testbed is not heard of");
+                           state ? by : "nothing received from the testbed");
 }
 
 precondition_t testbed_ready(const TestbedLink& testbed, bool going_on) {
   const auto& state = testbed.state();
-  if (!state) return make_precondition("testbed", false, "not heard of");
+  if (!state) return make_precondition("testbed", false, "nothing received");
   const bool ready =
       state->state == testbed_state_t::IDLE || (going_on && state->state == testbed_state_t::HELD);
   const LiveQuantity* words = live_quantity_named("testbed");
@@ -29,7 +29,7 @@ void add_facility(std::vector<precondition_t>& list, const Live& live) {
   const auto& facility = live.facility();
   const bool known = facility && facility->valid;
   const std::string silent = facility ? "the PLC does not answer: " + facility->reason
-                                      : std::string("the facility is not heard of");
+                                      : std::string("nothing received from the facility driver");
   const auto circuit = [&](const char* name, bool closed) {
     list.push_back(make_precondition(name, known && closed,
                                      !known   ? silent
@@ -42,7 +42,7 @@ void add_facility(std::vector<precondition_t>& list, const Live& live) {
 
 precondition_t lidar_ready(const Live& live) {
   const auto& lidar = live.lidar();
-  if (!lidar) return make_precondition("LIDAR", false, "not heard of");
+  if (!lidar) return make_precondition("LIDAR", false, "nothing received");
   const bool ready = lidar->state == lidar_state_t::IDLE || lidar->state == lidar_state_t::SCANNING;
   return make_precondition("LIDAR", ready,
                            live_quantity_named("lidar")->text(lidar->state) +

@@ -301,6 +301,10 @@ TEST_CASE("as many runs may fail as the plan says, by chance") {
   CHECK(report.exit_code() == 2);
   report.changes.changes[0].kind = "changed";
   judge(plan, report);
+  CHECK(report.night.verdict == "error");  // the worst, as of any runs
+  CHECK(report.exit_code() == 2);
+  report.runs[4].outcome = "PASS";
+  judge(plan, report);
   CHECK(report.night.verdict == "regression");
   CHECK(report.exit_code() == 1);
 }

@@ -2,21 +2,27 @@
 #include <stdlib.h>
 
 #include <berth/procedure_state_t.hpp>
+#include <berth/run_info_t.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "app/runs/manifest.h"
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
+#include "app/runs/verdict.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/mesh.h"
 #include "common/core/target.h"
+#include "lcmtypes/channels.h"
+#include "logs/file/log_writer.h"
 #include "logs/run/target_surface.h"
 #include "procedures/engine/run_info.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
+#include "test/logs/made_run.h"
 
 using namespace berth;
 
@@ -51,6 +57,28 @@ RunRequest twin_of(const fs::path& out) {
   request.out = out;
   request.operator_name = "Ada";
   return request;
+}
+
+/// A log of a run that passed, of a procedure with this text.
+void write_log(const RunFiles& files, const std::string& procedure) {
+  logs::LogWriter log(files.log());
+  const auto write = [&log](const char* channel, const auto& message) {
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    log.write(message.utime, channel, bytes);
+  };
+  run_info_t info{};
+  info.utime = made::start;
+  info.session = made::session;
+  info.run = files.name;
+  info.procedure = "made";
+  attachment_t text{};
+  text.name = "procedure.yaml";
+  text.content = procedure;
+  info.attachments = {text};
+  info.attachment_count = 1;
+  write(channels::run_info, info);
+  write(channels::procedure_state, made::state({{"go", 0, 10}}));
 }
 
 }  // namespace
@@ -176,4 +204,52 @@ TEST_CASE("runs are listed with outcome and worst margin, broken ones with the r
   CHECK(find_run((folder / "1_approach").string(), folder.path()) == folder / "1_approach");
   CHECK_THROWS_AS(find_run("approach", folder.path()), InputError);
   CHECK_THROWS_AS(find_run("nothing", folder.path()), InputError);
+}
+
+TEST_CASE("of several runs the worst counts, whichever came first") {
+  const int by_severity[] = {exit_code::passed, exit_code::inconclusive, exit_code::failed,
+                             exit_code::error, exit_code::aborted};
+  for (int i = 0; i < 5; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      CHECK(exit_code::worst(by_severity[i], by_severity[j]) == by_severity[i]);
+      CHECK(exit_code::worst(by_severity[j], by_severity[i]) == by_severity[i]);
+    }
+  }
+  CHECK(exit_code::worst(139, exit_code::failed) == 139);  // a process that died
+}
+
+TEST_CASE("whatever goes wrong in judging, a run has its verdict and its checksums") {
+  const TemporaryDirectory folder;
+  const RunFiles files = RunFiles::create(twin_of(folder.path()));
+  const auto results = [&] {
+    for (const char* file : {"verdict.txt", "results.json", "results.xml", "SHA256SUMS"}) {
+      CHECK(fs::exists(files.directory / file));
+    }
+    CHECK(verify_checksums(files.directory).empty());
+    return nlohmann::json::parse(read_file(files.directory / "results.json"));
+  };
+  SECTION("criteria that are not understood") {
+    write_log(files, "criteria: [{name: odd, measurement: wobble, max: 1 mm}]\n");
+    CHECK(write_verdict(files, exit_code::passed) == exit_code::inconclusive);
+    CHECK(results()["outcome"] == "INCONCLUSIVE");
+    CHECK(read_file(files.directory / "verdict.txt").find("wobble") != std::string::npos);
+    CHECK(fs::exists(files.directory / "report.html"));
+  }
+  SECTION("a report that cannot be written") {
+    write_log(files, "name: made\n");
+    fs::create_directories(files.directory / "report.html" / "in the way");
+    CHECK(write_verdict(files, exit_code::passed) == exit_code::passed);
+    CHECK(results()["outcome"] == "PASS");
+  }
+  SECTION("no log, or none that is one") {
+    if (GENERATE(false, true)) write_file(files.log(), "no log");
+    CHECK(write_verdict(files, exit_code::passed) == exit_code::error);
+    CHECK(results()["outcome"] == "ERROR");
+  }
+  SECTION("a host that failed, or was stopped, before the procedure spoke") {
+    CHECK(write_verdict(files, exit_code::error, "no network") == exit_code::error);
+    CHECK(results()["reason"] == "no network");
+    CHECK(write_verdict(files, exit_code::aborted) == exit_code::aborted);
+    CHECK(results()["outcome"] == "ABORTED");
+  }
 }

@@ -204,24 +204,78 @@ TEST_CASE("the speed goes up and down by tenths, within 10 to 100 percent") {
   CHECK(asked.back() == "100 %");
 }
 
-TEST_CASE("preconditions are shown met or not, with the reason") {
+namespace {
+
+void add(procedure_state_t& state, const char* name, bool met, const char* reason) {
+  precondition_t precondition{};
+  precondition.name = name;
+  precondition.met = met;
+  precondition.reason = reason;
+  state.preconditions.push_back(precondition);
+  state.precondition_count = static_cast<std::int32_t>(state.preconditions.size());
+}
+
+procedure_state_t preparing() {
   procedure_state_t state = state_with(procedure_state_t::PREPARING);
   state.current_step = -1;
-  const auto add = [&state](const char* name, bool met, const char* reason) {
-    precondition_t precondition{};
-    precondition.name = name;
-    precondition.met = met;
-    precondition.reason = reason;
-    state.preconditions.push_back(precondition);
-    state.precondition_count = static_cast<std::int32_t>(state.preconditions.size());
-  };
-  add("testbed", true, "READY");
-  add("fence", false, "it is open");
-  CHECK_THAT(text_of(panel(state)),
-             Contains("ok   testbed") && Contains("BAD  fence") && Contains("it is open"));
-  // while held only what stands in the way
+  state.utime = state.utime_start;
+  state.steps.clear();
+  add(state, "node estimator", true, "READY");
+  add(state, "node lidar-driver", false, "nothing received");
+  add(state, "fence", false, "open");
+  return state;
+}
+
+}  // namespace
+
+TEST_CASE("what is waited for is one line of the panel; while held what stands in the way") {
+  procedure_state_t state = preparing();
+  state.reason =
+      "waiting for arm-driver-replica, arm-driver-sensor, facility-driver, lidar-driver, "
+      "testbed";
+  const std::string text = text_of(panel(state));
+  CHECK_THAT(text, Contains("waiting for arm-driver-replica") && Contains("lidar-driver"));
+  CHECK_THAT(text, !Contains("BAD") && !Contains("READY"));
+  for (const Line& line : panel(state)) CHECK(line.width() <= 79);
   state.state = procedure_state_t::HELD;
-  CHECK_THAT(text_of(panel(state)), Contains("BAD  fence") && !Contains("ok   testbed"));
+  CHECK_THAT(text_of(panel(state)), Contains("BAD  fence") && !Contains("estimator"));
+}
+
+TEST_CASE("without a panel the preconditions take a line while waited for, and one when met") {
+  std::vector<std::string> lines;
+  Progress progress([&lines](const Line& line) { lines.push_back(line.rendered(false)); });
+  procedure_state_t state = preparing();
+  // nodes come one by one, within seconds
+  for (const char* left : {"a, b, c", "b, c", "c"}) {
+    state.reason = std::string("waiting for ") + left;
+    progress.on(state);
+    state.utime += second;
+  }
+  CHECK(lines == std::vector<std::string>{"    0.0 s  waiting for a, b, c"});
+  SECTION("told again where it takes long") {
+    for (int i = 0; i < 25; ++i) {
+      progress.on(state);
+      state.utime += second;
+    }
+    CHECK(lines.size() == 2);
+    CHECK_THAT(lines.back(), Contains("waiting for c"));
+  }
+  SECTION("met") {
+    state.state = procedure_state_t::RUNNING;
+    state.reason.clear();
+    for (precondition_t& p : state.preconditions) p.met = true;
+    progress.on(state);
+    progress.on(state);
+    REQUIRE(lines.size() == 2);
+    CHECK_THAT(lines[1], Contains("ready") && Contains("2 nodes, fence"));
+  }
+  SECTION("never met: what is missing is told, what was met is not") {
+    state.state = procedure_state_t::FINISHED;
+    progress.on(state);
+    REQUIRE(lines.size() == 3);
+    CHECK_THAT(lines[1], Contains("BAD") && Contains("lidar-driver"));
+    CHECK_THAT(lines[2], Contains("BAD") && Contains("fence") && Contains("open"));
+  }
 }
 
 TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {

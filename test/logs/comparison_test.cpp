@@ -42,7 +42,8 @@ const std::string made_procedure =
 
 /// A run wrong by 5 mm along z for 10 s, and what its engine would have said, but for `edit`.
 void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true,
-               const std::function<void(procedure_state_t&)>& edit = {}) {
+               const std::function<void(procedure_state_t&)>& edit = {},
+               const std::string& text = made_procedure) {
   RunRecord record;
   LogWriter log(path);
   run_info_t info{};
@@ -55,8 +56,8 @@ void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_t
   info.target = "no-such-target.ply";
   attachment_t procedure{};
   procedure.name = "procedure.yaml";
-  procedure.sha256 = sha256(made_procedure);
-  if (with_text) procedure.content = made_procedure;
+  procedure.sha256 = sha256(text);
+  if (with_text) procedure.content = text;
   info.attachments = {procedure};
   info.attachment_count = 1;
   write(log, channels::run_info, info);
@@ -105,10 +106,12 @@ TEST_CASE("compare gives the recorded verdict again, from the log alone") {
   CHECK(c.phases[0].estimates == 25);
   CHECK(c.summary.damaged_bytes == 0);
 
-  const std::string text = text_of(c);
-  CHECK(text.find("verdict: INCONCLUSIVE; the recorded verdict came out again") !=
+  const std::string text = verdict_text(c);
+  CHECK(text.find("verdict: INCONCLUSIVE; reproduced from the log: identical") !=
         std::string::npos);
-  CHECK(text.find("no-such-target.ply") != std::string::npos);
+  CHECK(text.find("position_error") == std::string::npos);
+  CHECK(measurements_text(c).find("position_error") != std::string::npos);
+  CHECK(heading_of(c).find("no-such-target.ply") != std::string::npos);
   const auto json = nlohmann::json::parse(json_of(c));
   CHECK(json["criteria"][0]["value"].get<double>() == c.criteria[0].value);
   CHECK(json["criteria"][1]["value"].is_null());
@@ -136,6 +139,127 @@ TEST_CASE("the criteria are judged again where the run went on past a step that 
   CHECK(outcome(procedure_state_t::ABORTED, "aborted") == procedure_state_t::ABORTED);
 }
 
+TEST_CASE("each procedure of a cell that is up is judged by its own criteria over its own time") {
+  TemporaryFolder folder;
+  const std::string looser =
+      "name: other\ncriteria:\n"
+      "  - {name: z of other, measurement: z_error, statistic: mean, phase: "
+      "go, min: 15 mm, max: 25 mm}\n";
+  const auto write_second = [&](std::int64_t session, bool with_info) {
+    LogWriter log(folder.path / "two.lcm");
+    // one after the other: wrong by 5 mm, then by 20 mm
+    for (int number = 0; number < 2; ++number) {
+      const Utime begin = made::start + number * 30 * second;
+      const bool second_one = number == 1;
+      const auto of_session = [&](auto message) {
+        if (second_one) message.session = session;
+        return message;
+      };
+      run_info_t info{};
+      info.utime = begin;
+      info.session = made::session;
+      info.run = second_one ? "run-2" : "run-1";
+      info.procedure = second_one ? "other" : "made";
+      attachment_t text{};
+      text.name = "procedure.yaml";
+      text.content = second_one ? looser : made_procedure;
+      info.attachments = {text};
+      info.attachment_count = 1;
+      if (!second_one || with_info) write(log, channels::run_info, of_session(info));
+      for (int i = 0; i <= 1250; ++i) {
+        const Utime t = i * 8 * millisecond;
+        const Pose pose = made::flight(seconds(t));
+        write(log, channels::ground_truth, of_session(made::truth(begin + t, pose)));
+        if (i % 50 != 25) continue;
+        Vector6d error = Vector6d::Zero();
+        error(2) = second_one ? 20e-3 : 5e-3;
+        write(log, channels::pose_estimate,
+              of_session(made::estimate(begin + t, perturbed(pose, error))));
+      }
+      procedure_state_t state = made::state({{"go", 0, 10}});
+      state.procedure = info.procedure;
+      state.utime_start = begin;
+      state.utime += begin - made::start;
+      state.steps.front().utime_start += begin - made::start;
+      state.steps.front().utime_end += begin - made::start;
+      write(log, channels::procedure_state, of_session(state));
+    }
+  };
+  const auto check_both = [&] {
+    const auto runs = compare_runs(folder.path / "two.lcm");
+    REQUIRE(runs.size() == 2);
+    const Comparison& one = runs[0].comparison;
+    CHECK(one.info->run == "run-1");
+    REQUIRE(one.criteria.size() == 2);
+    CHECK(one.criteria[0].name == "z");
+    CHECK(one.criteria[0].value == Approx(5));
+    CHECK(one.criteria[0].samples == 25);
+    CHECK(one.phases[0].estimates == 25);
+    const Comparison& other = runs[1].comparison;
+    CHECK(other.info->run == "run-2");
+    REQUIRE(other.criteria.size() == 1);
+    CHECK(other.criteria[0].name == "z of other");
+    CHECK(other.criteria[0].value == Approx(20));
+    CHECK(other.outcome == procedure_state_t::PASS);
+    CHECK(compare_log(folder.path / "two.lcm").info->run == "run-2");
+  };
+  SECTION("in one session") {
+    write_second(made::session, true);
+    check_both();
+  }
+  SECTION("in two sessions") {
+    write_second(made::session + 1, true);
+    check_both();
+  }
+  SECTION("and never by those of another, where its own are missing") {
+    write_second(made::session, false);
+    const auto runs = compare_runs(folder.path / "two.lcm");
+    REQUIRE(runs.size() == 2);
+    CHECK(runs[0].comparison.criteria.size() == 2);
+    CHECK(runs[1].comparison.criteria.empty());
+    CHECK(runs[1].comparison.outcome == procedure_state_t::INCONCLUSIVE);
+  }
+}
+
+TEST_CASE("what cannot be measured costs the criteria that use it, and nothing else") {
+  RunRecord record;
+  const auto broken = [](const Vector3d&) -> Vector3d { throw std::runtime_error("no mesh"); };
+  TemporaryFolder folder;
+  write_run(folder.path / "run.lcm");
+  LogSummary summary;
+  record = read_run(folder.path / "run.lcm", summary);
+  const Comparison c = compare_record(record, broken);
+  REQUIRE(c.criteria.size() == 2);
+  CHECK(c.criteria[0].result == criterion_result_t::PASSED);
+  CHECK(c.criteria[1].result == criterion_result_t::INCONCLUSIVE);
+  CHECK(c.criteria[1].reason == "could not be measured: no mesh");
+  CHECK(c.outcome == procedure_state_t::INCONCLUSIVE);
+}
+
+TEST_CASE("criteria that cannot be read leave open what they were to decide, and nothing else") {
+  TemporaryFolder folder;
+  const auto judged = [&](std::int8_t recorded, const std::string& reason) {
+    write_run(
+        folder.path / "run.lcm", 0, true,
+        [&](procedure_state_t& state) {
+          state.outcome = recorded;
+          state.reason = reason;
+          if (!reason.empty()) state.steps.front().state = procedure_step_t::ERROR;
+        },
+        "criteria: [{name: of another version, measurement: wobble, max: 1 mm}]\n");
+    return compare_log(folder.path / "run.lcm");
+  };
+  const Comparison open = judged(procedure_state_t::PASS, "");
+  CHECK(open.outcome == procedure_state_t::INCONCLUSIVE);
+  CHECK(open.criteria.empty());
+  CHECK_FALSE(open.agrees);
+  CHECK(verdict_text(open).find("note: the criteria cannot be judged: ") != std::string::npos);
+  CHECK(verdict_text(open).find("wobble") != std::string::npos);
+  CHECK(verdict_text(open).find("DIFFERENT, recorded was PASS") != std::string::npos);
+  CHECK(judged(procedure_state_t::ERROR, "testbed fault").outcome == procedure_state_t::ERROR);
+  CHECK(judged(procedure_state_t::ABORTED, "by hand").outcome == procedure_state_t::ABORTED);
+}
+
 TEST_CASE("messages of another session do not count") {
   TemporaryFolder folder;
   write_run(folder.path / "run.lcm", 99);
@@ -152,7 +276,7 @@ TEST_CASE("a log cut off before its end is judged as far as it goes") {
   const Comparison c = compare_log(log);
   CHECK_FALSE(c.agrees);
   CHECK(c.recorded_outcome == procedure_state_t::NONE);
-  CHECK(text_of(c).find("the log holds no PROCEDURE_STATE") != std::string::npos);
+  CHECK(verdict_text(c).find("the log holds no PROCEDURE_STATE") != std::string::npos);
   CHECK(c.summary.damaged_bytes > 0);
 }
 
@@ -181,7 +305,7 @@ TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is 
       ++judged;
       CHECK_FALSE(c.remarks.empty());
       CHECK(c.recorded_outcome == procedure_state_t::NONE);
-      CHECK_FALSE(text_of(c).empty());
+      CHECK_FALSE(verdict_text(c).empty());
       CHECK_FALSE(junit_xml({junit_suite_of(c)}).empty());
       CHECK_NOTHROW(nlohmann::json::parse(json_of(c)));
     } catch (const InputError& e) {

@@ -184,12 +184,12 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
   for (const auto& step : bench.node->state().steps) CHECK(step.state == procedure_step_t::PENDING);
 }
 
-TEST_CASE("a node that was never heard of is named") {
+TEST_CASE("a node of which nothing was received is named") {
   fake::Script script;
   script.lidar_silent_from_s = 0;
   EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
-  CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (not heard of)");
+  CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (nothing received)");
 }
 
 TEST_CASE("lamps that do not answer time out, also in the teardown") {
@@ -336,7 +336,7 @@ TEST_CASE("the operator reads steps, errors and the verdict") {
   CHECK(status.find("error 4.0 mm 0.00 deg") != std::string::npos);
   CHECK(bench.progress.verdict().empty());
   bench.run();
-  CHECK(bench.printed("waiting for estimator (not heard of)"));
+  CHECK(bench.printed("waiting for estimator, "));
   CHECK(bench.printed("done     approach"));
   REQUIRE(bench.progress.finished());
   const std::string verdict = bench.progress.verdict();

@@ -16,7 +16,7 @@ pkill -KILL -f "$work/runs"
 for file in run.yaml procedure.yaml manifest.json types/pose_estimate_t.lcm config/testbed.yaml; do
   [ -s "$run/$file" ] || fail "$file is missing"
 done
-expect 2 "$bin/berth" compare "$run"
+expect 2 "$bin/berth" compare --measurements "$run"
 says "the log ends before the procedure did"
 says "position_error"
 expect 0 "$bin/berth" runs "$work/runs"

@@ -16,11 +16,16 @@ for _ in $(seq 100); do
 done
 [ -n "$second" ] && [ "$second" != "$first" ] || fail "the console is not started again"
 
-for _ in 1 2; do
-  expect 0 "$bin/berth" run --out "$work/runs" --lcm-url "$url" procedures/free_pose.yaml \
-    --set survey="10 s" --set returns=500
+# Another procedure, by another criterion.
+sed 's/^name: free_pose/name: second/; s/name: position$/name: place/' procedures/free_pose.yaml >"$work/second.yaml"
+for procedure in procedures/free_pose.yaml "$work/second.yaml"; do
+  expect 0 "$bin/berth" run --out "$work/runs" --lcm-url "$url" "$procedure" --set survey="10 s" --set returns=500
   says "verdict: PASS"
 done
 expect 0 "$bin/berth" stop
+# The cell's own log holds both, each judged by its own criteria.
+expect 0 "$bin/berth" compare "$work/runs"/*_cell
+says "place  "
+[ "$(grep -c "^verdict: PASS; reproduced from the log: identical" "$work/out.txt")" = 2 ] || fail "not two verdicts"
 sleep 1
 ! pgrep -f "$work/runs" || fail "processes are left behind"

@@ -33,6 +33,7 @@ RecordedRun::RecordedRun(const std::filesystem::path& directory,
       index_(files_.log(), progress) {
   if (index_.empty()) throw InputError(files_.log().string() + ": holds no message");
   sort_by_channel();
+  find_procedures();
   find_begin();
 }
 
@@ -45,17 +46,37 @@ void RecordedRun::sort_by_channel() {
   }
 }
 
+void RecordedRun::find_procedures() {
+  const Places& states = places_of(channels::procedure_state);
+  const auto at = [&](std::size_t i) {
+    return logs::decode<procedure_state_t>(index_.at(states[i]).data);
+  };
+  for (std::size_t end = states.size(); end > 0;) {
+    const auto last = at(end - 1);
+    if (!last) {
+      --end;
+      continue;
+    }
+    procedures_.insert(procedures_.begin(), *last);
+    std::size_t first = 0;  // of this procedure's states: they are many
+    for (std::size_t known = end - 1; first < known;) {
+      const std::size_t middle = (first + known) / 2;
+      const auto state = at(middle);
+      const bool same = state && state->utime_start == last->utime_start;
+      (same ? known : first) = same ? middle : middle + 1;
+    }
+    end = first;
+  }
+}
+
 void RecordedRun::find_begin() {
   begin_ = index_.first();
-  const Places& states = places_of(channels::procedure_state);
-  for (auto place = states.rbegin(); place != states.rend() && !last_state_; ++place) {
-    last_state_ = logs::decode<procedure_state_t>(index_.at(*place).data);
-  }
-  if (!last_state_) return;
-  for (const procedure_step_t& step : last_state_->steps) {
-    if (step.utime_start == 0) continue;
-    begin_ = step.utime_start;
-    return;
+  for (const procedure_state_t& procedure : procedures_) {
+    for (const procedure_step_t& step : procedure.steps) {
+      if (step.utime_start == 0) continue;
+      begin_ = step.utime_start;
+      return;
+    }
   }
 }
 
@@ -65,17 +86,21 @@ const RecordedRun::Places& RecordedRun::places_of(const std::string& channel) co
   return found == places_.end() ? none : found->second;
 }
 
-std::vector<criterion_result_t> RecordedRun::verdict() const {
-  return last_state_ ? last_state_->criteria : std::vector<criterion_result_t>();
+CellView::Verdicts RecordedRun::verdicts() const {
+  CellView::Verdicts verdicts;
+  for (const procedure_state_t& procedure : procedures_) {
+    verdicts[procedure.utime_start] = procedure.criteria;
+  }
+  return verdicts;
 }
 
 Json RecordedRun::marks() const {
   Json marks = Json::array();
   const auto time = [this](Utime utime) { return rounded(seconds(utime - index_.first()), 1e-3); };
-  if (last_state_) {
-    for (const procedure_step_t& step : last_state_->steps) {
+  for (const procedure_state_t& procedure : procedures_) {
+    for (const procedure_step_t& step : procedure.steps) {
       if (step.utime_start == 0) continue;
-      const Utime end = step.utime_end != 0 ? step.utime_end : last_state_->utime;
+      const Utime end = step.utime_end != 0 ? step.utime_end : procedure.utime;
       marks.push_back({{"kind", "step"},
                        {"time_s", time(step.utime_start)},
                        {"end_s", time(end)},

@@ -25,12 +25,12 @@ class RecordedRun {
   const RunFiles& files() const { return files_; }
   const Cell& cell() const { return cell_; }
   const LidarProfile& lidar() const { return lidar_; }
-  /// When the procedure's first step began; the log's first event where there is none.
+  /// When the first step of a procedure began; the log's first event where there is none.
   Utime begin() const { return begin_; }
   double length_s() const { return seconds(index_.last() - index_.first()); }
 
-  /// The criteria as they were judged in the end; empty for a run that did not come to its end.
-  std::vector<criterion_result_t> verdict() const;
+  /// The criteria of each procedure in the log as they were judged in its end.
+  CellView::Verdicts verdicts() const;
   /// Steps and events, for a time bar: [{kind, time_s, end_s, text, state or severity}].
   Json marks() const;
   /// Tells every estimate of the whole run with its truth.
@@ -42,6 +42,7 @@ class RecordedRun {
   using Places = std::vector<std::uint32_t>;
 
   void sort_by_channel();
+  void find_procedures();
   void find_begin();
   const Places& places_of(const std::string& channel) const;
   /// Places of the scan that ran last before a place, and of its request.
@@ -52,7 +53,7 @@ class RecordedRun {
   LidarProfile lidar_;
   LogIndex index_;
   std::map<std::string, Places, std::less<>> places_;  // of each channel's events
-  std::optional<procedure_state_t> last_state_;
+  std::vector<procedure_state_t> procedures_;          // of each the last state
   Utime begin_ = 0;
 };
 

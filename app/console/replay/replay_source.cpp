@@ -71,7 +71,7 @@ CellView::Options options_of(const RecordedRun& run, Utime start) {
   CellView::Options options;
   options.with_samples = false;
   options.start = start;
-  options.verdict = run.verdict();
+  options.verdicts = run.verdicts();
   options.more_of_run = {{"length_s", rounded(run.length_s(), 1e-3)},
                          {"directory", run.files().directory.filename().string()},
                          {"marks", run.marks()}};

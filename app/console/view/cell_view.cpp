@@ -83,7 +83,7 @@ void CellView::take(const logs::LogEvent& event) {
   scan_.take(event);
   traffic_.take(event);
   samples_.take(event);
-  if (!options_.verdict) criteria_.take(event);
+  if (!options_.verdicts) criteria_.take(event);
   if (event.channel == channels::event) {
     std::string json = json_of_message(types_, event.data);
     if (!json.empty() && logs::decode<event_t>(event.data)) sink_.add("events", std::move(json));
@@ -219,7 +219,11 @@ std::string CellView::testbed_json() {
 std::string CellView::procedure_json() {
   procedure_state_t state = *heard_.procedure;
   if (state.criteria.empty()) {
-    state.criteria = options_.verdict ? as_of(*options_.verdict, state) : criteria_so_far_;
+    state.criteria = criteria_so_far_;
+    if (options_.verdicts) {
+      const auto verdict = options_.verdicts->find(state.utime_start);
+      if (verdict != options_.verdicts->end()) state.criteria = as_of(verdict->second, state);
+    }
     state.criterion_count = static_cast<std::int32_t>(state.criteria.size());
   }
   const std::string json = json_of_encoded(types_, state);

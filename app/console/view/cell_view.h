@@ -19,13 +19,16 @@ namespace berth::console {
 /// counted and change nothing else.
 class CellView {
  public:
+  /// Of procedures, by their starts; no criteria for one that did not come to its end.
+  using Verdicts = std::map<Utime, std::vector<criterion_result_t>>;
+
   struct Options {
     bool with_samples = true;  ///< false: somebody else writes `samples`
     /// From which samples count, `utime_start` of `run`; 0: the first that is heard of a run.
     Utime start = 0;
-    /// The run's verdict, where it is known beforehand: it fills in as the run goes. Nothing: the
-    /// criteria are measured as it goes.
-    std::optional<std::vector<criterion_result_t>> verdict;
+    /// Where they are known beforehand: they fill in as the run goes. Nothing: the criteria are
+    /// measured as it goes.
+    std::optional<Verdicts> verdicts;
     Json more_of_run = Json::object();  ///< what `run` says beside its message
     Utime fast = 50 * millisecond;
     Utime slow = second;
