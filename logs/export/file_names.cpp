@@ -9,7 +9,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr std::size_t longest = 200;
+constexpr std::size_t longest = 80;  // bytes, of which each may become three
 
 bool is_plain(char c) {
   const auto byte = static_cast<unsigned char>(c);
@@ -20,10 +20,9 @@ bool is_plain(char c) {
 }  // namespace
 
 std::string FileNames::cleaned(std::string_view text) {
-  std::string name = valid_utf8(text);
+  std::string name = valid_utf8(text.substr(0, longest));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return !is_plain(c); }, '_');
-  while (name.size() > longest) name = first_columns(name, columns(name) - 1);
   if (name.empty()) return "_";
   for (char* end : {&name.front(), &name.back()}) {
     if (std::string_view("._- ").find(*end) != std::string_view::npos) *end = '_';

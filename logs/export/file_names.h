@@ -12,7 +12,7 @@ namespace berth::logs {
 class FileNames {
  public:
   /// The text as a file's name: signs that file systems or shells treat in a way of their own are
-  /// '_', and it is cut to 200 bytes.
+  /// '_', and it is cut to 80 bytes.
   static std::string cleaned(std::string_view text);
 
   /// cleaned(text), with "-2", "-3" ... before the extension when it was given out before.
