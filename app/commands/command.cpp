@@ -142,6 +142,7 @@ class Errand {
  private:
   void take(const State& state) {
     if (state.session != files_.setup.session) return;
+    link_.on(state);
     if (state.state == State::FINISHED && keeps_control_) return loop_.stop();
     if (state.state == State::FINISHED && !now_) return end("the procedure has finished");
     now_ = state;
@@ -182,6 +183,7 @@ class Errand {
   /// The engine says what it was asked for, and then what it has against it.
   void take(const event_t& event) {
     if (event.session != files_.setup.session || event.node != "procedure") return;
+    link_.on(event);
     if (event.code == "operator-command") {
       last_is_ours_ = event.text.rfind(link_.name(), 0) == 0;
       if (!last_is_ours_ || heard_) return;

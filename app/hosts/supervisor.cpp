@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <berth/event_t.hpp>
 #include <berth/procedure_command_t.hpp>
+#include <berth/procedure_state_t.hpp>
 #include <cstdio>
 #include <deque>
 #include <fstream>
@@ -16,6 +18,7 @@
 #include "app/hosts/child_process.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/verdict.h"
+#include "app/terminal/operator_link.h"
 #include "common/bus/lcm_bus.h"
 #include "common/bus/node.h"
 #include "common/core/valid_text.h"
@@ -35,7 +38,13 @@ class Supervisor : public Node {
       : Node({"supervisor", files.setup.session, files.configuration_hash}, bus, loop),
         files_(files),
         with_console_(with_console),
-        loop_(loop) {}
+        loop_(loop),
+        link_(bus, loop, files.setup.session, "supervisor") {
+    bus.subscribe<procedure_state_t>(channels::procedure_state, Queue::fifo(),
+                                     [this](const procedure_state_t& s) { link_.on(s); });
+    bus.subscribe<event_t>(channels::event, Queue::fifo(),
+                           [this](const event_t& e) { link_.on(e); });
+  }
 
   void start() {
     start_recorder();
@@ -153,14 +162,9 @@ class Supervisor : public Node {
 
   void send_abort() {
     procedure_command_t command{};
-    command.utime = now();
-    command.seq = ++command_seq_;
-    command.session = session();
-    command.utime_expires = now() + 5 * second;
-    command.commander = "supervisor";
     command.command = procedure_command_t::ABORT;
     command.text = "stopped by the operator";
-    bus().publish(channels::procedure_command, command);
+    link_.send(std::move(command));
   }
 
   void finish(int code) {
@@ -199,6 +203,7 @@ class Supervisor : public Node {
   const RunFiles& files_;
   bool with_console_;
   ProcessLoop& loop_;
+  OperatorLink link_;
   std::deque<ChildProcess> children_;
   ChildProcess* recorder_ = nullptr;
   ChildProcess* procedure_ = nullptr;
@@ -208,7 +213,6 @@ class Supervisor : public Node {
   bool troubled_ = false;
   int console_starts_ = 0;
   int exit_code_ = exit_code::error;
-  std::int64_t command_seq_ = 0;
 };
 
 }  // namespace

@@ -96,6 +96,7 @@ class Monitor {
       if (message.session != files_.setup.session) return;
       view_.on(message);
       if constexpr (requires { keys_.on(message); }) keys_.on(message);
+      if constexpr (requires { link_.on(message); }) link_.on(message);
     });
   }
 

@@ -70,7 +70,7 @@ std::size_t end_of_quotes(const std::string& text, std::size_t begin) {
   return none;
 }
 
-/// A list in brackets; one with a comment in it may end too early, which `edited` finds out.
+/// A list in brackets.
 std::size_t end_of_brackets(const std::string& text, std::size_t begin) {
   int depth = 0;
   for (std::size_t i = begin; i < text.size(); ++i) {
@@ -78,6 +78,10 @@ std::size_t end_of_brackets(const std::string& text, std::size_t begin) {
       i = end_of_quotes(text, i);
       if (i == none) return none;
       --i;
+    } else if (text[i] == '#' &&
+               (text[i - 1] == ' ' || text[i - 1] == '\t' || text[i - 1] == '\n')) {
+      i = text.find('\n', i);
+      if (i == none) return none;
     } else if (text[i] == '[' || text[i] == '{') {
       ++depth;
     } else if ((text[i] == ']' || text[i] == '}') && --depth == 0) {

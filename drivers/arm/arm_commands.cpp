@@ -111,7 +111,7 @@ void ArmNode::start() {
                          state_.state == arm_state_t::RUNNING;
   std::string reason;
   if (held_by_session_) {
-    reason = "session " + std::to_string(*held_by_session_) +
+    reason = "a command of session " + std::to_string(*held_by_session_) +
              " holds it, and the testbed has not answered with a HOLD of its own";
   } else if (!writer_.connected()) {
     reason = "there is no connection for set-points";

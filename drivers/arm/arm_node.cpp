@@ -258,6 +258,8 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
     state.reason = "the controller marks its joints as not valid";
   } else if (report_.error != 0) {
     state.reason = "controller error " + std::to_string(report_.error);
+  } else if (held_by_session_) {
+    state.reason = "a command of session " + std::to_string(*held_by_session_) + " holds it";
   }
   state.cycle_s = cycle;
   publish(state);

@@ -36,6 +36,8 @@ struct Commander {
 /// How often a command is repeated until it is acknowledged, and for how long one is good.
 inline constexpr Utime repeat_period = 500 * millisecond;
 inline constexpr Utime command_lifetime = 2 * second;
+/// One that stops must not cost the arms' way of half a second.
+inline constexpr Utime stop_repeat_period = 100 * millisecond;
 /// A lease lasts for two seconds, and must not be lost with a fifth of the messages: ten in a row,
 /// once in ten million.
 inline constexpr Utime lease_period = 200 * millisecond;

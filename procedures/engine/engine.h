@@ -6,11 +6,10 @@
 #include <berth/procedure_state_t.hpp>
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
+#include "common/core/seen_commands.h"
 #include "logs/run/run_record.h"
 #include "procedures/engine/limit_watch.h"
 #include "procedures/engine/node_watch.h"
@@ -61,6 +60,7 @@ class Engine {
   void on(const event_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
   void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }
+  /// HOLD and ABORT are obeyed whatever their session and age, the others of this session alone.
   void on(const procedure_command_t& message, Utime now);
   /// At 20 Hz or more.
   void tick(Utime now);
@@ -149,6 +149,7 @@ class Engine {
   void ask_take_control(const procedure_command_t& message, Utime now);
   void ask_release_control(const std::string& commander, Utime now);
   void watch_control(Utime now);
+  void hold_when_wanted(Utime now);
   /// Looks at the preconditions again; says why not where they are not met.
   bool may_go_on(const std::string& what, Utime now);
   void end_hold(Utime now);
@@ -178,6 +179,7 @@ class Engine {
   OperatorControl control_;
   std::int64_t control_seq_ = 0;
   std::string hold_wanted_;  // why, as soon as a step runs; empty: it is not
+  std::string hold_asked_;   // the same, by a person
 
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;
@@ -203,7 +205,7 @@ class Engine {
   Utime limits_looked_at_ = 0;
   bool reset_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
-  std::set<std::tuple<std::string, Utime, std::int64_t>> commands_seen_;
+  SeenCommands commands_seen_;
 };
 
 }  // namespace berth::procedures

@@ -45,13 +45,17 @@ std::string name_of(std::int8_t command) {
 }  // namespace
 
 void Engine::on(const procedure_command_t& message, Utime now) {
+  const bool stops = message.command == Command::HOLD || message.command == Command::ABORT;
+  const std::int64_t session = options_.commander.session;
+  if (message.session != session && !stops) return;
   if (message.command == Command::KEEP_CONTROL) {  // twice a second: nothing to tell
     if (message.utime_expires >= now) control_.keep(message.commander, now);
     return;
   }
   // Several terminals may be attached, one after the other, each counting from 1.
-  const bool is_new = commands_seen_.insert({message.commander, message.utime, message.seq}).second;
-  if (message.utime_expires < now || !is_new || finished()) return;
+  const bool is_new =
+      commands_seen_.add({message.commander, message.session, message.utime, message.seq});
+  if (!is_new || finished() || (message.utime_expires < now && !stops)) return;
   const std::string name = name_of(message.command);
   if (name.empty()) {
     return refuse("command " + std::to_string(message.command), "it is not known");
@@ -60,6 +64,11 @@ void Engine::on(const procedure_command_t& message, Utime now) {
   actions_.event(
       event_t::NOTICE, "operator-command",
       message.commander + ": " + name + (message.text.empty() ? "" : ": " + message.text));
+  const std::string unusual = stops ? unusual_stop(message, session, now, false) : "";
+  if (!unusual.empty()) {
+    actions_.event(event_t::WARNING, "unusual-stop",
+                   name + " of '" + message.commander + "' is obeyed, although it " + unusual);
+  }
   watch_control(now);
   const std::string objection = control_.objection(message, now);
   if (!objection.empty()) return refuse(name, objection);
@@ -96,9 +105,11 @@ void Engine::refuse(const std::string& what, const std::string& why) {
 void Engine::abort(const std::string& reason, Utime now) {
   if (in_preparation() || in_steps()) {
     conclude(procedure_state_t::ABORTED, reason, now);
-  } else {
-    hurry_ = true;
+    return;
   }
+  hurry_ = true;
+  // A motion of the teardown does not go on when nobody waits for its end.
+  if (stage_ == Stage::teardown) bench_.testbed.order(testbed_command_t::STOP, now);
 }
 
 void Engine::hold(Hold how, const std::string& reason, Utime now) {
@@ -111,9 +122,15 @@ void Engine::hold(Hold how, const std::string& reason, Utime now) {
 }
 
 void Engine::ask_hold(const std::string& who, Utime now) {
-  if (stage_ != Stage::running) return refuse("hold", "no step is running");
+  const std::string reason = "held by " + who;
   if (held()) return refuse("hold", "it is held already");
-  hold(Hold::in_step, "held by " + who, now);
+  if (stage_ == Stage::running) return hold(Hold::in_step, reason, now);
+  if (stage_ == Stage::settling) return refuse("hold", "nothing moves any more");
+  if (in_preparation() || in_steps()) {
+    hold_asked_ = reason;  // before a step does anything
+  } else {
+    abort(reason, now);  // what is left of the teardown is left out
+  }
 }
 
 bool Engine::may_go_on(const std::string& what, Utime now) {
@@ -133,8 +150,9 @@ void Engine::end_hold(Utime now) {
 
 void Engine::ask_resume(const std::string& what, Utime now) {
   if (stage_ != Stage::running || !held()) {
-    if (!hold_after_step_) refuse(what, "nothing is held");
+    if (!hold_after_step_ && hold_asked_.empty()) refuse(what, "nothing is held");
     hold_after_step_ = false;
+    hold_asked_.clear();
     return;
   }
   if (hold_ == Hold::failed) {
@@ -253,9 +271,15 @@ void Engine::watch_control(Utime now) {
                    lost + " is no longer heard: nobody has control");
     if (holds) hold_wanted_ = lost + " had control and is no longer heard";
   }
-  // Before the first step and between two, it is held as soon as it can be.
-  if (hold_wanted_.empty() || stage_ != Stage::running) return;
-  if (!held()) hold(Hold::in_step, hold_wanted_, now);
+  hold_when_wanted(now);
+}
+
+/// Before the first step and between two, it is held as soon as it can be.
+void Engine::hold_when_wanted(Utime now) {
+  const std::string reason = hold_asked_.empty() ? hold_wanted_ : hold_asked_;
+  if (reason.empty() || stage_ != Stage::running) return;
+  if (!held()) hold(Hold::in_step, reason, now);
+  hold_asked_.clear();
   hold_wanted_.clear();
 }
 

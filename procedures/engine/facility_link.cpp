@@ -1,9 +1,48 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/facility_link.h"
 
+#include <array>
 #include <cmath>
+#include <numbers>
+
+#include "common/core/pose.h"
+#include "common/core/text.h"
 
 namespace berth::procedures {
+namespace {
+
+// What the PLC's registers show (config/registers/plc.yaml) is rounded to a step of theirs.
+constexpr double rounding = 0.5001;  // of a step
+constexpr double level_step = 1e-4;
+constexpr double angle_step = radians(0.01);
+
+struct Item {
+  const char* name;
+  double asked;
+  double shown;
+  bool is_angle;
+
+  bool reached() const {
+    const double off = asked - shown;
+    return is_angle ? std::abs(std::remainder(off, 2 * std::numbers::pi)) <= rounding * angle_step
+                    : std::abs(off) <= rounding * level_step;
+  }
+  std::string text() const {
+    const auto in_words = [this](double value) {
+      return is_angle ? fixed(degrees(value), 2) + " deg" : fixed(100 * value, 2) + " %";
+    };
+    return std::string(name) + " " + in_words(shown) + " of " + in_words(asked);
+  }
+};
+
+std::array<Item, 4> items(const facility_command_t& asked, const facility_state_t& shown) {
+  return {{{"sun lamp", asked.sun_lamp, shown.sun_lamp, false},
+           {"albedo lamp", asked.albedo_lamp, shown.albedo_lamp, false},
+           {"azimuth", asked.sun_azimuth_rad, shown.sun_azimuth_rad, true},
+           {"elevation", asked.sun_elevation_rad, shown.sun_elevation_rad, true}}};
+}
+
+}  // namespace
 
 FacilityLink::FacilityLink(Actions& actions, Commander commander)
     : actions_(actions), commander_(std::move(commander)) {}
@@ -12,6 +51,8 @@ void FacilityLink::command(facility_command_t command, Utime now) {
   const std::int64_t seq = command_.seq + 1;
   command_ = std::move(command);
   command_.seq = seq;
+  overtakes_ = wanted_;
+  matched_ = false;
   wanted_ = true;
   send(now);
 }
@@ -29,12 +70,21 @@ bool FacilityLink::reached() const { return sent_ != 0 && !wanted_; }
 
 void FacilityLink::on(const facility_state_t& state) {
   state_ = state;
-  constexpr double tolerance = 0.02;
-  if (state.valid && state.utime >= command_.utime &&
-      std::abs(state.sun_lamp - command_.sun_lamp) <= tolerance &&
-      std::abs(state.albedo_lamp - command_.albedo_lamp) <= tolerance) {
-    wanted_ = false;
+  if (!wanted_ || state.utime < command_.utime) return;
+  const bool matches = missing().empty();
+  // On the way to something else the lamps may pass what is asked for now.
+  if (matches && (matched_ || !overtakes_)) wanted_ = false;
+  matched_ = matches;
+}
+
+std::string FacilityLink::missing() const {
+  if (!state_) return "the facility is silent";
+  if (state_->valid == 0) return "the facility does not answer: " + state_->reason;
+  std::string text;
+  for (const Item& item : items(command_, *state_)) {
+    if (!item.reached()) text += (text.empty() ? "" : ", ") + item.text();
   }
+  return text;
 }
 
 void FacilityLink::tick(Utime now) {

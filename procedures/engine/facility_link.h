@@ -9,13 +9,15 @@
 
 namespace berth::procedures {
 
-/// The lamps: what is wanted is sent until the facility reports it.
+/// The lamps: what is asked for is sent until the facility reports it, level and direction.
 class FacilityLink {
  public:
   FacilityLink(Actions& actions, Commander commander);
 
   void command(facility_command_t command, Utime now);
   bool reached() const;
+  /// What is not yet as it was asked for, with both values; empty: nothing.
+  std::string missing() const;
 
   void on(const facility_state_t& state);
   void tick(Utime now);
@@ -28,6 +30,8 @@ class FacilityLink {
   Commander commander_;
   facility_command_t command_{};
   bool wanted_ = false;
+  bool overtakes_ = false;  // the lamps may still be on the way to what was asked for before
+  bool matched_ = false;    // the state before
   Utime sent_ = 0;
   std::optional<facility_state_t> state_;
 };

@@ -20,7 +20,10 @@ class LightsRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
-    if (!bench.facility.reached()) return StepResult::running;
+    if (!bench.facility.reached()) {
+      detail_ = bench.facility.missing();
+      return StepResult::running;
+    }
     detail_ = "sun " + fixed(100 * lights_.sun, 0) + " %, albedo " +
               fixed(100 * lights_.albedo, 0) + " %";
     return StepResult::passed;

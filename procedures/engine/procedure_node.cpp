@@ -49,7 +49,12 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
   listen<lidar_state_t>(channels::lidar_state, 1000);
   listen<pose_estimate_t>(channels::pose_estimate, 1000);
   listen<injection_state_t>(channels::injection_state, 100);
-  listen<procedure_command_t>(channels::procedure_command, 100);
+  // Of any session: a stop is obeyed from everybody.
+  bus().subscribe<procedure_command_t>(channels::procedure_command, Queue::fifo(100),
+                                       [this](const procedure_command_t& message) {
+                                         engine_.on(message, now());
+                                         after_input();
+                                       });
   bus().subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(5000),
                                   [this](const ground_truth_t& message) {
                                     if (message.session == session()) engine_.on(message);

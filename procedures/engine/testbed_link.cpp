@@ -2,12 +2,20 @@
 #include "procedures/engine/testbed_link.h"
 
 namespace berth::procedures {
+namespace {
+
+Utime repeat_period_of(const testbed_command_t& command) {
+  const bool stops =
+      command.command == testbed_command_t::HOLD || command.command == testbed_command_t::STOP;
+  return stops ? stop_repeat_period : repeat_period;
+}
+
+}  // namespace
 
 TestbedLink::TestbedLink(Actions& actions, Commander commander)
     : actions_(actions), commander_(std::move(commander)), last_seq_(commander_.last_seq) {}
 
 void TestbedLink::send(testbed_command_t& command, Utime now) {
-  command.utime = now;
   command.utime_expires = now + command_lifetime;
   command.session = commander_.session;
   command.commander = commander_.name;
@@ -17,6 +25,7 @@ void TestbedLink::send(testbed_command_t& command, Utime now) {
 
 void TestbedLink::start(Tracked& tracked, testbed_command_t command, Utime now) {
   tracked.command = std::move(command);
+  tracked.command.utime = now;  // by which, with seq, a repetition is known
   tracked.command.seq = ++last_seq_;
   tracked.answer = Answer::pending;
   tracked.refusal.clear();
@@ -39,6 +48,7 @@ void TestbedLink::send_lease(Utime now) {
   testbed_command_t command{};
   command.command = holds_lease_ ? testbed_command_t::KEEP_LEASE : testbed_command_t::TAKE_LEASE;
   command.q_wxyz[0] = 1;
+  command.utime = now;
   command.seq = ++last_seq_;
   lease_sent_ = now;
   send(command, now);
@@ -60,6 +70,7 @@ void TestbedLink::release_lease(Utime now) {
   testbed_command_t command{};
   command.command = testbed_command_t::RELEASE_LEASE;
   command.q_wxyz[0] = 1;
+  command.utime = now;
   command.seq = ++last_seq_;
   send(command, now);
 }
@@ -103,7 +114,8 @@ bool TestbedLink::at_rest() const {
 void TestbedLink::tick(Utime now) {
   if (wants_lease_ && now - lease_sent_ >= lease_period) send_lease(now);
   for (Tracked* tracked : {&motion_, &order_}) {
-    if (tracked->answer != Answer::pending || now - tracked->sent < repeat_period) continue;
+    if (tracked->answer != Answer::pending) continue;
+    if (now - tracked->sent < repeat_period_of(tracked->command)) continue;
     tracked->sent = now;
     send(tracked->command, now);
   }

@@ -15,7 +15,7 @@ namespace berth::procedures {
 
 /// The verbs of the language. Lengths in m, angles in rad, times in s; poses are T_sensor_model.
 
-/// Sets the lamps; done when the facility reports them so.
+/// Sets the lamps; done when the facility reports them so, level and direction.
 struct Lights {
   double sun = 0;     ///< 0..1
   double albedo = 0;  ///< 0..1

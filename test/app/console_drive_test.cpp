@@ -374,6 +374,42 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
   }
 }
 
+TEST_CASE("a hold is said until it is acknowledged, however many messages are lost") {
+  SECTION("by the testbed") {
+    CellAlone w;
+    w.script.commands_lost = 6;
+    CHECK(w.ask("viewer-1", "hold").accepted);
+    w.simulation.run_for(500 * millisecond);
+    REQUIRE(w.testbed.obeyed.size() == 1);
+    CHECK(w.testbed.obeyed[0].command == testbed_command_t::HOLD);
+    const std::size_t sent = w.pages.orders_sent.size();
+    w.simulation.run_for(second);
+    CHECK(w.pages.orders_sent.size() == sent);
+  }
+  SECTION("by the procedure") {
+    WithProcedure w;
+    w.bench.simulation.set_bus_loss(1);
+    w.pages.ask("viewer-1", "hold", none, "");
+    w.bench.run_for(0.6);
+    w.bench.simulation.set_bus_loss(0);
+    w.bench.run_for(0.3);
+    CHECK(w.state() == procedure_state_t::HELD);
+    const std::size_t sent = w.pages.commands.size();
+    w.bench.run_for(1);
+    CHECK(w.pages.commands.size() == sent);
+  }
+  SECTION("by the testbed, where the procedure does not answer") {
+    WithProcedure w;
+    w.bench.simulation.set_bus_loss(1);
+    w.pages.ask("viewer-1", "hold", none, "");
+    w.bench.run_for(2.1);
+    w.bench.simulation.set_bus_loss(0);
+    w.bench.run_for(0.3);
+    CHECK(w.bench.told_testbed(testbed_command_t::HOLD));
+    CHECK_THAT(w.pages.last("viewer-1").text, Contains("the testbed is told to hold"));
+  }
+}
+
 TEST_CASE("who commands the testbed from elsewhere keeps it") {
   CellAlone w;
   testbed_command_t take{};

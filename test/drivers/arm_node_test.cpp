@@ -86,7 +86,12 @@ TEST_CASE("a reported position carries the time at which it was true, whatever t
         if (!state.valid || state.state != arm_state_t::RUNNING || state.tcp_speed_m_s < 0.1)
           return;
         const auto true_joint = [&](Utime at) { return bench.controller->true_joints(at)[0]; };
-        worst = std::max(worst, std::abs(state.reported_joint[0] - true_joint(state.utime)) / rate);
+        const double late = (state.reported_joint[0] - true_joint(state.utime)) / rate;
+        // The offset is uniform within its bounds, sqrt(3) sigma. The simulated controller samples
+        // on the host's grid and shows whole milliseconds: with drift it cuts off up to one.
+        const double cut_off = drift == 0 ? 0 : 1e-3;
+        const double bound = std::sqrt(3.0) * state.clock_offset_sigma_s + cut_off + 50e-6;
+        worst = std::max(worst, std::abs(late) / bound);
         if (n > 0) {
           const double seemed = (state.reported_joint[0] - last.reported_joint[0]) /
                                 seconds(state.utime - last.utime);
@@ -99,10 +104,10 @@ TEST_CASE("a reported position carries the time at which it was true, whatever t
       });
   bench.stream(3, turning(bench, rate));
   CHECK(n > 200);
-  CHECK(worst < 0.6e-3);  // s, on a tick of 8 ms
+  CHECK(worst < 1);
   CHECK(worst_rate < 0.1 * rate);
   const arm_state_t& state = bench.last();
-  CHECK(state.clock_offset_sigma_s < 0.2e-3);
+  CHECK(state.clock_offset_sigma_s < 0.3e-3);  // on a tick of 8 ms
   const double started = seconds(Simulation::Options{}.start);
   CHECK(std::abs(state.clock_offset_s + started - 12.345) < 3e-3);
   for (std::size_t i = 1; i < bench.states.size(); ++i) {

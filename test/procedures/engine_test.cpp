@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +11,7 @@
 
 using namespace berth;
 using fake::EngineBench;
+using fake::procedure_of;
 using fake::script_text;
 
 namespace {
@@ -198,7 +200,39 @@ TEST_CASE("lamps that do not answer time out, also in the teardown") {
   EngineBench bench(script,
                     "name: dark\nsteps:\n  - wait: 1 s\nteardown:\n  - lights: {sun: 10 %}\n");
   CHECK(bench.run() == procedure_state_t::ERROR);
-  CHECK(bench.node->state().reason == "teardown step 'lights' failed: no answer in time");
+  CHECK(bench.node->state().reason == "teardown step 'lights' failed: sun lamp 0.00 % of 10.00 %");
+}
+
+TEST_CASE("the lights are done when the lamp has turned, and a command that is lost is repeated") {
+  fake::Script script;
+  const std::string steps =
+      "  - lights: {sun: 50 %, azimuth: 30 deg}\n"
+      "  - lights: {sun: 50 %, azimuth: 60 deg, elevation: 10 deg}\n    name: turned\n";
+  const auto seconds_of = [](const EngineBench& bench, const std::string& name) {
+    return seconds(bench.step(name).utime_end - bench.step(name).utime_start);
+  };
+  SECTION("it turns") {
+    script.lamp_turns_s = 3;
+    EngineBench bench(script, procedure_of(steps));
+    CHECK(bench.run() == procedure_state_t::PASS);
+    CHECK(seconds_of(bench, "turned") == Approx(3).margin(0.2));
+  }
+  SECTION("a command is lost that changes nothing but the direction") {
+    script.lamp_command_lost = 2;
+    EngineBench bench(script, procedure_of(steps));
+    REQUIRE(bench.simulation.run_until(
+        [&] { return bench.step("turned").state == procedure_step_t::PASSED; },
+        bench.simulation.now() + 20 * second));
+    CHECK(bench.facility->last.sun_azimuth_rad == Approx(radians(60.0)));
+    CHECK(seconds_of(bench, "turned") == Approx(0.6).margin(0.15));  // repeated after half a second
+  }
+  SECTION("a lamp that never gets there says how far it is") {
+    script.lamp_turns_s = 1000;
+    EngineBench bench(script, procedure_of(steps + "teardown:\n  - wait: 1 s\n"));
+    CHECK(bench.run() == procedure_state_t::TIMEOUT);
+    CHECK(bench.node->state().reason ==
+          "step 'lights' is not done after 20 s: azimuth 0.00 deg of 30.00 deg");
+  }
 }
 
 TEST_CASE("abort stops the arms, tears down and keeps its reason") {
@@ -247,7 +281,7 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   procedure_command_t message{};
   message.seq = 100;
   message.session = fake::session;
-  message.command = procedure_command_t::ABORT;
+  message.command = procedure_command_t::STEP;
   message.utime_expires = bench.simulation.now() - second;
   bench.operator_bus->publish(channels::procedure_command, message);
   message.seq = 101;
@@ -256,6 +290,7 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   bench.operator_bus->publish(channels::procedure_command, message);
   bench.run_for(1);
   CHECK(bench.node->state().state == procedure_state_t::RUNNING);
+  CHECK(bench.event_text("operator-command").empty());
 
   // A repeat is no new command; the first one of another terminal is.
   message.seq = 1;
@@ -272,6 +307,91 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   bench.run_for(0.5);
   bench.operator_bus->publish(channels::procedure_command, message);
   CHECK(bench.run() == procedure_state_t::PASS);
+}
+
+TEST_CASE("a hold and an abort are obeyed whatever their session and age, and told by name") {
+  EngineBench bench;
+  bench.run_for(3);
+  procedure_command_t message{};
+  message.seq = 100;
+  message.utime = bench.simulation.now();
+  message.session = fake::session;
+  message.utime_expires = bench.simulation.now() + second;
+  message.commander = "somebody";
+  message.command = GENERATE(procedure_command_t::HOLD, procedure_command_t::ABORT);
+  std::string told;
+  SECTION("late") {
+    message.utime_expires -= 3601 * second;
+    told = "expired 3600000 ms ago";
+  }
+  SECTION("of another session") {
+    message.session += 1;
+    told = "belongs to session " + std::to_string(fake::session + 1);
+  }
+  bench.operator_bus->publish(channels::procedure_command, message);
+  bench.run_for(0.1);
+  const bool holds = message.command == procedure_command_t::HOLD;
+  CHECK(bench.node->state().state ==
+        (holds ? procedure_state_t::HELD : procedure_state_t::TEARDOWN));
+  CHECK(bench.event_text("unusual-stop") ==
+        std::string(holds ? "hold" : "abort") + " of 'somebody' is obeyed, although it " + told);
+  if (!holds) return;
+  // a repetition of it does not hold what has been resumed
+  bench.run_for(2);
+  bench.command(procedure_command_t::RESUME);
+  bench.run_for(0.1);
+  bench.operator_bus->publish(channels::procedure_command, message);
+  bench.run_for(0.1);
+  CHECK(bench.node->state().state == procedure_state_t::RUNNING);
+}
+
+TEST_CASE("a hold is never too early or too late") {
+  fake::Script script;
+  script.move_takes_s = 6;
+  SECTION("before the first step: nothing moves") {
+    EngineBench bench(script,
+                      procedure_of("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 50 mm/s}\n"));
+    bench.run_for(0.2);
+    CHECK(bench.node->state().state == procedure_state_t::PREPARING);
+    bench.command(procedure_command_t::HOLD);
+    bench.run_to(procedure_state_t::HELD);
+    bench.run_for(0.2);  // until the testbed has heard it
+    const auto told = bench.testbed->obeyed.back();
+    CHECK(told.command == testbed_command_t::HOLD);
+    bench.run_for(2);
+    CHECK(bench.node->state().state == procedure_state_t::HELD);
+    bench.command(procedure_command_t::RESUME);
+    CHECK(bench.run() == procedure_state_t::PASS);
+  }
+  SECTION("while the arms come to rest between two steps") {
+    script.stop_takes_s = 2;
+    EngineBench bench(script,
+                      procedure_of("  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 50 mm/s}\n"
+                                   "  - move: {to: [0, 0, 5100, 0, 0, 0], speed: 50 mm/s}\n"));
+    bench.run_for(3);
+    bench.command(procedure_command_t::SKIP, "to see");
+    bench.run_for(0.5);
+    bench.command(procedure_command_t::HOLD);
+    bench.run_to(procedure_state_t::HELD);
+    bench.run_for(0.2);  // until the testbed has heard it
+    CHECK(bench.testbed->obeyed.back().command == testbed_command_t::HOLD);
+  }
+  SECTION("in the teardown: its motion is stopped, the rest is left out") {
+    EngineBench bench(script,
+                      procedure_of("  - wait: 1 s\nteardown:\n"
+                                   "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 50 mm/s}\n"
+                                   "  - move: {to: [0, 0, 5100, 0, 0, 0], speed: 50 mm/s}\n"));
+    bench.run_to(procedure_state_t::TEARDOWN);
+    bench.run_for(1);
+    bench.command(procedure_command_t::HOLD);
+    bench.run_for(0.3);
+    CHECK(bench.told_testbed(testbed_command_t::STOP));
+    bench.run(8);
+    CHECK(std::count_if(bench.testbed->obeyed.begin(), bench.testbed->obeyed.end(),
+                        [](const testbed_command_t& c) {
+                          return c.command == testbed_command_t::MOVE;
+                        }) == 1);
+  }
 }
 
 TEST_CASE("on hold the arms wait and the step's clock stands still") {

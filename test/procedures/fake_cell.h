@@ -44,6 +44,8 @@ struct Script {
   bool truth = true;
   bool attended = true;
   bool lamps_work = true;
+  int lamp_command_lost = 0;  ///< which of them, from 1
+  double lamp_turns_s = 0;    ///< how long it takes
   double move_takes_s = 2;
   double stop_takes_s = 0;
   double moved_on_hold_m = 0;  ///< by hand, once it stands
@@ -290,13 +292,19 @@ class Facility final : public Clocked {
  public:
   Facility(const Script& script, Bus& the_bus, Loop& the_loop)
       : Clocked("facility-driver", script, the_bus, the_loop) {
-    bus().subscribe<facility_command_t>(channels::facility_command, Queue::fifo(),
-                                        [this](const facility_command_t& c) {
-                                          if (!script_.lamps_work) return;
-                                          last = c;
-                                          state_.sun_lamp = c.sun_lamp;
-                                          state_.albedo_lamp = c.albedo_lamp;
-                                        });
+    bus().subscribe<facility_command_t>(
+        channels::facility_command, Queue::fifo(), [this](const facility_command_t& c) {
+          if (!script_.lamps_work) return;
+          if (++heard == script_.lamp_command_lost) return;
+          const bool turns = last.sun_azimuth_rad != c.sun_azimuth_rad ||
+                             last.sun_elevation_rad != c.sun_elevation_rad;
+          if (turns) {
+            turned_ = now() + utime_from_seconds(script_.lamp_turns_s);
+          }
+          last = c;
+          state_.sun_lamp = c.sun_lamp;
+          state_.albedo_lamp = c.albedo_lamp;
+        });
     state_.session = fake::session;
     state_.valid = true;
     loop().every(100 * millisecond, [this] {
@@ -304,15 +312,21 @@ class Facility final : public Clocked {
       ++state_.seq;
       state_.estop_chain_closed = script_.estop_closed;
       state_.fence_closed = true;
+      if (now() >= turned_) {
+        state_.sun_azimuth_rad = last.sun_azimuth_rad;
+        state_.sun_elevation_rad = last.sun_elevation_rad;
+      }
       bus().publish(channels::facility_state, state_);
     });
   }
 
   double sun() const { return state_.sun_lamp; }
   facility_command_t last{};
+  int heard = 0;
 
  private:
   facility_state_t state_{};
+  Utime turned_ = 0;
 };
 
 /// Only beats and says that it is idle, until it falls silent: what a killed process looks like.

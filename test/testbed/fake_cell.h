@@ -53,6 +53,7 @@ class FakeArm final : public Node {
   bool silent = false;
   bool valid = true;
   bool stuck = false;
+  bool deaf = false;  ///< hears no command
   Utime controller_time = 0;
   double jump = 0;  ///< rad that it reports its joints beside where they are
   int holds = 0;
@@ -63,7 +64,9 @@ class FakeArm final : public Node {
 
  private:
   void on(const arm_command_t& command) {
-    if (command.session != test_session || now() > command.utime_expires) return;
+    const bool stops = command.action == arm_command_t::HOLD;
+    if (deaf || command.session != test_session) return;
+    if (now() > command.utime_expires && !stops) return;
     switch (command.action) {
       case arm_command_t::START:
         ++starts;

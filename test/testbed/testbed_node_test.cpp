@@ -402,6 +402,105 @@ TEST_CASE("only the holder of the lease moves the arms") {
   }
 }
 
+TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and told by name") {
+  FakeCell cell;
+  cell.take_lease();
+  const std::int64_t move = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+  cell.run_for(3.0);
+  const bool holds = GENERATE(true, false);
+  testbed_command_t stop = cell.command(holds ? testbed_command_t::HOLD : testbed_command_t::STOP);
+  stop.commander = "somebody";
+  std::string commander = "somebody";
+  SECTION("of another session") { stop.session = test_session - 1; }
+  SECTION("late") { stop.utime_expires = cell.now() - 3600 * second; }
+  SECTION("overtaken by a later command of its sender") {
+    stop.commander = "test";
+    stop.seq = move - 1;
+    stop.utime = 0;
+  }
+  SECTION("from a script that fills in nothing") {
+    stop = {};
+    stop.command = holds ? testbed_command_t::HOLD : testbed_command_t::STOP;
+  }
+  cell.send(stop);
+  cell.run_for(1.5);
+  CHECK(cell.state.state == (holds ? testbed_state_t::HELD : testbed_state_t::IDLE));
+  CHECK(cell.events["unusual-stop"] == 1);
+  const Pose rest = cell.relative();
+  cell.run_for(1.0);
+  CHECK(distance(rest, cell.relative()) < 1e-6);
+
+  // what goes on does not stop for a repetition, but for the next one
+  if (holds) {
+    cell.send(testbed_command_t::RESUME);
+  } else {
+    cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+  }
+  cell.run_for(0.5);
+  cell.send(stop);
+  cell.run_for(0.5);
+  CHECK(cell.state.state == testbed_state_t::MOVING);
+  ++stop.seq;
+  cell.send(stop);
+  cell.run_for(1.5);
+  CHECK(cell.state.state == (holds ? testbed_state_t::HELD : testbed_state_t::IDLE));
+}
+
+TEST_CASE("arms that do not stand are told to hold until they do") {
+  FakeCell cell;
+  cell.take_lease();
+  cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+  cell.run_for(3.0);
+  cell.replica->deaf = true;
+  cell.facility->estop_closed = false;
+  cell.facility->publish_now();
+  cell.run_for(6.0);
+  CHECK(cell.sensor->state == arm_state_t::HELD);
+  CHECK(cell.replica->state == arm_state_t::RUNNING);
+  cell.replica->deaf = false;
+  cell.run_for(0.1);
+  CHECK(cell.replica->state == arm_state_t::HELD);
+  const int holds = cell.replica->holds;
+  cell.run_for(1.0);
+  CHECK(cell.replica->holds == holds);
+}
+
+TEST_CASE("a hold is obeyed on the way back to the path, and before a retreat") {
+  FakeCell cell;
+  cell.take_lease();
+  const std::int64_t move = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
+  cell.run_for(5.0);
+  SECTION("on the way back to the path") {
+    cell.replica->silent = true;
+    cell.run_for(1.0);
+    cell.replica->silent = false;
+    const int starts = cell.replica->starts;
+    REQUIRE(cell.run_until([&] { return cell.replica->starts > starts; }, 5));
+    REQUIRE(cell.run_until([&] { return cell.replica->state == arm_state_t::RUNNING; }, 5));
+    cell.run_for(0.05);
+    cell.send(testbed_command_t::HOLD);
+    cell.run_for(0.5);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    const Pose held = cell.relative();
+    cell.run_for(3.0);
+    CHECK(distance(held, cell.relative()) < 1e-6);
+    cell.send(testbed_command_t::RESUME);
+    CHECK(cell.finished(move, 60));
+  }
+  SECTION("before a retreat") {
+    const std::int64_t retreat = cell.send(testbed_command_t::RETREAT);
+    cell.run_for(0.1);
+    cell.send(testbed_command_t::HOLD);
+    cell.run_for(2.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    const Pose held = cell.relative();
+    cell.run_for(2.0);
+    CHECK(distance(held, cell.relative()) < 1e-6);
+    cell.send(testbed_command_t::RESUME);
+    CHECK(cell.finished(retreat, 60));
+  }
+}
+
 TEST_CASE("commands of yesterday and late ones move nothing; a repeated one moves once") {
   FakeCell cell;
   cell.take_lease();

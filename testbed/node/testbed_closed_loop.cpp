@@ -167,7 +167,7 @@ void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& v
 void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
     const bool at_rest = scale_.at_rest() && (task_.steering || guidance_.at_rest());
-    if (at_rest) end_task(task_.done);
+    if (at_rest && !waits_to_retreat()) end_task(task_.done);
     return;
   }
   const std::string before = guidance_reason_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // TESTBED_COMMAND: who may ask for what, and how a motion begins.
+#include <algorithm>
+
 #include "common/core/text.h"
 #include "testbed/node/testbed_node.h"
 
@@ -13,7 +15,27 @@ constexpr Utime planning_time = second;
 
 }  // namespace
 
+/// Whoever sends it. A repetition of one that was obeyed is answered, no more.
+void TestbedNode::on_stop(const testbed_command_t& command) {
+  if (!stops_.add({command.commander, command.session, command.utime, command.seq})) {
+    return publish_state(false);
+  }
+  const bool own = command.session == session();
+  std::int64_t& last = last_seq_[command.commander];
+  const std::string unusual = unusual_stop(command, session(), now(), own && command.seq <= last);
+  if (!unusual.empty()) {
+    event(event_t::WARNING, "unusual-stop",
+          std::string(command.command == testbed_command_t::HOLD ? "HOLD" : "STOP") + " of '" +
+              command.commander + "' is obeyed, although it " + unusual);
+  }
+  if (own) last = std::max(last, command.seq);
+  begin(command);
+  publish_state(true);
+}
+
 void TestbedNode::on_command(const testbed_command_t& command) {
+  const std::int8_t what = command.command;
+  if (what == testbed_command_t::HOLD || what == testbed_command_t::STOP) return on_stop(command);
   if (command.session != session()) {
     event(event_t::WARNING, "command-of-another-session",
           "a command of '" + command.commander + "' belongs to session " +
@@ -64,7 +86,10 @@ bool TestbedNode::on_lease_command(const testbed_command_t& command) {
   return true;
 }
 
-void TestbedNode::accept(const testbed_command_t& command) { command_seq_ = command.seq; }
+/// Another session's numbers are not ours to acknowledge.
+void TestbedNode::accept(const testbed_command_t& command) {
+  if (command.session == session()) command_seq_ = command.seq;
+}
 
 void TestbedNode::refuse(const testbed_command_t& command, const std::string& reason) {
   refused_seq_ = command.seq;
@@ -86,7 +111,8 @@ void TestbedNode::begin(const testbed_command_t& command) {
   if (what == testbed_command_t::STOP) {
     accept(command);
     stopping_ = true;
-    after_stop_ = command;
+    after_stop_.reset();
+    if (command.session == session()) after_stop_ = command;
     if (mode_ == Mode::idle || mode_ == Mode::starting || !engaged_) end_task(false);
     return;
   }
@@ -102,6 +128,7 @@ void TestbedNode::begin(const testbed_command_t& command) {
   } else if (what == testbed_command_t::RETREAT) {
     if (mode_ != Mode::idle && engaged_) {
       stopping_ = true;  // first to rest
+      held_ = false;
       after_stop_ = command;
     } else {
       reason = retreat(command);

@@ -161,8 +161,12 @@ void TestbedNode::run_motion(double dt, bool wait) {
   if (!joints) return stop_arms("motion-failed", reason);
   stream(*joints, settings_.setpoint_lifetime);
   if (!task_.retreat) trail_.add(*joints);
-  if (stopping_ && scale_.at_rest()) return end_task(false);
+  if (stopping_ && scale_.at_rest() && !waits_to_retreat()) return end_task(false);
   if (task_.time >= task_.motion->duration()) end_task(!stopping_);
+}
+
+bool TestbedNode::waits_to_retreat() const {
+  return held_ && after_stop_ && after_stop_->command == testbed_command_t::RETREAT;
 }
 
 /// finished: carried out to its end; otherwise given up on request.
@@ -213,9 +217,17 @@ void TestbedNode::stream(const ArmPair& joints, Utime lifetime) {
 }
 
 void TestbedNode::order(std::int8_t action) {
+  if (action == arm_command_t::HOLD) hold_ordered_ = now();
   for (const ArmRole role : both_arms) {
     send(role, action, reported_.of(role), settings_.setpoint_lifetime);
   }
+}
+
+/// The same, number and all: a driver takes it once.
+void TestbedNode::repeat_hold(ArmRole role) {
+  bus().publish(
+      role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor,
+      last_hold_[role == ArmRole::replica ? 0 : 1]);
 }
 
 void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime) {
@@ -227,6 +239,7 @@ void TestbedNode::send(ArmRole role, std::int8_t action, const Joints& joints, U
   command.action = action;
   std::copy(joints.begin(), joints.end(), command.joint);
   command.speed_limit = 1;
+  if (action == arm_command_t::HOLD) last_hold_[role == ArmRole::replica ? 0 : 1] = command;
   bus().publish(
       role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor,
       command);

@@ -17,6 +17,7 @@
 #include "common/core/lease.h"
 #include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
+#include "common/core/seen_commands.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/trail.h"
@@ -37,8 +38,9 @@ namespace berth {
 /// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
 ///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
 ///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
-/// HOLD and STOP are obeyed from anybody of the session; everything else only from the lease
-/// holder, whose KEEP_LEASE may also change the speed override of the motion under way.
+/// HOLD and STOP are obeyed from anybody, of any session, however late, in any order, once each;
+/// everything else only from the lease holder of this session, whose KEEP_LEASE may also change the
+/// speed override of the motion under way.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
@@ -74,6 +76,7 @@ class TestbedNode final : public Node {
   bool on_lease_command(const testbed_command_t& command);
 
   // commands
+  void on_stop(const testbed_command_t& command);
   void begin(const testbed_command_t& command);
   std::string begin_motion(const testbed_command_t& command);
   std::string retreat(const testbed_command_t& command);
@@ -96,6 +99,7 @@ class TestbedNode final : public Node {
   void begin_start();
   void stream(const testbed::ArmPair& joints, Utime lifetime);
   void order(std::int8_t action);
+  void repeat_hold(ArmRole role);
   void send(ArmRole role, std::int8_t action, const Joints& joints, Utime lifetime);
   testbed::ArmPair reference_joints() const;
   Pose relative(const testbed::ArmPair& joints);
@@ -105,6 +109,8 @@ class TestbedNode final : public Node {
   void stop_arms(const std::string& code, const std::string& reason);
   void pause_arms();
   void leave_motion();
+  /// At rest before a retreat, and held.
+  bool waits_to_retreat() const;
   void go_on_when_good();
   void insist_on_standing();
   bool both_reported() const;
@@ -149,6 +155,7 @@ class TestbedNode final : public Node {
 
   Mode mode_ = Mode::idle;
   Task task_;
+  SeenCommands stops_;
   bool held_ = false;    // waits for RESUME
   bool paused_ = false;  // stopped, goes on when all are heard again
   Utime good_since_ = 0;
@@ -183,6 +190,7 @@ class TestbedNode final : public Node {
   int clearance_countdown_ = 0;
 
   std::int64_t arm_command_seq_[2] = {0, 0};  ///< replica, sensor: each channel counts its own
+  arm_command_t last_hold_[2]{};              ///< replica, sensor: what is repeated
   std::int64_t truth_seq_ = 0;
   std::int64_t state_seq_ = 0;
   std::int64_t guidance_seq_ = 0;

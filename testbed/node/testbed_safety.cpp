@@ -15,7 +15,6 @@ namespace {
 constexpr Utime good_for = 500 * millisecond;
 /// A HOLD can be lost on the way.
 constexpr Utime hold_repeat_period = 50 * millisecond;
-constexpr Utime hold_repeated_for = 2 * second;
 constexpr Utime look_ahead_period = 100 * millisecond;
 /// From a motion to a HOLD at its controller: report, set-point clock, wires, interpolation.
 constexpr double reaction = 0.06;
@@ -59,6 +58,10 @@ void TestbedNode::stop_arms(const std::string& code, const std::string& reason) 
   if (mode_ == Mode::idle) return;
   held_ = true;
   hold_reason_ = reason;
+  if (waits_to_retreat()) {
+    refuse(*after_stop_, reason);
+    after_stop_.reset();
+  }
   if (stopping_) end_task(false);
 }
 
@@ -86,17 +89,16 @@ void TestbedNode::go_on_when_good() {
   begin_start();
 }
 
-/// A controller that runs on has not heard.
+/// A controller that runs on has not heard, and of one that is not seen nobody knows: HOLD is sent
+/// until each reports that it stands.
 void TestbedNode::insist_on_standing() {
+  if (engaged_ || mode_ == Mode::starting || hold_ordered_ == 0) return;
   const Utime since = now() - hold_ordered_;
-  if (engaged_ || mode_ == Mode::starting) return;
-  if (since < hold_repeat_period || since > hold_repeated_for) return;
-  if (since % hold_repeat_period >= settings_.setpoint_period) return;
+  if (since < hold_repeat_period || since % hold_repeat_period >= settings_.setpoint_period) return;
+  using State = SafetySupervisor::ArmState;
   for (const ArmRole role : both_arms) {
     const auto& arm = safety_.arm(role);
-    if (arm && arm->state == SafetySupervisor::ArmState::running) {
-      send(role, arm_command_t::HOLD, reported_.of(role), settings_.setpoint_lifetime);
-    }
+    if (!arm || arm->state == State::running || arm->state == State::offline) repeat_hold(role);
   }
 }
 

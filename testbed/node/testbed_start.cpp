@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The arms' controllers are started; then the arms go back to where the path was left.
+#include "testbed/motion/arm_name.h"
 #include "testbed/node/testbed_node.h"
 
 namespace berth {
@@ -22,7 +23,8 @@ void TestbedNode::begin_start() {
 void TestbedNode::run_start(double dt) {
   const Utime t = now();
   if (stopping_) return end_task(false);
-  if (held_ && !rejoining_) return;
+  if (held_ && rejoining_) return stop_arms("", hold_reason_);
+  if (held_) return;
   if (!rejoining_) {
     bool running = true;
     for (const ArmRole role : both_arms) {
@@ -31,8 +33,17 @@ void TestbedNode::run_start(double dt) {
     }
     if (!running || order_sent_ == 0 || t - order_sent_ < order_period / 2) {
       if (t - start_begun_ > settings_.start_time_limit) {
-        stop_arms("start-failed", "the arms' controllers did not start");
+        std::string reason = "the arms' controllers did not start";
+        for (const ArmRole role : both_arms) {
+          const auto& arm = safety_.arm(role);
+          if (arm && !arm->reason.empty()) reason += "; " + arm_name(role) + ": " + arm->reason;
+        }
+        stop_arms("start-failed", reason);
       } else if (order_sent_ == 0 || (!running && t - order_sent_ >= order_period)) {
+        // Named before it: the HOLD that it supersedes, whose repetitions are duplicates then.
+        if (hold_ordered_ != 0) {
+          for (const ArmRole role : both_arms) repeat_hold(role);
+        }
         order(arm_command_t::START);
         order_sent_ = t;
       }

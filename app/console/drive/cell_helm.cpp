@@ -16,6 +16,7 @@ void CellHelm::on(const testbed_state_t& state) {
   if (state.session != session_) return;
   testbed_ = state;
   if (links_) links_->testbed.on(state);
+  if (hold_) hold_->on(state);
 }
 
 void CellHelm::on(const facility_state_t& state) {
@@ -25,6 +26,7 @@ void CellHelm::on(const facility_state_t& state) {
 }
 
 void CellHelm::tick() {
+  if (hold_) hold_->tick(loop_.now());
   if (!links_) return;
   links_->testbed.tick(loop_.now());
   links_->facility.tick(loop_.now());
@@ -47,20 +49,9 @@ void CellHelm::give_back() {
 }
 
 void CellHelm::hold(const std::string& who) {
-  testbed_command_t command{};
-  const procedures::Commander commander = this->commander(who);
-  command.command = testbed_command_t::HOLD;
-  command.q_wxyz[0] = 1;
-  command.seq = commander.last_seq;
-  command.session = session_;
-  command.commander = commander.name;
-  command.utime = loop_.now();
-  command.utime_expires = command.utime + procedures::command_lifetime;
-  // said three times: one that is lost must not cost the hold
-  send(command);
-  for (const auto later : {100 * millisecond, 200 * millisecond}) {
-    loop_.after(later, [this, command] { send(command); });
-  }
+  procedures::Actions& actions = *this;
+  hold_.emplace(actions, commander(who));
+  hold_->order(testbed_command_t::HOLD, loop_.now());
 }
 
 void CellHelm::set_speed(double override) {

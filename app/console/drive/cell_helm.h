@@ -34,7 +34,7 @@ class CellHelm final : private procedures::Actions {
   /// Who commands the testbed, as it says.
   std::string lease_holder() const { return testbed_ ? testbed_->lease_holder : ""; }
 
-  /// Brings what moves to rest; needs no lease.
+  /// Brings what moves to rest; needs no lease. Said until the testbed acknowledges it.
   void hold(const std::string& who);
   /// The next two need it.
   void set_speed(double override);
@@ -61,6 +61,7 @@ class CellHelm final : private procedures::Actions {
   std::int64_t session_;
   std::string taken_for_;
   std::unique_ptr<Links> links_;
+  std::optional<procedures::TestbedLink> hold_;  // by which a HOLD was asked for last
   std::optional<testbed_state_t> testbed_;
   std::optional<facility_state_t> facility_;
 };

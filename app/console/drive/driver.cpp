@@ -160,9 +160,18 @@ void Driver::ask(const Command& command, std::int8_t what, const std::string& te
 // Commands ----------------------------------------------------------------------------------------
 
 void Driver::hold(const Command& command) {
-  if (procedure_.active()) return ask(command, procedure_command_t::HOLD);
-  cell_.hold(name_of(command.viewer));
-  answer(command, true, "no procedure runs; the testbed is told to hold");
+  const auto hold_cell = [this, command](const std::string& why) {
+    cell_.hold(name_of(command.viewer));
+    answer(command, true, why + "; the testbed is told to hold");
+  };
+  if (!procedure_.active()) return hold_cell("no procedure runs");
+  procedure_command_t request{};
+  request.command = procedure_command_t::HOLD;
+  procedure_.ask(name_of(command.viewer), request,
+                 [this, command, hold_cell](bool accepted, const std::string& text) {
+                   if (text == ProcedureHelm::no_answer) return hold_cell(text);
+                   answer(command, accepted, text);
+                 });
 }
 
 void Driver::prompt(const Command& command) {

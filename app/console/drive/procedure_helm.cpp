@@ -25,6 +25,7 @@ void ProcedureHelm::on(const procedure_state_t& state) {
   if (state.session != session_) return;
   state_ = state;
   state_heard_ = loop_.now();
+  for (auto& [who, link] : links_) link.on(state);
 }
 
 void ProcedureHelm::on(const operator_control_t& control) {
@@ -44,6 +45,7 @@ void ProcedureHelm::keep_control(const std::string& who) { link(who).keep_contro
 
 void ProcedureHelm::on(const event_t& event) {
   if (event.session != session_ || event.node != "procedure") return;
+  for (auto& [who, link] : links_) link.on(event);
   if (event.code == "operator-command") {
     const auto ours = std::find_if(asked_.begin(), asked_.end(), [&](const Asked& asked) {
       return asked.heard == 0 && event.text.rfind(asked.who + ": ", 0) == 0;
@@ -62,7 +64,8 @@ void ProcedureHelm::tick() {
   for (const Asked& one : asked) {
     if (one.heard != 0 && now - one.heard >= time_to_refuse) end(one.number, true, "");
     if (one.heard == 0 && now - one.sent >= time_to_hear) {
-      end(one.number, false, "the procedure does not answer");
+      link(one.who).give_up();
+      end(one.number, false, no_answer);
     }
   }
 }

@@ -22,6 +22,8 @@ using Done = std::function<void(bool accepted, const std::string& text)>;
 /// terminals do, and is told whether the engine has refused.
 class ProcedureHelm {
  public:
+  static constexpr char no_answer[] = "the procedure does not answer";
+
   ProcedureHelm(Bus& bus, Loop& loop, std::int64_t session);
 
   void on(const procedure_state_t& state);
@@ -31,7 +33,7 @@ class ProcedureHelm {
   /// At 20 Hz: what has been heard and not refused is accepted.
   void tick();
 
-  /// done is called once, later.
+  /// done is called once, later; with no_answer when there was none: then it is asked no more.
   void ask(const std::string& who, procedure_command_t command, Done done);
   void keep_control(const std::string& who);
 
