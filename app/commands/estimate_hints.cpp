@@ -82,19 +82,19 @@ void add_hints(const clouds::Cloud& cloud, const estimator::CleanScan& scan, dou
   if (extent.hits == 0) return;
   const std::string target = "the target is " + shown(target_length) + " m long";
   // A target 100 times its length away is less than 10 mrad wide: nobody measures its pose there.
-  constexpr double most_lengths = 100;
+  constexpr double max_lengths = 100;
   if (result.status != Status::ok) {
     if (target_length >= 3 * extent.farthest) {
       result.notes.push_back(target + " and all returns are within " + shown(extent.farthest) +
                              " m of the sensor: is its --length right?");
-    } else if (extent.spread() > most_lengths * target_length) {
+    } else if (extent.spread() > max_lengths * target_length) {
       result.notes.push_back(target + " and the cloud " + shown(extent.spread()) +
                              " m across: are its coordinates in mm? A header can say so, as in "
                              "'x (mm), y (mm), z (mm)'");
     }
   }
-  if (extent.nearest > most_lengths * target_length &&
-      extent.spread() <= most_lengths * target_length) {
+  if (extent.nearest > max_lengths * target_length &&
+      extent.spread() <= max_lengths * target_length) {
     result.notes.push_back(target + " and the nearest return " + shown(extent.nearest) +
                            " m from the sensor: are coordinates in the sensor's frame?");
   }

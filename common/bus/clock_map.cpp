@@ -72,18 +72,18 @@ void ClockMap::estimate(Utime host) {
   const History& history = histories_.front();
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
-  double least_drift = low;
-  double greatest_drift = high;
+  double min_drift_seen = low;
+  double max_drift_seen = high;
   for (const History::Line& line : history.lines) {
     const double offset = line.offset + line.drift * static_cast<double>(host - history.start);
     low = std::min(low, offset);
     high = std::max(high, offset);
-    least_drift = std::min(least_drift, line.drift);
-    greatest_drift = std::max(greatest_drift, line.drift);
+    min_drift_seen = std::min(min_drift_seen, line.drift);
+    max_drift_seen = std::max(max_drift_seen, line.drift);
   }
   line_.host = host;
   line_.offset = history.base + std::llround(0.5 * (low + high));
-  line_.drift = 0.5 * (least_drift + greatest_drift);
+  line_.drift = 0.5 * (min_drift_seen + max_drift_seen);
   line_.sigma_s = 1e-6 * (high - low) / std::sqrt(12.0);  // of a uniform distribution
 }
 

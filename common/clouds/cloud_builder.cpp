@@ -20,7 +20,7 @@ struct TimeUnit {
 constexpr std::array<TimeUnit, 4> time_units = {{{"s", 1e6}, {"ms", 1e3}, {"us", 1}, {"ns", 1e-3}}};
 
 /// A scan takes no longer.
-constexpr double longest_scan_us = 3600e6;
+constexpr double max_scan_us = 3600e6;
 /// Times since 1970 that a scanner may have: the years 2000 to 2100. In the four units these
 /// intervals have no number in common.
 constexpr double first_epoch_us = 946684800e6;
@@ -31,7 +31,7 @@ constexpr double last_epoch_us = 4102444800e6;
 const TimeUnit* unit_by_magnitude(double first, double last, bool whole) {
   const auto plausible = [&](const TimeUnit& unit) {
     const bool is_seconds = unit.us == time_units[0].us;
-    return (last - first) * unit.us <= longest_scan_us && !(is_seconds && whole && first != last);
+    return (last - first) * unit.us <= max_scan_us && !(is_seconds && whole && first != last);
   };
   for (const TimeUnit& unit : time_units) {
     if (first * unit.us >= first_epoch_us && last * unit.us <= last_epoch_us) {
@@ -134,7 +134,7 @@ void CloudBuilder::set_times() {
          " says no unit, its values do; --time-unit says otherwise");
   }
   constexpr double most_utime = 9e18;  // what 64 bits hold
-  if (!((*last - *first) * *us <= longest_scan_us) || !(std::abs(*first * *us) < most_utime) ||
+  if (!((*last - *first) * *us <= max_scan_us) || !(std::abs(*first * *us) < most_utime) ||
       !(std::abs(*last * *us) < most_utime)) {
     return unused("is from " + shown(*first) + " to " + shown(*last) + " " + unit_name(*us) +
                   ", no scan takes an hour: --time-unit says the unit");

@@ -140,9 +140,9 @@ class HeaderReader {
   }
 
   void describe(Field& field, std::string_view key, std::string_view word) {
-    constexpr std::size_t most_count = 1'000'000;  // features of a point have some hundreds
+    constexpr std::size_t max_count = 1'000'000;  // features of a point have some hundreds
     if (key == "SIZE") field.size = whole(word, 1, 8);
-    if (key == "COUNT") field.count = whole(word, 1, most_count);
+    if (key == "COUNT") field.count = whole(word, 1, max_count);
     if (key == "TYPE") {
       if (word != "F" && word != "I" && word != "U") {
         throw lines_.error("found TYPE " + files::quoted(word) + ", expected F, I or U");
@@ -248,8 +248,8 @@ class BinaryRows {
       std::memcpy(sizes.data(), data.data(), sizeof sizes);
       data.remove_prefix(sizeof sizes);
       if (sizes[0] > data.size()) refuse("found a file cut short");
-      constexpr std::size_t most_compression = 100;  // of LZF: 264 bytes in 3
-      if (sizes[1] != declared || declared / most_compression > sizes[0]) {
+      constexpr std::size_t max_compression = 100;  // of LZF: 264 bytes in 3
+      if (sizes[1] != declared || declared / max_compression > sizes[0]) {
         refuse("found " + std::to_string(sizes[1]) + " bytes compressed in " +
                std::to_string(sizes[0]));
       }

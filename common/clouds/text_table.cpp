@@ -255,8 +255,8 @@ class Reading {
                        "a decimal comma: expected a first line that names the columns, or "
                        "decimals with a point");
     }
-    constexpr std::size_t fewest_to_count = 3;
-    if (names_.empty() && width_ > 3 && table_.rows.size() >= fewest_to_count &&
+    constexpr std::size_t min_to_count = 3;
+    if (names_.empty() && width_ > 3 && table_.rows.size() >= min_to_count &&
         (counts_from_0_ || counts_from_1_)) {
       throw InputError(where(first_line_) +
                        ": the first column counts the lines, which x does not: expected a first "

@@ -197,7 +197,7 @@ class YamlTree : public YAML::EventHandler {
       throw error(mark, "found an alias of the value that it stands in, which would have no end");
     }
     count(mark, found->second.nodes);
-    if (static_cast<int>(open_.size()) + found->second.levels > most_yaml_levels) too_deep(mark);
+    if (static_cast<int>(open_.size()) + found->second.levels > max_yaml_levels) too_deep(mark);
     add(mark, found->second);
   }
 
@@ -242,14 +242,14 @@ class YamlTree : public YAML::EventHandler {
   }
 
   [[noreturn]] void too_deep(const YAML::Mark& mark) const {
-    throw error(mark, "found more than " + std::to_string(most_yaml_levels) +
+    throw error(mark, "found more than " + std::to_string(max_yaml_levels) +
                           " levels of lists and maps in one another");
   }
 
   void count(const YAML::Mark& mark, std::size_t nodes) {
     nodes_ += nodes;
-    if (nodes_ <= most_yaml_nodes) return;
-    throw error(mark, "found more than " + std::to_string(most_yaml_nodes) +
+    if (nodes_ <= max_yaml_nodes) return;
+    throw error(mark, "found more than " + std::to_string(max_yaml_nodes) +
                           " values, those that aliases stand for among them");
   }
 
@@ -267,7 +267,7 @@ class YamlTree : public YAML::EventHandler {
              YamlNode::Kind kind) {
     refuse_tag(mark, tag);
     if (is_key()) throw error(mark, "found a list or map as a key, expected a word");
-    if (static_cast<int>(open_.size()) >= most_yaml_levels) too_deep(mark);
+    if (static_cast<int>(open_.size()) >= max_yaml_levels) too_deep(mark);
     const std::size_t before = nodes_;
     count(mark, 1);
     Open open;

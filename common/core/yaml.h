@@ -65,16 +65,16 @@ class YamlNode {
 std::string shown(const YamlNode& node);
 
 /// More than any file of ours needs: the longest list of waypoints has a tenth of it.
-inline constexpr std::size_t most_yaml_nodes = 100000;
-inline constexpr int most_yaml_levels = 100;
+inline constexpr std::size_t max_yaml_nodes = 100000;
+inline constexpr int max_yaml_levels = 100;
 
 /// The text as it is read: without a byte order mark at its start, each line ended by LF.
 /// @throws InputError "name:line: ..." for bytes that are not UTF-8, and for control characters.
 std::string clean_text(const std::string& bytes, const std::string& name);
 
 /// Reads a text of YAML 1.2: one document, without tags; keys are texts, and none appears twice.
-/// Aliases and merges (`<<`) are put in place: with them there may be `most_yaml_nodes` nodes in
-/// `most_yaml_levels` levels.
+/// Aliases and merges (`<<`) are put in place: with them there may be `max_yaml_nodes` nodes in
+/// `max_yaml_levels` levels.
 /// @throws InputError "name:line: ..." for everything else.
 YamlNode read_yaml(const std::string& bytes, const std::string& name);
 

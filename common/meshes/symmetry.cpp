@@ -189,7 +189,7 @@ class Collector {
   }
 
   const SymmetryGroup& group() const { return group_; }
-  bool is_full() const { return group_.motions.size() >= most_motions; }
+  bool is_full() const { return group_.motions.size() >= max_motions; }
   bool knows(const Pose& motion) const { return group_.contains(motion, same); }
 
   /// Adds the motion that this one is refined to, if it is a symmetry.
@@ -208,7 +208,7 @@ class Collector {
   }
 
  private:
-  static constexpr std::size_t most_motions = 120;
+  static constexpr std::size_t max_motions = 120;
   static constexpr double same = radians(1);
 
   bool is_symmetry(const Pose& motion, std::size_t points) const {
@@ -239,7 +239,7 @@ SymmetryGroup find_symmetry(const RayCaster& surface) {
   constexpr int rotations = 8000;
   constexpr double slack = radians(17);  // no rotation is farther from one of so many
   constexpr double apart = radians(8);   // starts nearer to each other come to the same end
-  constexpr std::size_t most_tried = 300;
+  constexpr std::size_t max_tried = 300;
 
   const SelfMatcher matcher(surface);
   Collector collector(matcher);
@@ -262,7 +262,7 @@ SymmetryGroup find_symmetry(const RayCaster& surface) {
   std::vector<Pose> tried;
   for (const Start& start : starts) {
     const auto beside = [&](const Pose& p) { return angle_between(p, start.motion) < apart; };
-    if (tried.size() == most_tried || collector.is_full()) break;
+    if (tried.size() == max_tried || collector.is_full()) break;
     if (std::any_of(tried.begin(), tried.end(), beside) ||
         collector.group().contains(start.motion, apart)) {
       continue;

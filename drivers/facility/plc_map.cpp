@@ -77,7 +77,8 @@ Word word_from_level(double level) {
 double level_from_word(Word word) { return word / level_scale; }
 
 Word word_from_angle(double angle) {
-  const long hundredths = std::lround(angle_scale * degrees(std::remainder(angle, 2 * std::numbers::pi)));
+  const long hundredths =
+      std::lround(angle_scale * degrees(std::remainder(angle, 2 * std::numbers::pi)));
   return static_cast<Word>(static_cast<std::int16_t>(hundredths));
 }
 

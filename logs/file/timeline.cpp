@@ -18,8 +18,8 @@ namespace {
 constexpr Utime beat_period = 50 * millisecond;     // heartbeat_t: 20 Hz
 constexpr Utime smallest_told = 128 * millisecond;  // ntpd's step threshold
 constexpr Utime shortest_silence = second;          // a busy machine has shorter ones
-constexpr Utime longest_wait = 60 * second;         // that nobody minds
-constexpr std::size_t most_unexplained = 8;         // more silences are how the log is
+constexpr Utime max_wait = 60 * second;             // that nobody minds
+constexpr std::size_t max_unexplained = 8;          // more silences are how the log is
 constexpr double chance = 1e-9;
 
 /// Where times go back, or a silence that may be one of the clock alone.
@@ -157,17 +157,17 @@ class TimelineFinder {
     }
     std::sort(open.begin(), open.end(),
               [](const Break* a, const Break* b) { return a->silence() > b->silence(); });
-    open.resize(std::min(open.size(), most_unexplained + 1));
+    open.resize(std::min(open.size(), max_unexplained + 1));
     std::vector<double> rest;  // all that is shorter
     for (const Break* b : open) {
       total -= static_cast<double>(b->silence());
       rest.push_back(std::max(total, 0.0));
     }
-    for (std::size_t k = std::min(open.size(), most_unexplained); k-- > 0;) {
+    for (std::size_t k = std::min(open.size(), max_unexplained); k-- > 0;) {
       const auto silence = static_cast<double>(open[k]->silence());
       const double n = silences - static_cast<double>(k);
       const double others = rest[k] / (silence + rest[k]);
-      if (open[k]->silence() < longest_wait || others >= 0.5) continue;
+      if (open[k]->silence() < max_wait || others >= 0.5) continue;
       if (n * std::pow(others, n - 1) >= chance) continue;
       for (std::size_t i = 0; i <= k; ++i) open[i]->verdict = Break::Verdict::step;
       return;
