@@ -96,7 +96,7 @@ int run_campaign(const CampaignOptions& options) {
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
   const Campaign campaign = Campaign::create(manifest, out, options.trials);
   if (const std::string& target = manifest.places.target; !target.empty()) {
-    print_notes(load_target(target, manifest.target_length), target);
+    print_notes(target_notes(load_target(target, manifest.target_length)), target);
   }
   const DirectoryLock lock(campaign.directory());
   std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),

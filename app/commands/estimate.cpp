@@ -170,7 +170,8 @@ int estimate(const EstimateOptions& options) {
     initial = pose_from_xyzwpr(xyzwpr);
   }
   const Target wished = load_target(options.target, options.length);
-  print_notes(wished, options.target);
+  const std::vector<std::string> notes = target_notes(wished);
+  print_notes(notes, options.target);
   const double length = wished.length;
   const auto model = prepare_model(load_target(options.target, reference_length_m), settings.model);
   const SingleScan method(*model, length / reference_length_m, settings, beam_model, stopwatch);
@@ -186,9 +187,7 @@ int estimate(const EstimateOptions& options) {
       SingleScanResult result = method.estimate(scan, initial);
       add_hints(cloud, scan, length, result);
       if (options.noise.empty()) result.notes.push_back(noise_note(beam_model, settings.lidar));
-      for (const std::string& note : target_notes(wished)) {
-        result.notes.push_back("target: " + note);
-      }
+      for (const std::string& note : notes) result.notes.push_back("target: " + note);
       report = report_of(file, cloud, scan, method, result, read_us);
       code = exit_code::worst(code, code_of(result.status));
     } catch (const InputError& e) {

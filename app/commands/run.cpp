@@ -86,7 +86,7 @@ void add_up(CLI::App& app, int& exit_code) {
     complete(*options);
     const RunFiles files = RunFiles::create(options->request);
     const RunSetup& setup = files.setup;
-    print_notes(load_target(setup.target, setup.target_length), setup.target);
+    print_notes(target_notes(load_target(setup.target, setup.target_length)), setup.target);
     exit_code = run_in_processes(files, *options);
   });
 }

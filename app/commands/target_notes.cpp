@@ -5,8 +5,8 @@
 
 namespace berth::commands {
 
-void print_notes(const Target& target, const std::string& named) {
-  for (const std::string& note : target_notes(target)) {
+void print_notes(const std::vector<std::string>& notes, const std::string& named) {
+  for (const std::string& note : notes) {
     std::fprintf(stderr, "berth: %s: %s\n", named.c_str(), note.c_str());
   }
 }

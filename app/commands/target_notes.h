@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "common/core/target.h"
 
 namespace berth::commands {
 
-/// Says on standard error what the user may regret about the target they named.
-void print_notes(const Target& target, const std::string& named);
+/// Writes target_notes() to standard error, under the name that the user gave the target.
+void print_notes(const std::vector<std::string>& notes, const std::string& named);
 
 }  // namespace berth::commands

@@ -14,7 +14,7 @@ namespace {
 /// Steps shown after the present one, and limits and preconditions at a time.
 constexpr std::size_t steps_ahead = 2;
 constexpr std::size_t most_limits = 5;
-constexpr std::size_t most_unmet = 6;
+constexpr std::size_t max_unmet = 6;
 constexpr std::size_t indent = 2;
 constexpr std::size_t reason_width = 76;  // of a terminal with 80 columns
 
@@ -108,7 +108,7 @@ void add_preconditions(const procedure_state_t& state, std::vector<Line>& lines)
   std::size_t count = 0;
   for (const precondition_t& precondition : state.preconditions) {
     if (precondition.met) continue;
-    if (++count > most_unmet) break;
+    if (++count > max_unmet) break;
     lines.push_back(line_of(precondition));
   }
 }

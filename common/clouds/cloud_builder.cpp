@@ -133,9 +133,9 @@ void CloudBuilder::set_times() {
     note("times are read as " + std::string(unit->name) + ": " + who +
          " says no unit, its values do; --time-unit says otherwise");
   }
-  constexpr double most_utime = 9e18;  // what 64 bits hold
-  if (!((*last - *first) * *us <= max_scan_us) || !(std::abs(*first * *us) < most_utime) ||
-      !(std::abs(*last * *us) < most_utime)) {
+  constexpr double max_utime = 9e18;  // what 64 bits hold
+  if (!((*last - *first) * *us <= max_scan_us) || !(std::abs(*first * *us) < max_utime) ||
+      !(std::abs(*last * *us) < max_utime)) {
     return unused("is from " + shown(*first) + " to " + shown(*last) + " " + unit_name(*us) +
                   ", no scan takes an hour: --time-unit says the unit");
   }

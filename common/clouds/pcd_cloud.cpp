@@ -20,7 +20,7 @@ namespace {
 
 enum class Data { text, binary, compressed };
 
-constexpr std::size_t most_points = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t max_points = std::numeric_limits<std::uint32_t>::max();
 
 struct Field {
   std::string name;
@@ -73,7 +73,7 @@ class HeaderReader {
                        " of WIDTH and HEIGHT");
     }
     if (header_.points == 0) throw InputError(file_ + ": holds no point");
-    if (header_.points > most_points) throw InputError(file_ + ": found too many points");
+    if (header_.points > max_points) throw InputError(file_ + ": found too many points");
     header_.lines = lines_.number();
     header_.offset = lines_.offset();
     return header_;
@@ -112,7 +112,7 @@ class HeaderReader {
       for (std::size_t i = 0; i < values; ++i) describe(header_.fields[i], key, words[i + 1]);
     } else if (key == "WIDTH" || key == "HEIGHT" || key == "POINTS") {
       const std::size_t number =
-          values == 1 ? whole(words[1], 0, most_points) : throw expected_one(key);
+          values == 1 ? whole(words[1], 0, max_points) : throw expected_one(key);
       (key == "WIDTH" ? header_.width : key == "HEIGHT" ? header_.height : header_.points) = number;
       has_width_ = has_width_ || key == "WIDTH";
       has_points_ = has_points_ || key == "POINTS";

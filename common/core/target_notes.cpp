@@ -10,8 +10,8 @@
 namespace berth {
 namespace {
 
-constexpr double max_spacecraft = 109;        // m: the International Space Station's truss
-constexpr double shortest_spacecraft = 0.03;  // m: KickSat's Sprites were 35 mm wide
+constexpr double max_spacecraft = 109;   // m: the International Space Station's truss
+constexpr double min_spacecraft = 0.03;  // m: KickSat's Sprites were 35 mm wide
 const char* const say_length = "give its length in m (--length, --target-length)";
 
 /// Largest distance of vertices from the plane that fits them best, m.
@@ -89,9 +89,9 @@ std::vector<std::string> target_notes(const Target& target) {
   std::vector<std::string> notes;
   const Mesh& mesh = target.mesh;
   const Box box = bounding_box(mesh);
-  if (target.length > max_spacecraft || target.length < shortest_spacecraft) {
+  if (target.length > max_spacecraft || target.length < min_spacecraft) {
     notes.push_back("it is " + shown(target.length) + " m long, and spacecraft are from " +
-                    shown(shortest_spacecraft) + " to " + shown(max_spacecraft) +
+                    shown(min_spacecraft) + " to " + shown(max_spacecraft) +
                     " m: is it in mm or another unit? Then " + say_length);
   }
   if (target.file_origin != Vector3d::Zero()) {

@@ -6,23 +6,6 @@ namespace {
 
 constexpr std::string_view replacement = "\xEF\xBF\xBD";
 
-/// Length of the well-formed character that begins here; 0 when none does.
-std::size_t character_length(std::string_view at) {
-  const auto byte = [&at](std::size_t i) {
-    return i < at.size() ? static_cast<unsigned char>(at[i]) : 0u;
-  };
-  const auto tail = [&byte](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
-  const unsigned a = byte(0);
-  const unsigned b = byte(1);
-  if (a < 0x80) return 1;
-  if (a >= 0xC2 && a <= 0xDF && tail(1)) return 2;
-  const bool second_of_three = tail(1) && !(a == 0xE0 && b < 0xA0) && !(a == 0xED && b > 0x9F);
-  if (a >= 0xE0 && a <= 0xEF && second_of_three && tail(2)) return 3;
-  const bool second_of_four = tail(1) && !(a == 0xF0 && b < 0x90) && !(a == 0xF4 && b > 0x8F);
-  if (a >= 0xF0 && a <= 0xF4 && second_of_four && tail(2) && tail(3)) return 4;
-  return 0;
-}
-
 bool is_line_end_or_tab(std::string_view character) {
   return character == "\n" || character == "\r" || character == "\t";
 }
@@ -52,6 +35,22 @@ std::string mapped(std::string_view text, Shown shown) {
 }
 
 }  // namespace
+
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&text](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+  };
+  const auto tail = [&byte](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
+  const unsigned a = byte(0);
+  const unsigned b = byte(1);
+  if (a < 0x80) return 1;
+  if (a >= 0xC2 && a <= 0xDF && tail(1)) return 2;
+  const bool second_of_three = tail(1) && !(a == 0xE0 && b < 0xA0) && !(a == 0xED && b > 0x9F);
+  if (a >= 0xE0 && a <= 0xEF && second_of_three && tail(2)) return 3;
+  const bool second_of_four = tail(1) && !(a == 0xF0 && b < 0x90) && !(a == 0xF4 && b > 0x8F);
+  if (a >= 0xF0 && a <= 0xF4 && second_of_four && tail(2) && tail(3)) return 4;
+  return 0;
+}
 
 std::string valid_utf8(std::string_view text) {
   return mapped(text, [](std::string_view character) { return character; });

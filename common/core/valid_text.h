@@ -10,7 +10,11 @@
 /// that the format cannot hold, become U+FFFD.
 namespace berth {
 
-/// Well-formed UTF-8 (Unicode 15, table 3-7).
+/// Bytes of the well-formed character of UTF-8 (Unicode 15, table 3-7) that a text begins with; 0
+/// when it begins with none.
+std::size_t character_length(std::string_view text);
+
+/// Well-formed UTF-8.
 std::string valid_utf8(std::string_view text);
 
 /// A JSON document in which DEL and the C1 control characters are escaped, as the others are.

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/valid_text.h"
 
 namespace berth {
 
@@ -101,22 +102,15 @@ InputError error_at(const std::string& name, int line, const std::string& what) 
 
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
-/// The code point at the start of the text, and how many bytes it has; none: no UTF-8.
-std::pair<char32_t, std::size_t> code_point_of(std::string_view text) {
-  const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  constexpr char32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-  const unsigned char first = byte(0);
-  if (first < 0x80) return {first, 1};
-  const std::size_t size = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  if (size == 0 || first > 0xF4 || text.size() < size) return {0, 0};
-  char32_t point = first & (0xFFU >> (size + 1));
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((byte(i) & 0xC0U) != 0x80) return {0, 0};
-    point = point << 6U | (byte(i) & 0x3FU);
+/// Of one well-formed character.
+char32_t code_point_of(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  if (character.size() == 1) return first;
+  char32_t point = first & (0xFFU >> (character.size() + 1));
+  for (const char c : character.substr(1)) {
+    point = point << 6U | (static_cast<unsigned char>(c) & 0x3FU);
   }
-  const bool surrogate = point >= 0xD800 && point < 0xE000;
-  if (point < least[size] || surrogate || point > 0x10FFFF) return {0, 0};
-  return {point, size};
+  return point;
 }
 
 bool may_stand_in_text(char32_t point) {
@@ -137,10 +131,11 @@ std::string code_of(char32_t point) {
 /// @param line of its first line
 void check_characters(std::string_view text, const std::string& name, int line) {
   for (std::size_t at = 0; at < text.size();) {
-    const auto [point, size] = code_point_of(text.substr(at));
+    const std::size_t size = character_length(text.substr(at));
     if (size == 0) {
       throw error_at(name, line, "found bytes that are not UTF-8; save the file as UTF-8");
     }
+    const char32_t point = code_point_of(text.substr(at, size));
     if (!may_stand_in_text(point)) {
       throw error_at(name, line,
                      "found the character " + code_of(point) + ", which no text may hold" +
@@ -153,11 +148,7 @@ void check_characters(std::string_view text, const std::string& name, int line) 
 
 std::string shown_tag(const std::string& tag) {
   constexpr std::string_view standard = "tag:yaml.org,2002:";
-  return tag.rfind(standard, 0) == 0 ? "!!" + tag.substr(standard.size()) : tag;
-}
-
-bool starts_with(const std::string& text, std::string_view start) {
-  return text.compare(0, start.size(), start) == 0;
+  return tag.starts_with(standard) ? "!!" + tag.substr(standard.size()) : tag;
 }
 
 }  // namespace
@@ -354,12 +345,12 @@ class YamlTree : public YAML::EventHandler {
 
 std::string clean_text(const std::string& bytes, const std::string& name) {
   for (const std::string_view mark : {"\xFF\xFE", "\xFE\xFF"}) {
-    if (!starts_with(bytes, mark)) continue;
+    if (!bytes.starts_with(mark)) continue;
     throw error_at(name, 1, "found UTF-16 or UTF-32, expected UTF-8; save the file as UTF-8");
   }
   std::string text;
   text.reserve(bytes.size());
-  for (std::size_t i = starts_with(bytes, byte_order_mark) ? 3 : 0; i < bytes.size(); ++i) {
+  for (std::size_t i = bytes.starts_with(byte_order_mark) ? 3 : 0; i < bytes.size(); ++i) {
     if (bytes[i] != '\r') {
       text += bytes[i];
     } else if (i + 1 == bytes.size() || bytes[i + 1] != '\n') {

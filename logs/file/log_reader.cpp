@@ -17,7 +17,7 @@ namespace {
 
 // As liblcm reads it: any channel without a zero byte, up to 999 bytes long; and an empty one,
 // which its logger writes though it does not read it.
-constexpr std::size_t longest_channel = 999;
+constexpr std::size_t max_channel_bytes = 999;
 constexpr std::size_t largest_data = 0x7FFFFFFF;
 constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 
@@ -76,7 +76,7 @@ bool LogReader::header_at(std::size_t at, LogEvent& event, std::size_t& end) con
   const std::uint8_t* header = data_ + at;
   const std::uint64_t channel_bytes = big_endian(header + 20, 4);
   const std::uint64_t data_bytes = big_endian(header + 24, 4);
-  if (channel_bytes > longest_channel) return false;
+  if (channel_bytes > max_channel_bytes) return false;
   if (data_bytes > largest_data) return false;
   const std::size_t data_at = at + format::header_bytes + channel_bytes;
   if (data_at > size_) return false;

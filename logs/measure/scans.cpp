@@ -33,14 +33,14 @@ Series residual(const Measurer& measurer, const Phase& phase) {
 }  // namespace
 
 double Measurer::residual(const ComparedEstimate& compared) const {
-  constexpr std::size_t most_returns = 200;
+  constexpr std::size_t max_returns = 200;
   const EstimateSample& estimate = compared.estimate;
   const auto [place, is_new] =
       residuals_.try_emplace(estimate.utime, std::numeric_limits<double>::quiet_NaN());
   if (!is_new || !nearest_.rays) return place->second;
   const double reach = 0.1 * nearest_.rays->bounds().size().maxCoeff();
   const std::vector<ScanReturn> returns = record_.returns_of(estimate);
-  const std::size_t step = (returns.size() + most_returns - 1) / most_returns;
+  const std::size_t step = (returns.size() + max_returns - 1) / max_returns;
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < returns.size(); i += step) {

@@ -98,14 +98,14 @@ void RunRecord::add(const testbed_state_t& message) {
 }
 
 void RunRecord::add(const scan_packet_t& message) {
-  constexpr std::size_t most_kept = 100;
+  constexpr std::size_t max_kept = 100;
   const auto [place, is_new] = returns_.try_emplace({message.scan_id, message.packet});
   if (!is_new) return;
   std::vector<std::size_t> hits;
   for (std::size_t i = 0; i < message.status.size(); ++i) {
     if (message.status[i] == scan_packet_t::HIT) hits.push_back(i);
   }
-  const std::size_t step = (hits.size() + most_kept - 1) / most_kept;
+  const std::size_t step = (hits.size() + max_kept - 1) / max_kept;
   for (std::size_t i = 0; i < hits.size(); i += step) {
     const std::size_t beam = hits[i];
     place->second.push_back({message.utime + message.time_us[beam], message.range_m[beam],
