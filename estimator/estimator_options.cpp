@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/estimator_options.h"
 
+#include <cmath>
+
 #include "common/core/config.h"
+#include "common/core/positive.h"
 
 namespace berth::estimator {
 
@@ -314,6 +317,19 @@ void read_ranges(Config config, RangeOptions& ranges) {
   }
 }
 
+void read_budgets(Config config, Budgets& budgets) {
+  const auto read = [&](const std::string& key, std::int64_t& budget) {
+    double time = static_cast<double>(budget) * 1e-6;
+    config.optional(key, Dimension::time, time);
+    expect_positive(config, key, time);
+    budget = std::llround(1e6 * time);
+  };
+  read("track", budgets.track);
+  read("acquire", budgets.acquire);
+  read("model", budgets.model);
+  config.finish();
+}
+
 }  // namespace
 
 const std::vector<std::string>& acquisition_names() {
@@ -348,6 +364,7 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   read_tracker(config.section("target_tracker"), options);
   read_planner(config.section("scan_planner"), options.planner);
   if (config.has("ranges")) read_ranges(config.section("ranges"), options.ranges);
+  if (config.has("budgets")) read_budgets(config.section("budgets"), options.budgets);
   config.finish();
   return options;
 }

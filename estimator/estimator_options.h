@@ -18,6 +18,13 @@
 
 namespace berth::estimator {
 
+/// How long the estimator may be at one input, us: a node that is at it longer is in FAULT.
+struct Budgets {
+  std::int64_t track = 1500000;     ///< while it tracks
+  std::int64_t acquire = 10000000;  ///< otherwise
+  std::int64_t model = 60000000;    ///< a command that chooses a model, which is compiled then
+};
+
 /// Everything that config/estimator.yaml says.
 struct EstimatorOptions {
   std::string lidar = "ilris_3d";  ///< config/lidars/<lidar>.yaml
@@ -51,6 +58,7 @@ struct EstimatorOptions {
   PoseFilterOptions pose_filter;
   PlannerOptions planner;
   RangeOptions ranges;
+  Budgets budgets;
 };
 
 /// What the options may name as methods.

@@ -53,6 +53,7 @@ Settings load_settings(const std::filesystem::path& file) {
   s.retreat_speed = positive(motion, "retreat_speed", Dimension::speed);
   s.rejoin_speed = positive(motion, "rejoin_speed", Dimension::angular_speed);
   s.start_time_limit = microseconds(motion, "start_time_limit");
+  if (motion.has("planning_budget")) s.planning_budget = microseconds(motion, "planning_budget");
   motion.finish();
 
   Config path = config.section("path_check");

@@ -30,6 +30,7 @@ struct Settings {
   double retreat_speed = 0.05;
   double rejoin_speed = 0.035;
   std::int64_t start_time_limit = 5000000;
+  std::int64_t planning_budget = 20000000;  ///< of one motion's plan or refusal
 
   PathLimits path;
   Clearance::Limits clearance;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "common/bus/wire.h"
@@ -16,9 +17,12 @@ constexpr Utime second = 1000000;
 constexpr double seconds(Utime t) { return static_cast<double>(t) * 1e-6; }
 Utime utime_from_seconds(double s);
 
-/// The one thread on which all of a node's code runs, with its clock, timers and wires.
-/// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). Nothing here may be called from
-/// another thread.
+class Worker;
+
+/// The thread on which a node's code runs, with its clock, timers and wires. What takes long runs
+/// beside it, on a Worker, so that heartbeats, supervision and stops never wait.
+/// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). But for now() and stopwatch(),
+/// nothing here may be called from another thread.
 class Loop {
  public:
   using Task = std::function<void()>;
@@ -38,6 +42,9 @@ class Loop {
 
   /// To the devices of the node whose loop this is.
   virtual Wires& wires() = 0;
+
+  /// For work that takes long. It must end before this loop.
+  virtual std::unique_ptr<Worker> make_worker() = 0;
 
   /// How long work takes: in real time a steady clock in microseconds; in the twin the simulated
   /// clock, so that nothing measured enters its log.

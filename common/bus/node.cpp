@@ -3,10 +3,17 @@
 
 #include <berth/heartbeat_t.hpp>
 
+#include "common/core/text.h"
 #include "common/core/version.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
+namespace {
+
+/// As many as the longest queue of the bus.
+constexpr std::size_t max_jobs_waiting = 4000;
+
+}  // namespace
 
 Node::Node(NodeSetup setup, Bus& bus, Loop& loop)
     : setup_(std::move(setup)), bus_(bus), loop_(loop) {
@@ -18,6 +25,7 @@ Node::Node(NodeSetup setup, Bus& bus, Loop& loop)
     beat.session = session();
     beat.node = setup_.name;
     bus_.publish(channels::heartbeat, beat);
+    watch_work();
   });
 }
 
@@ -30,6 +38,32 @@ void Node::report(std::int8_t state, const std::string& reason) {
   if (state == state_ && reason == reason_) return;
   state_ = state;
   reason_ = reason;
+  publish_status();
+}
+
+bool Node::work(Worker::Job job) {
+  if (!worker_) worker_ = loop_.make_worker();
+  if (worker_->waiting() >= max_jobs_waiting) {
+    ++jobs_dropped_;
+    return false;
+  }
+  worker_->give(std::move(job));
+  return true;
+}
+
+void Node::watch_work() {
+  if (!worker_) return;
+  const auto late = worker_->overdue();
+  const std::string words = late ? late->name + " takes longer than its budget of " +
+                                       fixed(seconds(late->budget), 1) + " s"
+                                 : "";
+  if (words == overdue_) return;
+  if (late) {
+    event(event_t::ERROR, "work-overdue", words);
+  } else {
+    event(event_t::NOTICE, "work-ended", "at its end: " + overdue_);
+  }
+  overdue_ = words;
   publish_status();
 }
 
@@ -51,15 +85,15 @@ void Node::publish_status() {
   status.seq = ++status_seq_;
   status.session = session();
   status.node = setup_.name;
-  status.state = state_;
-  status.reason = reason_;
+  status.state = overdue_.empty() ? state_ : node_status_t::FAULT;
+  status.reason = overdue_.empty() ? reason_ : overdue_;
   status.version = version();
   status.configuration_hash = setup_.configuration_hash;
   const BusCounters counters = bus_.counters();
   status.received = counters.received;
   status.published = counters.published;
   status.undecodable = counters.undecodable;
-  status.overflowed = counters.overflowed;
+  status.overflowed = counters.overflowed + jobs_dropped_;
   status.superseded = counters.superseded;
   if (counters.unsent > 0) count("unsent", static_cast<double>(counters.unsent));
   for (const auto& [name, value] : counters_) {

@@ -8,6 +8,7 @@
 
 #include "common/bus/bus.h"
 #include "common/bus/loop.h"
+#include "common/bus/worker.h"
 
 namespace berth {
 
@@ -20,7 +21,8 @@ struct NodeSetup {
 };
 
 /// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20
-/// Hz and EVENTs. Driven only by messages, timers and descriptors of its loop.
+/// Hz and EVENTs. Driven only by messages, timers and descriptors of its loop. It is in FAULT while
+/// a job of its worker takes longer than the job's budget.
 class Node {
  public:
   Node(NodeSetup setup, Bus& bus, Loop& loop);
@@ -42,9 +44,15 @@ class Node {
   void event(std::int8_t severity, const std::string& code, const std::string& text);
   /// A figure shown with the status, e.g. count("read_rate_hz", 99.8).
   void count(const std::string& name, double value) { counters_[name] = value; }
+  /// Does what takes long beside the loop, after what was given before (Worker).
+  /// @return false: so much waits that this is dropped, and counted as overflowed.
+  bool work(Worker::Job job);
+  /// A node that works calls it in its destructor: jobs touch what is destroyed then.
+  void end_work() { worker_.reset(); }
 
  private:
   void publish_status();
+  void watch_work();
 
   NodeSetup setup_;
   Bus& bus_;
@@ -52,6 +60,9 @@ class Node {
   std::int8_t state_ = node_status_t::STARTING;
   std::string reason_;
   std::map<std::string, double> counters_;
+  std::unique_ptr<Worker> worker_;  // from the first job on
+  std::string overdue_;             // what takes too long, in words; empty: nothing
+  std::int64_t jobs_dropped_ = 0;
   std::int64_t status_seq_ = 0;
   std::int64_t heartbeat_seq_ = 0;
   std::int64_t event_seq_ = 0;

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "common/bus/tcp_wires.h"
+#include "common/bus/worker.h"
 #include "common/core/error.h"
 
 namespace berth {
@@ -57,6 +58,8 @@ ProcessLoop::~ProcessLoop() {
   close(wake_fd_);
   if (signal_fd_ >= 0) close(signal_fd_);
 }
+
+std::unique_ptr<Worker> ProcessLoop::make_worker() { return std::make_unique<ThreadWorker>(*this); }
 
 Utime ProcessLoop::now() const { return monotonic() + clock_offset_; }
 

@@ -27,6 +27,8 @@ class ProcessLoop final : public Loop {
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
   Wires& wires() override { return *wires_; }
+  /// A thread of its own.
+  std::unique_ptr<Worker> make_worker() override;
   /// Calls readable whenever the descriptor has input or its peer is gone, until unwatch.
   void watch(int fd, Task readable);
   /// Calls writable when the descriptor takes output; replaces a watch for input.

@@ -8,6 +8,7 @@
 
 #include "common/bus/event_queue.h"
 #include "common/bus/memory_wire.h"
+#include "common/bus/worker.h"
 #include "common/core/error.h"
 #include "common/core/random.h"
 
@@ -131,6 +132,8 @@ void Simulation::go_on(SimulatedLoop& loop, SimulatedBus& bus) {
   }
 }
 
+void Simulation::stop_work(SimulatedLoop& loop) { loop.work_stopped_ = true; }
+
 void Simulation::kill(SimulatedLoop& loop, SimulatedBus& bus) {
   stop(loop, bus);
   for (auto& [name, channel] : impl_->channels) {
@@ -172,6 +175,45 @@ class SimulatedLoop::MemoryWires final : public Wires {
 
   SimulatedLoop& loop_;
 };
+
+class SimulatedLoop::InlineWorker final : public Worker {
+ public:
+  explicit InlineWorker(SimulatedLoop& loop) : loop_(loop) { loop_.workers_.push_back(this); }
+  ~InlineWorker() override { std::erase(loop_.workers_, this); }
+
+  void give(Job job) override {
+    if (loop_.work_stopped_) {
+      if (jobs_.empty()) begun_ = loop_.now();
+      return jobs_.push_back(std::move(job));
+    }
+    job.run();
+    job.done();
+  }
+  std::size_t waiting() const override { return jobs_.size(); }
+  std::optional<Overdue> overdue() const override {
+    if (jobs_.empty() || loop_.now() - begun_ <= jobs_.front().budget) return std::nullopt;
+    return Overdue{jobs_.front().name, jobs_.front().budget};
+  }
+  void go_on() {
+    for (Job& job : std::exchange(jobs_, {})) give(std::move(job));
+  }
+
+ private:
+  SimulatedLoop& loop_;
+  std::deque<Job> jobs_;
+  Utime begun_ = 0;
+};
+
+void Simulation::go_on_with_work(SimulatedLoop& loop) {
+  loop.work_stopped_ = false;
+  loop.after(0, [&loop] {
+    for (SimulatedLoop::InlineWorker* worker : loop.workers_) worker->go_on();
+  });
+}
+
+std::unique_ptr<Worker> SimulatedLoop::make_worker() {
+  return std::make_unique<InlineWorker>(*this);
+}
 
 SimulatedLoop::SimulatedLoop(Simulation& simulation)
     : simulation_(simulation), wires_(std::make_unique<MemoryWires>(*this)) {}

@@ -49,6 +49,10 @@ class Simulation {
   void stop(SimulatedLoop& loop, SimulatedBus& bus);
   /// As SIGCONT: what has waited comes at once, in its order; timers skip the beats they missed.
   void go_on(SimulatedLoop& loop, SimulatedBus& bus);
+  /// As an endless loop in the node's worker: its jobs wait, while its loop goes on.
+  void stop_work(SimulatedLoop& loop);
+  /// Those that have waited run at once, in their order.
+  void go_on_with_work(SimulatedLoop& loop);
   /// As SIGKILL, once the node is destroyed: nothing is delivered to it any more.
   void kill(SimulatedLoop& loop, SimulatedBus& bus);
   /// Of the packets sent from now on.
@@ -78,15 +82,20 @@ class SimulatedLoop final : public Loop {
   void cancel(TimerId timer) override;
   /// Join dial and listen of one address inside the Simulation.
   Wires& wires() override;
+  /// Runs each job within give(), in no simulated time, unless Simulation::stop_work was called.
+  std::unique_ptr<Worker> make_worker() override;
 
  private:
   friend class Simulation;
   class MemoryWires;
+  class InlineWorker;
   explicit SimulatedLoop(Simulation& simulation);
   Simulation& simulation_;
   std::unique_ptr<MemoryWires> wires_;
   bool stopped_ = false;
   std::vector<Task> waiting_;
+  bool work_stopped_ = false;
+  std::vector<InlineWorker*> workers_;
 };
 
 /// Handlers run inline, in the order of subscription: no queue can overflow.

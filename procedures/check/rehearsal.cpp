@@ -129,7 +129,6 @@ std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
   auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
-  guidance_.stop();
   if (auto* refusal = std::get_if<std::string>(&result)) return std::move(*refusal);
   trail_.begin(now_.joints);
   return std::get<testbed::CommandPlanner::Plan>(std::move(result)).arms.motion;

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "common/bus/worker.h"
 #include "drivers/modbus/modbus_client.h"
 #include "drivers/modbus/modbus_server.h"
 
@@ -48,6 +49,7 @@ class StillLoop final : public Loop, private Wires {
   TimerId every(Utime, Task) override { return ++timers_; }
   void cancel(TimerId) override {}
   Wires& wires() override { return *this; }
+  std::unique_ptr<Worker> make_worker() override { return nullptr; }
 
   FarEnd far;
 

@@ -20,7 +20,7 @@ double Guidance::initial_angle() const { return rotation_vector(bias_rotation_).
 
 double Guidance::surface_distance(const Pose& pose) const {
   const Vector3d sensor = pose.inverse().position;  // in the model frame
-  return (target_.nearest(sensor) - sensor).norm();
+  return (target_->nearest(sensor) - sensor).norm();
 }
 
 Pose Guidance::reference(double travelled) const {
@@ -144,6 +144,13 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
   keeping_ = true;
   active_ = true;
   return std::nullopt;
+}
+
+void Guidance::go_on_as(Guidance begun) {
+  begun.estimate_ = std::move(estimate_);
+  begun.history_ = std::move(history_);
+  begun.override_ = override_;
+  *this = std::move(begun);
 }
 
 void Guidance::on_estimate(const Estimate& estimate) {

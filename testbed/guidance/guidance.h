@@ -59,7 +59,7 @@ class Guidance {
 
   /// target: in the model frame; must outlive this.
   Guidance(const RayCaster& target, const Settings& settings)
-      : target_(target), settings_(settings), scale_(settings.hold_settling) {}
+      : target_(&target), settings_(settings), scale_(settings.hold_settling) {}
 
   void on_estimate(const Estimate& estimate);
   const std::optional<Estimate>& estimate() const { return estimate_; }
@@ -78,6 +78,9 @@ class Guidance {
   /// Begins to keep a pose by the estimate. @return why it cannot, or nothing.
   std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& wanted,
                                   const RelativeLimits& limits);
+  /// Goes on as a copy of this that has begun a motion; estimates and commanded poses stay as they
+  /// have come to this meanwhile.
+  void go_on_as(Guidance begun);
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
   /// How far the estimate stands from the commanded pose at the start: m and rad.
@@ -107,7 +110,7 @@ class Guidance {
   /// How far the end of the approach is from a pose, m.
   double distance_to_go(const Pose& pose) const;
 
-  const RayCaster& target_;
+  const RayCaster* target_;
   Settings settings_;
   TimeScale scale_;
   std::optional<Estimate> estimate_;

@@ -119,28 +119,25 @@ std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_
 }
 
 CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, const ArmPair& start,
-                                            std::int64_t now, Guidance& guidance) const {
+                                            std::int64_t now, const Guidance& given) const {
   if (command.frozen_arm < 0 || command.frozen_arm > 2) {
     return "frozen_arm is " + std::to_string(command.frozen_arm) +
            ", expected 0 (none), 1 (replica) or 2 (sensor)";
   }
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
   Plan plan;
+  Guidance guidance = given;
   const Path path = path_of(command, from, now, guidance, plan);
-  if (const auto* wrong = std::get_if<std::string>(&path)) {
-    if (is_closed_loop(command)) guidance.stop();
-    return *wrong;
-  }
+  if (const auto* wrong = std::get_if<std::string>(&path)) return *wrong;
   MotionPlanner::Result result = planner_.plan(std::get<std::shared_ptr<const RelativePath>>(path),
                                                start, static_cast<FrozenArm>(command.frozen_arm));
   if (auto* arms = std::get_if<MotionPlanner::Plan>(&result)) {
     plan.arms = std::move(*arms);
+    if (is_closed_loop(command) && !plan.steering) plan.guidance = std::move(guidance);
     return plan;
   }
   const auto& refusal = std::get<Refusal>(result);
-  const std::string passes = passing_speed(command, start, now, guidance, refusal.passing_rate);
-  if (is_closed_loop(command)) guidance.stop();
-  return refusal.text + passes;
+  return refusal.text + passing_speed(command, start, now, guidance, refusal.passing_rate);
 }
 
 CommandPlanner::Path CommandPlanner::path_of(const testbed_command_t& command, const Pose& from,

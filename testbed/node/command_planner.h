@@ -3,6 +3,7 @@
 
 #include <berth/testbed_command_t.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -17,6 +18,7 @@ namespace berth::testbed {
 
 /// Turns a TESTBED_COMMAND that moves the arms into a checked motion, or into the sentence that
 /// refuses it. The testbed node does so before it moves, `berth check` long before.
+/// Planning takes up to seconds: path_check's clearance is used by nobody else meanwhile.
 class CommandPlanner {
  public:
   /// surface: of the target, model frame. All must outlive this.
@@ -27,16 +29,17 @@ class CommandPlanner {
   struct Plan {
     MotionPlanner::Plan arms;
     std::shared_ptr<Steering> steering;  ///< closed loop but by the testbed's own guidance
+    std::optional<Guidance> guidance;    ///< closed loop by that: it has begun
     TargetMotion target_motion;          ///< closed loop
   };
   using Result = std::variant<Plan, std::string>;
 
-  /// Any motion, from where the arms stand. Closed loops by the testbed's own guidance begin in it,
-  /// and it is stopped again when they are refused; those by a profile are flown to their end
-  /// first, with perfect estimates. Their motion is the one predicted.
+  /// Any motion, from where the arms stand. Closed loops by the testbed's own guidance begin in a
+  /// copy of it; those by a profile are flown to their end first, with perfect estimates. Their
+  /// motion is the one predicted.
   /// @param now us, on guidance's clock
   Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
-              Guidance& guidance) const;
+              const Guidance& guidance) const;
 
   /// A retreat along the trail. @return why there is none otherwise.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(

@@ -9,12 +9,6 @@ namespace berth {
 
 using namespace testbed;
 
-namespace {
-
-constexpr Utime planning_time = second;
-
-}  // namespace
-
 /// Whoever sends it. A repetition of one that was obeyed is answered, no more.
 void TestbedNode::on_stop(const testbed_command_t& command) {
   if (!stops_.add({command.commander, command.session, command.utime, command.seq})) {
@@ -101,15 +95,20 @@ void TestbedNode::begin(const testbed_command_t& command) {
   const std::int8_t what = command.command;
   if (what == testbed_command_t::HOLD) {
     accept(command);
-    if (mode_ != Mode::idle && !held_) {
+    const std::string reason = "held by '" + command.commander + "'";
+    if (planning_) {
+      planning_->hold_reason = reason;
+      event(event_t::NOTICE, "hold", reason);
+    } else if (mode_ != Mode::idle && !held_) {
       held_ = true;
-      hold_reason_ = "held by '" + command.commander + "'";
-      event(event_t::NOTICE, "hold", hold_reason_);
+      hold_reason_ = reason;
+      event(event_t::NOTICE, "hold", reason);
     }
     return;
   }
   if (what == testbed_command_t::STOP) {
     accept(command);
+    give_up_planning("stopped by '" + command.commander + "' while its motion was planned");
     stopping_ = true;
     after_stop_.reset();
     if (command.session == session()) after_stop_ = command;
@@ -123,6 +122,7 @@ void TestbedNode::begin(const testbed_command_t& command) {
   std::string reason;
   if (is_motion(command)) {
     reason = begin_motion(command);
+    if (reason.empty()) return;  // answered when it is planned
   } else if (what == testbed_command_t::RESUME) {
     reason = resume(command);
   } else if (what == testbed_command_t::RETREAT) {
@@ -132,8 +132,10 @@ void TestbedNode::begin(const testbed_command_t& command) {
       after_stop_ = command;
     } else {
       reason = retreat(command);
+      if (reason.empty()) return;
     }
   } else if (what == testbed_command_t::RESET) {
+    give_up_planning("reset by '" + command.commander + "' while its motion was planned");
     stop_arms("reset", "reset by '" + command.commander + "'");
     order(arm_command_t::RESET);
     stopping_ = true;
@@ -177,6 +179,10 @@ void TestbedNode::set_override(double override) {
 }
 
 std::string TestbedNode::begin_motion(const testbed_command_t& command) {
+  if (planning_) {
+    return "command " + std::to_string(planning_->command.seq) +
+           " is still being planned: STOP it first";
+  }
   if (mode_ != Mode::idle) {
     return "command " + std::to_string(task_.seq) + " is still being carried out: STOP it first";
   }
@@ -184,22 +190,95 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   if (is_closed_loop(command) && estimate_watch_.contradiction()) {
     return estimate_watch_.contradiction()->text;
   }
-  // planning may take longer than a set-point lasts
-  if (engaged_) stream(commanded_, planning_time);
-  Task task;
-  task.seq = command.seq;
-  task.mode = is_closed_loop(command) ? Mode::closed_loop : Mode::moving;
+  if (engaged_) stream(commanded_, second);
   set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   const ArmPair start = reference_joints();
-  const auto result = commands_.plan(command, start, now(), guidance_);
-  if (const auto* refusal = std::get_if<std::string>(&result)) return *refusal;
-  const auto& plan = std::get<CommandPlanner::Plan>(result);
-  task.motion = plan.arms.motion;
-  task.steering = plan.steering;
-  task.target_motion = plan.target_motion;
-  task.allocation = std::make_shared<const ArmAllocation>(
-      cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+  return plan(command, start, [=, this, time = now(), guidance = guidance_](Planned& planned) {
+    auto result = commands_.plan(command, start, time, guidance);
+    if (auto* refusal = std::get_if<std::string>(&result)) {
+      planned.refusal = std::move(*refusal);
+      return;
+    }
+    auto& plan = std::get<CommandPlanner::Plan>(result);
+    if (guidance.estimate()) planned.utime_estimate = guidance.estimate()->utime;
+    planned.guidance = std::move(plan.guidance);
+    planned.task.mode = is_closed_loop(command) ? Mode::closed_loop : Mode::moving;
+    planned.task.motion = plan.arms.motion;
+    planned.task.steering = plan.steering;
+    planned.task.target_motion = plan.target_motion;
+    planned.task.allocation = std::make_shared<const ArmAllocation>(
+        cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+  });
+}
+
+std::string TestbedNode::retreat(const testbed_command_t& command) {
+  if (verdict_.level != Level::good) return verdict_.reason;
+  const ArmPair start = reference_joints();
+  if (engaged_) stream(commanded_, second);
+  return plan(command, start, [=, this, trail = trail_](Planned& planned) {
+    auto way_back = commands_.way_back(command, trail, planning_check_, start);
+    if (auto* wrong = std::get_if<std::string>(&way_back)) {
+      planned.refusal = std::move(*wrong);
+      return;
+    }
+    planned.task.mode = Mode::moving;
+    planned.task.retreat = true;
+    planned.task.motion = std::get<std::shared_ptr<const ArmMotion>>(std::move(way_back));
+  });
+}
+
+/// @return why it is not planned, or nothing: the command is answered when it is.
+std::string TestbedNode::plan(const testbed_command_t& command, const ArmPair& start,
+                              std::function<void(Planned&)> job) {
+  planning_ = Planning{command, start, ""};
+  const auto planned = std::make_shared<Planned>();
+  const bool given =
+      work({"planning command " + std::to_string(command.seq), settings_.planning_budget,
+            [job = std::move(job), planned] { job(*planned); },
+            [this, seq = command.seq, planned] {
+              if (!planning_ || planning_->command.seq != seq) return;  // given up
+              const Planning planning = std::move(*planning_);
+              planning_.reset();
+              begin_planned(planning, std::move(*planned));
+            }});
+  if (given) return "";
+  planning_.reset();
+  return "too many motions wait to be planned";
+}
+
+void TestbedNode::give_up_planning(const std::string& reason) {
+  if (!planning_) return;
+  refuse(planning_->command, reason);
+  planning_.reset();
+}
+
+/// What has changed while the motion was planned; nothing: it may begin.
+std::string TestbedNode::why_not_now(const Planning& planning, const Task& task) const {
+  if (!task.retreat && !lease_.held_by(planning.command.commander, now())) {
+    return "the lease was lost while the motion was planned";
+  }
+  if (verdict_.level != Level::good) return verdict_.reason;
+  if (task.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
+    return estimate_watch_.contradiction()->text;
+  }
+  if (largest_change(planning.start, reference_joints()) > rest_angle) {
+    return "the arms have moved while their motion was planned";
+  }
+  return "";
+}
+
+void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
+  const testbed_command_t& command = planning.command;
+  Task& task = planned.task;
+  std::string reason = planned.refusal;
+  if (reason.empty()) reason = why_not_now(planning, task);
+  if (!reason.empty()) return refuse(command, reason);
+  task.seq = command.seq;
+  if (planned.guidance) guidance_.go_on_as(std::move(*planned.guidance));
+  if (task.retreat) set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   if (task.mode == Mode::closed_loop && task.steering) {
+    const auto& estimate = guidance_.estimate();
+    if (estimate && estimate->utime > planned.utime_estimate) task.steering->on_estimate(*estimate);
     const GuidanceReport report = task.steering->report();
     event(event_t::INFO, "closed-loop",
           "law " + report.law + ", " + report.profile + "; 1 m of the cell is " +
@@ -210,28 +289,14 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
           "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
   }
-  start_task(std::move(task));
-  return "";
+  start_task(std::move(task), planning.start);
+  held_ = !planning.hold_reason.empty();
+  hold_reason_ = planning.hold_reason;
+  accept(command);
 }
 
-std::string TestbedNode::retreat(const testbed_command_t& command) {
-  if (verdict_.level != Level::good) return verdict_.reason;
-  const ArmPair start = reference_joints();
-  if (engaged_) stream(commanded_, planning_time);
-  auto way_back = commands_.way_back(command, trail_, check_, start);
-  if (auto* wrong = std::get_if<std::string>(&way_back)) return std::move(*wrong);
-  Task task;
-  task.seq = command.seq;
-  task.mode = Mode::moving;
-  task.retreat = true;
-  task.motion = std::get<std::shared_ptr<const ArmMotion>>(std::move(way_back));
-  set_override(command.speed_override > 0 ? command.speed_override : 1.0);
-  start_task(std::move(task));
-  return "";
-}
-
-void TestbedNode::start_task(Task task) {
-  commanded_ = reference_joints();
+void TestbedNode::start_task(Task task, const ArmPair& start) {
+  commanded_ = start;
   if (!task.retreat) trail_.begin(commanded_);
   task_ = std::move(task);
   held_ = stopping_ = paused_ = false;

@@ -2,6 +2,7 @@
 #include "testbed/node/testbed_node.h"
 
 #include <berth/lidar_state_t.hpp>
+#include <berth/node_status_t.hpp>
 #include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 
@@ -30,7 +31,9 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       target_(cell_.target.mesh),
       clearance_(cell_, settings_.clearance),
       check_(cell_, settings_.path, clearance_),
-      planner_(cell_, check_, clearance_),
+      planning_clearance_(cell_, settings_.clearance),
+      planning_check_(cell_, settings_.path, planning_clearance_),
+      planner_(cell_, planning_check_, planning_clearance_),
       commands_(cell_, settings_, planner_, target_),
       truth_(cell_, calibration_, settings_.truth,
              [this](const Truth& truth) { publish_truth(truth); }),
@@ -61,6 +64,12 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
                                if (heartbeat.session != session()) return;
                                safety_.on_heartbeat(heartbeat.node, now());
                              });
+  bus.subscribe<node_status_t>(
+      channels::node_status, Queue::fifo(), [this](const node_status_t& status) {
+        if (status.session != session()) return;
+        const bool fault = status.state == node_status_t::FAULT;
+        safety_.on_node(status.node, fault ? status.node + " is in FAULT: " + status.reason : "");
+      });
   bus.subscribe<pose_estimate_t>(channels::pose_estimate, Queue::latest(),
                                  [this](const pose_estimate_t& message) { on_estimate(message); });
   bus.subscribe<lidar_state_t>(
@@ -95,6 +104,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
 }
 
 TestbedNode::~TestbedNode() {
+  end_work();
   loop().cancel(tick_timer_);
   loop().cancel(state_timer_);
 }

@@ -41,6 +41,8 @@ namespace berth {
 /// HOLD and STOP are obeyed from anybody, of any session, however late, in any order, once each;
 /// everything else only from the lease holder of this session, whose KEEP_LEASE may also change the
 /// speed override of the motion under way.
+/// A motion is planned on the node's worker while the arms stand; the command is answered then. A
+/// HOLD meanwhile holds the motion at its start, a STOP abandons it.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
@@ -50,6 +52,9 @@ class TestbedNode final : public Node {
  private:
   using Verdict = testbed::SafetySupervisor::Verdict;
   using Level = testbed::SafetySupervisor::Level;
+
+  /// rad or m: how far a joint of an arm that stands may yet settle.
+  static constexpr double rest_angle = 5e-3;
 
   enum class Mode { idle, starting, moving, closed_loop };
 
@@ -67,6 +72,20 @@ class TestbedNode final : public Node {
     bool given_up = false;  // closed_loop: guidance backs off, and that was told
   };
 
+  /// A command whose motion is being planned.
+  struct Planning {
+    testbed_command_t command{};
+    testbed::ArmPair start;
+    std::string hold_reason;  // of a HOLD meanwhile
+  };
+  /// What the worker makes of it.
+  struct Planned {
+    std::string refusal;  // empty: none
+    Task task;
+    std::optional<testbed::Guidance> guidance;  // begun, where that steers
+    std::int64_t utime_estimate = 0;            // of the newest estimate that was planned by
+  };
+
   // messages
   void on_arm_state(ArmRole role, const arm_state_t& state);
   void on_facility(const facility_state_t& state);
@@ -80,9 +99,14 @@ class TestbedNode final : public Node {
   void begin(const testbed_command_t& command);
   std::string begin_motion(const testbed_command_t& command);
   std::string retreat(const testbed_command_t& command);
+  std::string plan(const testbed_command_t& command, const testbed::ArmPair& start,
+                   std::function<void(Planned&)> job);
+  void begin_planned(const Planning& planning, Planned planned);
+  std::string why_not_now(const Planning& planning, const Task& task) const;
+  void give_up_planning(const std::string& reason);
   std::string resume(const testbed_command_t& command);
   void set_override(double override);
-  void start_task(Task task);
+  void start_task(Task task, const testbed::ArmPair& start);
   void accept(const testbed_command_t& command);
   void refuse(const testbed_command_t& command, const std::string& reason);
 
@@ -132,6 +156,8 @@ class TestbedNode final : public Node {
   RayCaster target_;
   testbed::Clearance clearance_;
   testbed::PathCheck check_;
+  testbed::Clearance planning_clearance_;  // this and the next three: the worker's
+  testbed::PathCheck planning_check_;
   testbed::MotionPlanner planner_;
   testbed::CommandPlanner commands_;
   testbed::GroundTruth truth_;
@@ -155,6 +181,7 @@ class TestbedNode final : public Node {
 
   Mode mode_ = Mode::idle;
   Task task_;
+  std::optional<Planning> planning_;
   SeenCommands stops_;
   bool held_ = false;    // waits for RESUME
   bool paused_ = false;  // stopped, goes on when all are heard again

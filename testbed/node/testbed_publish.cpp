@@ -84,6 +84,9 @@ testbed_state_t TestbedNode::current_state() const {
     state.state =
         verdict_.level == Level::good ? testbed_state_t::IDLE : testbed_state_t::NOT_READY;
     state.reason = verdict_.reason;
+    if (planning_ && state.reason.empty()) {
+      state.reason = "command " + std::to_string(planning_->command.seq) + " is being planned";
+    }
   } else {
     state.state =
         mode_ == Mode::closed_loop ? testbed_state_t::CLOSED_LOOP : testbed_state_t::MOVING;

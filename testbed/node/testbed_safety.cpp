@@ -20,9 +20,8 @@ constexpr Utime look_ahead_period = 100 * millisecond;
 constexpr double reaction = 0.06;
 /// m by which bodies must come nearer to be stopped: those that part may go. Beyond encoder noise.
 constexpr double nearing = 2e-5;
-/// Within which arms that were told to stand must stand, and how far they may yet settle.
+/// Within which arms that were told to stand must stand.
 constexpr Utime time_to_rest = second;
-constexpr double rest_angle = 5e-3;  // rad or m
 
 }  // namespace
 

@@ -57,7 +57,17 @@ SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
   if (const auto verdict = judge_facility(now)) return *verdict;
   if (!activity.closed_loop) return {};
   if (const auto verdict = judge_nodes(now, settings_.watched_in_closed_loop)) return *verdict;
-  return judge_sensor(now).value_or(Verdict{});
+  if (const auto verdict = judge_sensor(now)) return *verdict;
+  return judge_node_faults().value_or(Verdict{});
+}
+
+std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_node_faults() const {
+  for (const std::string& node : settings_.watched_in_closed_loop) {
+    const auto fault = node_faults_.find(node);
+    if (fault == node_faults_.end() || fault->second.empty()) continue;
+    return Verdict{Level::hold, "node-fault", fault->second};
+  }
+  return std::nullopt;
 }
 
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_by_hand() const {

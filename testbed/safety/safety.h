@@ -63,6 +63,9 @@ class SafetySupervisor {
   /// fault: why the LIDAR cannot scan; empty: it can.
   void on_lidar(const std::string& fault) { lidar_fault_ = fault; }
 
+  /// fault: why the node is in FAULT; empty: it is not.
+  void on_node(const std::string& node, const std::string& fault) { node_faults_[node] = fault; }
+
   Verdict judge(std::int64_t now, const Activity& activity) const;
   const std::optional<ArmReport>& arm(ArmRole role) const {
     return role == ArmRole::replica ? replica_ : sensor_;
@@ -74,6 +77,7 @@ class SafetySupervisor {
   std::optional<Verdict> judge_facility(std::int64_t now) const;
   std::optional<Verdict> judge_nodes(std::int64_t now, const std::vector<std::string>& nodes) const;
   std::optional<Verdict> judge_sensor(std::int64_t now) const;
+  std::optional<Verdict> judge_node_faults() const;
 
   Settings settings_;
   std::optional<ArmReport> replica_;
@@ -88,6 +92,7 @@ class SafetySupervisor {
   std::optional<Facility> facility_;
   std::string facility_reason_ = "the facility has not been heard yet";
   std::map<std::string, std::int64_t> heartbeats_;
+  std::map<std::string, std::string> node_faults_;
   std::string lidar_fault_;
   std::int64_t scan_received_ = 0;
   std::int64_t scan_interval_ = 0;  // between the last two packets of a scan
