@@ -27,6 +27,7 @@ ThreadWorker::~ThreadWorker() {
 void ThreadWorker::give(Job job) {
   {
     const std::lock_guard lock(mutex_);
+    if (jobs_.empty()) begun_ = loop_.now();
     jobs_.push_back(std::make_shared<Job>(std::move(job)));
   }
   given_.notify_one();
@@ -39,7 +40,7 @@ std::size_t ThreadWorker::waiting() const {
 
 std::optional<Worker::Overdue> ThreadWorker::overdue() const {
   const std::lock_guard lock(mutex_);
-  if (begun_ == 0 || loop_.now() - begun_ <= jobs_.front()->budget) return std::nullopt;
+  if (jobs_.empty() || loop_.now() - begun_ <= jobs_.front()->budget) return std::nullopt;
   return Overdue{jobs_.front()->name, jobs_.front()->budget};
 }
 
@@ -51,7 +52,6 @@ void ThreadWorker::work() {
       given_.wait(lock, [this] { return ends_ || !jobs_.empty(); });
       if (ends_) return;
       job = jobs_.front();
-      begun_ = loop_.now();
     }
     std::exception_ptr failure;
     try {
@@ -61,7 +61,7 @@ void ThreadWorker::work() {
     }
     {
       const std::lock_guard lock(mutex_);
-      begun_ = 0;
+      begun_ = loop_.now();
       jobs_.pop_front();
     }
     loop_.post([job = std::move(job), failure = std::move(failure), alive = alive_] {

@@ -23,7 +23,7 @@ class Worker {
  public:
   struct Job {
     std::string name;            ///< for the operator, e.g. "planning command 12"
-    Utime budget = 0;            ///< us from its beginning; a longer job is a fault
+    Utime budget = 0;            ///< us from when it may begin; a longer job is a fault
     std::function<void()> run;   ///< beside the loop
     std::function<void()> done;  ///< then, on the loop
   };
@@ -60,8 +60,8 @@ class ThreadWorker final : public Worker {
   ProcessLoop& loop_;
   mutable std::mutex mutex_;
   std::condition_variable given_;
-  std::deque<std::shared_ptr<Job>> jobs_;  // the first is under way
-  Utime begun_ = 0;                        // of the first; 0: it waits
+  std::deque<std::shared_ptr<Job>> jobs_;  // the first is under way, or should be
+  Utime begun_ = 0;                        // since the first is the first
   bool ends_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // read and written on the loop
   std::thread thread_;

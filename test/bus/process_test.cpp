@@ -6,11 +6,13 @@
 #include <array>
 #include <atomic>
 #include <berth/heartbeat_t.hpp>
+#include <berth/node_status_t.hpp>
 #include <future>
 #include <string>
 #include <thread>
 
 #include "common/bus/lcm_bus.h"
+#include "common/bus/node.h"
 #include "common/bus/process_loop.h"
 #include "common/bus/tcp_wires.h"
 #include "common/core/error.h"
@@ -76,6 +78,71 @@ TEST_CASE("a timer that is due does not wait for the messages that wait") {
   loop.run();
   CHECK(handled == sent);
   CHECK(handled_before_timer == 1);
+}
+
+namespace {
+
+class WorkingNode final : public Node {
+ public:
+  using Node::Node;
+  ~WorkingNode() override { end_work(); }
+  void do_work(Worker::Job job) { work(std::move(job)); }
+  void become_ready() { report(node_status_t::READY); }
+};
+
+}  // namespace
+
+TEST_CASE("a node that works beats and says that its work takes too long") {
+  ProcessLoop loop(clock_offset_now());
+  LcmBus bus(own_url(), loop);
+  WorkingNode node({"working", 42, ""}, bus, loop);
+  node.become_ready();
+  std::promise<void> enough;
+  int beats = 0;
+  std::vector<node_status_t> statuses;
+  bus.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(100), [&](const heartbeat_t&) {
+    if (++beats == 4) enough.set_value();
+  });
+  bus.subscribe<node_status_t>(channels::node_status, Queue::fifo(100),
+                               [&](const node_status_t& s) {
+                                 statuses.push_back(s);
+                                 if (statuses.size() > 1 && s.state == node_status_t::READY)
+                                   loop.stop();
+                               });
+  bus.start();
+  const auto beside = std::this_thread::get_id();
+  bool elsewhere = false;
+  bool back = false;
+  node.do_work({"long work", millisecond,
+                [&, future = std::make_shared<std::future<void>>(enough.get_future())] {
+                  elsewhere = std::this_thread::get_id() != beside;
+                  future->wait();  // an endless one, did the beats wait for it
+                },
+                [&] { back = std::this_thread::get_id() == beside; }});
+  loop.after(20 * second, [&] { loop.stop(); });
+  loop.run();
+  CHECK(beats >= 4);
+  CHECK(elsewhere);
+  CHECK(back);
+  REQUIRE(statuses.size() >= 2);
+  CHECK(statuses[statuses.size() - 2].state == node_status_t::FAULT);
+  CHECK_THAT(statuses[statuses.size() - 2].reason,
+             Catch::Matchers::Contains("long work takes longer than its budget"));
+  CHECK(statuses.back().state == node_status_t::READY);
+}
+
+TEST_CASE("jobs of a worker run in their order; an exception reaches the loop") {
+  ProcessLoop loop(clock_offset_now());
+  const auto worker = loop.make_worker();
+  std::string done;
+  for (const char* const name : {"a", "b", "c"}) {
+    worker->give({name, second, [&done, name] { done += name; }, [] {}});
+  }
+  worker->give({"bad", second, [] { throw InputError("it went wrong"); }, [] {}});
+  loop.after(20 * second, [&] { loop.stop(); });
+  CHECK_THROWS_WITH(loop.run(), "it went wrong");
+  CHECK(done == "abc");
+  CHECK(worker->waiting() == 0);
 }
 
 TEST_CASE("what the network does not take is counted") {

@@ -105,6 +105,7 @@ class Probe : public Node {
  public:
   using Node::Node;
   void become_ready() { report(node_status_t::READY, ""); }
+  void do_work(Worker::Job job) { work(std::move(job)); }
 };
 
 }  // namespace
@@ -160,6 +161,41 @@ TEST_CASE("a stopped node hears what has waited when it goes on, a killed one no
   simulation.run_for(second);
   CHECK(heard == 1);
   CHECK(beats == 4);
+}
+
+TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT, and beats") {
+  Simulation simulation;
+  SimulatedBus& ears = simulation.make_bus();
+  int beats = 0;
+  std::vector<node_status_t> statuses;
+  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                              [&](const heartbeat_t&) { ++beats; });
+  ears.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                [&](const node_status_t& s) { statuses.push_back(s); });
+  SimulatedLoop& loop = simulation.make_loop();
+  Probe node({"probe", 42, ""}, simulation.make_bus(), loop);
+  node.become_ready();
+  std::string done;
+  const auto job = [&](const std::string& name) {
+    node.do_work(
+        {name, 300 * millisecond, [&done, name] { done += name; }, [&done] { done += "."; }});
+  };
+  job("a");
+  CHECK(done == "a.");
+  simulation.stop_work(loop);
+  job("b");
+  job("c");
+  simulation.run_for(290 * millisecond);
+  CHECK(statuses.back().state == node_status_t::READY);
+  simulation.run_for(70 * millisecond);
+  CHECK(statuses.back().state == node_status_t::FAULT);
+  CHECK(statuses.back().reason == "b takes longer than its budget of 0.3 s");
+  CHECK(done == "a.");
+  CHECK(beats == 7);
+  simulation.go_on_with_work(loop);
+  simulation.run_for(50 * millisecond);
+  CHECK(done == "a.b.c.");
+  CHECK(statuses.back().state == node_status_t::READY);
 }
 
 TEST_CASE("packets are lost for each receiver by itself, in the share asked for") {

@@ -15,25 +15,25 @@ constexpr double still = 1e-4;               // rad/s
 
 double since(Utime t, Utime reference) { return seconds(t - reference); }
 
-/// When the arm has gone at nine tenths of its greatest speed since the fault for the last time.
-double braking_time(const std::vector<World::Motion>& motion, Utime fault, int arm) {
+/// s after the sign at which the arm has gone at nine tenths of its greatest speed since for the
+/// last time.
+double braking_time(const std::vector<World::Motion>& motion, Utime sign, int arm) {
   double greatest = 0;
   for (const auto& m : motion) {
-    if (m.utime >= fault) greatest = std::max(greatest, m.speed[arm]);
+    if (m.utime >= sign) greatest = std::max(greatest, m.speed[arm]);
   }
   if (greatest < still) return 0;
-  Utime last = fault;
+  Utime last = sign;
   for (const auto& m : motion) {
-    if (m.utime >= fault && m.speed[arm] >= 0.9 * greatest) last = m.utime;
+    if (m.utime >= sign && m.speed[arm] >= 0.9 * greatest) last = m.utime;
   }
-  return seconds(last - fault);
+  return seconds(last - sign);
 }
 
 void measure(const World& world, Utime fault, Utime sign, Outcome& outcome) {
   const auto& motion = world.motion;
   for (const int arm : {0, 1}) {
-    outcome.braking =
-        std::max(outcome.braking, braking_time(motion, fault, arm) - since(sign, fault));
+    outcome.braking = std::max(outcome.braking, braking_time(motion, sign, arm));
   }
   for (const auto& m : motion) {
     if (m.utime < fault) continue;

@@ -125,8 +125,13 @@ std::vector<Drill> all() {
       ->contradicts = estimate_is_wrong;
   closed("estimator killed", killed("estimator"), never, nothing, {"heartbeat-lost"}, holding,
          new_run);
-  closed("estimator hung", stopped("estimator"), continued("estimator"), nothing,
-         {"heartbeat-lost"}, holding, by_itself);
+  closed("estimator: endless loop in a handler", stopped("estimator"), continued("estimator"),
+         nothing, {"heartbeat-lost"}, holding, by_itself);
+  closed(
+      "estimator: endless loop in its worker", [](World& world) { world.stop_work("estimator"); },
+      [](World& world) { world.go_on_with_work("estimator"); }, nothing, {"node-fault"}, holding,
+      by_itself)
+      ->contradicts = [](World& world) { return world.in_fault("estimator"); };
   closed("LIDAR driver killed", killed("lidar-driver"), never, nothing, {"heartbeat-lost"}, holding,
          new_run);
   open("arm driver killed", killed("arm-driver-replica"), never, nothing,
@@ -135,8 +140,8 @@ std::vector<Drill> all() {
        holding, new_run);
   open("testbed controller killed", killed("testbed"), never, nothing, {"setpoints-stale"},
        testbed_state_t::MOVING, new_run);
-  open("testbed controller hung", stopped("testbed"), continued("testbed"), resume,
-       {"setpoints-stale"}, testbed_state_t::MOVING, said);
+  open("testbed controller: endless loop in a handler", stopped("testbed"), continued("testbed"),
+       resume, {"setpoints-stale"}, testbed_state_t::MOVING, said);
   return list;
 }
 

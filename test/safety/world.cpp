@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <berth/estimator_command_t.hpp>
 #include <berth/heartbeat_t.hpp>
+#include <berth/node_status_t.hpp>
 #include <cmath>
 #include <stdexcept>
 
@@ -88,6 +89,12 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
   bus_->subscribe<event_t>(channels::event, Queue::fifo(), [this](const event_t& m) {
     if (m.session == options_.session) events.push_back(m);
   });
+  bus_->subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                 [this](const node_status_t& m) {
+                                   if (m.session != options_.session) return;
+                                   m.state == node_status_t::FAULT ? void(faults_.insert(m.node))
+                                                                   : void(faults_.erase(m.node));
+                                 });
   bus_->subscribe<pose_estimate_t>(channels::pose_estimate, Queue::fifo(),
                                    [this](const pose_estimate_t& m) { estimate = m; });
   for (const ArmRole role : {ArmRole::replica, ArmRole::sensor}) {
@@ -277,6 +284,12 @@ void World::stop(const std::string& node) {
 
 void World::go_on(const std::string& node) {
   simulation.go_on(*hosted_.at(node).loop, *hosted_.at(node).bus);
+}
+
+void World::stop_work(const std::string& node) { simulation.stop_work(*hosted_.at(node).loop); }
+
+void World::go_on_with_work(const std::string& node) {
+  simulation.go_on_with_work(*hosted_.at(node).loop);
 }
 
 void World::kill(const std::string& node) {

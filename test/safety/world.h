@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,9 @@ class World {
   void stop(const std::string& node);
   void go_on(const std::string& node);
   void kill(const std::string& node);
+  /// As an endless loop in the node's worker would; its loop goes on.
+  void stop_work(const std::string& node);
+  void go_on_with_work(const std::string& node);
   /// In the estimator's place: twice a second the truth, half a second ago, and this much beside
   /// it.
   void estimate_falsely(const Vector3d& offset);
@@ -87,6 +91,8 @@ class World {
   /// Least distance between bodies of different parties since the beginning, m.
   double least_clearance() const { return least_clearance_; }
   bool saw(const std::string& code) const;
+  /// Whether the node says that it is in FAULT.
+  bool in_fault(const std::string& node) const { return faults_.contains(node); }
   SimulatedCell& cell() { return *cell_; }
 
   Simulation simulation;
@@ -127,6 +133,7 @@ class World {
   double lag_ = 0;
   std::optional<Vector3d> false_by_;
   std::deque<std::pair<Utime, Pose>> poses_;
+  std::set<std::string> faults_;
   double range_rate_ = 0;
   bool keep_lease_ = false;
   std::int64_t seq_ = 0;

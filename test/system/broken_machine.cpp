@@ -2,11 +2,13 @@
 // What may be wrong with the machine that a program runs on; loaded before its libraries, with
 // LD_PRELOAD:
 //   BERTH_TEST_PACKET_LOSS=0.2   that share of the datagrams received are lost
+//   BERTH_TEST_LOOP=1            a thread that gets SIGUSR2 is in an endless loop from then on
 //   BERTH_TEST_CLOCK=FILE        the system's clock, not the monotonic one, is off by the
 //   microseconds that stand in the
 //                                file's first eight bytes, from the moment they are written
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -40,6 +42,15 @@ bool lost(int fd) {
   if (getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_DGRAM) return false;
   thread_local std::mt19937 random(static_cast<unsigned>(getpid()));
   return std::uniform_real_distribution<>(0, 1)(random) < loss();
+}
+
+/// Loops in the midst of whatever the thread did.
+[[gnu::constructor]] void expect_to_loop() {
+  if (std::getenv("BERTH_TEST_LOOP") == nullptr) return;
+  signal(SIGUSR2, [](int) {
+    for (volatile bool endless = true; endless;) {
+    }
+  });
 }
 
 /// us to add to the system's clock.

@@ -63,8 +63,10 @@ judge() {
   local fault=$1 bound=$2 text=$3 braking standing words verdict
   wait $berth || true
   words=
+  # Where the fault shows only later, times count from its first sign.
+  [ -z "${sign:-}" ] || at=$(grep -F -m1 -- "$sign" "$run/events.jsonl" | grep -o '"utime": *[0-9]*' | grep -o '[0-9]*$') || at=$begun
   IFS=$'\t' read -r braking standing words < <("$home/test/system/after_fault.py" "$run" "$at") || true
-  verdict=$(grep -h '^verdict' "$work/$name.txt" | sed 's/^verdict: //; s/; the .*//; s/; DIFFERS.*//')
+  verdict=$(grep -h "^verdict" "$work/$name.txt" | sed "s/^verdict: //; s/; the .*//; s/; reproduced.*//; s/; DIFFERS.*//")
   # The record may have ended with what was done to it.
   : "${words:=$(grep -hF -m1 -- "$text" "$work/$name.txt" | grep -v '^verdict' | sed 's/^ *[0-9.]* s *[A-Z]* *//' || true)}"
   if ! grep -qF -- "$text" "$work/$name.txt" "$run/events.jsonl"; then
@@ -98,6 +100,17 @@ inject() {
 pid_of() { pgrep -f -- "berth-$1 --run ${run%/}" | head -1; }
 kill_node() { kill -KILL "$(pid_of "$node")"; }
 stop_node() { kill -STOP "$(pid_of "$node")"; }
+# A thread of the node, its loop's or its worker's, in an endless loop from now on.
+loop_in() {
+  local pid thread
+  pid=$(pid_of "$node")
+  thread=$(grep -lx "$1" /proc/"$pid"/task/*/comm | head -1 | cut -d/ -f5)
+  at=$(python3 -c "import ctypes, signal, time
+print(time.time_ns() // 1000)
+raise SystemExit(ctypes.CDLL(None).syscall(234, $pid, $thread, signal.SIGUSR2))  # tgkill")
+}
+loop_in_handler() { loop_in "$(cut -c1-15 <<<"berth-$node")"; }
+loop_in_worker() { loop_in worker; }
 kill_recorder() { kill -KILL "$(pgrep -f -- "lcm-logger.*${run%/}" | head -1)"; }
 fill_disk() {
   dd if=/dev/zero of="$out/ballast" bs=1M 2>"$work/dd.txt" || true
@@ -114,6 +127,7 @@ with_own_clock() {
   printf '\0\0\0\0\0\0\0\0' >"$work/step"
   LD_PRELOAD=$machine BERTH_TEST_CLOCK=$work/step "$@"
 }
+that_may_loop() { LD_PRELOAD=$machine BERTH_TEST_LOOP=1 "$@"; }
 losing_packets() { LD_PRELOAD=$machine BERTH_TEST_PACKET_LOSS=0.2 "$@"; }
 
 printf '| fault | the operator reads | braking after, ms | standing after, ms | the run |\n|---|---|---|---|---|\n' >"$table"
@@ -124,6 +138,12 @@ done
 for node in estimator testbed; do
   inject "hung_$node" "$node hung" 300 "$node" stop_node
 done
+for node in estimator testbed; do
+  inject "handler_$node" "$node: endless loop in a handler" 300 "$node" loop_in_handler that_may_loop
+done
+node=estimator
+sign='takes longer than its budget' inject worker "estimator: endless loop in its worker" 300 "takes longer than its budget" \
+  loop_in_worker that_may_loop
 inject logger "recorder killed" - "lcm-logger ended" kill_recorder
 inject full "disk full" - "nothing is recorded any more" fill_disk on_small_disk
 inject loss "a fifth of all packets lost" - "verdict" true losing_packets

@@ -6,6 +6,7 @@
 #include <berth/event_t.hpp>
 #include <berth/facility_state_t.hpp>
 #include <berth/ground_truth_t.hpp>
+#include <berth/node_status_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
@@ -227,7 +228,8 @@ class FakeCell {
     run.config = config;
     run.layout = layout;
     run.session = test_session;
-    node = make_testbed_node({"testbed", test_session, ""}, run, simulation.make_bus(), loop);
+    node_loop = &simulation.make_loop();
+    node = make_testbed_node({"testbed", test_session, ""}, run, simulation.make_bus(), *node_loop);
 
     own_loop_ = &simulation.make_loop();
     own_bus_ = &simulation.make_bus();
@@ -235,6 +237,10 @@ class FakeCell {
                                          [this](const testbed_state_t& m) { state = m; });
     own_bus_->subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(),
                                         [this](const ground_truth_t& m) { truths.push_back(m); });
+    own_bus_->subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                       [this](const node_status_t& m) {
+                                         if (m.node == "testbed") status = m;
+                                       });
     own_bus_->subscribe<event_t>(channels::event, Queue::fifo(),
                                  [this](const event_t& m) { ++events[m.code]; });
     own_loop_->every(500 * millisecond, [this] {
@@ -294,8 +300,10 @@ class FakeCell {
   std::unique_ptr<FakeFacility> facility;
   std::unique_ptr<FakeEstimator> estimator;
   std::unique_ptr<FakeLidar> lidar;
+  SimulatedLoop* node_loop = nullptr;  ///< the testbed's
   std::unique_ptr<Node> node;
   testbed_state_t state{};
+  node_status_t status{};  ///< the testbed's
   std::vector<ground_truth_t> truths;
   std::map<std::string, int> events;
   bool keep_lease = false;

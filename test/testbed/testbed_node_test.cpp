@@ -191,6 +191,78 @@ TEST_CASE("stop abandons a motion; retreat goes back along where it came from") 
   }
 }
 
+TEST_CASE("while a motion is planned the testbed watches, and obeys HOLD and STOP") {
+  FakeCell cell;
+  cell.take_lease();
+  const Xyzwpr goal{100, -100, 4500, 10, 8, -12};
+  cell.simulation.stop_work(*cell.node_loop);
+  const std::size_t truths = cell.truths.size();
+  const std::int64_t seq = cell.send(cell.move_to(goal));
+  cell.run_for(1.0);
+  CHECK(cell.truths.size() > truths + 100);
+  CHECK(cell.state.command_seq != seq);
+  CHECK_THAT(cell.state.reason, Contains("is being planned"));
+
+  SECTION("its answer comes with the plan, and it begins") {
+    cell.simulation.go_on_with_work(*cell.node_loop);
+    cell.run_for(0.2);
+    CHECK(cell.state.command_seq == seq);
+    REQUIRE(cell.finished(seq, 60));
+  }
+  SECTION("a second command is refused") {
+    const std::int64_t other = cell.send(cell.move_to(goal));
+    cell.run_for(0.2);
+    CHECK(cell.state.refused_seq == other);
+    CHECK_THAT(cell.state.refusal, Contains("is still being planned"));
+  }
+  SECTION("a hold holds it at its start") {
+    const std::int64_t hold = cell.send(testbed_command_t::HOLD);
+    cell.run_for(0.2);
+    CHECK(cell.state.command_seq == hold);
+    cell.simulation.go_on_with_work(*cell.node_loop);
+    const Pose before = cell.relative();
+    cell.run_for(3.0);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(distance(cell.relative(), before) < 1e-9);
+    cell.send(testbed_command_t::RESUME);
+    REQUIRE(cell.finished(seq, 60));
+  }
+  SECTION("a stop abandons it, whatever comes of the plan") {
+    const std::int64_t stop = cell.send(testbed_command_t::STOP);
+    cell.run_for(0.2);
+    CHECK(cell.state.finished_seq == stop);
+    CHECK(cell.state.refused_seq == seq);
+    CHECK_THAT(cell.state.refusal, Contains("stopped by 'test'"));
+    cell.simulation.go_on_with_work(*cell.node_loop);
+    cell.run_for(3.0);
+    CHECK(cell.state.state == testbed_state_t::IDLE);
+    CHECK(cell.replica->starts == 0);
+  }
+  SECTION("it does not begin once the lease is lost, the stop pressed or an arm moved") {
+    const auto what = GENERATE(0, 1, 2);
+    if (what == 0) cell.keep_lease = false;
+    if (what == 1) cell.facility->estop_closed = false;
+    if (what == 2) cell.replica->jump = 0.01;
+    cell.run_for(3.0);
+    cell.simulation.go_on_with_work(*cell.node_loop);
+    cell.run_for(1.0);
+    CHECK(cell.state.refused_seq == seq);
+    CHECK(cell.replica->starts == 0);
+    INFO(cell.state.refusal);
+    CHECK_THAT(cell.state.refusal, Contains(what == 0   ? "the lease was lost"
+                                            : what == 1 ? "stop is pressed"
+                                                        : "moved"));
+  }
+  SECTION("beyond its budget the testbed is in FAULT until it ends") {
+    cell.run_for(19.2);
+    CHECK(cell.status.state == node_status_t::FAULT);
+    CHECK_THAT(cell.status.reason, Contains("planning command") && Contains("budget of 20.0 s"));
+    cell.simulation.go_on_with_work(*cell.node_loop);
+    cell.run_for(0.2);
+    CHECK(cell.status.state == node_status_t::RUNNING);
+  }
+}
+
 TEST_CASE("a trajectory goes through its waypoints at their times") {
   FakeCell cell;
   cell.take_lease();

@@ -190,7 +190,6 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   if (is_closed_loop(command) && estimate_watch_.contradiction()) {
     return estimate_watch_.contradiction()->text;
   }
-  if (engaged_) stream(commanded_, second);
   set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   const ArmPair start = reference_joints();
   return plan(command, start, [=, this, time = now(), guidance = guidance_](Planned& planned) {
@@ -214,7 +213,6 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
 std::string TestbedNode::retreat(const testbed_command_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
   const ArmPair start = reference_joints();
-  if (engaged_) stream(commanded_, second);
   return plan(command, start, [=, this, trail = trail_](Planned& planned) {
     auto way_back = commands_.way_back(command, trail, planning_check_, start);
     if (auto* wrong = std::get_if<std::string>(&way_back)) {
