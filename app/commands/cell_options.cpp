@@ -19,6 +19,7 @@
 #include "app/terminal/monitor.h"
 #include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace berth::commands {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <sys/types.h>
+
 #include "app/runs/run_files.h"
 
 namespace berth {
@@ -16,6 +18,6 @@ int supervise(const RunFiles& files, bool with_console);
 
 /// The same in a process of its own session, which a lost terminal does not end.
 /// @return its process id.
-int supervise_in_background(const RunFiles& files, bool with_console);
+pid_t supervise_in_background(const RunFiles& files, bool with_console);
 
 }  // namespace berth

@@ -14,8 +14,8 @@
 #include "app/nights/notify.h"
 #include "app/nights/progress.h"
 #include "app/nights/runner.h"
-#include "app/program_output.h"
 #include "app/utc.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -30,7 +30,7 @@ std::string version_of(const fs::path& program) {
   const ProgramOutput said =
       run_program({"env", "-u", "BERTH_HOME", program.string(), "--version"});
   std::fputs(said.errors.c_str(), stderr);
-  if (said.exit_code != 0 || said.text.empty()) {
+  if (!said.end.ok() || said.text.empty()) {
     throw InputError("baseline " + program.string() + ": 'berth --version' does not work");
   }
   return said.text.substr(0, said.text.find('\n'));

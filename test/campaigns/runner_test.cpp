@@ -104,6 +104,8 @@ TEST_CASE("a trial that crashes costs that trial, not the campaign") {
   CHECK(results[9].outcome == Outcome::crashed);
   CHECK(results[9].seed == trial_of(campaign.manifest(), 9).seed);
   CHECK(results[13].failure == "SIGABRT");
+  CHECK(results[30].failure == "exit code 1");
+  CHECK(results[30].error == "the worker ended with exit code 1");
   std::istringstream lines(undisturbed(1));
   std::string line;
   for (std::size_t i = 0; std::getline(lines, line); ++i) {
