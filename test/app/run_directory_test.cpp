@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "app/runs/manifest.h"
@@ -82,6 +83,20 @@ void write_log(const RunFiles& files, const std::string& procedure) {
 }
 
 }  // namespace
+
+TEST_CASE("one command at a time in a directory; the second says who is at work there") {
+  const TemporaryDirectory directory;
+  const fs::path place = directory / "campaign";
+  {
+    const DirectoryLock lock(place);
+    CHECK_THROWS_WITH(DirectoryLock(place),
+                      Catch::Matchers::Contains(place.string() + ": another berth is at work") &&
+                          Catch::Matchers::Contains("process " + std::to_string(getpid())));
+  }
+  const DirectoryLock again(place);
+  write_checksums(place);  // the lock is no part of what is kept
+  CHECK(read_file(place / "SHA256SUMS").empty());
+}
 
 TEST_CASE("a file is put in its place whole") {
   const TemporaryDirectory folder;

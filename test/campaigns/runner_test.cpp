@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/campaigns/runner.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -139,6 +141,22 @@ TEST_CASE("a worker that is killed is replaced, and no trial is lost") {
   CHECK(lines_in(ran) == 61);
   CHECK(merge(campaign).complete());
   CHECK(read_file(campaign.trials_file()) == undisturbed(1));
+}
+
+TEST_CASE("a block that another process is at work on is not begun, and stays as it is") {
+  const TemporaryDirectory directory;
+  const Campaign campaign = Campaign::create(manifest(), directory / "c", 0);
+  const Block first = campaign.missing_blocks().front();
+  const fs::path file = campaign.started_file(first);
+  const int other = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  REQUIRE(flock(other, LOCK_EX | LOCK_NB) == 0);
+  REQUIRE(write(other, "half a li", 9) == 9);
+  CHECK_THROWS_WITH(run_blocks(campaign, {first}, options_with(1)),
+                    Catch::Matchers::Contains("another berth is at work on these trials"));
+  CHECK(read_file(file) == "half a li");
+  close(other);
+  run_blocks(campaign, {first}, options_with(1));
+  CHECK(fs::exists(campaign.block_file(first)));
 }
 
 TEST_CASE("what is killed with its workers goes on where it was") {
