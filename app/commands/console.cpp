@@ -53,7 +53,7 @@ int look_at(const ActiveRun& run, const ConsoleOptions& options) {
 }
 
 int make_credentials(const ConsoleOptions& options) {
-  std::vector<std::string> names{host_name(), "localhost", "127.0.0.1"};
+  std::vector<std::string> names{host_name(), "localhost", "127.0.0.1", "::1"};
   names.insert(names.end(), options.names.begin(), options.names.end());
   const auto made = console::make_credentials(options.credentials, names);
   std::printf(
