@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/attempt.h"
 #include "app/campaigns/acquisition_parameters.h"
 #include "app/campaigns/cost.h"
 #include "app/campaigns/report.h"
@@ -65,8 +66,10 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
 /// Joins what is there, draws it and says it.
 Summary conclude(const Campaign& campaign) {
   const Summary summary = merge(campaign);
-  if (summary.present > 0) write_report(campaign.manifest(), campaign.directory());
-  write_checksums(campaign.directory());
+  if (summary.present > 0) {
+    attempt([&] { write_report(campaign.manifest(), campaign.directory()); });
+  }
+  attempt([&] { write_checksums(campaign.directory()); });
   print_summary(campaign, summary);
   return summary;
 }

@@ -249,14 +249,15 @@ int supervise(const RunFiles& files, bool with_console) {
   return files.has_procedure ? write_verdict(files, code, failure) : code;
 }
 
-pid_t supervise_in_background(const RunFiles& files, bool with_console) {
+std::unique_ptr<ChildProcess> supervise_in_background(const RunFiles& files, bool with_console) {
   const std::filesystem::path file = files.directory / "output" / "supervisor.txt";
   const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   ChildOptions options;
   options.output = options.errors = out;
   options.own_session = true;
   options.dies_with_parent = false;
-  ChildProcess child(
+  options.outlives_object = true;
+  auto child = std::make_unique<ChildProcess>(
       [&] {
         try {
           return supervise(files, with_console);
@@ -267,8 +268,7 @@ pid_t supervise_in_background(const RunFiles& files, bool with_console) {
       },
       options);
   close(out);
-  child.release();
-  return child.pid();
+  return child;
 }
 
 }  // namespace berth

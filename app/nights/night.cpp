@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "app/attempt.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/nights/index_page.h"
@@ -264,13 +265,13 @@ int run_night(const NightRequest& request) {
   judge(plan, report);
   night.ended = utc_text(std::time(nullptr));
   history.finish(night, report.changes.changes);
-  keeper.judge_earlier_nights(history, night);
+  attempt([&] { keeper.judge_earlier_nights(history, night); });
 
-  write_file(directory / "results.xml", junit_of(report));
-  write_file(directory / "summary.txt", text_of(report));
-  write_index_page(out, plan, history, report);
+  attempt([&] { write_file(directory / "results.xml", junit_of(report)); });
+  attempt([&] { write_file(directory / "summary.txt", text_of(report)); });
+  attempt([&] { write_index_page(out, plan, history, report); });
   if (!plan.notify.empty()) report.notification = notify(plan.notify, report, out, request.program);
-  write_file(directory / "summary.json", json_of(report));
+  attempt([&] { write_file(directory / "summary.json", json_of(report)); });
   std::printf("\n%s\n%s\n", text_of(report).c_str(), (out / "index.html").c_str());
   std::fflush(stdout);
   if (!report.notification.empty()) std::fprintf(stderr, "%s\n", report.notification.c_str());

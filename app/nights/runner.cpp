@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "app/attempt.h"
 #include "app/nights/run_values.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -46,17 +47,20 @@ std::string procedure_hash(const Case& of) {
   return sha256(text);
 }
 
-/// The run directory that a process made, moved to its place; empty when it made none.
-fs::path put_in_place(const fs::path& out, const fs::path& place) {
+/// The run directory that a process made; empty when it made none.
+fs::path made_in(const fs::path& out) {
   for (const auto& entry : fs::directory_iterator(out)) {
-    if (!entry.is_directory()) continue;
-    fs::remove_all(place);
-    fs::rename(entry.path(), place);
-    std::error_code ignored;
-    fs::rename(out / "output.txt", place / "output" / "berth-run.txt", ignored);
-    return place;
+    if (entry.is_directory()) return entry.path();
   }
   return {};
+}
+
+/// Moves a run to where it stays. What is there is of an interrupted night.
+void put_in_place(const fs::path& made, const fs::path& place) {
+  std::error_code ignored;
+  fs::remove_all(place, ignored);
+  fs::rename(made.parent_path() / "output.txt", made / "output" / "berth-run.txt", ignored);
+  fs::rename(made, place);
 }
 
 }  // namespace
@@ -71,7 +75,8 @@ struct Runner::Job {
 };
 
 Runner::Runner(ProcessLoop& loop, Workshop workshop) : loop_(loop), workshop_(std::move(workshop)) {
-  fs::remove_all(workshop_.night / "work");  // of an interrupted night
+  std::error_code ignored;
+  fs::remove_all(workshop_.night / "work", ignored);  // of an interrupted night
   fs::create_directories(workshop_.night / "work");
   fs::create_directories(workshop_.night / "runs");
   loop_.on_signals([this](int) {
@@ -148,26 +153,30 @@ void Runner::ended(Job& job, const ProcessEnd& end) {
   result.seed = run.seed;
   result.fresh = run.fresh;
   result.procedure = run.of->procedure.string();
-  result.procedure_hash = procedure_hash(*run.of);
+  attempt([&] { result.procedure_hash = procedure_hash(*run.of); });
   result.target = run.of->target;
   result.host = run.of->host;
   result.wall_s = seconds(loop_.now() - job.begun);
   result.cpu_s = end.user_s + end.system_s;
 
   const std::string said = last_line(job.out / "output.txt");
-  const fs::path place = put_in_place(job.out, workshop_.night / "runs" / run.name());
-  if (place.empty()) {
+  const fs::path made = made_in(job.out);
+  if (made.empty()) {
     result.outcome = "ERROR";
     result.reason = "it made no run directory (" + end.name() + "): " + said;
   } else {
-    result.directory = (fs::path("runs") / run.name()).string();
-    read_results(place, end.code(), result);
+    read_results(made, end.code(), result);
+    const fs::path place = fs::path("runs") / run.name();
+    if (attempt([&] { put_in_place(made, workshop_.night / place); })) {
+      result.directory = place.string();
+    }
   }
   if (job.too_long) {
     result.outcome = "ERROR";
     result.reason = "no end within " + fixed(workshop_.run_timeout_s, 0) + " s: killed";
   }
-  fs::remove_all(job.out);
+  std::error_code ignored;
+  fs::remove_all(job.out, ignored);
   jobs_.remove_if([&](const auto& other) { return other.get() == &job; });
   finished_(run, std::move(result));
   start_what_fits();

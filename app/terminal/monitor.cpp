@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 
 #include "app/console/serving.h"
@@ -155,7 +156,7 @@ class Monitor {
 
 }  // namespace
 
-int monitor(const ActiveRun& run, bool observing) {
+int monitor(const ActiveRun& run, bool observing, ChildProcess* own) {
   const RunFiles files = RunFiles::open(run.directory);
   const ProcessHandle supervisor(run.supervisor);
   int interrupts = 0;
@@ -173,6 +174,9 @@ int monitor(const ActiveRun& run, bool observing) {
     interrupts = monitor.interrupts();
   }
   if (files.has_procedure) terminal::show_verdict(files);
+  // It has judged the log, whether its results could be written or not.
+  const auto end = own != nullptr ? own->wait_for(std::chrono::milliseconds(0)) : std::nullopt;
+  if (files.has_procedure && end && end->signal == 0) return end->code();
   return exit_code_of(files, interrupts > 0);
 }
 

@@ -174,7 +174,7 @@ ChildProcess::ChildProcess(const std::function<int()>& body, const ChildOptions&
 }
 
 ChildProcess::~ChildProcess() {
-  if (!running_) return;
+  if (!running_ || outlives_object_) return;
   signal(SIGKILL);
   reap();
 }
@@ -214,6 +214,7 @@ void ChildProcess::start(const ChildOptions& options, const std::function<void()
   if (options.own_session) sigprocmask(SIG_SETMASK, &before, nullptr);
   if (pid_ < 0) throw std::system_error(error, std::generic_category(), "fork");
   running_ = true;
+  outlives_object_ = options.outlives_object;
   handle_ = ProcessHandle(pid_);
   if (handle_.descriptor() >= 0) return;
   const int no_handle = errno;

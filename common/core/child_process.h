@@ -58,11 +58,12 @@ struct ChildOptions {
   int output = -1;  ///< and of its standard output; -1: ours
   int errors = -1;  ///< and of its standard error; -1: ours
   bool dies_with_parent = true;
-  bool own_session = false;  ///< the terminal's signals and its end do not reach it
+  bool outlives_object = false;  ///< it is not killed when the object that stands for it goes
+  bool own_session = false;      ///< the terminal's signals and its end do not reach it
 };
 
 /// A process that we started. One that is still there at the end of this object is killed, unless
-/// it was released.
+/// it was started to outlive it.
 class ChildProcess {
  public:
   /// Another program, without a shell.
@@ -85,8 +86,6 @@ class ChildProcess {
   ProcessEnd wait();
   /// Nothing when it has not ended by then.
   std::optional<ProcessEnd> wait_for(std::chrono::milliseconds time);
-  /// It goes on when this object is gone.
-  void release() { running_ = false; }
 
  private:
   void start(const ChildOptions& options, const std::function<void()>& child);
@@ -94,6 +93,7 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   bool running_ = false;
+  bool outlives_object_ = false;
   ProcessHandle handle_;
 };
 

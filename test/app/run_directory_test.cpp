@@ -221,6 +221,23 @@ TEST_CASE("runs are listed with outcome and worst margin, broken ones with the r
   CHECK_THROWS_AS(find_run("nothing", folder.path()), InputError);
 }
 
+TEST_CASE("what cannot be looked into spoils neither the list of runs nor what became of one") {
+  const TemporaryDirectory folder;
+  setenv("XDG_RUNTIME_DIR", (folder / "runtime").c_str(), 1);
+  make_run(folder.path(), "1_approach", "PASS");
+  fs::create_symlink("loop", folder / "loop");  // as another user's folder: cannot be looked into
+  REQUIRE(list_runs(folder.path()).size() == 1);
+  CHECK(find_run("last", folder.path()).filename() == "1_approach");
+
+  // No list of what runs, no folder for one.
+  const char* given = getenv("TMPDIR");
+  const std::string before = given == nullptr ? "/tmp" : given;
+  unsetenv("XDG_RUNTIME_DIR");
+  setenv("TMPDIR", (folder / "nowhere").c_str(), 1);
+  CHECK(state_text(list_runs(folder.path()).front()) == "PASS");
+  setenv("TMPDIR", before.c_str(), 1);
+}
+
 TEST_CASE("of several runs the worst counts, whichever came first") {
   const int by_severity[] = {exit_code::passed, exit_code::inconclusive, exit_code::failed,
                              exit_code::error, exit_code::aborted};
