@@ -1,33 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <filesystem>
-
-#include "common/core/error.h"
 
 namespace berth {
 
-/// One command at a time in one directory, which is made where there is none. Gone with the
-/// process, however it ends.
+/// One command at a time in one directory, which is made where there is none. The proof is a lock
+/// (flock) on its file `.lock`, which the kernel drops when the process ends, however it ends; the
+/// file says who holds it.
 class DirectoryLock {
  public:
-  /// @throws InputError when it cannot be written, or another one is at work there.
-  explicit DirectoryLock(const std::filesystem::path& directory) {
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    const std::filesystem::path file = directory / ".lock";
-    fd_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd_ < 0) throw InputError("--out " + directory.string() + ": cannot be written");
-    if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      close(fd_);
-      throw InputError("--out " + directory.string() + ": another berth is at work there");
-    }
-  }
-  ~DirectoryLock() { close(fd_); }
+  static constexpr char file_name[] = ".lock";
+
+  enum class Busy { refuse, wait };
+  /// @param busy what to do while another one holds it
+  /// @throws InputError when it cannot be written, or another one is at work there: which process,
+  /// on which machine, since when.
+  explicit DirectoryLock(const std::filesystem::path& directory, Busy busy = Busy::refuse);
+  ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
 

@@ -11,6 +11,7 @@
 
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/good_estimate.h"
 #include "logs/run/target_surface.h"
 #include "testbed/calibration/tracker_file.h"
 
@@ -293,7 +294,7 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
     } else if (event.channel == channels::pose_estimate) {
       const auto e = logs::decode<pose_estimate_t>(event.data);
       if (!e) return;
-      good = e->status == pose_estimate_t::OK ? good + 1 : 0;
+      good = is_good(*e) ? good + 1 : 0;
       if (good <= settling_estimates || e->operating_range == pose_estimate_t::RANGE_LONG) return;
       Estimate estimate;
       estimate.time = since(e->utime);

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "app/directory_lock.h"
 #include "app/host_name.h"
 #include "app/utc.h"
 #include "common/core/config.h"
@@ -118,6 +119,14 @@ void refuse_another(const ordered_json& was, const ordered_json& is, const fs::p
 
 }  // namespace
 
+void Campaign::require_place(const fs::path& directory) {
+  if (!fs::exists(directory) || fs::exists(directory / manifest_file)) return;
+  for (const auto& entry : fs::directory_iterator(directory)) {
+    if (entry.path().filename() == DirectoryLock::file_name) continue;
+    throw InputError(directory.string() + ": is there, and is no campaign; choose another --out");
+  }
+}
+
 Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
                           std::int64_t trials) {
   if (trials == 0) trials = manifest.trials;
@@ -131,11 +140,8 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
     }
     return open(directory);
   }
+  require_place(directory);
   std::error_code error;
-  if (fs::exists(directory) && !fs::is_empty(directory, error) &&
-      !fs::exists(directory / manifest_file)) {
-    throw InputError(directory.string() + ": is there, and is no campaign; choose another --out");
-  }
   fs::create_directories(directory / "blocks", error);
   if (error) throw InputError("campaign directory " + directory.string() + ": " + error.message());
   write_file(directory / manifest_file, manifest.text);

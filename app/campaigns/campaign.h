@@ -29,6 +29,8 @@ struct Block {
 ///     report.html, report.json, SHA256SUMS
 class Campaign {
  public:
+  /// @throws InputError when the directory is there and holds something else.
+  static void require_place(const std::filesystem::path& directory);
   /// Makes the directory, or opens the one that is there when it is of the same campaign.
   /// @param trials at each point instead of the manifest's; 0: the manifest's. More than before
   /// goes on where it was: trial i does not depend on how many there are.

@@ -3,8 +3,6 @@
 
 #include <poll.h>
 #include <signal.h>
-#include <string.h>
-#include <sys/wait.h>
 
 #include <chrono>
 #include <deque>
@@ -27,21 +25,15 @@ bool from_outside(int signal) {
   return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
 }
 
-std::string name_of_signal(int number) {
-  const char* name = sigabbrev_np(number);
-  return name == nullptr ? "signal " + std::to_string(number) : std::string("SIG") + name;
-}
-
-TrialResult crashed(const Manifest& manifest, std::int64_t index, int signal) {
+TrialResult crashed(const Manifest& manifest, std::int64_t index, const ProcessEnd& end) {
   TrialResult result = result_for(trial_of(manifest, index));
   result.outcome = Outcome::crashed;
-  if (signal == SIGPROF) {
+  if (end.signal == SIGPROF) {
     result.failure = "too much processor time";
     result.error = "ended after " + shown(manifest.trial_limit_s) + " s of processor time";
   } else {
-    result.failure = name_of_signal(signal);
-    result.error = "the worker died of " + name_of_signal(signal) + " (" +
-                   std::string(sigdescr_np(signal) == nullptr ? "?" : sigdescr_np(signal)) + ")";
+    result.failure = end.name();
+    result.error = "the worker " + end.text();
   }
   return result;
 }
@@ -122,40 +114,33 @@ class Runner {
   void add_up(const Worker& worker) {
     finished_ += worker.finished();
     cost_.trials += worker.ran();
-    cost_.user_s += worker.user_s();
-    cost_.system_s += worker.system_s();
+    cost_.user_s += worker.end().user_s;
+    cost_.system_s += worker.end().system_s;
   }
 
   void see_why(const Worker& worker) {
     if (!worker.error().empty()) throw InputError(worker.error());
-    const int signal = WIFSIGNALED(worker.status()) ? WTERMSIG(worker.status()) : 0;
-    if (signal == 0 && !worker.block() && worker.was_ready()) return;  // it was done
-    const std::string how =
-        signal != 0 ? "died of " + name_of_signal(signal)
-                    : "ended with exit code " + std::to_string(WEXITSTATUS(worker.status()));
+    const ProcessEnd& end = worker.end();
+    if (end.signal == 0 && !worker.block() && worker.was_ready()) return;  // it was done
     if (!worker.was_ready()) {
-      throw InputError("a worker " + how + " before its first trial; see " +
+      throw InputError("a worker " + end.text() + " before its first trial; see " +
                        (campaign_.directory() / "output.txt").string());
     }
     if (!worker.block()) return;
-    // exit() within a trial is as bad as a signal, and repeats itself.
-    if (signal != 0)
-      give_up_trial(*worker.block(), signal);
-    else
-      give_up_trial(*worker.block(), SIGABRT);
+    give_up_trial(*worker.block(), end);  // exit() within a trial repeats itself as a signal does
     waiting_.push_front(*worker.block());
   }
 
   /// The first trial of a block without a result is the one that the worker died of.
-  void give_up_trial(const Block& block, int signal) {
+  void give_up_trial(const Block& block, const ProcessEnd& end) {
     const auto file = campaign_.started_file(block);
     const auto results = read_whole_lines(file);
     const std::int64_t index = block.begin + static_cast<std::int64_t>(results.size());
     if (index >= block.end) return;  // all done, but for the block's own file
-    if (from_outside(signal) && killed_[index]++ == 0) return;
+    if (from_outside(end.signal) && killed_[index]++ == 0) return;
     std::string lines;
     for (const TrialResult& result : results) lines += line_of(result) + "\n";
-    write_file(file, lines + line_of(crashed(campaign_.manifest(), index, signal)) + "\n");
+    write_file(file, lines + line_of(crashed(campaign_.manifest(), index, end)) + "\n");
   }
 
   void tell() const {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/program_output.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
@@ -32,7 +32,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 /// "12" of sbatch's "12;cluster".
 std::string submitted(const std::vector<std::string>& command) {
   const ProgramOutput output = slurm(command);
-  if (output.exit_code != 0) {
+  if (!output.end.ok()) {
     std::string shown;
     for (const std::string& word : command) shown += (shown.empty() ? "" : " ") + word;
     std::string said = output.errors;
@@ -142,7 +142,7 @@ SlurmState state_of(const SlurmJobs& jobs) {
   const ProgramOutput output = slurm(
       {"squeue", "--jobs=" + ids, "--noheader", "--array", "--states=all", "--format=%i %T %r"});
   SlurmState state;
-  if (output.exit_code != 0) {
+  if (!output.end.ok()) {
     if (output.errors.find("Invalid job id") == std::string::npos) {
       throw InputError("squeue: " + first_line(output.errors));
     }
@@ -190,7 +190,7 @@ void cancel(const SlurmJobs& jobs) {
   std::vector<std::string> command = {"scancel", jobs.array};
   if (!jobs.merge.empty()) command.push_back(jobs.merge);
   const ProgramOutput output = slurm(command);
-  if (output.exit_code != 0) throw InputError("scancel: " + first_line(output.errors));
+  if (!output.end.ok()) throw InputError("scancel: " + first_line(output.errors));
 }
 
 }  // namespace berth::campaigns

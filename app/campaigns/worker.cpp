@@ -3,9 +3,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,10 +26,6 @@ std::array<int, 2> make_pipe() {
   return ends;
 }
 
-double seconds_of(const timeval& time) {
-  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-}
-
 /// What processes print is kept: it may tell why one crashed.
 void print_into(const fs::path& file) {
   const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
@@ -42,29 +35,25 @@ void print_into(const fs::path& file) {
   close(out);
 }
 
-[[noreturn]] void be_worker(const Campaign& campaign,
-                            const std::function<std::unique_ptr<Experiment>()>& make_experiment,
-                            int blocks, int news, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(2);  // it died before the line above
-  signal(SIGINT, SIG_IGN);            // the terminal's: the parent decides
+int be_worker(const Campaign& campaign,
+              const std::function<std::unique_ptr<Experiment>()>& make_experiment, int blocks,
+              int news) {
+  signal(SIGINT, SIG_IGN);  // the terminal's: the parent decides
   for (const int number : {SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) {
     signal(number, SIG_DFL);  // whatever the parent does with them
   }
   signal(SIGPIPE, SIG_IGN);
-  int code = 0;
   try {
     print_into(campaign.directory() / "output.txt");
     const auto experiment = make_experiment();
     work(campaign, *experiment, blocks, news);
+    return 0;
   } catch (const std::exception& e) {
     std::string text = e.what();
     std::replace(text.begin(), text.end(), '\n', ' ');
     say(news, "error " + text);
-    code = 2;
+    return 2;
   }
-  std::fflush(nullptr);
-  _exit(code);  // what the parent had open is the parent's to close
 }
 
 }  // namespace
@@ -77,15 +66,14 @@ Worker::Worker(const Campaign& campaign,
                const std::function<std::unique_ptr<Experiment>()>& make_experiment) {
   const auto blocks = make_pipe();
   const auto news = make_pipe();
-  const pid_t self = getpid();
-  std::fflush(nullptr);
-  pid_ = fork();
-  if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (pid_ == 0) {
-    close(blocks[1]);
-    close(news[0]);
-    be_worker(campaign, make_experiment, blocks[0], news[1], self);
-  }
+  // What the parent had open is the parent's to close.
+  child_.emplace(
+      [&] {
+        close(blocks[1]);
+        close(news[0]);
+        return be_worker(campaign, make_experiment, blocks[0], news[1]);
+      },
+      ChildOptions{});
   close(blocks[0]);
   close(news[1]);
   to_worker_ = blocks[1];
@@ -105,8 +93,8 @@ void Worker::finish() {
 }
 
 void Worker::stop() {
-  if (pid_ < 0) return;
-  kill(pid_, SIGKILL);
+  if (!child_->running()) return;
+  child_->signal(SIGKILL);
   reap();
 }
 
@@ -151,14 +139,9 @@ void Worker::take_line(const std::string& line) {
 }
 
 void Worker::reap() {
-  rusage usage{};
-  while (wait4(pid_, &status_, 0, &usage) < 0 && errno == EINTR) {
-  }
+  end_ = child_->wait();
   std::error_code ignored;
-  fs::remove_all(work_directory_of(pid_), ignored);
-  pid_ = -1;
-  user_s_ = seconds_of(usage.ru_utime);
-  system_s_ = seconds_of(usage.ru_stime);
+  fs::remove_all(work_directory_of(child_->pid()), ignored);
 }
 
 }  // namespace berth::campaigns

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/campaigns/runner.h"
+#include "common/core/child_process.h"
 
 namespace berth::campaigns {
 
@@ -32,8 +33,8 @@ class Worker {
   int descriptor() const { return from_worker_; }
   /// Takes in what it said. @return false when it has ended
   bool listen();
-  /// Only after its end: as waitpid gives it, and its use of the processor.
-  int status() const { return status_; }
+  /// Only after its end.
+  const ProcessEnd& end() const { return end_; }
 
   const std::optional<Block>& block() const { return block_; }
   bool idle() const { return ready_ && !block_ && to_worker_ >= 0; }
@@ -42,14 +43,12 @@ class Worker {
   const std::string& error() const { return error_; }  ///< why it gave up; empty: it did not
   std::int64_t finished() const { return finished_; }  ///< trials of blocks that it finished
   std::int64_t ran() const { return ran_; }            ///< trials that it ran itself
-  double user_s() const { return user_s_; }
-  double system_s() const { return system_s_; }
 
  private:
   void take_line(const std::string& line);
   void reap();
 
-  pid_t pid_ = -1;
+  std::optional<ChildProcess> child_;
   int to_worker_ = -1;
   int from_worker_ = -1;
   std::string heard_;  // the line that is not whole yet
@@ -58,9 +57,7 @@ class Worker {
   std::int64_t in_block_ = 0;
   std::int64_t finished_ = 0;
   std::int64_t ran_ = 0;
-  int status_ = 0;
-  double user_s_ = 0;
-  double system_s_ = 0;
+  ProcessEnd end_;
   std::string error_;
 };
 

@@ -2,6 +2,7 @@
 #include "app/campaigns/worker_loop.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -48,9 +49,14 @@ void run_block(const Campaign& campaign, Experiment& experiment, const Block& bl
   const Manifest& manifest = campaign.manifest();
   const auto file = campaign.started_file(block);
   std::int64_t next = 0;
-  std::string lines = taken_over(file, block.begin, next);
-  const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (out < 0) throw InputError(file.string() + ": cannot be written");
+  // A cluster's tasks share the directory, each with blocks of its own.
+  if (flock(out, LOCK_EX | LOCK_NB) != 0) {
+    throw InputError(file.string() + ": another berth is at work on these trials");
+  }
+  std::string lines = taken_over(file, block.begin, next);
+  if (ftruncate(out, 0) != 0) throw InputError(file.string() + ": cannot be written");
   write_all(out, lines, file);
   say(news, "had " + std::to_string(next - block.begin));
   for (; next < block.end; ++next) {

@@ -9,9 +9,9 @@
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/hosts/child_process.h"
 #include "app/runs/active_runs.h"
 #include "app/terminal/monitor.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace berth::commands {

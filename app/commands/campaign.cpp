@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <thread>
 
+#include "app/attempt.h"
 #include "app/campaigns/acquisition_parameters.h"
 #include "app/campaigns/cost.h"
 #include "app/campaigns/report.h"
@@ -64,8 +66,10 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
 /// Joins what is there, draws it and says it.
 Summary conclude(const Campaign& campaign) {
   const Summary summary = merge(campaign);
-  if (summary.present > 0) write_report(campaign.manifest(), campaign.directory());
-  write_checksums(campaign.directory());
+  if (summary.present > 0) {
+    attempt([&] { write_report(campaign.manifest(), campaign.directory()); });
+  }
+  attempt([&] { write_checksums(campaign.directory()); });
   print_summary(campaign, summary);
   return summary;
 }
@@ -77,7 +81,8 @@ int exit_code_of(const Summary& summary) {
   return code;
 }
 
-SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options) {
+SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options,
+                     std::function<void()> submitted) {
   terminal::watch_for_interruption();
   SlurmRequest request;
   request.options = options.slurm;
@@ -87,6 +92,7 @@ SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options) {
     run_here(campaign, blocks, 1);
   };
   request.interrupted = terminal::interrupted;
+  request.submitted = std::move(submitted);
   return run_on_slurm(campaign, request);
 }
 
@@ -94,20 +100,23 @@ int run_campaign(const CampaignOptions& options) {
   const Manifest manifest = load_manifest(options.manifest);
   const fs::path out =
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
+  Campaign::require_place(out);
+  std::optional<DirectoryLock> lock(out);
   const Campaign campaign = Campaign::create(manifest, out, options.trials);
   if (const std::string& target = manifest.places.target; !target.empty()) {
     print_notes(target_notes(load_target(target, manifest.target_length)), target);
   }
-  const DirectoryLock lock(campaign.directory());
   std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),
               static_cast<long long>(campaign.manifest().points()),
               static_cast<long long>(campaign.manifest().trials));
   std::fflush(stdout);
   RunnerCost cost;
   if (options.engine == "slurm") {
-    const SlurmEnd end = run_cluster(campaign, options);
+    // Not while the cluster is waited for: its last job merges.
+    const SlurmEnd end = run_cluster(campaign, options, [&lock] { lock.reset(); });
     if (end == SlurmEnd::detached) return exit_code::passed;
     if (end == SlurmEnd::interrupted) return exit_code::aborted;
+    if (!lock) lock.emplace(out, DirectoryLock::Busy::wait);
   } else {
     cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options));
   }
@@ -142,6 +151,7 @@ int run_trial_again(const CampaignOptions& options) {
   const fs::path out = options.out.empty()
                            ? campaign.directory() / "again" / std::to_string(options.number)
                            : options.out;
+  const DirectoryLock lock(campaign.directory() / "again");
   if (fs::exists(out)) throw InputError(out.string() + ": is there; choose another --out");
   const TrialResult result = make_experiment(campaign)->run_again(trial, out);
   std::printf("%s\n%s\n", line_of(result).c_str(), out.c_str());
@@ -179,6 +189,7 @@ void add_verbs(CLI::App& campaign, const std::shared_ptr<CampaignOptions>& optio
   add_directory(*report, *options);
   report->callback([options] {
     const Campaign one = Campaign::open(options->directory);
+    const DirectoryLock lock(one.directory());
     write_report(one.manifest(), one.directory());
     write_checksums(one.directory());
     std::printf("%s\n", one.report_file().c_str());
@@ -187,7 +198,9 @@ void add_verbs(CLI::App& campaign, const std::shared_ptr<CampaignOptions>& optio
   auto* join = campaign.add_subcommand("merge", "Join the results that are there");
   add_directory(*join, *options);
   join->callback([options, &exit_code] {
-    exit_code = exit_code_of(conclude(Campaign::open(options->directory)));
+    const Campaign one = Campaign::open(options->directory);
+    const DirectoryLock lock(one.directory());
+    exit_code = exit_code_of(conclude(one));
   });
 }
 

@@ -149,6 +149,7 @@ SlurmEnd run_on_slurm(const Campaign& campaign, const SlurmRequest& request) {
     std::printf("the same command waits for it, %s\n", hint.c_str());
     return SlurmEnd::detached;
   }
+  if (request.submitted) request.submitted();
   if (!wait_for(campaign, *jobs, request.interrupted)) {
     std::printf("job %s goes on; the same command waits for it, %s\n", jobs->array.c_str(),
                 hint.c_str());

@@ -14,6 +14,8 @@ struct SlurmRequest {
   /// Runs blocks in this process: the first one, where nobody knows yet how long a trial takes.
   std::function<void(const std::vector<campaigns::Block>&)> run_here;
   std::function<bool()> interrupted;
+  /// Called when the jobs are submitted, before they are waited for.
+  std::function<void()> submitted;
 };
 
 enum class SlurmEnd { over, detached, interrupted };

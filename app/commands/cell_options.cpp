@@ -19,6 +19,7 @@
 #include "app/terminal/monitor.h"
 #include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace berth::commands {
@@ -144,12 +145,12 @@ int run_in_processes(const RunFiles& files, const CellOptions& options) {
       !options.no_console && !files.joins && console::load_console_config(files.setup.config).start;
   std::printf("run %s\n", files.directory.c_str());
   std::fflush(stdout);
-  const pid_t supervisor = supervise_in_background(files, with_console);
+  const auto supervisor = supervise_in_background(files, with_console);
   if (options.detach) {
-    if (with_console) announce_console(files, supervisor);
+    if (with_console) announce_console(files, supervisor->pid());
     return exit_code::passed;
   }
-  return monitor({supervisor, files.directory, bus_url(files.url)});
+  return monitor({supervisor->pid(), files.directory, bus_url(files.url)}, false, supervisor.get());
 }
 
 }  // namespace berth::commands

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 
 #include "app/commands/commands.h"
@@ -16,6 +12,7 @@
 #include "app/runs/active_runs.h"
 #include "app/runs/run_files.h"
 #include "common/bus/lcm_bus.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace berth::commands {
@@ -30,16 +27,6 @@ struct ConsoleOptions {
   std::string credentials;
   std::vector<std::string> names;
 };
-
-/// Becomes another program. @throws InputError when that cannot be
-[[noreturn]] void become(const fs::path& program, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), program.string());
-  std::vector<char*> words;
-  for (std::string& argument : arguments) words.push_back(argument.data());
-  words.push_back(nullptr);
-  execv(program.c_str(), words.data());
-  throw InputError(program.string() + ": " + std::strerror(errno));
-}
 
 std::optional<ActiveRun> active(const ConsoleOptions& options) {
   if (!options.runs.empty()) return find_active_run(options.runs.front());
@@ -58,15 +45,15 @@ int look_at(const ActiveRun& run, const ConsoleOptions& options) {
     std::printf("console %s\n", address->c_str());
     return exit_code::passed;
   }
-  std::vector<std::string> arguments{"--run", run.directory.string(), "--lcm-url", run.url};
+  std::vector<std::string> arguments{(program_directory() / "berth-console").string(), "--run",
+                                     run.directory.string(), "--lcm-url", run.url};
   for (const std::string& word : options.serving.arguments()) arguments.push_back(word);
   std::printf("run %s; Ctrl-C ends this console, not the run\n", run.directory.c_str());
-  std::fflush(stdout);
-  become(program_directory() / "berth-console", arguments);
+  become_program(arguments);
 }
 
 int make_credentials(const ConsoleOptions& options) {
-  std::vector<std::string> names{host_name(), "localhost", "127.0.0.1"};
+  std::vector<std::string> names{host_name(), "localhost", "127.0.0.1", "::1"};
   names.insert(names.end(), options.names.begin(), options.names.end());
   const auto made = console::make_credentials(options.credentials, names);
   std::printf(

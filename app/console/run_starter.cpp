@@ -33,18 +33,28 @@ std::string RunStarter::start(const RunOrder& order) {
     return runnable.file == order.procedure;
   });
   if (!offered) return "there is no procedure '" + order.procedure + "'";
-  std::vector<std::string> words{"run",        "--detach", "--lcm-url",
-                                 cell_.url,    "--out",    cell_.directory.parent_path().string(),
-                                 "--operator", order.who};
+  std::vector<std::string> words{(program_directory() / "berth").string(),
+                                 "run",
+                                 "--detach",
+                                 "--lcm-url",
+                                 cell_.url,
+                                 "--out",
+                                 cell_.directory.parent_path().string(),
+                                 "--operator",
+                                 order.who};
   for (const auto& [name, value] : order.parameters) {
     words.push_back("--set=" + name + "=" + value);
   }
   words.push_back((procedures / order.procedure).string());
   std::error_code ignored;
   fs::remove(output(), ignored);
-  child_ =
-      std::make_unique<ChildProcess>(loop_, "run", program_directory() / "berth", words, output(),
-                                     [this](int code) { ended_(code, last_words(output())); });
+  try {
+    child_ = std::make_unique<WatchedProcess>(
+        loop_, words, output(),
+        [this](const ProcessEnd& end) { ended_(end.code(), last_words(output())); });
+  } catch (const std::exception& e) {
+    return e.what();
+  }
   return {};
 }
 

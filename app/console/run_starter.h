@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/console/drive/driver.h"
-#include "app/hosts/child_process.h"
+#include "app/hosts/watched_process.h"
 #include "app/runs/run_files.h"
 
 namespace berth::console {
@@ -30,7 +30,7 @@ class RunStarter {
   const RunFiles& cell_;
   ProcessLoop& loop_;
   Ended ended_;
-  std::unique_ptr<ChildProcess> child_;
+  std::unique_ptr<WatchedProcess> child_;
 };
 
 }  // namespace berth::console

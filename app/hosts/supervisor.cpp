@@ -11,11 +11,9 @@
 #include <berth/procedure_state_t.hpp>
 #include <cstdio>
 #include <deque>
-#include <fstream>
-#include <system_error>
 
 #include "app/exit_code.h"
-#include "app/hosts/child_process.h"
+#include "app/hosts/watched_process.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/verdict.h"
 #include "app/terminal/operator_link.h"
@@ -69,19 +67,20 @@ class Supervisor : public Node {
   void start_recorder() {
     recorder_ = launch("lcm-logger", "lcm-logger",
                        {"--quiet", "--lcm-url=" + bus_url(files_.url), files_.log().string()},
-                       [this](int code) {
+                       [this](const ProcessEnd& end) {
                          if (stage_ == Stage::stopped) return loop_.stop();
-                         trouble("lcm-logger ended with code " + std::to_string(code) +
-                                 ": nothing is recorded any more");
+                         trouble("lcm-logger " + end.text() + ": nothing is recorded any more");
                        });
   }
 
   void start_nodes() {
     if (!files_.joins) start_cell();
     if (files_.has_procedure) {
-      procedure_ = launch(
-          "procedure", program_directory() / "berth-procedure", run_arguments({}),
-          [this](int code) { finish(code <= exit_code::inconclusive ? code : exit_code::error); });
+      procedure_ =
+          launch("procedure", program_directory() / "berth-procedure", run_arguments({}),
+                 [this](const ProcessEnd& end) {
+                   finish(end.code() <= exit_code::inconclusive ? end.code() : exit_code::error);
+                 });
     }
     if (with_console_ && !files_.joins) start_console();
     report(node_status_t::RUNNING, "");
@@ -90,16 +89,24 @@ class Supervisor : public Node {
   /// It only shows: the run goes on without it.
   void start_console() {
     ++console_starts_;
-    launch("console", program_directory() / "berth-console", run_arguments({}), [this](int code) {
-      if (stage_ != Stage::running) return children_ended();
-      const bool again = console_starts_ < console_tries;
-      event(event_t::WARNING, "console-ended",
-            "the console ended with code " + std::to_string(code) + ": " + last_words("console") +
-                (again ? "; it is started again" : "; it is not started again"));
-      if (!again) return;
-      loop_.after(time_to_console, [this] {
-        if (stage_ == Stage::running) start_console();
-      });
+    try {
+      launch("console", program_directory() / "berth-console", run_arguments({}),
+             [this](const ProcessEnd& end) {
+               if (stage_ != Stage::running) return children_ended();
+               console_ended(end.text() + ": " + last_words("console"));
+             });
+    } catch (const std::exception& e) {
+      console_ended(e.what());
+    }
+  }
+
+  void console_ended(const std::string& how) {
+    const bool again = console_starts_ < console_tries;
+    event(event_t::WARNING, "console-ended",
+          "the console " + how + (again ? "; it is started again" : "; it is not started again"));
+    if (!again) return;
+    loop_.after(time_to_console, [this] {
+      if (stage_ == Stage::running) start_console();
     });
   }
 
@@ -116,13 +123,13 @@ class Supervisor : public Node {
     node("estimator", "berth-estimator", {});
   }
 
-  ChildProcess* node(const std::string& name, const std::string& program,
-                     const std::vector<std::string>& arguments) {
-    return launch(
-        name, program_directory() / program, run_arguments(arguments), [this, name](int code) {
-          if (stage_ != Stage::running) return children_ended();
-          trouble(name + " ended with code " + std::to_string(code) + ": " + last_words(name));
-        });
+  WatchedProcess* node(const std::string& name, const std::string& program,
+                       const std::vector<std::string>& arguments) {
+    return launch(name, program_directory() / program, run_arguments(arguments),
+                  [this, name](const ProcessEnd& end) {
+                    if (stage_ != Stage::running) return children_ended();
+                    trouble(name + " " + end.text() + ": " + last_words(name));
+                  });
   }
 
   std::vector<std::string> run_arguments(const std::vector<std::string>& more) const {
@@ -131,18 +138,17 @@ class Supervisor : public Node {
     return arguments;
   }
 
-  ChildProcess* launch(const std::string& name, const std::filesystem::path& program,
-                       const std::vector<std::string>& arguments, std::function<void(int)> exited) {
-    children_.emplace_back(loop_, name, program, arguments, output_of(name), std::move(exited));
+  WatchedProcess* launch(const std::string& name, const std::filesystem::path& program,
+                         std::vector<std::string> arguments, WatchedProcess::Ended ended) {
+    arguments.insert(arguments.begin(), program.string());
+    children_.emplace_back(loop_, arguments, output_of(name), std::move(ended));
     return &children_.back();
   }
 
   /// The last line that a process printed.
   std::string last_words(const std::string& name) const {
-    std::ifstream in(output_of(name));
-    std::string last = "its output is empty";
-    for (std::string line; std::getline(in, line);) last = line;
-    return last;
+    const std::string last = last_line(output_of(name));
+    return last.empty() ? "its output is empty" : last;
   }
 
   std::filesystem::path output_of(const std::string& name) const {
@@ -187,9 +193,9 @@ class Supervisor : public Node {
   }
 
   void children_ended() {
-    const bool any = std::any_of(children_.begin(), children_.end(), [this](const ChildProcess& c) {
-      return &c != recorder_ && c.running();
-    });
+    const bool any =
+        std::any_of(children_.begin(), children_.end(),
+                    [this](const WatchedProcess& c) { return &c != recorder_ && c.running(); });
     if (any || stage_ != Stage::stopping) return;
     stage_ = Stage::stopped;
     if (!recorder_->running()) return loop_.stop();
@@ -204,10 +210,10 @@ class Supervisor : public Node {
   bool with_console_;
   ProcessLoop& loop_;
   OperatorLink link_;
-  std::deque<ChildProcess> children_;
-  ChildProcess* recorder_ = nullptr;
-  ChildProcess* procedure_ = nullptr;
-  ChildProcess* devices_ = nullptr;
+  std::deque<WatchedProcess> children_;
+  WatchedProcess* recorder_ = nullptr;
+  WatchedProcess* procedure_ = nullptr;
+  WatchedProcess* devices_ = nullptr;
   Stage stage_ = Stage::running;
   bool aborting_ = false;
   bool troubled_ = false;
@@ -243,36 +249,26 @@ int supervise(const RunFiles& files, bool with_console) {
   return files.has_procedure ? write_verdict(files, code, failure) : code;
 }
 
-int supervise_in_background(const RunFiles& files, bool with_console) {
-  // The terminal may go away at any moment: between fork and setsid, too.
-  sigset_t hangup;
-  sigset_t before;
-  sigemptyset(&hangup);
-  sigaddset(&hangup, SIGHUP);
-  sigprocmask(SIG_BLOCK, &hangup, &before);
-  const pid_t child = fork();
-  if (child != 0) {
-    sigprocmask(SIG_SETMASK, &before, nullptr);
-    if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-    return child;
-  }
-  setsid();
-  signal(SIGHUP, SIG_IGN);  // of the nodes as well: they inherit it
-  sigprocmask(SIG_SETMASK, &before, nullptr);
-  const int out = open((files.directory / "output" / "supervisor.txt").c_str(),
-                       O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  dup2(nothing, STDIN_FILENO);
-  dup2(out, STDOUT_FILENO);
-  dup2(out, STDERR_FILENO);
-  int code = exit_code::error;
-  try {
-    code = supervise(files, with_console);
-  } catch (const std::exception& e) {
-    print_text(std::string(e.what()) + "\n", stderr);
-  }
-  std::fflush(nullptr);
-  _exit(code);
+std::unique_ptr<ChildProcess> supervise_in_background(const RunFiles& files, bool with_console) {
+  const std::filesystem::path file = files.directory / "output" / "supervisor.txt";
+  const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  ChildOptions options;
+  options.output = options.errors = out;
+  options.own_session = true;
+  options.dies_with_parent = false;
+  options.outlives_object = true;
+  auto child = std::make_unique<ChildProcess>(
+      [&] {
+        try {
+          return supervise(files, with_console);
+        } catch (const std::exception& e) {
+          print_text(std::string(e.what()) + "\n", stderr);
+          return exit_code::error;
+        }
+      },
+      options);
+  close(out);
+  return child;
 }
 
 }  // namespace berth

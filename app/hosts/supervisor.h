@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+
 #include "app/runs/run_files.h"
+#include "common/core/child_process.h"
 
 namespace berth {
 
@@ -15,7 +18,7 @@ namespace berth {
 int supervise(const RunFiles& files, bool with_console);
 
 /// The same in a process of its own session, which a lost terminal does not end.
-/// @return its process id.
-int supervise_in_background(const RunFiles& files, bool with_console);
+/// @return it, left to itself when that object goes.
+std::unique_ptr<ChildProcess> supervise_in_background(const RunFiles& files, bool with_console);
 
 }  // namespace berth

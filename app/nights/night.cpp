@@ -8,14 +8,15 @@
 #include <set>
 #include <thread>
 
+#include "app/attempt.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/nights/index_page.h"
 #include "app/nights/notify.h"
 #include "app/nights/progress.h"
 #include "app/nights/runner.h"
-#include "app/program_output.h"
 #include "app/utc.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -30,7 +31,7 @@ std::string version_of(const fs::path& program) {
   const ProgramOutput said =
       run_program({"env", "-u", "BERTH_HOME", program.string(), "--version"});
   std::fputs(said.errors.c_str(), stderr);
-  if (said.exit_code != 0 || said.text.empty()) {
+  if (!said.end.ok() || said.text.empty()) {
     throw InputError("baseline " + program.string() + ": 'berth --version' does not work");
   }
   return said.text.substr(0, said.text.find('\n'));
@@ -264,13 +265,13 @@ int run_night(const NightRequest& request) {
   judge(plan, report);
   night.ended = utc_text(std::time(nullptr));
   history.finish(night, report.changes.changes);
-  keeper.judge_earlier_nights(history, night);
+  attempt([&] { keeper.judge_earlier_nights(history, night); });
 
-  write_file(directory / "results.xml", junit_of(report));
-  write_file(directory / "summary.txt", text_of(report));
-  write_index_page(out, plan, history, report);
+  attempt([&] { write_file(directory / "results.xml", junit_of(report)); });
+  attempt([&] { write_file(directory / "summary.txt", text_of(report)); });
+  attempt([&] { write_index_page(out, plan, history, report); });
   if (!plan.notify.empty()) report.notification = notify(plan.notify, report, out, request.program);
-  write_file(directory / "summary.json", json_of(report));
+  attempt([&] { write_file(directory / "summary.json", json_of(report)); });
   std::printf("\n%s\n%s\n", text_of(report).c_str(), (out / "index.html").c_str());
   std::fflush(stdout);
   if (!report.notification.empty()) std::fprintf(stderr, "%s\n", report.notification.c_str());

@@ -2,11 +2,11 @@
 #include "app/nights/runner.h"
 
 #include <signal.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <fstream>
 
+#include "app/attempt.h"
 #include "app/nights/run_values.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -16,24 +16,14 @@ namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
 
-/// CPU time of all children that ended.
-double children_cpu_s() {
-  rusage usage{};
-  getrusage(RUSAGE_CHILDREN, &usage);
-  const auto s = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return s(usage.ru_utime) + s(usage.ru_stime);
-}
-
 bool in_real_time(const PlannedRun& run) { return run.of->host != "twin"; }
 
 std::vector<std::string> command_of(const PlannedRun& run, const Workshop& workshop,
                                     const fs::path& out) {
   const bool baseline = run.build == Build::baseline;
-  std::vector<std::string> words;
+  std::vector<std::string> words{"/usr/bin/env"};
   // A build finds its own files; ours must not be taken for those of another.
-  if (baseline) words = {"-u", "BERTH_HOME"};
+  if (baseline) words.insert(words.end(), {"-u", "BERTH_HOME"});
   words.push_back(baseline ? workshop.baseline.build.string() : workshop.program.string());
   words.insert(words.end(), {"run", "--seed", std::to_string(run.seed), "--out", out.string()});
   if (run.of->host == "twin") words.push_back("--twin");
@@ -57,28 +47,20 @@ std::string procedure_hash(const Case& of) {
   return sha256(text);
 }
 
-/// The last lines of what a process said, for a person.
-std::string last_words(const fs::path& output) {
-  std::ifstream in(output);
-  std::string line;
-  std::string last;
-  while (std::getline(in, line)) {
-    if (!line.empty()) last = line;
-  }
-  return last;
-}
-
-/// The run directory that a process made, moved to its place; empty when it made none.
-fs::path put_in_place(const fs::path& out, const fs::path& place) {
+/// The run directory that a process made; empty when it made none.
+fs::path made_in(const fs::path& out) {
   for (const auto& entry : fs::directory_iterator(out)) {
-    if (!entry.is_directory()) continue;
-    fs::remove_all(place);
-    fs::rename(entry.path(), place);
-    std::error_code ignored;
-    fs::rename(out / "output.txt", place / "output" / "berth-run.txt", ignored);
-    return place;
+    if (entry.is_directory()) return entry.path();
   }
   return {};
+}
+
+/// Moves a run to where it stays. What is there is of an interrupted night.
+void put_in_place(const fs::path& made, const fs::path& place) {
+  std::error_code ignored;
+  fs::remove_all(place, ignored);
+  fs::rename(made.parent_path() / "output.txt", made / "output" / "berth-run.txt", ignored);
+  fs::rename(made, place);
 }
 
 }  // namespace
@@ -89,12 +71,12 @@ struct Runner::Job {
   Utime begun = 0;
   Loop::TimerId limit = 0;
   bool too_long = false;
-  double cpu_s = 0;
-  std::unique_ptr<ChildProcess> process;
+  std::unique_ptr<WatchedProcess> process;
 };
 
 Runner::Runner(ProcessLoop& loop, Workshop workshop) : loop_(loop), workshop_(std::move(workshop)) {
-  fs::remove_all(workshop_.night / "work");  // of an interrupted night
+  std::error_code ignored;
+  fs::remove_all(workshop_.night / "work", ignored);  // of an interrupted night
   fs::create_directories(workshop_.night / "work");
   fs::create_directories(workshop_.night / "runs");
   loop_.on_signals([this](int) {
@@ -117,7 +99,6 @@ std::vector<PlannedRun> Runner::run(std::vector<PlannedRun> runs, const Finished
   finished_ = finished;
   left_.clear();
   begun_ = loop_.now();
-  cpu_before_ = children_cpu_s();
   start_what_fits();
   if (!jobs_.empty()) loop_.run();
   left_.insert(left_.end(), waiting_.rbegin(), waiting_.rend());
@@ -147,27 +128,23 @@ void Runner::start(const PlannedRun& run) {
   job->out = workshop_.night / "work" / run.name();
   job->begun = loop_.now();
   fs::create_directories(job->out);
-  auto words = command_of(run, workshop_, job->out);
   Job* const at = job.get();
   jobs_.push_back(std::move(job));
   at->limit = loop_.at(loop_.now() + utime_from_seconds(workshop_.run_timeout_s), [at] {
     at->too_long = true;
     at->process->signal(SIGKILL);
   });
-  at->process = std::make_unique<ChildProcess>(loop_, run.name(), "/usr/bin/env", words,
-                                               at->out / "output.txt", [this, at](int exit_code) {
-                                                 const double cpu = children_cpu_s();
-                                                 at->cpu_s = cpu - cpu_before_;
-                                                 cpu_before_ = cpu;
-                                                 // Not from within the process' own callback: it
-                                                 // goes with its job.
-                                                 loop_.post([this, at, exit_code] {
-                                                   if (!interrupted_) ended(*at, exit_code);
-                                                 });
-                                               });
+  // Not from within the process' own callback: it goes with its job.
+  at->process =
+      std::make_unique<WatchedProcess>(loop_, command_of(run, workshop_, at->out),
+                                       at->out / "output.txt", [this, at](const ProcessEnd& end) {
+                                         loop_.post([this, at, end] {
+                                           if (!interrupted_) ended(*at, end);
+                                         });
+                                       });
 }
 
-void Runner::ended(Job& job, int exit_code) {
+void Runner::ended(Job& job, const ProcessEnd& end) {
   loop_.cancel(job.limit);
   const PlannedRun run = job.run;
   FinishedRun result;
@@ -176,27 +153,30 @@ void Runner::ended(Job& job, int exit_code) {
   result.seed = run.seed;
   result.fresh = run.fresh;
   result.procedure = run.of->procedure.string();
-  result.procedure_hash = procedure_hash(*run.of);
+  attempt([&] { result.procedure_hash = procedure_hash(*run.of); });
   result.target = run.of->target;
   result.host = run.of->host;
   result.wall_s = seconds(loop_.now() - job.begun);
-  result.cpu_s = job.cpu_s;
+  result.cpu_s = end.user_s + end.system_s;
 
-  const std::string said = last_words(job.out / "output.txt");
-  const fs::path place = put_in_place(job.out, workshop_.night / "runs" / run.name());
-  if (place.empty()) {
+  const std::string said = last_line(job.out / "output.txt");
+  const fs::path made = made_in(job.out);
+  if (made.empty()) {
     result.outcome = "ERROR";
-    result.reason =
-        "it made no run directory (exit code " + std::to_string(exit_code) + "): " + said;
+    result.reason = "it made no run directory (" + end.name() + "): " + said;
   } else {
-    result.directory = (fs::path("runs") / run.name()).string();
-    read_results(place, exit_code, result);
+    read_results(made, end.code(), result);
+    const fs::path place = fs::path("runs") / run.name();
+    if (attempt([&] { put_in_place(made, workshop_.night / place); })) {
+      result.directory = place.string();
+    }
   }
   if (job.too_long) {
     result.outcome = "ERROR";
     result.reason = "no end within " + fixed(workshop_.run_timeout_s, 0) + " s: killed";
   }
-  fs::remove_all(job.out);
+  std::error_code ignored;
+  fs::remove_all(job.out, ignored);
   jobs_.remove_if([&](const auto& other) { return other.get() == &job; });
   finished_(run, std::move(result));
   start_what_fits();

@@ -5,7 +5,7 @@
 #include <list>
 #include <memory>
 
-#include "app/hosts/child_process.h"
+#include "app/hosts/watched_process.h"
 #include "app/nights/history.h"
 
 namespace berth::nights {
@@ -39,7 +39,7 @@ class Runner {
   struct Job;
   void start_what_fits();
   void start(const PlannedRun& run);
-  void ended(Job& job, int exit_code);
+  void ended(Job& job, const ProcessEnd& end);
   bool may_start(const PlannedRun& run) const;
 
   ProcessLoop& loop_;
@@ -49,7 +49,6 @@ class Runner {
   std::list<std::unique_ptr<Job>> jobs_;
   std::vector<PlannedRun> left_;
   Utime begun_ = 0;
-  double cpu_before_ = 0;  // of all children that ended
   bool interrupted_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "app/directory_lock.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -18,8 +19,9 @@ std::vector<std::string> files_of(const fs::path& run) {
   for (const auto& entry : fs::recursive_directory_iterator(run)) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), run).generic_string();
+    if (name == checksums_file || entry.path().filename() == DirectoryLock::file_name) continue;
     // The supervisor may still have a last word.
-    if (name != checksums_file && name != "output/supervisor.txt") names[name] = true;
+    if (name != "output/supervisor.txt") names[name] = true;
   }
   std::vector<std::string> sorted;
   for (const auto& [name, is_there] : names) sorted.push_back(name);

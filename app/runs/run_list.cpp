@@ -21,7 +21,8 @@ using nlohmann::json;
 
 /// Null where there is no such file, or it is no JSON.
 json read_json(const fs::path& file) {
-  if (!fs::exists(file)) return nullptr;
+  std::error_code unseen;
+  if (!fs::exists(file, unseen)) return nullptr;
   return json::parse(read_file(file), nullptr, false);
 }
 
@@ -78,11 +79,32 @@ void take_results(const json& results, RunEntry& run) {
   }
 }
 
+/// Not where nothing can be known of what runs: that says nothing of how a run ended.
+bool is_running(const fs::path& directory) {
+  try {
+    return find_active_run(directory).has_value();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+/// All that look like runs. What cannot be looked into, as another user's folder, is none.
+std::vector<fs::path> runs_in(const fs::path& parent) {
+  std::vector<fs::path> runs;
+  std::error_code error;
+  for (fs::directory_iterator at(parent, error), end; !error && at != end; at.increment(error)) {
+    std::error_code unseen;
+    if (fs::exists(at->path() / "run.yaml", unseen)) runs.push_back(at->path());
+  }
+  if (error) throw InputError(parent.string() + ": cannot be read: " + error.message());
+  return runs;
+}
+
 void read_entry(RunEntry& run) {
   const json manifest = read_json(run.directory / manifest_file);
   if (manifest.is_object()) take_manifest(manifest, run);
   const json results = read_json(run.directory / "results.json");
-  if (find_active_run(run.directory)) {
+  if (is_running(run.directory)) {
     run.state = RunEntry::State::running;
   } else if (results.is_object() && !text_in(results, "outcome").empty()) {
     run.state = RunEntry::State::finished;
@@ -116,9 +138,7 @@ RunEntry read_run_entry(const fs::path& directory) {
 std::vector<RunEntry> list_runs(const fs::path& parent) {
   if (!fs::is_directory(parent)) throw InputError(parent.string() + ": no such directory of runs");
   std::vector<RunEntry> runs;
-  for (const auto& entry : fs::directory_iterator(parent)) {
-    if (fs::exists(entry.path() / "run.yaml")) runs.push_back(read_run_entry(entry.path()));
-  }
+  for (const fs::path& run : runs_in(parent)) runs.push_back(read_run_entry(run));
   // Directories are named by their time; those of one second by their number.
   std::sort(runs.begin(), runs.end(),
             [](const RunEntry& a, const RunEntry& b) { return a.name() < b.name(); });
@@ -134,11 +154,10 @@ fs::path find_run(const std::string& text, const fs::path& parent) {
   if (fs::exists(text)) return text;
   std::vector<fs::path> found;
   if (fs::is_directory(parent)) {
-    for (const auto& entry : fs::directory_iterator(parent)) {
-      const std::string name = entry.path().filename().string();
-      if (!fs::exists(entry.path() / "run.yaml")) continue;
-      if (name == text) return entry.path();
-      if (text == "last" || name.find(text) != std::string::npos) found.push_back(entry.path());
+    for (const fs::path& run : runs_in(parent)) {
+      const std::string name = run.filename().string();
+      if (name == text) return run;
+      if (text == "last" || name.find(text) != std::string::npos) found.push_back(run);
     }
   }
   std::sort(found.begin(), found.end());

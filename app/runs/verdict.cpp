@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/attempt.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "common/core/error.h"
@@ -18,16 +19,6 @@
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
-
-/// Says it and goes on: a run without one of its files is better than one without the others.
-template <class Write>
-void attempt(Write write) {
-  try {
-    write();
-  } catch (const std::exception& e) {
-    print_text(std::string("berth: ") + e.what() + "\n", stderr);
-  }
-}
 
 /// One JSON object a line.
 std::string event_lines(const std::vector<event_t>& events) {
@@ -56,7 +47,7 @@ void write_results(const RunFiles& files, logs::Comparison comparison) {
 
 /// The run of this directory: its log may hold others of the cell that it joined.
 report::ReportedRun run_in(const RunFiles& files) {
-  if (fs::exists(files.log())) sync_to_disk(files.log());
+  if (fs::exists(files.log())) attempt([&] { sync_to_disk(files.log()); });
   std::vector<report::ReportedRun> runs = report::read_reported_runs(files.directory);
   const auto found = std::find_if(runs.begin(), runs.end(), [&](const report::ReportedRun& run) {
     const run_info_t* info = run.run.record.info();

@@ -2,14 +2,13 @@
 #include "app/terminal/monitor.h"
 
 #include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 
 #include "app/console/serving.h"
 #include "app/exit_code.h"
-#include "app/hosts/child_process.h"
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
 #include "app/terminal/operator_keys.h"
@@ -17,6 +16,7 @@
 #include "app/terminal/raw_terminal.h"
 #include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
 #include "logs/compare/comparison.h"
@@ -25,17 +25,14 @@ namespace berth {
 namespace {
 
 /// Asks the supervisor to stop: it aborts the procedure at the first, and kills at the second time.
-void ask_to_stop(pid_t supervisor, int times) {
+void ask_to_stop(const ProcessHandle& supervisor, int times) {
   if (times == 1) {
     std::printf("\naborting; once more stops everything at once\n");
   } else {
     std::printf("\nstopping everything\n");
   }
-  kill(supervisor, SIGTERM);
+  supervisor.signal(SIGTERM);
 }
-
-/// Of a child or of somebody else's process.
-void wait_for(pid_t pid) { waitpid(pid, nullptr, WNOHANG); }
 
 int exit_code_of(const RunFiles& files, bool interrupted) {
   if (!files.has_procedure) return exit_code::passed;
@@ -47,8 +44,10 @@ int exit_code_of(const RunFiles& files, bool interrupted) {
 /// One terminal on one run.
 class Monitor {
  public:
-  Monitor(const ActiveRun& run, const RunFiles& files, bool observing)
+  Monitor(const ActiveRun& run, const ProcessHandle& supervisor, const RunFiles& files,
+          bool observing)
       : run_(run),
+        supervisor_(supervisor),
         files_(files),
         loop_(clock_offset_now()),
         keys_([this](const procedure_command_t& command) { link_.send(command); }, observing,
@@ -56,7 +55,7 @@ class Monitor {
     loop_.on_signals([this, observing](int) {
       if (observing) return leave();
       view_.clear_panel();
-      ask_to_stop(run_.supervisor, ++interrupts_);
+      ask_to_stop(supervisor_, ++interrupts_);
     });
     show<procedure_state_t>(channels::procedure_state);
     show<run_info_t>(channels::run_info);
@@ -75,10 +74,10 @@ class Monitor {
     look_for_console();
   }
 
-  /// Until the process behind the descriptor ends or the operator leaves.
-  void run_until_end_of(int supervisor_fd) {
-    loop_.watch(supervisor_fd, [this, supervisor_fd] {
-      loop_.unwatch(supervisor_fd);
+  /// Until the supervisor ends or the operator leaves.
+  void run() {
+    loop_.watch(supervisor_.descriptor(), [this] {
+      loop_.unwatch(supervisor_.descriptor());
       loop_.stop();
     });
     bus_.start();
@@ -141,6 +140,7 @@ class Monitor {
   }
 
   const ActiveRun& run_;
+  const ProcessHandle& supervisor_;
   const RunFiles& files_;
   ProcessLoop loop_;
   LcmBus bus_{run_.url, loop_};
@@ -156,7 +156,7 @@ class Monitor {
 
 }  // namespace
 
-int monitor(const ActiveRun& run, bool observing) {
+int monitor(const ActiveRun& run, bool observing, ChildProcess* own) {
   const RunFiles files = RunFiles::open(run.directory);
   const ProcessHandle supervisor(run.supervisor);
   int interrupts = 0;
@@ -165,16 +165,18 @@ int monitor(const ActiveRun& run, bool observing) {
       std::printf("the cell is up on %s; Ctrl-C brings it down\n", run.url.c_str());
       std::fflush(stdout);
     }
-    Monitor monitor(run, files, observing);
-    monitor.run_until_end_of(supervisor.descriptor());
+    Monitor monitor(run, supervisor, files, observing);
+    monitor.run();
     if (monitor.left()) {
       std::printf("the run goes on; berth attach shows it again\n");
       return exit_code::passed;
     }
     interrupts = monitor.interrupts();
-    wait_for(run.supervisor);
   }
   if (files.has_procedure) terminal::show_verdict(files);
+  // It has judged the log, whether its results could be written or not.
+  const auto end = own != nullptr ? own->wait_for(std::chrono::milliseconds(0)) : std::nullopt;
+  if (files.has_procedure && end && end->signal == 0) return end->code();
   return exit_code_of(files, interrupts > 0);
 }
 

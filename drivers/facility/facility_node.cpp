@@ -2,6 +2,7 @@
 #include "drivers/facility/facility_node.h"
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/channels.h"
@@ -99,24 +100,30 @@ void FacilityNode::on_status(const ModbusAnswer& answer) {
   report(node_status_t::READY, state_.estop_chain_closed ? "" : "emergency stop");
 }
 
+/// Against what the PLC said last, however long it was not seen in between; at first a chain is
+/// taken to have been closed, so that one that is found open is announced.
 void FacilityNode::announce_changes(const facility_state_t& before) {
-  if (before.valid == state_.valid && before.estop_chain_closed == state_.estop_chain_closed &&
-      before.fence_closed == state_.fence_closed &&
-      before.motion_enabled == state_.motion_enabled) {
-    return;
+  const bool closed = state_.estop_chain_closed && state_.fence_closed;
+  const SafetyChain now_seen{state_.estop_chain_closed != 0, state_.fence_closed != 0,
+                             state_.motion_enabled || !closed};
+  const SafetyChain seen = std::exchange(seen_, now_seen);
+  const std::string unseen = before.valid ? "" : "; it changed while the PLC was not seen";
+  const auto tell = [&](bool was, bool is, const char* good, const std::string& good_text,
+                        const char* bad, const std::string& bad_text) {
+    if (was && !is) event(event_t::ERROR, bad, bad_text + (known_ ? unseen : ""));
+    if (!was && is) event(event_t::NOTICE, good, good_text + unseen);
+  };
+  tell(seen.estop_closed, now_seen.estop_closed, "estop-released",
+       "the E-stop chain is closed again", "estop", "the E-stop chain is open");
+  tell(seen.fence_closed, now_seen.fence_closed, "fence-closed", "the fence is closed again",
+       "fence-open", "the fence is open");
+  tell(seen.motion_enabled, now_seen.motion_enabled, "motion-enabled", "motion is enabled again",
+       "motion-disabled", "motion is not enabled although E-stop chain and fence are closed");
+  if (before.valid != state_.valid || before.estop_chain_closed != state_.estop_chain_closed ||
+      before.fence_closed != state_.fence_closed ||
+      before.motion_enabled != state_.motion_enabled) {
+    publish();
   }
-  if (known_ && before.valid) {
-    if (before.estop_chain_closed != state_.estop_chain_closed) {
-      state_.estop_chain_closed
-          ? event(event_t::NOTICE, "estop-released", "the E-stop chain is closed again")
-          : event(event_t::ERROR, "estop", "the E-stop chain is open");
-    }
-    if (before.fence_closed != state_.fence_closed) {
-      state_.fence_closed ? event(event_t::NOTICE, "fence-closed", "the fence is closed again")
-                          : event(event_t::ERROR, "fence-open", "the fence is open");
-    }
-  }
-  publish();
 }
 
 void FacilityNode::refuse(const std::string& code, const std::string& text) {

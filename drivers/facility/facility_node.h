@@ -36,6 +36,11 @@ class FacilityNode final : public Node {
   PlcMap map_;
   facility_state_t state_{};
   bool known_ = false;  // the PLC has answered before
+  struct SafetyChain {
+    bool estop_closed = true;
+    bool fence_closed = true;
+    bool motion_enabled = true;  // or an open chain explains why not
+  } seen_;                       // when the PLC was last seen
   bool read_under_way_ = false;
   int last_heartbeat_ = -1;
   int unchanged_reads_ = 0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/core/covariance.h"
+
 namespace berth::estimator {
 
 namespace {
@@ -58,11 +60,12 @@ Matrix6d AlphaBetaTracker::predicted_velocity_covariance(std::int64_t utime) con
   return velocity_covariance_ + Matrix6d(change.cwiseAbs2().asDiagonal());
 }
 
-void AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
+bool AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
                               std::int64_t utime) {
   const double dt = elapsed(utime_, utime);
   const Pose predicted = predict(utime);
   const Vector6d innovation = difference(predicted, measured);
+  if (!innovation.allFinite() || !is_covariance(covariance)) return false;
 
   // The gains of the first updates are those of a straight line through so few poses: the filter
   // does not start from a velocity of which it knows nothing.
@@ -89,6 +92,7 @@ void AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
   velocity_.linear += beta * innovation.head<3>();
   velocity_.angular += beta * innovation.tail<3>();
   utime_ = std::max(utime_, utime);
+  return true;
 }
 
 }  // namespace berth::estimator

@@ -31,7 +31,7 @@ class AlphaBetaTracker final : public TargetTracker {
   Matrix6d predicted_covariance(std::int64_t utime) const override;
   Matrix6d predicted_velocity_covariance(std::int64_t utime) const override;
   using TargetTracker::update;
-  void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
+  bool update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
 
   const Pose& pose() const override { return pose_; }
   const Velocity& velocity() const override { return velocity_; }

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "common/core/covariance.h"
+
 namespace berth::estimator {
 
 namespace {
@@ -112,40 +114,57 @@ double PoseFilter::doubt(const Pose& measured, const Matrix6d& covariance, std::
   return factor;
 }
 
-void PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
+bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   const std::int64_t when = std::max(utime, utime_);
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
+  if (!difference(motion_, {now, {}}).allFinite() || !is_covariance(covariance)) return false;
+  const int probable = probable_;
   const Matrix6d weight =
       (doubt(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
   MotionInformation linear;
   linear.information.topLeftCorner<6, 6>() = weight;
-  update(
+  const bool done = update(
       [&](const Motion& about) {
         linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
         return linear;
       },
       when);
+  if (!done) probable_ = probable;
+  return done;
 }
 
-void PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
+bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
                         const MeasuredMotion& motion, std::int64_t utime) {
+  if (!difference(motion_, {measured, {}}).allFinite() || !is_covariance(covariance)) return false;
+  const int probable = probable_;
   const double factor = doubt(measured, covariance, utime);
   MotionInformation said = motion.said;
   said.information /= factor;
-  update(
+  const bool done = update(
       [&](const Motion& about) {
         said.gradient =
             motion.said.gradient / factor + said.information * difference(about, motion.about);
         return said;
       },
       utime);
+  if (!done) probable_ = probable;
+  return done;
 }
 
 bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
+  const PoseFilter before = *this;
   const double late = elapsed(utime, std::max(utime, utime_));
   advance(utime);
+  const bool done = correct(returns, late);
+  if (!done) *this = before;
+  return done;
+}
+
+/// By a batch whose reference time is `late` seconds before the filter's. @return false, half done,
+/// when the filter's covariance or the batch's information is not positive or not finite.
+bool PoseFilter::correct(const InformationSource& returns, double late) {
   const Eigen::LLT<Matrix12d> factor(covariance_);
-  if (factor.info() != Eigen::Success) return true;
+  if (!covariance_.allFinite() || factor.info() != Eigen::Success) return false;
   const Matrix12d l = factor.matrixL();
   const Motion prior = motion_;
   for (int i = 0; i < options_.iterations; ++i) {
@@ -157,11 +176,12 @@ bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
     }
     const Matrix12d inner = Matrix12d::Identity() + l.transpose() * batch.information * l;
     const Eigen::LLT<Matrix12d> posterior(inner);
-    if (!batch.gradient.allFinite() || posterior.info() != Eigen::Success) break;
+    if (!inner.allFinite() || posterior.info() != Eigen::Success) return false;
     // From the prior's mean, which lies d away from where the batch was linearised.
     const Vector12d d = difference(motion_, prior);
     const Vector12d step =
         d + l * posterior.solve(l.transpose() * (batch.gradient - batch.information * d));
+    if (!step.allFinite()) return false;
     motion_ = perturbed(motion_, step);
     const Matrix12d root = posterior.matrixL().solve(Matrix12d(l.transpose()));
     set_covariance(root.transpose() * root);

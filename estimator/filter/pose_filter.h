@@ -40,11 +40,10 @@ class PoseFilter final : public TargetTracker {
   Pose predict(std::int64_t utime) const override;
   Matrix6d predicted_covariance(std::int64_t utime) const override;
   Matrix6d predicted_velocity_covariance(std::int64_t utime) const override;
-  void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
-  void update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion& motion,
+  bool update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
+  bool update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion& motion,
               std::int64_t utime) override;
   /// A batch whose reference time is before the last measurement is moved to it.
-  /// @return true.
   bool update(const InformationSource& returns, std::int64_t utime) override;
   void carry(const SensorMotion& sensor, std::int64_t until) override;
 
@@ -60,6 +59,7 @@ class PoseFilter final : public TargetTracker {
   Matrix12d covariance_at(std::int64_t utime) const;
   void advance(std::int64_t utime);
   double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
+  bool correct(const InformationSource& returns, double late);
   void set_covariance(const Matrix12d& covariance);
   void accelerate(const SensorMotion& sensor, double dt);
 

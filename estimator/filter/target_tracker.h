@@ -36,15 +36,18 @@ class TargetTracker {
   /// Of velocity() then.
   virtual Matrix6d predicted_velocity_covariance(std::int64_t utime) const = 0;
   /// Takes a measured pose in. A measurement no later than the last only corrects the pose.
-  virtual void update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) = 0;
-  /// The same where it is known what the returns say of the velocity, too.
-  virtual void update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion&,
-                      std::int64_t utime) {
-    update(measured, covariance, utime);
+  /// @return false, and nothing has changed, when the pose is not finite, its covariance is none,
+  /// or the filter's own has become singular.
+  [[nodiscard]] virtual bool update(const Pose& measured, const Matrix6d& covariance,
+                                    std::int64_t utime) = 0;
+  /// The same where the returns' information on the velocity is known, too.
+  [[nodiscard]] virtual bool update(const Pose& measured, const Matrix6d& covariance,
+                                    const MeasuredMotion&, std::int64_t utime) {
+    return update(measured, covariance, utime);
   }
-  /// Takes in what returns say of the whole motion, pose and velocity. @return false, and nothing
-  /// has changed, for a tracker that can only take poses.
-  virtual bool update(const InformationSource&, std::int64_t) { return false; }
+  /// Takes in the returns' information on the whole motion, pose and velocity. @return false, and
+  /// nothing has changed, also for a tracker that can only take poses.
+  [[nodiscard]] virtual bool update(const InformationSource&, std::int64_t) { return false; }
   /// Goes on to a time (not beyond the motion's end) as the sensor itself has moved. For a tracker
   /// that knows no such input nothing changes.
   virtual void carry(const SensorMotion&, std::int64_t) {}

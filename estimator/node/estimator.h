@@ -157,6 +157,8 @@ class Estimator {
   void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
   void start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime);
   void forget_target();
+  static constexpr char not_filtered[] =
+      "the filter could not take the measured pose in: not finite, or a singular covariance";
   static double largest_sigma(const Matrix3d& covariance);
   static Matrix6d resumed_covariance();
   FieldOfView field_of_view() const;

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <berth/event_t.hpp>
 #include <cmath>
+#include <limits>
 
+#include "common/core/covariance.h"
 #include "common/core/text.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
+#include "lcmtypes/good_estimate.h"
 
 namespace berth::estimator {
 
@@ -64,6 +67,12 @@ void Estimator::process(const Bundle& b) {
     estimate.reason = mode_reason_;
     fill_filtered(estimate);
   }
+  if (const std::string defect = estimate_defect(estimate);
+      estimate.status == pose_estimate_t::OK && !defect.empty()) {
+    estimate.status = pose_estimate_t::LOST;
+    estimate.reason = "the estimate is not usable: " + defect;
+    count_failure(estimate.reason);
+  }
   if (estimate.status != pose_estimate_t::OK && !b.reason.empty()) {
     estimate.reason += "; the scan: " + b.reason;
   }
@@ -117,6 +126,11 @@ TrackingResult Estimator::measure(const CleanScan& scan, const Prediction& predi
     }
   }
   tell_noise();
+  const std::string defect = measured.ok ? covariance_defect(measured.covariance) : "";
+  if (!defect.empty()) {
+    measured.ok = false;
+    measured.reason = "the covariance of the measured pose " + defect;
+  }
   return measured;
 }
 
@@ -145,10 +159,11 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
   TrackingResult measured =
       measure(scan, {tracker_->predict(utime), tracker_->predicted_covariance(utime),
                      tracker_->velocity(), tracker_->predicted_velocity_covariance(utime)});
-  if (measured.ok && measured.motion) {
-    tracker_->update(measured.pose, measured.covariance, *measured.motion, utime);
-  } else if (measured.ok) {
-    tracker_->update(measured.pose, measured.covariance, utime);
+  if (measured.ok) {
+    measured.ok = measured.motion ? tracker_->update(measured.pose, measured.covariance,
+                                                     *measured.motion, utime)
+                                  : tracker_->update(measured.pose, measured.covariance, utime);
+    if (!measured.ok) measured.reason = not_filtered;
   }
   // The estimates given while the scan ran are not followed by one of an earlier time.
   if (streams()) {
@@ -175,7 +190,9 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
   durations.track = setup_.stopwatch() - start;
 }
 
+/// Infinite where nothing is known.
 double Estimator::largest_sigma(const Matrix3d& covariance) {
+  if (!is_covariance(covariance)) return std::numeric_limits<double>::infinity();
   return std::sqrt(covariance.diagonal().maxCoeff());
 }
 

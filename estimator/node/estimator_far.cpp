@@ -64,7 +64,12 @@ void Estimator::track_far(const CleanScan& scan, pose_estimate_t& estimate, Dura
   if (largest_sigma(predicted.covariance.bottomRightCorner<3, 3>()) > known_attitude_sigma_rad) {
     predicted.pose.rotation = far_attitude_;
   }
-  const LongRangeFix far = long_range_->track(scan, predicted);
+  LongRangeFix far = long_range_->track(scan, predicted);
+  const Pose position_only{far.pose.position, tracker_->predict(estimate.utime).rotation};
+  if (far.ok && !tracker_->update(position_only, far.covariance, estimate.utime)) {
+    far.ok = false;
+    far.reason = not_filtered;
+  }
   if (!far.ok) {
     estimate.method = "centroid";
     estimate.status = pose_estimate_t::LOST;
@@ -73,8 +78,6 @@ void Estimator::track_far(const CleanScan& scan, pose_estimate_t& estimate, Dura
     count_failure(far.reason);
     return;
   }
-  const Pose position_only{far.pose.position, tracker_->predict(estimate.utime).rotation};
-  tracker_->update(position_only, far.covariance, estimate.utime);
   if (within_reach_) {
     const std::int64_t start = setup_.stopwatch();
     const Velocity velocity{tracker_->velocity().linear, Vector3d::Zero()};

@@ -6,6 +6,7 @@
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
 #include "estimator/tracking/beam_information.h"
+#include "lcmtypes/good_estimate.h"
 
 namespace berth::estimator {
 
@@ -70,6 +71,10 @@ void Estimator::use_batch(Stream& stream) {
   estimate.method = "stream";
   estimate.status = pose_estimate_t::OK;
   fill_filtered(*stream.tracker, estimate);
+  if (!is_good(estimate)) {
+    stream.doubtful = true;
+    return;
+  }
   TrackingResult measured;  // these few returns alone measure nothing
   measured.pose = stream.tracker->pose();
   measured.used = said.used;

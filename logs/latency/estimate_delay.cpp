@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/covariance.h"
 #include "common/core/text.h"
 #include "logs/measure/truth_velocity.h"
 
@@ -123,13 +124,12 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
   for (const Place& p : places) {
     const bool measured = which == EstimatePose::measured;
     if (measured && !p.before) continue;
-    const Eigen::LLT<Matrix6d> factor(p.estimate.covariance);
-    if (!p.estimate.covariance.allFinite() || factor.info() != Eigen::Success) continue;
+    if (!is_covariance(p.estimate.covariance)) continue;
     DelaySample sample;
     sample.utime = p.estimate.utime;
     sample.error = difference(p.truth.pose, pose_of(p.estimate, which));
     sample.rate << p.truth.velocity.linear, p.truth.velocity.angular;
-    sample.information = factor.solve(Matrix6d::Identity());
+    sample.information = p.estimate.covariance.llt().solve(Matrix6d::Identity());
     sample.nuisances = truths_design(p.truth.pose, middle);
     if (measured) add_estimators(p, sample);
     samples.push_back(sample);

@@ -3,6 +3,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
+#include "common/core/covariance.h"
 #include "common/core/nan.h"
 #include "common/core/text.h"
 #include "logs/measure/series.h"
@@ -11,13 +12,13 @@ namespace berth::logs {
 namespace {
 
 /// Normalised estimation error squared, against the estimate's and truth's covariance together.
-/// NaN when they are not positive definite. Where truth's part of their sum is the share s, an
+/// NaN when the estimate has no covariance. Where truth's part of their sum is the share s, an
 /// estimate's covariance that is wrong by a factor shows only in the rest: truth's covariance,
 /// known to half of itself at best, leaves 6 s / 2 in doubt.
 Uncertain nees(const ComparedEstimate& c) {
   const Matrix6d sum = c.estimate.covariance + c.truth.covariance;
+  if (!is_covariance(c.estimate.covariance) || !is_covariance(sum)) return {nan, 0};
   const Eigen::LLT<Matrix6d> factor(sum);
-  if (!sum.allFinite() || factor.info() != Eigen::Success) return {nan, 0};
   const double of_truth = factor.solve(c.truth.covariance).trace();
   return {factor.matrixL().solve(c.error).squaredNorm(), of_truth / 2};
 }
@@ -92,8 +93,8 @@ enum class Wrong { no, perhaps, yes };
 Wrong part_is_wrong(const Vector3d& error, const Matrix3d& own, const Matrix3d& truth,
                     double counts) {
   const Uncertain size = length_of(error, truth);
+  if (!is_covariance(own)) return size.value > counts ? Wrong::yes : Wrong::no;
   const Eigen::LLT<Matrix3d> factor(own + truth);
-  if (factor.info() != Eigen::Success) return size.value > counts ? Wrong::yes : Wrong::no;
   const double sigmas = factor.matrixL().solve(error).norm();
   if (sigmas <= 5 || size.value + 2 * size.truth_sigma <= counts) return Wrong::no;
   return size.value - 2 * size.truth_sigma > counts ? Wrong::yes : Wrong::perhaps;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/covariance.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
@@ -30,9 +31,8 @@ Mount mount_of(const Measurer& measurer, const Phase& phase) {
   std::vector<const ComparedEstimate*> at_rest;
   for (const ComparedEstimate& c : measurer.compared()) {
     if (!phase.contains(c.estimate.utime) || !rests(c)) continue;
-    const Eigen::LLT<Matrix6d> factor(c.estimate.covariance);
-    if (!c.estimate.covariance.allFinite() || factor.info() != Eigen::Success) continue;
-    const Matrix6d weight = factor.solve(Matrix6d::Identity());
+    if (!is_covariance(c.estimate.covariance)) continue;
+    const Matrix6d weight = c.estimate.covariance.llt().solve(Matrix6d::Identity());
     information += weight;
     weighted += weight * c.error;
     of_truth += c.truth.covariance;

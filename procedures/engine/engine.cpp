@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/bus/bus.h"
+#include "lcmtypes/good_estimate.h"
 
 namespace berth::procedures {
 namespace {
@@ -145,7 +146,7 @@ void Engine::on(const ground_truth_t& message) {
 void Engine::on(const pose_estimate_t& message, Utime now) {
   record_.add(message);
   bench_.live.on(message, now);
-  if (message.status == pose_estimate_t::OK) {
+  if (is_good(message)) {
     last_good_estimate_ = now;
     if (std::exchange(lost_, false)) tracking_expected_ = true;
   }

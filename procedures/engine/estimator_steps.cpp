@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "lcmtypes/good_estimate.h"
 #include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
@@ -9,8 +10,10 @@ namespace {
 
 std::string why_not_good(const Live& live) {
   const auto& estimate = live.estimate();
-  const bool why = estimate && estimate->status != pose_estimate_t::OK && !estimate->reason.empty();
-  return why ? ": " + estimate->reason : "";
+  if (!estimate) return "";
+  const std::string why =
+      estimate->status == pose_estimate_t::OK ? estimate_defect(*estimate) : estimate->reason;
+  return why.empty() ? "" : ": " + why;
 }
 
 estimator_command_t command_of(std::int8_t what) {
@@ -30,7 +33,7 @@ class TrackingRunner final : public StepRunner {
 
   void on_estimate(const Bench& bench, const pose_estimate_t& estimate) override {
     if (estimate.command_seq != bench.estimator.seq()) return;
-    if (estimate.status == pose_estimate_t::OK) {
+    if (is_good(estimate)) {
       ++good_;
     } else {
       good_ = 0;
@@ -112,7 +115,7 @@ class DwellRunner final : public StepRunner {
   void on_estimate(const Bench&, const pose_estimate_t& estimate) override {
     const Utime begun =
         estimate.utime_first_return != 0 ? estimate.utime_first_return : estimate.utime;
-    if (estimate.status == pose_estimate_t::OK && begun >= from_) ++good_;
+    if (is_good(estimate) && begun >= from_) ++good_;
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/live.h"
 
+#include "lcmtypes/good_estimate.h"
+
 namespace berth::procedures {
 
 void Live::begin_phase(Utime now) {
@@ -10,7 +12,7 @@ void Live::begin_phase(Utime now) {
 
 void Live::on(const pose_estimate_t& message, Utime now) {
   estimate_ = message;
-  if (message.status != pose_estimate_t::OK) return;
+  if (!is_good(message)) return;
   last_good_ = now;
   ++good_estimates_;
   constexpr std::size_t most_waiting = 100;

@@ -6,6 +6,7 @@
 
 #include "common/core/nan.h"
 #include "common/core/text.h"
+#include "lcmtypes/good_estimate.h"
 #include "procedures/engine/live.h"
 
 namespace berth::procedures {
@@ -16,9 +17,7 @@ constexpr double mm = 1e-3;
 
 double age(const Live& live, Utime since) { return since == 0 ? nan : seconds(live.now() - since); }
 
-bool estimated(const Live& live) {
-  return live.estimate() && live.estimate()->status == pose_estimate_t::OK;
-}
+bool estimated(const Live& live) { return live.estimate() && is_good(*live.estimate()); }
 
 double length_of(const double* vector) { return Vector3d::Map(vector).norm(); }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "app/runs/manifest.h"
@@ -82,6 +83,20 @@ void write_log(const RunFiles& files, const std::string& procedure) {
 }
 
 }  // namespace
+
+TEST_CASE("one command at a time in a directory; the second says who is at work there") {
+  const TemporaryDirectory directory;
+  const fs::path place = directory / "campaign";
+  {
+    const DirectoryLock lock(place);
+    CHECK_THROWS_WITH(DirectoryLock(place),
+                      Catch::Matchers::Contains(place.string() + ": another berth is at work") &&
+                          Catch::Matchers::Contains("process " + std::to_string(getpid())));
+  }
+  const DirectoryLock again(place);
+  write_checksums(place);  // the lock is no part of what is kept
+  CHECK(read_file(place / "SHA256SUMS").empty());
+}
 
 TEST_CASE("a file is put in its place whole") {
   const TemporaryDirectory folder;
@@ -204,6 +219,23 @@ TEST_CASE("runs are listed with outcome and worst margin, broken ones with the r
   CHECK(find_run((folder / "1_approach").string(), folder.path()) == folder / "1_approach");
   CHECK_THROWS_AS(find_run("approach", folder.path()), InputError);
   CHECK_THROWS_AS(find_run("nothing", folder.path()), InputError);
+}
+
+TEST_CASE("what cannot be looked into spoils neither the list of runs nor what became of one") {
+  const TemporaryDirectory folder;
+  setenv("XDG_RUNTIME_DIR", (folder / "runtime").c_str(), 1);
+  make_run(folder.path(), "1_approach", "PASS");
+  fs::create_symlink("loop", folder / "loop");  // as another user's folder: cannot be looked into
+  REQUIRE(list_runs(folder.path()).size() == 1);
+  CHECK(find_run("last", folder.path()).filename() == "1_approach");
+
+  // No list of what runs, no folder for one.
+  const char* given = getenv("TMPDIR");
+  const std::string before = given == nullptr ? "/tmp" : given;
+  unsetenv("XDG_RUNTIME_DIR");
+  setenv("TMPDIR", (folder / "nowhere").c_str(), 1);
+  CHECK(state_text(list_runs(folder.path()).front()) == "PASS");
+  setenv("TMPDIR", before.c_str(), 1);
 }
 
 TEST_CASE("of several runs the worst counts, whichever came first") {

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <utility>
 
+#include "common/core/child_process.h"
+#include "common/core/error.h"
 #include "test/benchmarks/table.h"
 
 namespace berth::benchmark {
@@ -26,10 +28,11 @@ std::string short_number(double value) {
 }
 
 bool run_gnuplot(const std::string& script) {
-  std::FILE* pipe = popen("gnuplot", "w");
-  if (pipe == nullptr) return false;
-  const bool written = std::fwrite(script.data(), 1, script.size(), pipe) == script.size();
-  return pclose(pipe) == 0 && written;
+  try {
+    return feed_program({"gnuplot"}, script, {}).ok();
+  } catch (const InputError&) {  // it is not there
+    return false;
+  }
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/campaigns/runner.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -104,6 +106,8 @@ TEST_CASE("a trial that crashes costs that trial, not the campaign") {
   CHECK(results[9].outcome == Outcome::crashed);
   CHECK(results[9].seed == trial_of(campaign.manifest(), 9).seed);
   CHECK(results[13].failure == "SIGABRT");
+  CHECK(results[30].failure == "exit code 1");
+  CHECK(results[30].error == "the worker ended with exit code 1");
   std::istringstream lines(undisturbed(1));
   std::string line;
   for (std::size_t i = 0; std::getline(lines, line); ++i) {
@@ -137,6 +141,22 @@ TEST_CASE("a worker that is killed is replaced, and no trial is lost") {
   CHECK(lines_in(ran) == 61);
   CHECK(merge(campaign).complete());
   CHECK(read_file(campaign.trials_file()) == undisturbed(1));
+}
+
+TEST_CASE("a block that another process is at work on is not begun, and stays as it is") {
+  const TemporaryDirectory directory;
+  const Campaign campaign = Campaign::create(manifest(), directory / "c", 0);
+  const Block first = campaign.missing_blocks().front();
+  const fs::path file = campaign.started_file(first);
+  const int other = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  REQUIRE(flock(other, LOCK_EX | LOCK_NB) == 0);
+  REQUIRE(write(other, "half a li", 9) == 9);
+  CHECK_THROWS_WITH(run_blocks(campaign, {first}, options_with(1)),
+                    Catch::Matchers::Contains("another berth is at work on these trials"));
+  CHECK(read_file(file) == "half a li");
+  close(other);
+  run_blocks(campaign, {first}, options_with(1));
+  CHECK(fs::exists(campaign.block_file(first)));
 }
 
 TEST_CASE("what is killed with its workers goes on where it was") {

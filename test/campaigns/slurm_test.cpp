@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "app/program_output.h"
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "test/campaigns/made_campaign.h"
@@ -107,7 +107,7 @@ TEST_CASE("a task's script runs its line's blocks and leaves its exit code, what
   options.before = "echo loaded";
   write_file(folder.script(), task_script(campaign, folder, options, program));
   const auto output = run_program({"env", "SLURM_ARRAY_TASK_ID=1", "sh", folder.script().string()});
-  CHECK(output.exit_code == 7);
+  CHECK(output.end.code() == 7);
   CHECK(output.text.find("loaded\n") == 0);
   CHECK(output.text.find("<campaign>\n<block>\n<" + campaign.directory().string() +
                          ">\n<5>\n<--count>\n<1>\n<--jobs>\n<1>\n") != std::string::npos);
@@ -118,8 +118,10 @@ TEST_CASE("a program's output, both streams, its exit code and its absence") {
   const auto output = run_program({"sh", "-c", "echo out; echo err >&2; exit 3"});
   CHECK(output.text == "out\n");
   CHECK(output.errors == "err\n");
-  CHECK(output.exit_code == 3);
-  CHECK(run_program({"sh", "-c", "kill -9 $$"}).exit_code == 137);
+  CHECK(output.end.code() == 3);
+  const ProcessEnd killed = run_program({"sh", "-c", "kill -9 $$"}).end;
+  CHECK(killed.code() == 137);
+  CHECK(killed.text() == "died of SIGKILL (Killed)");
   const auto long_one = run_program({"sh", "-c", "head -c 300000 /dev/zero >&2; echo end"});
   CHECK(long_one.errors.size() == 300000);
   CHECK(long_one.text == "end\n");

@@ -196,12 +196,35 @@ TEST_CASE("with a token only its bearer is served") {
   // A browser: the address once, from then on its cookie.
   const WebResponse first = WebClient(port).get("/?token=" + rig.options.token);
   CHECK(first.status == 303);
-  CHECK(first.fields.at("location") == "/");
+  CHECK(first.fields.at("location") == "./");
   const std::string cookie = first.fields.at("set-cookie");
   CHECK_THAT(cookie, Contains("HttpOnly") && Contains("SameSite=Strict"));
   const std::string back = "Cookie: other=1; " + cookie.substr(0, cookie.find(';')) + "\r\n";
   CHECK(WebClient(port).get("/", back).status == 200);
   CHECK(WebClient(port).upgrade(back) == 101);
+}
+
+TEST_CASE("two consoles that have one port at two addresses each tell their own address") {
+  Rig one;
+  Rig other;
+  other.options.address = "127.0.0.2";
+  const auto port = one.start();
+  other.options.port = port;
+  other.start();
+  CHECK(one.server->url() == "http://127.0.0.1:" + std::to_string(port) + "/");
+  CHECK(other.server->url() == "http://127.0.0.2:" + std::to_string(port) + "/");
+  Rig third;  // at an address that is taken: the next port, and that is what it tells
+  third.options.port = port;
+  third.options.ports_to_try = 200;
+  CHECK(third.start() != port);
+  CHECK_THAT(third.server->url(), Contains(":" + std::to_string(third.port()) + "/"));
+}
+
+TEST_CASE("behind a proxy that speaks TLS the page's own connection is taken, another's is not") {
+  Rig rig;
+  const std::string origin = "Origin: https://";
+  CHECK(WebClient(rig.port()).upgrade(origin + "localhost\r\n") == 101);
+  CHECK(WebClient(rig.port()).upgrade(origin + "evil.example\r\n") == 403);
 }
 
 TEST_CASE("another host needs token and TLS; the certificate made for it is believed") {

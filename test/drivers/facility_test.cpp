@@ -149,6 +149,48 @@ TEST_CASE("a PLC that does not answer is not taken for a closed chain") {
   f.simulation.run_for(3 * second);
   CHECK(f.state.valid);
   CHECK(f.state.estop_chain_closed);
+  CHECK_FALSE(f.saw("estop"));
+}
+
+TEST_CASE("a chain opened or closed while the PLC was not seen gives its event when it is seen") {
+  Facility f;
+  const auto unseen = [&](const std::function<void()>& meanwhile) {
+    f.plc->server().faults().silent = true;
+    f.simulation.run_for(500 * millisecond);
+    REQUIRE_FALSE(f.state.valid);
+    meanwhile();
+    f.plc->server().faults().silent = false;
+    f.codes.clear();
+    f.simulation.run_for(3 * second);
+    REQUIRE(f.state.valid);
+  };
+  unseen([&] { f.plc->press_estop(true); });
+  CHECK(f.saw("estop"));
+  CHECK_FALSE(f.saw("motion-disabled"));
+  unseen([] {});
+  CHECK_FALSE(f.saw("estop"));  // once
+  unseen([&] {
+    f.plc->press_estop(false);
+    f.plc->open_fence(true);
+  });
+  CHECK(f.saw("estop-released"));
+  CHECK(f.saw("fence-open"));
+  unseen([&] { f.plc->open_fence(false); });
+  CHECK(f.saw("fence-closed"));
+}
+
+TEST_CASE("a chain that is open when the PLC is first seen gives its event") {
+  Facility f;
+  f.plc->press_estop(true);
+  f.node.reset();
+  f.codes.clear();
+  PlcDevice device = load_devices("config").plc;
+  device.address = "plc:502";
+  f.node.emplace(NodeSetup{"facility-driver", 7, ""}, device,
+                 PlcMap::load("config/registers/plc.yaml"), f.simulation.make_bus(),
+                 f.simulation.make_loop());
+  f.simulation.run_for(500 * millisecond);
+  CHECK(f.saw("estop"));
 }
 
 }  // namespace

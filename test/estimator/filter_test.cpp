@@ -2,8 +2,11 @@
 // The Kalman filter on SE(3): what it says of itself is true.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <limits>
+#include <memory>
 
 #include "common/core/random.h"
+#include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
 #include "test/catch.h"
 #include "test/estimator/noisy_poses.h"
@@ -82,7 +85,7 @@ TEST_CASE("On a straight line the filter is the least-squares line through the m
     if (i == 0) {
       filter.start(seen, noise(), 0, {}, speed_variance(100, 100));
     } else {
-      filter.update(seen, noise(), static_cast<std::int64_t>(1e6 * step * i));
+      REQUIRE(filter.update(seen, noise(), static_cast<std::int64_t>(1e6 * step * i)));
     }
   }
   const Eigen::Matrix2d normal = a.transpose() * a;
@@ -117,7 +120,7 @@ TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity
         v.linear += random.normal_vector(acceleration * std::sqrt(dt));
         v.angular += random.normal_vector(acceleration * std::sqrt(dt));
       }
-      filter.update(measured(truth, random), noise(), i * 500000);
+      REQUIRE(filter.update(measured(truth, random), noise(), i * 500000));
     }
     const Matrix12d& p = filter.full_covariance();
     const Vector12d e = error_of(filter, truth, v);
@@ -192,7 +195,7 @@ TEST_CASE("What a scan measured of pose and velocity counts as its returns do") 
   const Sightings batch = sightings(truth, start_velocity, 60, random);
   by_returns.update([&](const Motion& m) { return batch.about(m); }, 500000);
   const Motion about{perturbed(truth, Vector6d::Constant(1e-3)), {}};
-  by_measurement.update(truth, noise(), {about, batch.about(about)}, 500000);
+  CHECK(by_measurement.update(truth, noise(), {about, batch.about(about)}, 500000));
   CHECK(distance(by_returns.pose(), by_measurement.pose()) < 1e-5);
   CHECK((by_returns.velocity().angular - by_measurement.velocity().angular).norm() < 1e-4);
   CHECK(by_returns.full_covariance().isApprox(by_measurement.full_covariance(), 1e-2));
@@ -201,8 +204,8 @@ TEST_CASE("What a scan measured of pose and velocity counts as its returns do") 
 TEST_CASE("A measurement of an earlier time corrects the pose of now") {
   PoseFilter filter({});
   filter.start(start_pose, noise(), 0, start_velocity, speed_variance(1e-4, 1e-4));
-  filter.update(moved(start_pose, start_velocity, 1), noise(), 1000000);
-  filter.update(moved(start_pose, start_velocity, 0.5), noise(), 500000);
+  CHECK(filter.update(moved(start_pose, start_velocity, 1), noise(), 1000000));
+  CHECK(filter.update(moved(start_pose, start_velocity, 0.5), noise(), 500000));
   CHECK(filter.utime() == 1000000);
   CHECK(distance(filter.pose(), moved(start_pose, start_velocity, 1)) < 1e-4);
 }
@@ -213,7 +216,7 @@ TEST_CASE("A turning target is followed across every angle") {
   filter.start(start_pose, noise(), 0);
   for (int i = 1; i <= 140; ++i) {
     const Pose truth = moved(start_pose, spin, 0.5 * i);
-    filter.update(truth, noise(), i * 500000);
+    REQUIRE(filter.update(truth, noise(), i * 500000));
     if (i > 3) REQUIRE(angle_between(filter.pose(), truth) < 2e-3);
   }
 }
@@ -282,4 +285,53 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
   CHECK(angle_between(coarse, seen(2)) < 1e-4);
   // What is left is the intervals' length.
   CHECK(distance(fine, seen(2)) < distance(coarse, seen(2)) / 3);
+}
+
+TEST_CASE("A filter that cannot take a measurement says so, and nothing of it has changed") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto kind = GENERATE(std::string("Kalman"), std::string("alpha-beta"));
+  std::unique_ptr<TargetTracker> filter;
+  if (kind == "Kalman") filter = std::make_unique<PoseFilter>(PoseFilterOptions{});
+  if (kind == "alpha-beta") filter = std::make_unique<AlphaBetaTracker>(AlphaBetaOptions{});
+  filter->start(start_pose, noise(), 0, start_velocity, speed_variance(0.01, 0.01));
+  CHECK(filter->update(start_pose, noise(), 100000));
+  const Matrix6d covariance = filter->covariance();
+  const Pose pose = filter->pose();
+  const auto refused = [&](const Pose& measured, const Matrix6d& of_it) {
+    CHECK_FALSE(filter->update(measured, of_it, 500000));
+    CHECK(filter->utime() == 100000);
+    CHECK(distance(filter->pose(), pose) == 0);
+    CHECK(filter->covariance() == covariance);
+    CHECK(filter->velocity().linear == filter->velocity().linear);
+  };
+  Pose nowhere = start_pose;
+  nowhere.position.x() = nan;
+  refused(nowhere, noise());
+  Matrix6d none = noise();
+  none(4, 4) = nan;
+  refused(start_pose, none);
+  none(4, 4) = -1e-6;
+  refused(start_pose, none);
+  none = noise();
+  none(0, 1) = none(1, 0) = 2 * none(0, 0);
+  refused(start_pose, none);
+  refused(start_pose, Matrix6d::Zero());
+}
+
+TEST_CASE("Returns whose information is not finite or not positive leave the Kalman filter alone") {
+  PoseFilter filter({});
+  filter.start(start_pose, noise(), 0, start_velocity, speed_variance(0.01, 0.01));
+  const Matrix12d covariance = filter.full_covariance();
+  MotionInformation bad;
+  SECTION("a gradient that is not a number") {
+    bad.gradient[2] = std::numeric_limits<double>::quiet_NaN();
+  }
+  SECTION("information that is not a number") {
+    bad.information(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  }
+  SECTION("negative information") { bad.information.diagonal().setConstant(-1e9); }
+  CHECK_FALSE(filter.update([&](const Motion&) { return bad; }, 500000));
+  CHECK(filter.utime() == 0);
+  CHECK(distance(filter.pose(), start_pose) == 0);
+  CHECK(filter.full_covariance() == covariance);
 }

@@ -133,6 +133,16 @@ TEST_CASE("an estimator that loses the target fails the run") {
   CHECK(bench.told_testbed(testbed_command_t::STOP));
 }
 
+TEST_CASE("an estimate that says ok without a covariance is no good estimate") {
+  fake::Script script;
+  script.move_takes_s = 20;
+  script.certain_from_s = 30;  // on approach
+  EngineBench bench(script, std::string(script_text) + "lost_for: 5 s\n");
+  CHECK(bench.run() == procedure_state_t::FAIL);
+  CHECK(bench.node->state().reason.find(
+            "the estimator lost the target: no good estimate for 5 s") == 0);
+}
+
 TEST_CASE("a rig at fault is an error and no failed test") {
   fake::Script script;
   std::string reason;

@@ -30,12 +30,13 @@ struct Script {
   double ready_after_s = 0.5;
   double position_error_m = 4e-3;  ///< of every estimate
   double acquire_takes_s = 2;
-  double lost_from_s = -1;   ///< no good estimate from then on
-  double seen_again_s = -1;  ///< until then; never: the target stays lost
-  int late_refusals = 0;     ///< of estimator commands
-  int commands_lost = 0;     ///< of the testbed's, on the way
-  std::string refuse_moves;  ///< reason
-  std::string other_holder;  ///< of the lease
+  double lost_from_s = -1;     ///< no good estimate from then on
+  double certain_from_s = -1;  ///< estimates say ok, their covariances are zero
+  double seen_again_s = -1;    ///< until then; never: the target stays lost
+  int late_refusals = 0;       ///< of estimator commands
+  int commands_lost = 0;       ///< of the testbed's, on the way
+  std::string refuse_moves;    ///< reason
+  std::string other_holder;    ///< of the lease
   double testbed_fault_from_s = -1;
   double lease_lost_from_s = -1;
   double estimator_fault_from_s = -1;
@@ -272,6 +273,7 @@ class Estimator final : public Clocked {
     message.command_seq = state_.command_seq;
     message.scan_id = state_.scan_id;
     if (status != pose_estimate_t::OK) message.reason = "made so";
+    if (since(script_.certain_from_s)) Matrix6d::Map(message.covariance).setZero();
     bus().publish(channels::pose_estimate, message);
   }
 

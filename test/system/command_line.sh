@@ -79,3 +79,22 @@ expect 0 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer cle
 expect 1 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer clear=no
 expect 2 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml"
 says "TIMEOUT"
+
+# ./berth says at once that another one builds in the same folder, then goes on.
+tree=$work/tree
+mkdir -p "$tree/cmake/packages" "$tree/build/release/bin" "$work/path"
+cp berth "$tree/"
+touch "$tree/cmake/packages/run" "$tree/cmake/packages/build" "$tree/build/release/build.ninja"
+printf '#!/bin/sh\n' >"$work/path/ninja"
+printf '#!/bin/sh\necho built "$@"\n' >"$tree/build/release/bin/berth"
+chmod +x "$work/path/ninja" "$tree/build/release/bin/berth"
+exec 8>>"$tree/build/release/.lock"
+flock 8
+echo 4711 >"$tree/build/release/.lock"
+PATH=$work/path:$PATH "$tree/berth" check >"$work/out.txt" 2>&1 8>&- &
+waiting=$!
+for _ in $(seq 100); do grep -q waiting "$work/out.txt" && break; sleep 0.1; done
+says "waiting for another build in this folder (process 4711) to end"
+exec 8>&-
+wait $waiting || fail "./berth did not go on"
+says "built check"

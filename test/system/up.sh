@@ -4,7 +4,7 @@
 . "$(dirname "$0")/common.sh"
 
 expect 0 "$bin/berth" up --layout free --detach --out "$work/runs" --lcm-url "$url"
-says "console http://localhost:"
+says "console http://127.0.0.1:"
 
 # A console that dies is started again; the cell does not care.
 console() { pgrep -f "berth-console --run $work/runs"; }

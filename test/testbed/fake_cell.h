@@ -174,6 +174,7 @@ class FakeEstimator final : public Node {
   std::int8_t status = pose_estimate_t::OK;
   Vector6d offset = Vector6d::Zero();
   double noise = 0.002;
+  double variance = 4e-6;  // m^2 and rad^2, claimed
 
  private:
   void publish_now() {
@@ -190,6 +191,7 @@ class FakeEstimator final : public Node {
     for (int i = 0; i < 3; ++i) message.position_m[i] = pose.position[i];
     message.q_wxyz[0] = pose.rotation.w();
     for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
+    for (int i = 0; i < 6; ++i) message.covariance[7 * i] = variance;
     bus().publish(channels::pose_estimate, message);
   }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/safety/following_watch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "common/bus/loop.h"
 #include "test/catch.h"
@@ -19,7 +21,7 @@ struct Follower {
   /// Joints told at t: all but the last swing, each in its own time, none faster than `speed`.
   Joints told(Utime t) const {
     Joints joints{};
-    const double s = seconds(std::max<Utime>(0, t - start - second));
+    const double s = phase_at(t);
     for (std::size_t i = 0; i < 5; ++i) {
       const double rate = 0.5 + 0.15 * static_cast<double>(i);
       joints[i] = speed / rate * (1 - std::cos(rate * s));
@@ -27,8 +29,18 @@ struct Follower {
     return joints;
   }
 
+  /// How long the motion has gone on, s: it stops and starts within half a second.
+  double phase_at(Utime t) const {
+    const Utime at = std::max<Utime>(0, t - start) / step;
+    return at < Utime(phases.size()) ? phases[static_cast<std::size_t>(at)] : phases.back();
+  }
+
   std::optional<Contradiction> tick(Utime t) {
     now = t;
+    const double change = 2 * seconds(step);
+    pace += std::clamp((t < start + second || rests ? 0.0 : 1.0) - pace, -change, change);
+    phases.push_back((phases.empty() ? 0 : phases.back()) + pace * seconds(step));
+    dead_time += static_cast<Utime>(std::llround(dead_time_rate * static_cast<double>(step)));
     if (t % 16000 < step) commands.add(t, {told(t), {}});
     if (t % 8000 >= step) return std::nullopt;
     Joints reported = told(t - dead_time);
@@ -53,6 +65,10 @@ struct Follower {
   double speed;
   Utime dead_time = 150 * millisecond;
   double astray = 0;
+  bool rests = false;
+  double dead_time_rate = 0;  // by which the dead time grows, s a second
+  double pace = 0;
+  std::vector<double> phases;  // one a step
   Utime now = start;
 };
 
@@ -100,6 +116,37 @@ TEST_CASE("a dead time that grows in the midst of a motion is not following") {
   arm.watch.begin();
   CHECK_FALSE(arm.go(4));
   CHECK(std::abs(arm.watch.dead_time().best - arm.dead_time) <= 10000);
+}
+
+TEST_CASE("a dead time that changes over seconds, or at rest, is followed") {
+  Follower arm(radians(20));
+  REQUIRE_FALSE(arm.go(20));
+  SECTION("as a controller comes under load: within ten seconds, and back") {
+    for (const double rate : {0.015, -0.015}) {
+      arm.dead_time_rate = rate;
+      const auto seen = arm.go(10);
+      INFO((seen ? seen->text : "") << ", dead time " << arm.dead_time << " us");
+      CHECK_FALSE(seen);
+      CHECK(std::abs(arm.watch.dead_time().best - arm.dead_time) <= 30000);
+    }
+    CHECK(std::abs(arm.dead_time - 150 * millisecond) < 1000);
+  }
+  SECTION("while the arm rests") {
+    arm.rests = true;
+    REQUIRE_FALSE(arm.go(5));
+    arm.dead_time = GENERATE(60, 240) * millisecond;
+    arm.rests = false;
+    const auto seen = arm.go(5);
+    INFO((seen ? seen->text : ""));
+    CHECK_FALSE(seen);
+    CHECK(std::abs(arm.watch.dead_time().best - arm.dead_time) <= 5000);
+    CHECK(arm.watch.dead_time().longest - arm.watch.dead_time().shortest <= 30000);
+  }
+  // What has changed excuses nothing: an arm that strays is seen as before.
+  REQUIRE_FALSE(arm.go(3));
+  arm.dead_time_rate = 0;
+  CHECK(arm.go(10, radians(1)));
+  CHECK(std::abs(degrees(arm.astray)) < 1.5);
 }
 
 }  // namespace

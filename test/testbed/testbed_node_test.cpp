@@ -383,6 +383,12 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     REQUIRE(cell.finished(seq, 60));
     CHECK(cell.surface_distance() == Approx(4.8).margin(0.01));
   }
+  SECTION("sure of itself without a covariance: held at once") {
+    cell.estimator->variance = GENERATE(std::numeric_limits<double>::quiet_NaN(), 0.0, -1e-6);
+    cell.run_for(2.5);
+    CHECK(cell.state.state == testbed_state_t::HOLDING);
+    CHECK_THAT(cell.state.reason, Contains("its covariance is not"));
+  }
   SECTION("ambiguous: held at once") {
     cell.estimator->status = pose_estimate_t::AMBIGUOUS;
     cell.run_for(2.5);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "lcmtypes/good_estimate.h"
 #include "testbed/guidance/outside.h"
 #include "testbed/node/testbed_node.h"
 
@@ -45,10 +46,9 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   estimate.pose = {
       Vector3d(message.position_m[0], message.position_m[1], message.position_m[2]),
       Quaterniond(message.q_wxyz[0], message.q_wxyz[1], message.q_wxyz[2], message.q_wxyz[3])};
-  if (estimate.usable &&
-      !(estimate.pose.position.allFinite() && std::abs(estimate.pose.rotation.norm() - 1) < 1e-3)) {
+  if (const std::string defect = estimate_defect(message); estimate.usable && !defect.empty()) {
     estimate.usable = false;
-    estimate.status = "not a pose";
+    estimate.status = defect;
   }
   // An attitude that may be anything leads nowhere: only the position is steered by.
   double variance = 0;

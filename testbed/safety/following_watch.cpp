@@ -16,6 +16,8 @@ constexpr std::int64_t delay_step = 5000;
 /// us between two looks at which the delay is learned from, and the most that one counts for.
 constexpr std::int64_t learning_period = 40000;
 constexpr std::int64_t longest_weight = 100000;
+/// s, of the second J.
+constexpr double recent_memory = 1;
 /// s times squared limits: see the class.
 constexpr double significant_misfit = 0.1 * 0.1 * 1.0;
 
@@ -28,6 +30,7 @@ FollowingWatch::FollowingWatch(ArmRole role, const ArmKinematics& arm, const Set
 
 void FollowingWatch::begin() {
   misfit_.assign(static_cast<std::size_t>(settings_.longest_dead_time / delay_step) + 1, 0);
+  recent_ = misfit_;
   dead_time_ = {0, 0, settings_.longest_dead_time};
   learned_ = 0;
 }
@@ -73,6 +76,8 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
 
 void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHistory& commands) {
   const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, longest_weight));
+  const double fading = std::exp(-1e-6 * static_cast<double>(t - learned_) / recent_memory);
+  for (double& misfit : recent_) misfit *= fading;
   learned_ = t;
   const auto newest = commands.at(t);
   const auto oldest = commands.at(t - settings_.longest_dead_time);
@@ -88,8 +93,14 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
       sum += of_limit * of_limit;
     }
     misfit_[i] += weight * sum;
+    recent_[i] += weight * sum;
   }
-  const auto best = std::min_element(misfit_.begin(), misfit_.end());
+  auto best = std::min_element(misfit_.begin(), misfit_.end());
+  const double of_late = recent_[static_cast<std::size_t>(best - misfit_.begin())];
+  if (of_late > *std::min_element(recent_.begin(), recent_.end()) + significant_misfit) {
+    misfit_ = recent_;  // the delay has changed
+    best = std::min_element(misfit_.begin(), misfit_.end());
+  }
   const auto believable = [&](double misfit) { return misfit <= *best + significant_misfit; };
   const auto first = std::find_if(misfit_.begin(), misfit_.end(), believable);
   const auto last = std::prev(std::find_if(misfit_.rbegin(), misfit_.rend(), believable).base());

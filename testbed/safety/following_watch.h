@@ -21,6 +21,12 @@ namespace berth::testbed {
 ///   limit)^2,
 /// is not significantly more than that of the best one: following errors of a tenth of the limit
 /// that last for a second say nothing of the delay.
+///
+/// A delay may change: a controller under load, another route of the network. A second J is of the
+/// last second (exponential weights, of time at rest too). Once the best delay of all is
+/// significantly worse in it than its own best one, what is older is forgotten. So a delay that
+/// changes over seconds, or at rest, is followed; one that jumps in the midst of a motion is not:
+/// until a second has told of it, the arm is not where it should be.
 class FollowingWatch {
  public:
   struct Settings {
@@ -56,6 +62,7 @@ class FollowingWatch {
   const ArmKinematics& arm_;
   Settings settings_;
   std::vector<double> misfit_;  // J of each delay, s
+  std::vector<double> recent_;  // of the last second
   DeadTime dead_time_;
   std::int64_t learned_ = 0;  // when last; 0: not yet
 };

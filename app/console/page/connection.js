@@ -20,9 +20,11 @@ export class Connection {
   }
 
   open() {
-    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+    // Beside the page, which a proxy may serve at a path of its own.
+    const live = new URL('live' + location.search, location.href);
+    live.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
     this.openedAt = performance.now();
-    this.socket = new WebSocket(`${scheme}://${location.host}/live${location.search}`);
+    this.socket = new WebSocket(live.href);
     this.socket.onmessage = (event) => this.receive(event.data);
     this.socket.onclose = () => this.closed();
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The live picture of the cell. Drawn when something has changed, at most once a frame of the
 // screen.
-import * as THREE from '/lib/three/build/three.module.js';
+import * as THREE from './lib/three/build/three.module.js';
 
 import {$, setText} from './dom.js';
 import {Bodies} from './scene_bodies.js';

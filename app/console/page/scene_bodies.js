@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The bodies of the cell: each mesh once from the server, placed by the frame it belongs to.
-import * as THREE from '/lib/three/build/three.module.js';
+import * as THREE from './lib/three/build/three.module.js';
 
 const edgesUpTo = 12000;  // triangles: beyond it lines cost more than they show
 
@@ -11,8 +11,9 @@ function geometryOf(mesh) {
   return geometry;
 }
 
+/// url: from the page's own place, "/mesh/0".
 async function fetchMesh(url) {
-  const answer = await fetch(url);
+  const answer = await fetch(url.replace(/^\//, ''));
   if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
   return geometryOf(await answer.json());
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the cell is looked at from: whole cell, the sensor's eye, from above, from the side; and by
 // hand.
-import * as THREE from '/lib/three/build/three.module.js';
-import {OrbitControls} from '/lib/three/examples/jsm/controls/OrbitControls.js';
+import * as THREE from './lib/three/build/three.module.js';
+import {OrbitControls} from './lib/three/examples/jsm/controls/OrbitControls.js';
 
 const directions = {
   cell: [-0.28, -1, 0.42],

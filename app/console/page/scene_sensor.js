@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the LIDAR sees and looks at, in the sensor frame: field of view, scan windows, returns; and
 // where the estimate says the replica is, with its uncertainty.
-import * as THREE from '/lib/three/build/three.module.js';
+import * as THREE from './lib/three/build/three.module.js';
 
 /// Azimuth to the right (+x), elevation up (-y), along the boresight +z.
 const direction = (azimuth, elevation) => new THREE.Vector3(

@@ -98,8 +98,11 @@ Verdict Access::judge(const Asked& asked, unsigned port) const {
   if (!knows_host(asked.host)) {
     return {421, "host", "This server is not '" + harmless(asked.host) + "'.", "", ""};
   }
-  const std::string own = (secure_ ? "https://" : "http://") + asked.host;
-  if (!asked.origin.empty() && lower(asked.origin) != lower(own)) {
+  // Before plain HTTP a proxy may stand that speaks TLS.
+  const std::string origin = lower(asked.origin);
+  const std::string host = lower(asked.host);
+  const bool own = origin == "https://" + host || (!secure_ && origin == "http://" + host);
+  if (!origin.empty() && !own) {
     return {403, "origin", "Pages of '" + harmless(asked.origin) + "' are not served.", "", ""};
   }
   if (asked.method != "GET" && asked.method != "HEAD") {
@@ -109,7 +112,12 @@ Verdict Access::judge(const Asked& asked, unsigned port) const {
   const std::string given = value_in(query_of(asked.target), '&', "token");
   if (!given.empty() && same_secret(given, token_)) {
     // From here on as a cookie, so that the address that a browser shows and keeps has none.
-    return {303, "", "", "/",
+    std::string root = "./";  // relative: a proxy may have put a path before it
+    const auto depth =
+        std::count(asked.target.begin(),
+                   asked.target.begin() + static_cast<std::ptrdiff_t>(asked.target.find('?')), '/');
+    for (std::ptrdiff_t i = 1; i < depth; ++i) root += "../";
+    return {303, "", "", root,
             cookie_name(port) + "=" + token_ + "; Path=/; HttpOnly; SameSite=Strict" +
                 (secure_ ? "; Secure" : "")};
   }

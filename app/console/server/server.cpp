@@ -94,10 +94,8 @@ class Server::Impl {
   std::string url() const {
     const auto& options = hub_.options;
     const auto address = asio::ip::make_address(options.address);
-    std::string host = options.address;
-    if (address.is_loopback()) {
-      host = "localhost";
-    } else if (address.is_unspecified()) {
+    std::string host = options.address;  // "localhost" may be another console's ::1
+    if (address.is_unspecified()) {
       host = asio::ip::host_name();
     } else if (address.is_v6()) {
       host = '[' + host + ']';

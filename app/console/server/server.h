@@ -74,7 +74,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   std::uint16_t port() const;
-  /// "http://localhost:8800/"; the token is not in it.
+  /// "http://127.0.0.1:8800/"; the token is not in it.
   std::string url() const;
 
   /// Serves a content made by the caller, e.g. at "/mesh/replica"; replaces an earlier one.

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "common/core/covariance.h"
 #include "logs/measure/uncertainty.h"
 
 namespace berth::console {
@@ -59,8 +60,6 @@ std::string estimate_json(const pose_estimate_t& e,
                           const std::optional<logs::ComparedEstimate>& compared,
                           std::optional<Utime> latency) {
   const logs::EstimateSample sample = logs::sample_of(e);
-  const Ellipsoid ellipsoid = ellipsoid_of(sample.covariance.topLeftCorner<3, 3>());
-  const Quaterniond& q = ellipsoid.rotation;
   Json json = {{"utime", e.utime},
                {"scan_id", e.scan_id},
                {"status", e.status},
@@ -77,17 +76,24 @@ std::string estimate_json(const pose_estimate_t& e,
                {"xyzwpr", json_of(xyzwpr_from_pose(sample.pose))},
                {"linear_velocity_m_s", velocity_json(sample.velocity.linear)},
                {"angular_velocity_rad_s", velocity_json(sample.velocity.angular)},
-               {"sigma", sigmas_of(sample.covariance)},
-               {"position_sigma_m", rounded(position_sigma(sample.covariance), 1e-6)},
-               {"attitude_sigma_rad", rounded(attitude_sigma(sample.covariance), 1e-7)},
-               {"ellipsoid",
-                {{"radii_m", json_of(ellipsoid.radii, 1e-6)},
-                 {"q",
-                  {rounded(q.w(), 1e-6), rounded(q.x(), 1e-6), rounded(q.y(), 1e-6),
-                   rounded(q.z(), 1e-6)}}}},
+               {"sigma", nullptr},
+               {"position_sigma_m", nullptr},
+               {"attitude_sigma_rad", nullptr},
+               {"ellipsoid", nullptr},
                {"hypotheses", Json::array()},
                {"error", compared ? error_json(*compared) : Json()},
                {"latency_s", latency ? rounded(seconds(*latency), 1e-5) : Json()}};
+  if (is_covariance(sample.covariance)) {
+    const Ellipsoid ellipsoid = ellipsoid_of(sample.covariance.topLeftCorner<3, 3>());
+    const Quaterniond& q = ellipsoid.rotation;
+    json["sigma"] = sigmas_of(sample.covariance);
+    json["position_sigma_m"] = rounded(position_sigma(sample.covariance), 1e-6);
+    json["attitude_sigma_rad"] = rounded(attitude_sigma(sample.covariance), 1e-7);
+    json["ellipsoid"] = {
+        {"radii_m", json_of(ellipsoid.radii, 1e-6)},
+        {"q",
+         {rounded(q.w(), 1e-6), rounded(q.x(), 1e-6), rounded(q.y(), 1e-6), rounded(q.z(), 1e-6)}}};
+  }
   for (const hypothesis_t& h : e.hypotheses) {
     const Pose pose{Vector3d::Map(h.position_m),
                     Quaterniond(h.q_wxyz[0], h.q_wxyz[1], h.q_wxyz[2], h.q_wxyz[3])};

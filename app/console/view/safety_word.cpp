@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "lcmtypes/good_estimate.h"
 
 namespace berth::console {
 namespace {
@@ -68,8 +69,10 @@ std::string attention(const Heard& heard, Utime now) {
   }
   const bool flown = heard.testbed && (heard.testbed->state == testbed_state_t::CLOSED_LOOP ||
                                        heard.testbed->state == testbed_state_t::HOLDING);
-  if (flown && heard.estimate && heard.estimate->status != pose_estimate_t::OK) {
-    return with_reason("no good estimate to fly by", heard.estimate->reason);
+  if (flown && heard.estimate && !is_good(*heard.estimate)) {
+    return with_reason("no good estimate to fly by", heard.estimate->status == pose_estimate_t::OK
+                                                         ? estimate_defect(*heard.estimate)
+                                                         : heard.estimate->reason);
   }
   if (heard.procedure && heard.procedure->state == procedure_state_t::PROMPTING) {
     return with_reason("an operator is asked", heard.procedure->prompt);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/console/view/json.h"
+#include "common/core/covariance.h"
 #include "lcmtypes/channels.h"
 #include "logs/run/target_surface.h"
 
@@ -96,11 +97,13 @@ std::string sample_json(const Sample& sample, Utime start) {
   if (e.status != pose_estimate_t::OK) return text_of(json);
   const logs::EstimateSample estimate = logs::sample_of(e);
   json["estimate"] = json_of(xyzwpr_from_pose(estimate.pose));
-  json["sigma3"] = mm_and_deg(estimate.covariance.diagonal().cwiseMax(0).cwiseSqrt(), 3);
-  json["position_sigma3_mm"] =
-      rounded(1e3 * reach(estimate.covariance.topLeftCorner<3, 3>()), 1e-4);
-  json["attitude_sigma3_deg"] =
-      rounded(degrees(reach(estimate.covariance.bottomRightCorner<3, 3>())), 1e-4);
+  if (is_covariance(estimate.covariance)) {
+    json["sigma3"] = mm_and_deg(estimate.covariance.diagonal().cwiseSqrt(), 3);
+    json["position_sigma3_mm"] =
+        rounded(1e3 * reach(estimate.covariance.topLeftCorner<3, 3>()), 1e-4);
+    json["attitude_sigma3_deg"] =
+        rounded(degrees(reach(estimate.covariance.bottomRightCorner<3, 3>())), 1e-4);
+  }
   json["truth"] = nullptr;
   if (!sample.compared) return text_of(json);
   const logs::ComparedEstimate& c = *sample.compared;

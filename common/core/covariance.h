@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+namespace berth {
+
+/// Why a square matrix is no covariance, as a predicate ("is not finite"); empty when it is one:
+/// finite, symmetric and positive definite (Cholesky decomposition of its correlations, so that
+/// units do not matter). What is not one tells nothing: it must never be taken for certainty.
+std::string covariance_defect(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+
+inline bool is_covariance(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  return covariance_defect(matrix).empty();
+}
+
+}  // namespace berth
