@@ -32,6 +32,7 @@ inline constexpr char procedure_answers[]       = "PROCEDURE_ANSWERS";       // 
 inline constexpr char procedure_state[]         = "PROCEDURE_STATE";         // procedure_state_t, engine
 inline constexpr char operator_control[]        = "OPERATOR_CONTROL";        // operator_control_t, engine
 inline constexpr char run_info[]                = "RUN_INFO";                // run_info_t, engine
+inline constexpr char verdict_basis[]           = "VERDICT_BASIS";           // verdict_basis_t, engine
 inline constexpr char injection[]               = "INJECTION";               // injection_t, engine
 inline constexpr char injection_state[]         = "INJECTION_STATE";         // injection_state_t, simulated cell
 inline constexpr char node_status[]             = "NODE_STATUS";             // node_status_t, every node

@@ -71,6 +71,10 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                      if (message.session == session()) engine_.on(message);
                                    });
   }
+  bus().subscribe<setpoint_latency_t>(channels::setpoint_latency, Queue::fifo(100),
+                                      [this](const setpoint_latency_t& message) {
+                                        if (message.session == session()) engine_.on(message);
+                                      });
   bus().subscribe<event_t>(channels::event, Queue::fifo(1000), [this](const event_t& message) {
     if (message.session == session()) engine_.on(message);
   });
@@ -174,6 +178,9 @@ void ProcedureNode::send(const facility_command_t& command) {
 }
 void ProcedureNode::send(const injection_t& injection) {
   bus().publish(channels::injection, injection);
+}
+void ProcedureNode::send(const verdict_basis_t& basis) {
+  bus().publish(channels::verdict_basis, basis);
 }
 void ProcedureNode::event(std::int8_t severity, const std::string& code, const std::string& text) {
   Node::event(severity, code, text);

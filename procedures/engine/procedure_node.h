@@ -51,6 +51,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
   void send(const estimator_command_t& command) override;
   void send(const facility_command_t& command) override;
   void send(const injection_t& injection) override;
+  void send(const verdict_basis_t& basis) override;
   void event(std::int8_t severity, const std::string& code, const std::string& text) override;
 
   template <class Message>

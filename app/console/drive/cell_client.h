@@ -69,6 +69,7 @@ class CellClient final : private procedures::Actions {
   void send(const estimator_command_t&) override {}
   void send(const facility_command_t& command) override;
   void send(const injection_t&) override {}
+  void send(const verdict_basis_t&) override {}
   void event(std::int8_t, const std::string&, const std::string&) override {}
 
   Bus& bus_;
