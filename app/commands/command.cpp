@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
-#include <berth/event_t.hpp>
 #include <berth/operator_control_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <cstdio>
@@ -12,7 +11,7 @@
 #include "app/exit_code.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/run_files.h"
-#include "app/terminal/operator_link.h"
+#include "app/terminal/procedure_client.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
@@ -53,8 +52,8 @@ bool tried_again(const State& before, const State& now, const procedure_command_
   return was != nullptr && is != nullptr && is->attempts > was->attempts;
 }
 
-/// Of what the procedure's state does not show: it was heard, and not refused.
-bool heard(const State&, const State&, const procedure_command_t&) { return true; }
+/// Of what the procedure's state does not show: it is accepted.
+bool at_once(const State&, const State&, const procedure_command_t&) { return true; }
 
 bool answered(const State&, const State& now, const procedure_command_t& command) {
   return now.state != State::PROMPTING || now.prompt_id != command.prompt_id;
@@ -69,7 +68,7 @@ const std::map<std::string, Verb>& verbs() {
           return now.state == State::HELD;
         }}},
       {"resume", {procedure_command_t::RESUME, {}, went_on}},
-      {"step", {procedure_command_t::STEP, {}, heard}},
+      {"step", {procedure_command_t::STEP, {}, at_once}},
       {"skip", {procedure_command_t::SKIP, {}, skipped}},
       {"retry", {procedure_command_t::RETRY, {}, tried_again}},
       {"abort",
@@ -79,10 +78,10 @@ const std::map<std::string, Verb>& verbs() {
           return now.state == State::TEARDOWN || now.state == State::FINISHED;
         }}},
       {"answer", {procedure_command_t::ANSWER, {"ID", "TEXT"}, answered}},
-      {"speed", {procedure_command_t::SPEED, {"PERCENT"}, heard}},
-      {"lamps", {procedure_command_t::LAMPS, {"LAMPS"}, heard}},
-      {"take", {procedure_command_t::TAKE_CONTROL, {}, heard}},
-      {"release", {procedure_command_t::RELEASE_CONTROL, {}, heard}},
+      {"speed", {procedure_command_t::SPEED, {"PERCENT"}, at_once}},
+      {"lamps", {procedure_command_t::LAMPS, {"LAMPS"}, at_once}},
+      {"take", {procedure_command_t::TAKE_CONTROL, {}, at_once}},
+      {"release", {procedure_command_t::RELEASE_CONTROL, {}, at_once}},
   };
   return table;
 }
@@ -105,30 +104,28 @@ std::string control_words(const CommandOptions& options) {
 
 /// Sends the command once the run's state is known, and watches whether it is obeyed. Control, once
 /// taken, is kept until it is given back, taken over, or the procedure or this process ends.
-class Errand {
+class CommandRequest {
  public:
-  Errand(const ActiveRun& run, const Verb& verb, procedure_command_t command,
-         const CommandOptions& options)
+  CommandRequest(const ActiveRun& run, const Verb& verb, procedure_command_t command,
+                 const CommandOptions& options)
       : files_(RunFiles::open(run.directory)),
         loop_(clock_offset_now()),
         bus_(run.url, loop_),
-        link_(bus_, loop_, files_.setup.session,
-              options.name.empty() ? OperatorLink::operator_name() : options.name),
+        client_(bus_, loop_, files_.setup.session,
+                options.name.empty() ? ProcedureClient::operator_name() : options.name),
         verb_(verb),
         command_(std::move(command)) {
     bus_.subscribe<State>(channels::procedure_state, Queue::fifo(),
                           [this](const State& state) { take(state); });
-    bus_.subscribe<event_t>(channels::event, Queue::fifo(),
-                            [this](const event_t& event) { take(event); });
     bus_.subscribe<operator_control_t>(
         channels::operator_control, Queue::fifo(),
         [this](const operator_control_t& control) { take(control); });
     loop_.on_signals([this](int) { give_back(); });
     loop_.after(utime_from_seconds(options.timeout), [this] {
       if (keeps_control_) return;
-      end(!now_    ? "the procedure is not heard"
-          : heard_ ? "it was not obeyed in time"
-                   : "no answer");
+      end(!now_       ? "no state of the procedure was received"
+          : accepted_ ? "it was not obeyed in time"
+                      : "no answer");
     });
   }
 
@@ -142,7 +139,6 @@ class Errand {
  private:
   void take(const State& state) {
     if (state.session != files_.setup.session) return;
-    link_.on(state);
     if (state.state == State::FINISHED && keeps_control_) return loop_.stop();
     if (state.state == State::FINISHED && !now_) return end("the procedure has finished");
     now_ = state;
@@ -153,12 +149,16 @@ class Errand {
         command_.prompt_id == step->name) {
       command_.prompt_id = state.prompt_id;  // named by its step
     }
-    link_.send(command_);
+    client_.send(command_, [this](CommandStatus status, const std::string& reason) {
+      if (status != CommandStatus::accepted) return end(reason);
+      accepted_ = true;
+      look();
+    });
   }
 
   void take(const operator_control_t& control) {
     if (control.session != files_.setup.session) return;
-    const bool ours = control.holder == link_.name();
+    const bool ours = control.holder == client_.name();
     if (keeps_control_ && !ours) {
       std::printf("%s\n", control.holder.empty()
                               ? "control was given back"
@@ -166,9 +166,9 @@ class Errand {
       loop_.stop();
     } else if (ours && !keeps_control_ && command_.command == procedure_command_t::TAKE_CONTROL) {
       keeps_control_ = true;
-      std::printf("%s has control; Ctrl-C gives it back\n", link_.name().c_str());
+      std::printf("%s has control; Ctrl-C gives it back\n", client_.name().c_str());
       std::fflush(stdout);
-      loop_.every(500 * millisecond, [this] { link_.keep_control(); });
+      loop_.every(500 * millisecond, [this] { client_.keep_control(); });
     }
   }
 
@@ -176,30 +176,13 @@ class Errand {
     if (!keeps_control_) return end("interrupted");
     procedure_command_t release{};
     release.command = procedure_command_t::RELEASE_CONTROL;
-    link_.send(release);  // the answer is that control is no longer ours
+    client_.send(release);  // the answer is that control is no longer ours
     loop_.after(second, [this] { loop_.stop(); });
-  }
-
-  /// The engine says what it was asked for, and then what it has against it.
-  void take(const event_t& event) {
-    if (event.session != files_.setup.session || event.node != "procedure") return;
-    link_.on(event);
-    if (event.code == "operator-command") {
-      last_is_ours_ = event.text.rfind(link_.name(), 0) == 0;
-      if (!last_is_ours_ || heard_) return;
-      heard_ = true;
-      loop_.after(time_to_refuse, [this] {
-        may_be_obeyed_ = true;
-        look();
-      });
-    } else if (event.code == "command-refused" && last_is_ours_) {
-      end(event.text);
-    }
   }
 
   void look() {
     const bool lasts = command_.command == procedure_command_t::TAKE_CONTROL;
-    if (may_be_obeyed_ && !lasts && verb_.obeyed(*before_, *now_, command_)) loop_.stop();
+    if (accepted_ && !lasts && verb_.obeyed(*before_, *now_, command_)) loop_.stop();
   }
 
   void end(const std::string& failure) {
@@ -207,19 +190,15 @@ class Errand {
     loop_.stop();
   }
 
-  static constexpr Utime time_to_refuse = 300 * millisecond;
-
   RunFiles files_;
   ProcessLoop loop_;
   LcmBus bus_;
-  OperatorLink link_;
+  ProcedureClient client_;
   const Verb& verb_;
   procedure_command_t command_;
   std::optional<State> before_;
   std::optional<State> now_;
-  bool heard_ = false;          // by the engine
-  bool last_is_ours_ = false;   // of the commands that it heard
-  bool may_be_obeyed_ = false;  // no refusal came at once
+  bool accepted_ = false;
   bool keeps_control_ = false;
   std::string failure_;
 };
@@ -262,7 +241,7 @@ int command(const CommandOptions& options) {
   if (request.command == procedure_command_t::LAMPS) request.text = words[1];
   if (request.command == procedure_command_t::TAKE_CONTROL) request.text = control_words(options);
   const std::string failure =
-      Errand(require_active_run(directory), verb->second, request, options).run();
+      CommandRequest(require_active_run(directory), verb->second, request, options).run();
   if (failure.empty()) return exit_code::passed;
   print_text("berth: " + verb->first + ": " + failure + "\n", stderr);
   return exit_code::error;

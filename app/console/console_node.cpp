@@ -25,12 +25,6 @@ CellView::Options at_every_tick() {
   return options;
 }
 
-template <class Message, class Taker>
-void give(const char* of, const std::string& channel, Bytes bytes, Taker& taker) {
-  if (channel != of) return;
-  if (const auto message = logs::decode<Message>(bytes)) taker.on(*message);
-}
-
 /// The name by which the cell knows this console's viewers.
 std::string name_of(const Server& server) {
   return default_operator() + "@console:" + std::to_string(server.port());
@@ -96,11 +90,6 @@ void ConsoleNode::take(const std::string& channel, Bytes bytes) {
     }
   }
   view_.take({0, now(), channel, bytes, 0});
-  give<procedure_state_t>(channels::procedure_state, channel, bytes, driver_);
-  give<operator_control_t>(channels::operator_control, channel, bytes, driver_);
-  give<event_t>(channels::event, channel, bytes, driver_);
-  give<testbed_state_t>(channels::testbed_state, channel, bytes, driver_);
-  give<facility_state_t>(channels::facility_state, channel, bytes, driver_);
 }
 
 void ConsoleNode::take(const Incoming& incoming) {

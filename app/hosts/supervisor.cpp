@@ -16,7 +16,7 @@
 #include "app/hosts/watched_process.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/verdict.h"
-#include "app/terminal/operator_link.h"
+#include "app/terminal/procedure_client.h"
 #include "common/bus/lcm_bus.h"
 #include "common/bus/node.h"
 #include "common/core/valid_text.h"
@@ -37,12 +37,7 @@ class Supervisor : public Node {
         files_(files),
         with_console_(with_console),
         loop_(loop),
-        link_(bus, loop, files.setup.session, "supervisor") {
-    bus.subscribe<procedure_state_t>(channels::procedure_state, Queue::fifo(),
-                                     [this](const procedure_state_t& s) { link_.on(s); });
-    bus.subscribe<event_t>(channels::event, Queue::fifo(),
-                           [this](const event_t& e) { link_.on(e); });
-  }
+        client_(bus, loop, files.setup.session, "supervisor") {}
 
   void start() {
     start_recorder();
@@ -170,7 +165,7 @@ class Supervisor : public Node {
     procedure_command_t command{};
     command.command = procedure_command_t::ABORT;
     command.text = "stopped by the operator";
-    link_.send(std::move(command));
+    client_.send(std::move(command));
   }
 
   void finish(int code) {
@@ -209,7 +204,7 @@ class Supervisor : public Node {
   const RunFiles& files_;
   bool with_console_;
   ProcessLoop& loop_;
-  OperatorLink link_;
+  ProcedureClient client_;
   std::deque<WatchedProcess> children_;
   WatchedProcess* recorder_ = nullptr;
   WatchedProcess* procedure_ = nullptr;

@@ -10,6 +10,7 @@
 
 #include "app/exit_code.h"
 #include "app/runs/procedure_run.h"
+#include "app/terminal/procedure_client.h"
 #include "common/bus/simulation.h"
 #include "common/core/config.h"
 #include "drivers/arm/arm_node.h"
@@ -39,44 +40,41 @@ std::map<std::string, Utime> compute_delays(const std::filesystem::path& config)
   return delays;
 }
 
-/// Who aborts, and answers prompts with what was said beforehand.
+/// Aborts, and answers prompts with what was given beforehand.
 class TwinOperator {
  public:
-  TwinOperator(Bus& bus, const Simulation& simulation, std::int64_t session,
-               const std::map<std::string, std::string>& answers)
-      : bus_(bus), simulation_(simulation), session_(session) {
-    if (answers.empty()) return;
-    bus.subscribe<procedure_state_t>(
-        channels::procedure_state, Queue::fifo(), [this, answers](const procedure_state_t& state) {
-          if (state.state != procedure_state_t::PROMPTING) return;
-          auto answer = answers.find(state.prompt_id);
-          if (answer == answers.end() && state.current_step >= 0) {
-            answer = answers.find(state.steps[static_cast<std::size_t>(state.current_step)].name);
-          }
-          if (answer != answers.end()) {
-            send(procedure_command_t::ANSWER, state.prompt_id, answer->second);
-          }
-        });
+  TwinOperator(Bus& bus, Loop& loop, std::int64_t session,
+               std::map<std::string, std::string> answers)
+      : client_(bus, loop, session, "operator"), answers_(std::move(answers)) {
+    bus.subscribe<procedure_state_t>(channels::procedure_state, Queue::fifo(),
+                                     [this](const procedure_state_t& state) { answer(state); });
   }
 
   void send(std::int8_t what, const std::string& prompt_id, const std::string& text) {
     procedure_command_t command{};
-    command.utime = simulation_.now();
-    command.seq = ++seq_;
-    command.session = session_;
-    command.utime_expires = command.utime + 5 * second;
-    command.commander = "operator";
     command.command = what;
     command.prompt_id = prompt_id;
     command.text = text;
-    bus_.publish(channels::procedure_command, command);
+    client_.send(command);
   }
 
  private:
-  Bus& bus_;
-  const Simulation& simulation_;
-  std::int64_t session_;
-  std::int64_t seq_ = 0;
+  void answer(const procedure_state_t& state) {
+    if (answered_ == state.prompt_id) return;
+    answered_ = state.prompt_id;
+    if (state.state != procedure_state_t::PROMPTING) return;
+    auto answer = answers_.find(state.prompt_id);
+    if (answer == answers_.end() && state.current_step >= 0) {
+      answer = answers_.find(state.steps[static_cast<std::size_t>(state.current_step)].name);
+    }
+    if (answer != answers_.end()) {
+      send(procedure_command_t::ANSWER, state.prompt_id, answer->second);
+    }
+  }
+
+  ProcedureClient client_;
+  std::map<std::string, std::string> answers_;
+  std::string answered_;  // prompt
 };
 
 /// Memory given back to the system between two scans comes back page by page, each of them cleared.
@@ -152,7 +150,7 @@ TwinResult run_twin(const RunFiles& files,
     watch(channel, bytes);
   });
 
-  TwinOperator person(simulation.make_bus(), simulation, run.session, answers);
+  TwinOperator person(simulation.make_bus(), simulation.make_loop(), run.session, answers);
   bool abort_sent = false;
   const auto done = [&] {
     if (!abort_sent && abort_requested()) {

@@ -101,10 +101,11 @@ Buffer with_configuration(const logs::LogEvent& event, const RunFiles& run) {
 }
 
 /// The verdict rested on the recorded estimates; the new ones are counted otherwise.
-bool says_what_was_judged(const logs::LogEvent& event) {
+bool is_verdict_basis(const logs::LogEvent& event) {
+  if (event.channel == channels::verdict_basis) return true;
   if (event.channel != channels::event) return false;
   const auto said = logs::decode<event_t>(event.data);
-  return said && said->code == logs::JudgedUpTo::event_code;
+  return said && said->code == logs::judged_event_code;
 }
 
 /// Writes the new log: recorded messages and new ones, each at its time.
@@ -185,7 +186,7 @@ Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& ne
     }
     if (event.channel == channels::run_info) {
       written.write_recorded(event, with_configuration(event, new_run));
-    } else if (!EstimatorFold::is_output(event) && !says_what_was_judged(event)) {
+    } else if (!EstimatorFold::is_output(event) && !is_verdict_basis(event)) {
       written.write_recorded(event, event.data);
     }
     if (EstimatorFold::is_input(event)) {

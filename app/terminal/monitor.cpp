@@ -12,7 +12,7 @@
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
 #include "app/terminal/operator_keys.h"
-#include "app/terminal/operator_link.h"
+#include "app/terminal/procedure_client.h"
 #include "app/terminal/raw_terminal.h"
 #include "app/terminal/terminal_view.h"
 #include "common/bus/lcm_bus.h"
@@ -50,8 +50,8 @@ class Monitor {
         supervisor_(supervisor),
         files_(files),
         loop_(clock_offset_now()),
-        keys_([this](const procedure_command_t& command) { link_.send(command); }, observing,
-              link_.name()) {
+        keys_([this](const procedure_command_t& command) { send(command); }, observing,
+              client_.name()) {
     loop_.on_signals([this, observing](int) {
       if (observing) return leave();
       view_.clear_panel();
@@ -69,7 +69,7 @@ class Monitor {
     }
     loop_.every(200 * millisecond, [this] { refresh(false); });
     loop_.every(500 * millisecond, [this] {
-      if (keys_.has_control()) link_.keep_control();
+      if (keys_.has_control()) client_.keep_control();
     });
     look_for_console();
   }
@@ -95,7 +95,13 @@ class Monitor {
       if (message.session != files_.setup.session) return;
       view_.on(message);
       if constexpr (requires { keys_.on(message); }) keys_.on(message);
-      if constexpr (requires { link_.on(message); }) link_.on(message);
+    });
+  }
+
+  void send(const procedure_command_t& command) {
+    client_.send(command, [this](CommandStatus status, const std::string& reason) {
+      keys_.on_answer(status, reason);
+      refresh(true);
     });
   }
 
@@ -130,13 +136,11 @@ class Monitor {
   }
 
   void leave() {
-    if (keys_.has_control()) {
-      procedure_command_t command{};
-      command.command = procedure_command_t::RELEASE_CONTROL;
-      link_.send(command);
-    }
     left_ = true;
-    loop_.stop();
+    if (!keys_.has_control()) return loop_.stop();
+    procedure_command_t command{};
+    command.command = procedure_command_t::RELEASE_CONTROL;
+    client_.send(command, [this](CommandStatus, const std::string&) { loop_.stop(); });
   }
 
   const ActiveRun& run_;
@@ -144,8 +148,8 @@ class Monitor {
   const RunFiles& files_;
   ProcessLoop loop_;
   LcmBus bus_{run_.url, loop_};
-  OperatorLink link_{bus_, loop_, files_.setup.session};
-  terminal::OperatorKeys keys_;  // named by the link: after it
+  ProcedureClient client_{bus_, loop_, files_.setup.session};
+  terminal::OperatorKeys keys_;  // named by the client: after it
   terminal::TerminalView view_;
   terminal::RawTerminal raw_;
   static constexpr int most_looks = 100;

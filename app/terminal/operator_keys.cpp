@@ -67,6 +67,12 @@ void OperatorKeys::on(const procedure_state_t& state) {
   }
 }
 
+void OperatorKeys::on_answer(CommandStatus status, const std::string& reason) {
+  remark_ = status == CommandStatus::accepted  ? ""
+            : status == CommandStatus::refused ? "refused: " + reason
+                                               : reason;
+}
+
 void OperatorKeys::type(char key) {
   if (key == control_d) {
     leaves_ = true;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/terminal/style.h"
+#include "common/bus/command_client.h"
 
 namespace berth::terminal {
 
@@ -27,6 +28,8 @@ class OperatorKeys {
       : send_(std::move(send)), observing_(observing), name_(std::move(name)) {}
 
   void on(const procedure_state_t& state);
+  /// How a command of these keys ended.
+  void on_answer(CommandStatus status, const std::string& reason);
   void on(const operator_control_t& control) { holder_ = control.holder; }
   void on(const testbed_state_t& state) { speed_ = state.speed_override; }
   void type(char key);

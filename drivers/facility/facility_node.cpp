@@ -21,6 +21,7 @@ FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bu
     : Node(std::move(node), bus, loop),
       device_(std::move(device)),
       map_(map),
+      answers_(bus, loop, channels::facility_answers, session()),
       client_(loop, {device_.address, map_.unit, device_.timeout, device_.dial_timeout},
               [this](bool up, const std::string& reason) { on_connection(up, reason); }) {
   state_.reason = "the PLC has not answered yet";
@@ -126,27 +127,37 @@ void FacilityNode::announce_changes(const facility_state_t& before) {
   }
 }
 
-void FacilityNode::refuse(const std::string& code, const std::string& text) {
+void FacilityNode::warn(const std::string& code, const std::string& text) {
   if (code == last_refusal_ && now() - refused_at_ < refusal_repeat_period) return;
   last_refusal_ = code;
   refused_at_ = now();
   event(event_t::WARNING, code, text);
 }
 
+void FacilityNode::refuse(const facility_command_t& command, const std::string& code,
+                          const std::string& why) {
+  warn(code, "lamps: " + why);
+  answers_.refuse(command, why);
+}
+
 void FacilityNode::on_command(const facility_command_t& command) {
+  if (!answers_.is_new(command)) return;
   if (command.session != session()) {
-    return refuse(
-        "command-of-another-session",
-        "lamps: a command of session " + std::to_string(command.session) + " was ignored");
+    return refuse(command, "command-of-another-session",
+                  "a command of session " + std::to_string(command.session) + " was ignored");
   }
   if (now() > command.utime_expires) {
-    return refuse("command-expired", "lamps: a command came after it had expired");
+    return refuse(command, "command-expired", "a command came after it had expired");
   }
   const auto is_level = [](double level) { return level >= 0 && level <= 1; };
   if (!is_level(command.sun_lamp) || !is_level(command.albedo_lamp) ||
       !std::isfinite(command.sun_azimuth_rad) || !std::isfinite(command.sun_elevation_rad)) {
-    return refuse("command-refused", "lamps: levels must be 0 to 1 and angles finite");
+    return refuse(command, "command-refused", "levels must be 0 to 1 and angles finite");
   }
+  carry_out(command);
+}
+
+void FacilityNode::carry_out(const facility_command_t& command) {
   std::vector<Word> words(static_cast<std::size_t>(map_.command.count), 0);
   const auto at = [&](const PlcMap::Value& value) -> Word& {
     return words[static_cast<std::size_t>(value.command - map_.command.first)];
@@ -155,8 +166,10 @@ void FacilityNode::on_command(const facility_command_t& command) {
   at(map_.albedo_lamp) = word_from_level(command.albedo_lamp);
   at(map_.sun_azimuth) = word_from_angle(command.sun_azimuth_rad);
   at(map_.sun_elevation) = word_from_angle(command.sun_elevation_rad);
-  client_.write_registers(map_.command.first, words, [this](const ModbusAnswer& answer) {
-    if (!answer.ok()) refuse("lamps-not-set", "lamps: " + answer.error);
+  client_.write_registers(map_.command.first, words, [this, command](const ModbusAnswer& answer) {
+    if (answer.ok()) return answers_.accept(command);
+    warn("lamps-not-set", "lamps: " + answer.error);
+    answers_.forget(command);  // whoever repeats it has it tried again
   });
 }
 

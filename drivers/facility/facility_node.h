@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "common/bus/command_answers.h"
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
 #include "drivers/devices.h"
@@ -16,7 +17,8 @@ namespace berth {
 
 /// The driver of the facility's PLC: lamps, E-stop chain, fence. Publishes FACILITY_STATE at 10 Hz
 /// and when the safety chain or its own view of the PLC changes; writes what FACILITY_COMMAND asks
-/// for. Safety itself is the PLC's: nothing here can close a chain.
+/// for, and answers by FACILITY_ANSWERS when the PLC has taken it. Safety itself is the PLC's:
+/// nothing here can close a chain.
 class FacilityNode final : public Node {
  public:
   FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop);
@@ -28,7 +30,9 @@ class FacilityNode final : public Node {
   void on_status(const ModbusAnswer& answer);
   void lose(const std::string& reason);
   void on_command(const facility_command_t& command);
-  void refuse(const std::string& code, const std::string& text);
+  void carry_out(const facility_command_t& command);
+  void refuse(const facility_command_t& command, const std::string& code, const std::string& why);
+  void warn(const std::string& code, const std::string& text);
   void announce_changes(const facility_state_t& before);
   void publish();
 
@@ -47,6 +51,7 @@ class FacilityNode final : public Node {
   Utime refused_at_ = 0;
   std::string last_refusal_;
   std::int64_t reads_missed_ = 0;
+  CommandAnswers answers_;
   ModbusClient client_;
   Loop::TimerId poll_timer_;
   Loop::TimerId publish_timer_;

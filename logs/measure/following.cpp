@@ -1,20 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <cstdio>
+
 #include "common/core/config.h"
-#include "common/core/dead_time_told.h"
 #include "logs/measure/series.h"
 
 namespace berth::logs {
 namespace {
 
+/// Logs written before SETPOINT_LATENCY have it as an event.
+std::optional<Utime> latency_in_old_event(const event_t& event) {
+  double ms = 0;
+  const bool found =
+      event.code == "dead-time" &&
+      std::sscanf(event.text.c_str(), "a dead time of %lf ms is reckoned with", &ms) == 1;
+  return found ? std::optional<Utime>(std::llround(1e3 * ms)) : std::nullopt;
+}
+
 /// By which the testbed reckoned last: the longer the arms have moved the better it is known. Not
 /// after the newest truth, so that what comes late does not count.
-std::optional<Utime> told_dead_time(const RunRecord& record) {
+std::optional<Utime> measured_dead_time(const RunRecord& record) {
   if (record.truth().samples().empty()) return std::nullopt;
   const Utime newest = record.truth().samples().back().utime;
   std::optional<Utime> dead;
+  for (const setpoint_latency_t& message : record.setpoint_latencies()) {
+    if (message.utime <= newest) dead = utime_from_seconds(message.latency_s);
+  }
+  if (!record.setpoint_latencies().empty()) return dead;
   for (const event_t& event : record.events()) {
-    if (event.utime > newest || event.code != DeadTimeTold::event_code) continue;
-    if (const auto told = DeadTimeTold::parse(event.text)) dead = told->us;
+    if (event.utime > newest) continue;
+    if (const auto latency = latency_in_old_event(event)) dead = latency;
   }
   return dead;
 }
@@ -37,7 +52,7 @@ using OfDifference = Uncertain (*)(const Vector6d&, const Matrix6d&);
 template <OfDifference value>
 Series following(const Measurer& measurer, const Phase& phase) {
   Series series;
-  auto dead = told_dead_time(measurer.record());
+  auto dead = measured_dead_time(measurer.record());
   if (!dead) dead = nominal_dead_time(measurer.record());
   if (!dead) {
     series.reason = "the log does not hold the testbed's configuration";

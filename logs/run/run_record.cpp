@@ -37,6 +37,27 @@ void insert(std::vector<Sample>& samples, Sample sample) {
   samples.insert(place, std::move(sample));
 }
 
+/// Logs written before VERDICT_BASIS have it as an event.
+std::optional<verdict_basis_t> basis_of_old_log(const std::vector<event_t>& events) {
+  const auto last = std::find_if(events.rbegin(), events.rend(), [](const event_t& event) {
+    return event.code == judged_event_code;
+  });
+  long long estimate = 0;
+  long long diagnostics = 0;
+  long long truth = 0;
+  if (last == events.rend() ||
+      std::sscanf(last->text.c_str(),
+                  "on estimates up to seq %lld, diagnostics up to seq %lld, truth up to utime %lld",
+                  &estimate, &diagnostics, &truth) != 3) {
+    return std::nullopt;
+  }
+  verdict_basis_t basis{};
+  basis.estimate_seq = estimate;
+  basis.diagnostics_seq = diagnostics;
+  basis.truth_utime = truth;
+  return basis;
+}
+
 /// Published while that procedure ran.
 bool is_of(const run_info_t& info, const procedure_state_t& state) {
   return info.procedure == state.procedure && state.utime_start <= info.utime &&
@@ -135,6 +156,10 @@ void RunRecord::add(const run_info_t& message) {
 
 void RunRecord::add(const event_t& message) { insert(events_, message); }
 
+void RunRecord::add(const setpoint_latency_t& message) { insert(setpoint_latencies_, message); }
+
+void RunRecord::add(const verdict_basis_t& message) { insert(bases_, message); }
+
 void RunRecord::add(const ground_truth_t& message) {
   truth_.add(sample_of(message));
   const auto [basis, is_new] = truth_bases_.try_emplace(
@@ -179,6 +204,9 @@ RunRecord RunRecord::run(const procedure_state_t& state) const {
   std::copy_if(latencies_.begin(), latencies_.end(), std::back_inserter(run.latencies_), within);
   std::copy_if(commanded_.begin(), commanded_.end(), std::back_inserter(run.commanded_), within);
   std::copy_if(events_.begin(), events_.end(), std::back_inserter(run.events_), within);
+  std::copy_if(setpoint_latencies_.begin(), setpoint_latencies_.end(),
+               std::back_inserter(run.setpoint_latencies_), within);
+  std::copy_if(bases_.begin(), bases_.end(), std::back_inserter(run.bases_), within);
   for (const TruthSample& sample : truth_.samples()) {
     if (within(sample)) run.truth_.add(sample);
   }
@@ -200,41 +228,21 @@ std::vector<RunRecord> RunRecord::runs() && {
   return runs;
 }
 
-std::string JudgedUpTo::text() const {
-  return "on estimates up to seq " + std::to_string(estimate_seq) + ", diagnostics up to seq " +
-         std::to_string(diagnostics_seq) + ", truth up to utime " + std::to_string(truth);
-}
-
-std::optional<JudgedUpTo> JudgedUpTo::parse(const std::string& text) {
-  long long estimate = 0;
-  long long diagnostics = 0;
-  long long truth = 0;
-  if (std::sscanf(text.c_str(),
-                  "on estimates up to seq %lld, diagnostics up to seq %lld, truth up to utime %lld",
-                  &estimate, &diagnostics, &truth) != 3) {
-    return std::nullopt;
-  }
-  return JudgedUpTo{estimate, diagnostics, truth};
-}
-
-JudgedUpTo RunRecord::up_to() const {
+verdict_basis_t RunRecord::basis() const {
   // An estimator that was started anew counts from one again.
-  JudgedUpTo judged;
-  for (const auto& e : estimates_) judged.estimate_seq = std::max(judged.estimate_seq, e.seq);
-  for (const auto& l : latencies_) judged.diagnostics_seq = std::max(judged.diagnostics_seq, l.seq);
-  if (!truth_.samples().empty()) judged.truth = truth_.samples().back().utime;
-  return judged;
+  verdict_basis_t basis{};
+  for (const auto& e : estimates_) basis.estimate_seq = std::max(basis.estimate_seq, e.seq);
+  for (const auto& l : latencies_) basis.diagnostics_seq = std::max(basis.diagnostics_seq, l.seq);
+  if (!truth_.samples().empty()) basis.truth_utime = truth_.samples().back().utime;
+  return basis;
 }
 
 void RunRecord::keep_judged() {
-  const auto last = std::find_if(events_.rbegin(), events_.rend(), [](const event_t& event) {
-    return event.code == JudgedUpTo::event_code;
-  });
-  const auto judged = last == events_.rend() ? std::nullopt : JudgedUpTo::parse(last->text);
-  if (!judged) return;
-  std::erase_if(estimates_, [&](const auto& e) { return e.seq > judged->estimate_seq; });
-  std::erase_if(latencies_, [&](const auto& l) { return l.seq > judged->diagnostics_seq; });
-  truth_.forget_after(judged->truth);
+  const auto basis = bases_.empty() ? basis_of_old_log(events_) : bases_.back();
+  if (!basis) return;
+  std::erase_if(estimates_, [&](const auto& e) { return e.seq > basis->estimate_seq; });
+  std::erase_if(latencies_, [&](const auto& l) { return l.seq > basis->diagnostics_seq; });
+  truth_.forget_after(basis->truth_utime);
 }
 
 bool RunRecord::steered(Utime utime) const {
@@ -301,6 +309,10 @@ class Filler {
       add<event_t>(event);
     } else if (event.channel == channels::testbed_state) {
       add<testbed_state_t>(event);
+    } else if (event.channel == channels::setpoint_latency) {
+      add<setpoint_latency_t>(event);
+    } else if (event.channel == channels::verdict_basis) {
+      add<verdict_basis_t>(event);
     } else if (event.channel == channels::scan_data) {
       add<scan_packet_t>(event);
     }
@@ -355,6 +367,7 @@ class Filler {
   std::tuple<ReusedMessage<ground_truth_t>, ReusedMessage<pose_estimate_t>,
              ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
              ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
+             ReusedMessage<setpoint_latency_t>, ReusedMessage<verdict_basis_t>,
              ReusedMessage<scan_packet_t>>
       messages_;
 };

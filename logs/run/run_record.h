@@ -8,7 +8,9 @@
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
 #include <berth/scan_packet_t.hpp>
+#include <berth/setpoint_latency_t.hpp>
 #include <berth/testbed_state_t.hpp>
+#include <berth/verdict_basis_t.hpp>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -92,19 +94,6 @@ struct Phase {
   double duration_s() const;
 };
 
-/// Up to where messages had come when a run was judged. What comes later, from a machine under
-/// load, is in the log but not in the verdict.
-struct JudgedUpTo {
-  std::int64_t estimate_seq = 0;
-  std::int64_t diagnostics_seq = 0;
-  Utime truth = 0;  ///< utime
-
-  static constexpr char event_code[] = "judged";
-  std::string text() const;
-  /// Nothing when it is not such a text.
-  static std::optional<JudgedUpTo> parse(const std::string& text);
-};
-
 /// All messages of one session that a verdict rests on. The engine fills it from the bus as the run
 /// goes, compare from the log: what comes out does not depend on the order of arrival across
 /// channels, nor on repeats. A cell that is up takes one procedure after another in one session:
@@ -118,13 +107,15 @@ class RunRecord {
   void add(const procedure_state_t& message);
   void add(const run_info_t& message);
   void add(const event_t& message);
+  void add(const setpoint_latency_t& message);
+  void add(const verdict_basis_t& message);
   void add(const testbed_state_t& message);
   /// Keeps some of its returns, evenly: as many as tell how they scatter.
   void add(const scan_packet_t& message);
 
-  /// Of the messages so far.
-  JudgedUpTo up_to() const;
-  /// Forgets what came after the run was judged, where its events tell.
+  /// Of the messages so far; without utime, seq and session.
+  verdict_basis_t basis() const;
+  /// Forgets what came after the run was judged, where the log tells.
   void keep_judged();
   /// A record of each procedure, by their starts: of several each has the messages of its own time
   /// only. This record itself where there is none, or one.
@@ -141,6 +132,7 @@ class RunRecord {
   /// Whether guidance went after the estimates at that time.
   bool steered(Utime utime) const;
   const std::vector<event_t>& events() const { return events_; }
+  const std::vector<setpoint_latency_t>& setpoint_latencies() const { return setpoint_latencies_; }
   /// The newest; null when there was none. Good until the next message is added.
   const procedure_state_t* state() const;
   /// The first of the same procedure; null when there was none.
@@ -162,9 +154,14 @@ class RunRecord {
 
   std::map<TruthBasis, Phase::Stretch> truth_bases_;  // from its first sample to its last
   std::vector<event_t> events_;
+  std::vector<setpoint_latency_t> setpoint_latencies_;
+  std::vector<verdict_basis_t> bases_;
   std::map<Utime, procedure_state_t> states_;  // of each procedure the newest, by its start
   std::map<std::string, run_info_t> infos_;    // of each run the first, by its name
 };
+
+/// By which logs written before VERDICT_BASIS tell it, in words.
+inline constexpr char judged_event_code[] = "judged";
 
 /// Name of the phase under which the teardown's steps run.
 inline constexpr char teardown_phase[] = "teardown";

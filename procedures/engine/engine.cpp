@@ -128,6 +128,11 @@ void Engine::on(const facility_state_t& message, Utime now) {
   tick(now);
 }
 
+void Engine::on(const command_answers_t& facility, Utime now) {
+  bench_.facility.on(facility);
+  tick(now);
+}
+
 void Engine::on(const lidar_state_t& message, Utime now) {
   bench_.live.on(message);
   tick(now);
@@ -182,8 +187,7 @@ void Engine::tick(Utime now) {
       if (stage_ == Stage::running && !held()) poll_step(now);
       return;
     case Stage::stopping: {
-      const bool still =
-          bench_.testbed.order_answer() != Answer::pending && bench_.testbed.at_rest();
+      const bool still = !bench_.testbed.order_pending() && bench_.testbed.at_rest();
       if (still || now - stage_start_ > 5 * second) begin_teardown(now);
       return;
     }

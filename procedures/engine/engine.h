@@ -57,11 +57,14 @@ class Engine {
   }
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
   void on(const scan_packet_t& message) { record_.add(message); }
+  void on(const setpoint_latency_t& message) { record_.add(message); }
   void on(const event_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);
   void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }
-  /// HOLD and ABORT are obeyed whatever their session and age, the others of this session alone.
-  void on(const procedure_command_t& message, Utime now);
+  void on(const command_answers_t& facility, Utime now);
+  /// Call once for each command, however often it is repeated. HOLD and ABORT are obeyed whatever
+  /// their session and age, the others of this session alone. @return why not; empty: it is obeyed
+  std::string obey(const procedure_command_t& message, Utime now);
   /// At 20 Hz or more.
   void tick(Utime now);
 
@@ -135,25 +138,25 @@ class Engine {
   void next_step(Utime now);
   void show_prompt(Utime now);
 
-  // engine_commands.cpp: what an operator asks
+  // engine_commands.cpp: what an operator asks. They return why not; empty: it is done.
+  std::string carry_out(const procedure_command_t& message, Utime now);
   void abort(const std::string& reason, Utime now);
   void hold(Hold how, const std::string& reason, Utime now);
-  void ask_hold(const std::string& who, Utime now);
-  void ask_resume(const std::string& what, Utime now);
-  void ask_step(Utime now);
-  void ask_skip(const std::string& reason, Utime now);
-  void ask_retry(Utime now);
-  void ask_answer(const procedure_command_t& message, Utime now);
-  void ask_speed(const std::string& text, Utime now);
-  void ask_lamps(const std::string& text, Utime now);
-  void ask_take_control(const procedure_command_t& message, Utime now);
-  void ask_release_control(const std::string& commander, Utime now);
+  std::string ask_hold(const std::string& who, Utime now);
+  std::string ask_resume(bool one_step, Utime now);
+  std::string ask_step(Utime now);
+  std::string ask_skip(const std::string& reason, Utime now);
+  std::string ask_retry(Utime now);
+  std::string ask_answer(const procedure_command_t& message, Utime now);
+  std::string ask_speed(const std::string& text, Utime now);
+  std::string ask_lamps(const std::string& text, Utime now);
+  std::string ask_take_control(const procedure_command_t& message, Utime now);
+  std::string ask_release_control(const std::string& commander, Utime now);
   void watch_control(Utime now);
   void hold_when_wanted(Utime now);
-  /// Looks at the preconditions again; says why not where they are not met.
-  bool may_go_on(const std::string& what, Utime now);
+  /// Looks at the preconditions again; the unmet ones.
+  std::string unmet_to_go_on(Utime now);
   void end_hold(Utime now);
-  void refuse(const std::string& what, const std::string& why);
 
   bool in_preparation() const {
     return stage_ == Stage::nodes || stage_ == Stage::lease || stage_ == Stage::clear;
@@ -205,7 +208,6 @@ class Engine {
   Utime limits_looked_at_ = 0;
   bool reset_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
-  SeenCommands commands_seen_;
 };
 
 }  // namespace berth::procedures

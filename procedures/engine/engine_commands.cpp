@@ -44,22 +44,28 @@ std::string name_of(std::int8_t command) {
 
 }  // namespace
 
-void Engine::on(const procedure_command_t& message, Utime now) {
+std::string Engine::obey(const procedure_command_t& message, Utime now) {
   const bool stops = message.command == Command::HOLD || message.command == Command::ABORT;
   const std::int64_t session = options_.commander.session;
-  if (message.session != session && !stops) return;
+  if (message.session != session && !stops) {
+    return "it belongs to session " + std::to_string(message.session) + ", this procedure to " +
+           std::to_string(session);
+  }
+  if (message.utime_expires < now && !stops) {
+    return "it came " + fixed(seconds(now - message.utime_expires), 1) + " s too late";
+  }
   if (message.command == Command::KEEP_CONTROL) {  // twice a second: nothing to tell
-    if (message.utime_expires >= now) control_.keep(message.commander, now);
-    return;
+    return control_.keep(message.commander, now) ? "" : "it has no control";
   }
-  // Several terminals may be attached, one after the other, each counting from 1.
-  const bool is_new =
-      commands_seen_.add({message.commander, message.session, message.utime, message.seq});
-  if (!is_new || finished() || (message.utime_expires < now && !stops)) return;
+  if (finished()) return "the procedure has finished";
   const std::string name = name_of(message.command);
-  if (name.empty()) {
-    return refuse("command " + std::to_string(message.command), "it is not known");
-  }
+  const auto refused = [&](const std::string& why) {
+    const std::string what = name.empty() ? "command " + std::to_string(message.command) : name;
+    if (!why.empty())
+      actions_.event(event_t::WARNING, "command-refused", "no " + what + ": " + why);
+    return why;
+  };
+  if (name.empty()) return refused("it is not known");
   bench_.live.set_time(now);
   actions_.event(
       event_t::NOTICE, "operator-command",
@@ -71,14 +77,18 @@ void Engine::on(const procedure_command_t& message, Utime now) {
   }
   watch_control(now);
   const std::string objection = control_.objection(message, now);
-  if (!objection.empty()) return refuse(name, objection);
+  return refused(objection.empty() ? carry_out(message, now) : objection);
+}
+
+std::string Engine::carry_out(const procedure_command_t& message, Utime now) {
   switch (message.command) {
     case procedure_command_t::ABORT:
-      return abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);
+      abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);
+      return "";
     case procedure_command_t::HOLD:
       return ask_hold(message.commander, now);
     case procedure_command_t::RESUME:
-      return ask_resume("resume", now);
+      return ask_resume(false, now);
     case procedure_command_t::STEP:
       return ask_step(now);
     case procedure_command_t::SKIP:
@@ -96,10 +106,6 @@ void Engine::on(const procedure_command_t& message, Utime now) {
     default:
       return ask_release_control(message.commander, now);
   }
-}
-
-void Engine::refuse(const std::string& what, const std::string& why) {
-  actions_.event(event_t::WARNING, "command-refused", "no " + what + ": " + why);
 }
 
 void Engine::abort(const std::string& reason, Utime now) {
@@ -121,23 +127,23 @@ void Engine::hold(Hold how, const std::string& reason, Utime now) {
   show(procedure_state_t::HELD);
 }
 
-void Engine::ask_hold(const std::string& who, Utime now) {
+std::string Engine::ask_hold(const std::string& who, Utime now) {
   const std::string reason = "held by " + who;
-  if (held()) return refuse("hold", "it is held already");
-  if (stage_ == Stage::running) return hold(Hold::in_step, reason, now);
-  if (stage_ == Stage::settling) return refuse("hold", "nothing moves any more");
-  if (in_preparation() || in_steps()) {
+  if (held()) return "it is held already";
+  if (stage_ == Stage::settling) return "nothing moves any more";
+  if (stage_ == Stage::running) {
+    hold(Hold::in_step, reason, now);
+  } else if (in_preparation() || in_steps()) {
     hold_asked_ = reason;  // before a step does anything
   } else {
     abort(reason, now);  // what is left of the teardown is left out
   }
+  return "";
 }
 
-bool Engine::may_go_on(const std::string& what, Utime now) {
+std::string Engine::unmet_to_go_on(Utime now) {
   bench_.live.set_time(now);
-  const std::string wrong = look_at_preconditions(true);
-  if (!wrong.empty()) refuse(what, wrong);
-  return wrong.empty();
+  return look_at_preconditions(true);
 }
 
 void Engine::end_hold(Utime now) {
@@ -148,40 +154,42 @@ void Engine::end_hold(Utime now) {
   show(procedure_state_t::RUNNING);
 }
 
-void Engine::ask_resume(const std::string& what, Utime now) {
+std::string Engine::ask_resume(bool one_step, Utime now) {
   if (stage_ != Stage::running || !held()) {
-    if (!hold_after_step_ && hold_asked_.empty()) refuse(what, "nothing is held");
+    const bool was_asked = hold_after_step_ || !hold_asked_.empty();
     hold_after_step_ = false;
     hold_asked_.clear();
-    return;
+    return was_asked ? "" : "nothing is held";
   }
   if (hold_ == Hold::failed) {
-    return refuse(what, "step '" + current().name + "' has failed: retry, skip or abort");
+    return "step '" + current().name + "' has failed: retry, skip or abort";
   }
-  if (!may_go_on(what, now)) return;
-  hold_after_step_ = what == "step";
+  if (const std::string unmet = unmet_to_go_on(now); !unmet.empty()) return unmet;
+  hold_after_step_ = one_step;
   const bool between = hold_ == Hold::between;
   end_hold(now);
-  if (between) return begin_step(state_.current_step + 1, now);
+  if (between) {
+    begin_step(state_.current_step + 1, now);
+    return "";
+  }
   // Steps that move nothing were held by us alone.
   if (bench_.testbed.state()->state != testbed_state_t::IDLE) {
     bench_.testbed.order(testbed_command_t::RESUME, now);
   }
   show_prompt(now);
+  return "";
 }
 
-void Engine::ask_step(Utime now) {
-  if (stage_ == Stage::running && !held()) {
-    hold_after_step_ = true;
-    return;
-  }
-  ask_resume("step", now);
+std::string Engine::ask_step(Utime now) {
+  if (stage_ != Stage::running || held()) return ask_resume(true, now);
+  hold_after_step_ = true;
+  return "";
 }
 
-void Engine::ask_skip(const std::string& reason, Utime now) {
-  if (stage_ != Stage::running) return refuse("skip", "no step is running");
-  if (reason.empty()) return refuse("skip", "a reason is needed, for the record");
-  if (held() && !may_go_on("skip", now)) return;
+std::string Engine::ask_skip(const std::string& reason, Utime now) {
+  if (stage_ != Stage::running) return "no step is running";
+  if (reason.empty()) return "a reason is needed, for the record";
+  if (const std::string unmet = held() ? unmet_to_go_on(now) : ""; !unmet.empty()) return unmet;
   const Hold was = hold_;
   if (held()) end_hold(now);
   if (was == Hold::between) ++state_.current_step;
@@ -198,68 +206,68 @@ void Engine::ask_skip(const std::string& reason, Utime now) {
   }
   show_prompt(now);
   stop_and_begin(state_.current_step + 1, now);
+  return "";
 }
 
-void Engine::ask_retry(Utime now) {
-  if (stage_ != Stage::running) return refuse("retry", "no step is running");
-  if (held() && !may_go_on("retry", now)) return;
+std::string Engine::ask_retry(Utime now) {
+  if (stage_ != Stage::running) return "no step is running";
+  if (const std::string unmet = held() ? unmet_to_go_on(now) : ""; !unmet.empty()) return unmet;
   if (held()) end_hold(now);
   if (current().state == procedure_step_t::RUNNING) {
     end_step(procedure_step_t::ABORTED, "tried again", now);
     show_prompt(now);
   }
   stop_and_begin(state_.current_step, now);
+  return "";
 }
 
-void Engine::ask_answer(const procedure_command_t& message, Utime now) {
-  if (state_.prompt_id.empty()) return refuse("answer", "nothing is asked");
+std::string Engine::ask_answer(const procedure_command_t& message, Utime now) {
+  if (state_.prompt_id.empty()) return "nothing is asked";
   if (message.prompt_id != state_.prompt_id) {
-    return refuse("answer",
-                  "prompt " + message.prompt_id + " is not asked, but prompt " + state_.prompt_id);
+    return "prompt " + message.prompt_id + " is not asked, but prompt " + state_.prompt_id;
   }
-  if (message.text.empty()) return refuse("answer", "it is empty");
+  if (message.text.empty()) return "it is empty";
   const auto& choices = state_.choices;
   if (!choices.empty() &&
       std::find(choices.begin(), choices.end(), message.text) == choices.end()) {
-    return refuse("answer", "found '" + message.text + "', expected one of: " + joined(choices));
+    return "found '" + message.text + "', expected one of: " + joined(choices);
   }
   runner_->answer(message.text, message.commander);
   show_prompt(now);
+  return "";
 }
 
-void Engine::ask_speed(const std::string& text, Utime now) {
-  try {
-    bench_.testbed.set_override(speed_override_of(text), now);
-  } catch (const InputError& e) {
-    refuse("speed", e.what());
-  }
+std::string Engine::ask_speed(const std::string& text, Utime now) try {
+  bench_.testbed.set_override(speed_override_of(text), now);
+  return "";
+} catch (const InputError& e) {
+  return e.what();
 }
 
-void Engine::ask_lamps(const std::string& text, Utime now) {
+std::string Engine::ask_lamps(const std::string& text, Utime now) try {
   const auto& facility = bench_.facility.state();
-  if (!facility || facility->valid == 0) return refuse("lamps", "the facility does not answer");
-  try {
-    bench_.facility.command(lamps_of(text, *facility), now);
-  } catch (const InputError& e) {
-    refuse("lamps", e.what());
-  }
+  if (!facility || facility->valid == 0) return "the facility does not answer";
+  bench_.facility.command(lamps_of(text, *facility), now);
+  return "";
+} catch (const InputError& e) {
+  return e.what();
 }
 
 // Who steers --------------------------------------------------------------------------------------
 
-void Engine::ask_take_control(const procedure_command_t& message, Utime now) {
+std::string Engine::ask_take_control(const procedure_command_t& message, Utime now) {
   const std::string change = control_.take(message, now);
   hold_wanted_.clear();
   ++revision_;
   if (!change.empty()) actions_.event(event_t::NOTICE, "control-taken", change);
+  return "";
 }
 
-void Engine::ask_release_control(const std::string& commander, Utime now) {
-  if (!control_.release(commander, now)) {
-    return refuse("release control", commander + " does not have it");
-  }
+std::string Engine::ask_release_control(const std::string& commander, Utime now) {
+  if (!control_.release(commander, now)) return commander + " does not have it";
   ++revision_;
   actions_.event(event_t::NOTICE, "control-released", "nobody has control");
+  return "";
 }
 
 void Engine::watch_control(Utime now) {

@@ -103,7 +103,11 @@ bool Engine::judges_returns() const {
 void Engine::judge(Utime now) {
   state_.utime = now;
   record_.add(state_);
-  actions_.event(event_t::INFO, logs::JudgedUpTo::event_code, record_.up_to().text());
+  verdict_basis_t basis = record_.basis();
+  basis.utime = now;
+  basis.seq = 1;  // it is judged once
+  basis.session = options_.commander.session;
+  actions_.send(basis);
   const logs::Measurer measurer(record_, nearest_);
   state_.criteria = logs::judge(procedure_.criteria, measurer);
   state_.criterion_count = static_cast<std::int32_t>(state_.criteria.size());

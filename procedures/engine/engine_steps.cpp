@@ -185,7 +185,7 @@ void Engine::stop_and_begin(int index, Utime now) {
 
 void Engine::poll_stopping_step(Utime now) {
   if (stage_ != Stage::stopping_step) return;
-  if (bench_.testbed.order_answer() != Answer::pending && bench_.testbed.at_rest()) {
+  if (!bench_.testbed.order_pending() && bench_.testbed.at_rest()) {
     enter(Stage::running, now);
     if (next_ > state_.current_step) return next_step(now);
     begin_step(next_, now);

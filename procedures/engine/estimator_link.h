@@ -15,26 +15,22 @@ class EstimatorLink {
   EstimatorLink(Actions& actions, Commander commander);
 
   void command(estimator_command_t command, Utime now);
-  Answer answer() const { return answer_; }
-  const std::string& refusal() const { return refusal_; }
-  std::int64_t seq() const { return command_.seq; }
-  std::int64_t first_scan_id() const { return command_.first_scan_id; }
+  CommandStatus status() const { return client_.status(); }
+  const std::string& refusal() const { return client_.reason(); }
+  std::int64_t seq() const { return client_.command().seq; }
+  std::int64_t first_scan_id() const { return client_.command().first_scan_id; }
 
   void on(const estimator_state_t& state, Utime now);
-  void tick(Utime now);
+  void tick(Utime now) { client_.tick(now); }
   const std::optional<estimator_state_t>& state() const { return state_; }
 
  private:
-  void send_anew(Utime now);
+  /// For the first scan that it can still change.
+  void send(estimator_command_t command, Utime now);
 
-  Actions& actions_;
   Commander commander_;
-  std::int64_t last_seq_;
-  estimator_command_t command_{};
+  CommandClient<estimator_command_t> client_;
   int attempts_ = 0;
-  Utime sent_ = 0;
-  Answer answer_ = Answer::none;
-  std::string refusal_;
   std::optional<estimator_state_t> state_;
 };
 

@@ -41,7 +41,7 @@ class TrackingRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
-    if (bench.estimator.answer() == Answer::refused) {
+    if (bench.estimator.status() == CommandStatus::refused) {
       detail_ = "the estimator refuses: " + bench.estimator.refusal();
       return StepResult::error;
     }
@@ -68,11 +68,12 @@ class StopTrackingRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
-    if (bench.estimator.answer() == Answer::refused) {
+    if (bench.estimator.status() == CommandStatus::refused) {
       detail_ = "the estimator refuses: " + bench.estimator.refusal();
       return StepResult::error;
     }
-    return bench.estimator.answer() == Answer::accepted ? StepResult::passed : StepResult::running;
+    return bench.estimator.status() == CommandStatus::accepted ? StepResult::passed
+                                                               : StepResult::running;
   }
 };
 
@@ -88,7 +89,7 @@ class ScanRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
-    if (bench.estimator.answer() == Answer::refused) {
+    if (bench.estimator.status() == CommandStatus::refused) {
       detail_ = "the estimator refuses: " + bench.estimator.refusal();
       return StepResult::error;
     }

@@ -45,32 +45,19 @@ std::array<Item, 4> items(const facility_command_t& asked, const facility_state_
 }  // namespace
 
 FacilityLink::FacilityLink(Actions& actions, Commander commander)
-    : actions_(actions), commander_(std::move(commander)) {}
+    : commander_(std::move(commander)),
+      client_([&actions](const facility_command_t& command) { actions.send(command); }) {}
 
 void FacilityLink::command(facility_command_t command, Utime now) {
-  const std::int64_t seq = command_.seq + 1;
-  command_ = std::move(command);
-  command_.seq = seq;
   overtakes_ = wanted_;
   matched_ = false;
   wanted_ = true;
-  send(now);
+  client_.send(std::move(command), commander_, now);
 }
-
-void FacilityLink::send(Utime now) {
-  command_.utime = now;
-  command_.utime_expires = now + command_lifetime;
-  command_.session = commander_.session;
-  command_.commander = commander_.name;
-  sent_ = now;
-  actions_.send(command_);
-}
-
-bool FacilityLink::reached() const { return sent_ != 0 && !wanted_; }
 
 void FacilityLink::on(const facility_state_t& state) {
   state_ = state;
-  if (!wanted_ || state.utime < command_.utime) return;
+  if (!wanted_ || state.utime < client_.command().utime) return;
   const bool matches = missing().empty();
   // On the way to something else the lamps may pass what is asked for now.
   if (matches && (matched_ || !overtakes_)) wanted_ = false;
@@ -81,14 +68,10 @@ std::string FacilityLink::missing() const {
   if (!state_) return "the facility is silent";
   if (state_->valid == 0) return "the facility does not answer: " + state_->reason;
   std::string text;
-  for (const Item& item : items(command_, *state_)) {
+  for (const Item& item : items(client_.command(), *state_)) {
     if (!item.reached()) text += (text.empty() ? "" : ", ") + item.text();
   }
   return text;
-}
-
-void FacilityLink::tick(Utime now) {
-  if (wanted_ && now - sent_ >= repeat_period) send(now);
 }
 
 }  // namespace berth::procedures

@@ -9,30 +9,32 @@
 
 namespace berth::procedures {
 
-/// The lamps: what is asked for is sent until the facility reports it, level and direction.
+/// The lamps: what is asked for is sent until the facility driver answers; then its state shows
+/// when they are as asked for, level and direction.
 class FacilityLink {
  public:
   FacilityLink(Actions& actions, Commander commander);
 
   void command(facility_command_t command, Utime now);
-  bool reached() const;
+  bool pending() const { return client_.pending(); }
+  CommandStatus status() const { return client_.status(); }
+  const std::string& refusal() const { return client_.reason(); }
+  /// The lamps are as asked for.
+  bool reached() const { return status() == CommandStatus::accepted && !wanted_; }
   /// What is not yet as it was asked for, with both values; empty: nothing.
   std::string missing() const;
 
   void on(const facility_state_t& state);
-  void tick(Utime now);
+  void on(const command_answers_t& answers) { client_.on(answers); }
+  void tick(Utime now) { client_.tick(now); }
   const std::optional<facility_state_t>& state() const { return state_; }
 
  private:
-  void send(Utime now);
-
-  Actions& actions_;
   Commander commander_;
-  facility_command_t command_{};
+  CommandClient<facility_command_t> client_;
   bool wanted_ = false;
   bool overtakes_ = false;  // the lamps may still be on the way to what was asked for before
   bool matched_ = false;    // the state before
-  Utime sent_ = 0;
   std::optional<facility_state_t> state_;
 };
 

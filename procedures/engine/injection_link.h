@@ -15,13 +15,13 @@ class InjectionLink {
  public:
   InjectionLink(Actions& actions, Commander commander);
 
-  /// Under a new seq; fills in all but what it asks for.
+  /// Fills in all but what it asks for.
   void command(injection_t injection, Utime now);
   /// The same when it is due, whatever the engine does then; clearing it takes it back.
   void command_later(injection_t injection, Utime due);
   /// accepted, refused or still pending.
-  Answer answer() const { return answer_; }
-  const std::string& refusal() const { return refusal_; }
+  CommandStatus status() const { return client_.status(); }
+  const std::string& refusal() const { return client_.reason(); }
   /// Whether anything was ever injected.
   bool used() const { return used_; }
   /// The simulated cell's own words; nothing where there is none.
@@ -35,15 +35,9 @@ class InjectionLink {
     injection_t injection;
     Utime due;
   };
-  void send(Utime now);
 
-  Actions& actions_;
   Commander commander_;
-  std::int64_t last_seq_;
-  injection_t injection_{};
-  Utime sent_ = 0;
-  Answer answer_ = Answer::none;
-  std::string refusal_;
+  CommandClient<injection_t> client_;
   bool used_ = false;
   std::vector<Later> later_;
   std::optional<injection_state_t> state_;

@@ -24,11 +24,11 @@ class InjectionRunner final : public StepRunner {
       detail_ = "in " + fixed(seconds(after_), 1) + " s";
       return StepResult::passed;
     }
-    if (idle_ || bench.injections.answer() == Answer::accepted) {
+    if (idle_ || bench.injections.status() == CommandStatus::accepted) {
       detail_.clear();
       return StepResult::passed;
     }
-    if (bench.injections.answer() == Answer::refused) {
+    if (bench.injections.status() == CommandStatus::refused) {
       detail_ = "the simulated cell refuses: " + bench.injections.refusal();
       return StepResult::error;
     }

@@ -20,6 +20,10 @@ class LightsRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime) override {
+    if (bench.facility.status() == CommandStatus::refused) {
+      detail_ = "the facility refuses: " + bench.facility.refusal();
+      return StepResult::error;
+    }
     if (!bench.facility.reached()) {
       detail_ = bench.facility.missing();
       return StepResult::running;
@@ -52,14 +56,14 @@ class MotionRunner final : public StepRunner {
 
   StepResult poll(Bench& bench, Utime, Utime) override {
     const auto& state = bench.testbed.state();
-    switch (bench.testbed.answer()) {
-      case Answer::refused:
+    switch (bench.testbed.status()) {
+      case CommandStatus::refused:
         detail_ = bench.testbed.refusal();
         return StepResult::error;
-      case Answer::finished:
+      case CommandStatus::finished:
         detail_.clear();
         return StepResult::passed;
-      case Answer::accepted:
+      case CommandStatus::accepted:
         detail_ = fixed(100 * state->progress, 0) + " %";
         if (state->state == testbed_state_t::HOLDING && !state->reason.empty()) {
           detail_ = "holding: " + state->reason;
@@ -86,8 +90,8 @@ class StoppedRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime now, Utime active) override {
-    const Answer answer = bench.testbed.answer();
-    if (answer == Answer::refused) {
+    const CommandStatus status = bench.testbed.status();
+    if (status == CommandStatus::refused) {
       detail_ = bench.testbed.refusal();
       return StepResult::error;
     }
@@ -106,7 +110,7 @@ class StoppedRunner final : public StepRunner {
       return StepResult::running;
     }
     // At rest, not only on the way there: the next step may want to move.
-    return answer == Answer::finished ? StepResult::passed : StepResult::running;
+    return status == CommandStatus::finished ? StepResult::passed : StepResult::running;
   }
 
  private:

@@ -42,17 +42,19 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
     : Node(node_setup, the_bus, the_loop),
       engine_(std::move(procedure), options_of(node_setup, run, the_loop.now()), std::move(nearest),
               *this),
-      info_(std::move(info)) {
+      info_(std::move(info)),
+      answers_(the_bus, the_loop, channels::procedure_answers, session()) {
   listen<testbed_state_t>(channels::testbed_state, 1000);
   listen<estimator_state_t>(channels::estimator_state, 1000);
   listen<facility_state_t>(channels::facility_state, 1000);
+  listen<command_answers_t>(channels::facility_answers, 100);
   listen<lidar_state_t>(channels::lidar_state, 1000);
   listen<pose_estimate_t>(channels::pose_estimate, 1000);
   listen<injection_state_t>(channels::injection_state, 100);
   // Of any session: a stop is obeyed from everybody.
   bus().subscribe<procedure_command_t>(channels::procedure_command, Queue::fifo(100),
                                        [this](const procedure_command_t& message) {
-                                         engine_.on(message, now());
+                                         take(message);
                                          after_input();
                                        });
   bus().subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(5000),
@@ -69,6 +71,10 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                      if (message.session == session()) engine_.on(message);
                                    });
   }
+  bus().subscribe<setpoint_latency_t>(channels::setpoint_latency, Queue::fifo(100),
+                                      [this](const setpoint_latency_t& message) {
+                                        if (message.session == session()) engine_.on(message);
+                                      });
   bus().subscribe<event_t>(channels::event, Queue::fifo(1000), [this](const event_t& message) {
     if (message.session == session()) engine_.on(message);
   });
@@ -96,6 +102,21 @@ void ProcedureNode::listen(const char* channel, std::size_t capacity) {
     engine_.on(message, now());
     after_input();
   });
+}
+
+/// Keeping control is not answered: who has it is in OPERATOR_CONTROL.
+void ProcedureNode::take(const procedure_command_t& command) {
+  if (command.command == procedure_command_t::KEEP_CONTROL) {
+    engine_.obey(command, now());
+    return;
+  }
+  if (!answers_.is_new(command)) return;
+  const std::string refusal = engine_.obey(command, now());
+  if (refusal.empty()) {
+    answers_.accept(command);
+  } else {
+    answers_.refuse(command, refusal);
+  }
 }
 
 void ProcedureNode::start() {
@@ -157,6 +178,9 @@ void ProcedureNode::send(const facility_command_t& command) {
 }
 void ProcedureNode::send(const injection_t& injection) {
   bus().publish(channels::injection, injection);
+}
+void ProcedureNode::send(const verdict_basis_t& basis) {
+  bus().publish(channels::verdict_basis, basis);
 }
 void ProcedureNode::event(std::int8_t severity, const std::string& code, const std::string& text) {
   Node::event(severity, code, text);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "common/bus/command_answers.h"
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
 #include "procedures/engine/engine.h"
@@ -30,7 +31,7 @@ struct ProcedureRun {
 };
 
 /// The engine on the bus. Publishes PROCEDURE_STATE and OPERATOR_CONTROL on change and at 2 Hz,
-/// RUN_INFO at the start and every 10 s.
+/// RUN_INFO at the start and every 10 s; answers PROCEDURE_COMMAND by PROCEDURE_ANSWERS.
 class ProcedureNode final : public Node, private procedures::Actions {
  public:
   ProcedureNode(const NodeSetup& setup, procedures::Procedure procedure, const ProcedureRun& run,
@@ -50,10 +51,12 @@ class ProcedureNode final : public Node, private procedures::Actions {
   void send(const estimator_command_t& command) override;
   void send(const facility_command_t& command) override;
   void send(const injection_t& injection) override;
+  void send(const verdict_basis_t& basis) override;
   void event(std::int8_t severity, const std::string& code, const std::string& text) override;
 
   template <class Message>
   void listen(const char* channel, std::size_t capacity);
+  void take(const procedure_command_t& command);
   void start();
   void after_input();
   void publish_state();
@@ -68,6 +71,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
   Utime repeat_after_ = 0;
   Utime last_control_ = 0;
   int final_repeats_ = 0;
+  CommandAnswers answers_;
   std::vector<Loop::TimerId> timers_;
   std::function<void()> finished_;
 };

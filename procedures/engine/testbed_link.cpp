@@ -4,98 +4,73 @@
 namespace berth::procedures {
 namespace {
 
-Utime repeat_period_of(const testbed_command_t& command) {
-  const bool stops =
-      command.command == testbed_command_t::HOLD || command.command == testbed_command_t::STOP;
-  return stops ? stop_repeat_period : repeat_period;
+/// A lease lasts for two seconds, and must not be lost with a fifth of the messages: ten in a row,
+/// once in ten million.
+constexpr Utime lease_period = 200 * millisecond;
+
+testbed_command_t order_of(std::int8_t what) {
+  testbed_command_t command{};
+  command.command = what;
+  command.q_wxyz[0] = 1;
+  return command;
 }
 
 }  // namespace
 
 TestbedLink::TestbedLink(Actions& actions, Commander commander)
-    : actions_(actions), commander_(std::move(commander)), last_seq_(commander_.last_seq) {}
-
-void TestbedLink::send(testbed_command_t& command, Utime now) {
-  command.utime_expires = now + command_lifetime;
-  command.session = commander_.session;
-  command.commander = commander_.name;
-  command.speed_override = override_;
-  actions_.send(command);
-}
-
-void TestbedLink::start(Tracked& tracked, testbed_command_t command, Utime now) {
-  tracked.command = std::move(command);
-  tracked.command.utime = now;  // by which, with seq, a repetition is known
-  tracked.command.seq = ++last_seq_;
-  tracked.answer = Answer::pending;
-  tracked.refusal.clear();
-  tracked.sent = now;
-  send(tracked.command, now);
-}
+    : actions_(actions),
+      commander_(std::move(commander)),
+      motion_([&actions](const testbed_command_t& command) { actions.send(command); }),
+      order_([&actions](const testbed_command_t& command) { actions.send(command); }) {}
 
 void TestbedLink::command(testbed_command_t command, Utime now) {
-  start(motion_, std::move(command), now);
+  command.speed_override = override_;
+  refusal_.clear();
+  motion_.send(std::move(command), commander_, now);
 }
 
 void TestbedLink::order(std::int8_t what, Utime now) {
-  testbed_command_t command{};
-  command.command = what;
-  command.q_wxyz[0] = 1;
-  start(order_, std::move(command), now);
+  testbed_command_t command = order_of(what);
+  command.speed_override = override_;
+  order_.send(std::move(command), commander_, now);
 }
 
-void TestbedLink::send_lease(Utime now) {
-  testbed_command_t command{};
-  command.command = holds_lease_ ? testbed_command_t::KEEP_LEASE : testbed_command_t::TAKE_LEASE;
-  command.q_wxyz[0] = 1;
-  command.utime = now;
-  command.seq = ++last_seq_;
+void TestbedLink::send_lease(std::int8_t what, Utime now) {
+  testbed_command_t command = order_of(what);
+  command.speed_override = override_;
+  complete(command, commander_, now);
   lease_sent_ = now;
-  send(command, now);
+  actions_.send(command);
+}
+
+void TestbedLink::keep_lease(Utime now) {
+  send_lease(holds_lease_ ? testbed_command_t::KEEP_LEASE : testbed_command_t::TAKE_LEASE, now);
 }
 
 void TestbedLink::set_override(double override, Utime now) {
-  override_ = override;
-  if (holds_lease_) send_lease(now);  // at once; it is said again with every one that follows
+  override_ = motion_.command().speed_override = order_.command().speed_override = override;
+  if (holds_lease_) keep_lease(now);  // at once; it is said again with every one that follows
 }
 
 void TestbedLink::take_lease(Utime now) {
   wants_lease_ = true;
-  send_lease(now);
+  keep_lease(now);
 }
 
 void TestbedLink::release_lease(Utime now) {
   if (!wants_lease_) return;
   wants_lease_ = false;
-  testbed_command_t command{};
-  command.command = testbed_command_t::RELEASE_LEASE;
-  command.q_wxyz[0] = 1;
-  command.utime = now;
-  command.seq = ++last_seq_;
-  send(command, now);
-}
-
-void TestbedLink::look_for_answer(Tracked& tracked, const testbed_state_t& state) {
-  if (tracked.answer != Answer::pending && tracked.answer != Answer::accepted) return;
-  const std::int64_t seq = tracked.command.seq;
-  if (state.refused_seq == seq) {
-    // Closed loop motion that ends otherwise than it should says why in the same place.
-    const bool under_way = tracked.answer == Answer::accepted;
-    tracked.answer = Answer::refused;
-    tracked.refusal = (under_way ? "" : "the testbed refuses: ") + state.refusal;
-  } else if (state.finished_seq == seq) {
-    tracked.answer = Answer::finished;
-  } else if (state.command_seq == seq) {
-    tracked.answer = Answer::accepted;
-  }
+  send_lease(testbed_command_t::RELEASE_LEASE, now);
 }
 
 void TestbedLink::on(const testbed_state_t& state) {
   state_ = state;
   holds_lease_ = state.lease_holder == commander_.name;
   held_once_ = held_once_ || (wants_lease_ && holds_lease_);
-  look_for_answer(motion_, state);
-  look_for_answer(order_, state);
+  // Closed loop motion that ends otherwise than it should says why in the same place.
+  const bool under_way = motion_.status() == CommandStatus::accepted;
+  if (motion_.on(state)) refusal_ = (under_way ? "" : "the testbed refuses: ") + motion_.reason();
+  order_.on(state);
 }
 
 bool TestbedLink::at_rest() const {
@@ -112,13 +87,9 @@ bool TestbedLink::at_rest() const {
 }
 
 void TestbedLink::tick(Utime now) {
-  if (wants_lease_ && now - lease_sent_ >= lease_period) send_lease(now);
-  for (Tracked* tracked : {&motion_, &order_}) {
-    if (tracked->answer != Answer::pending) continue;
-    if (now - tracked->sent < repeat_period_of(tracked->command)) continue;
-    tracked->sent = now;
-    send(tracked->command, now);
-  }
+  if (wants_lease_ && now - lease_sent_ >= lease_period) keep_lease(now);
+  motion_.tick(now);
+  order_.tick(now);
 }
 
 }  // namespace berth::procedures

@@ -14,15 +14,15 @@ class TestbedLink {
  public:
   TestbedLink(Actions& actions, Commander commander);
 
-  /// Starts a motion under a new seq; fills in all but what it asks for.
+  /// Starts a motion; fills in all but what it asks for.
   void command(testbed_command_t command, Utime now);
-  Answer answer() const { return motion_.answer; }
+  CommandStatus status() const { return motion_.status(); }
   /// Why the motion was refused, or given up; a sentence.
-  const std::string& refusal() const { return motion_.refusal; }
+  const std::string& refusal() const { return refusal_; }
 
   /// HOLD, RESUME, STOP or RESET: goes beside the motion, whose answer is still awaited.
   void order(std::int8_t what, Utime now);
-  Answer order_answer() const { return order_.answer; }
+  bool order_pending() const { return order_.pending(); }
 
   /// Of the motion under way and of all later ones, 0..1.
   void set_override(double override, Utime now);
@@ -43,23 +43,15 @@ class TestbedLink {
   const std::optional<testbed_state_t>& state() const { return state_; }
 
  private:
-  struct Tracked {
-    testbed_command_t command{};
-    Utime sent = 0;
-    Answer answer = Answer::none;
-    std::string refusal;
-  };
-
-  void start(Tracked& tracked, testbed_command_t command, Utime now);
-  static void look_for_answer(Tracked& tracked, const testbed_state_t& state);
-  void send(testbed_command_t& command, Utime now);
-  void send_lease(Utime now);
+  /// Of the lease: whether it was obeyed is seen in the state.
+  void send_lease(std::int8_t what, Utime now);
+  void keep_lease(Utime now);
 
   Actions& actions_;
   Commander commander_;
-  std::int64_t last_seq_;
-  Tracked motion_;
-  Tracked order_;
+  CommandClient<testbed_command_t> motion_;
+  CommandClient<testbed_command_t> order_;
+  std::string refusal_;
   double override_ = 1;
   bool wants_lease_ = false;
   bool holds_lease_ = false;

@@ -41,11 +41,6 @@ class Pages {
                   orders.push_back(order);
                   return run_refusal;
                 }}) {
-    hear<procedure_state_t>(channels::procedure_state);
-    hear<operator_control_t>(channels::operator_control);
-    hear<event_t>(channels::event);
-    hear<testbed_state_t>(channels::testbed_state);
-    hear<facility_state_t>(channels::facility_state);
     bus.subscribe<procedure_command_t>(
         channels::procedure_command, Queue::fifo(),
         [this](const procedure_command_t& c) { commands.push_back(c); });
@@ -94,13 +89,6 @@ class Pages {
   std::string page_alive;  ///< the viewer whose page keeps control, when it has it
   std::int64_t id = 0;
   Driver driver;
-
- private:
-  template <class Message>
-  void hear(const char* channel) {
-    bus.subscribe<Message>(channel, Queue::fifo(),
-                           [this](const Message& message) { driver.on(message); });
-  }
 };
 
 struct WithProcedure {
@@ -378,8 +366,9 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
   SECTION("by the testbed") {
     CellAlone w;
     w.script.commands_lost = 6;
-    CHECK(w.ask("viewer-1", "hold").accepted);
+    CHECK(w.ask("viewer-1", "hold").id == 0);
     w.simulation.run_for(500 * millisecond);
+    CHECK(w.pages.last("viewer-1").accepted);
     REQUIRE(w.testbed.obeyed.size() == 1);
     CHECK(w.testbed.obeyed[0].command == testbed_command_t::HOLD);
     const std::size_t sent = w.pages.orders_sent.size();
@@ -406,7 +395,52 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
     w.bench.simulation.set_bus_loss(0);
     w.bench.run_for(0.3);
     CHECK(w.bench.told_testbed(testbed_command_t::HOLD));
-    CHECK_THAT(w.pages.last("viewer-1").text, Contains("the testbed is told to hold"));
+    CHECK_THAT(w.pages.last("viewer-1").text,
+               Contains("the procedure does not answer; the testbed holds"));
+  }
+}
+
+TEST_CASE("two viewers at once each get the answer to what they asked") {
+  WithProcedure w;
+  w.take("viewer-1");
+  w.bench.simulation.set_bus_loss(0.5);
+  w.pages.ask("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
+  const std::int64_t answer = w.pages.id;
+  w.pages.ask("viewer-2", "hold");
+  const std::int64_t hold = w.pages.id;
+  w.bench.run_for(1.8);
+  w.bench.simulation.set_bus_loss(0);
+  const auto to = [&](const std::string& viewer, std::int64_t id) {
+    w.pages.id = id;
+    return w.pages.last(viewer);
+  };
+  CHECK_FALSE(to("viewer-1", answer).accepted);
+  CHECK_THAT(to("viewer-1", answer).text, Contains("nothing is asked"));
+  CHECK(to("viewer-2", hold).accepted);
+}
+
+TEST_CASE("lamps and speed of a cell without a procedure are accepted when the cell says so") {
+  CellAlone w;
+  w.pages.page_alive = "viewer-1";
+  REQUIRE(w.ask("viewer-1", "take_control").accepted);
+  SECTION("refused by the facility") {
+    w.script.refuse_lamps = "the lamp is being changed";
+    const Answer answer = w.ask("viewer-1", "lamps", {{"sun", 0.5}});
+    CHECK_FALSE(answer.accepted);
+    CHECK(answer.text == "the lamp is being changed");
+  }
+  SECTION("no answer") {
+    w.simulation.set_bus_loss(1);
+    w.pages.ask("viewer-1", "lamps", {{"sun", 0.5}});
+    const std::int64_t lamps = w.pages.id;
+    w.pages.ask("viewer-1", "speed", {{"override", 0.3}});
+    w.simulation.run_for(1900 * millisecond);
+    CHECK(w.pages.last("viewer-1").id == 0);
+    w.simulation.run_for(200 * millisecond);
+    CHECK_FALSE(w.pages.last("viewer-1").accepted);
+    CHECK(w.pages.last("viewer-1").text == "the testbed does not answer");
+    w.pages.id = lamps;
+    CHECK(w.pages.last("viewer-1").text == "the facility does not answer");
   }
 }
 

@@ -189,6 +189,20 @@ TEST_CASE("control is taken and given back by one key, and taken over only by a 
   CHECK(sent[2].text == "take over");
 }
 
+TEST_CASE("what the engine refuses is shown with its reason, whatever events are lost") {
+  Keyboard keyboard;
+  keyboard.keys.on(state_with(procedure_state_t::RUNNING));
+  keyboard.type("n");
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("step asked for"));
+  keyboard.keys.on_answer(CommandStatus::accepted, "");
+  CHECK_THAT(text_of(keyboard.keys.lines()), !Contains("asked for"));
+  keyboard.type("r");
+  keyboard.keys.on_answer(CommandStatus::refused, "nothing is held");
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("refused: nothing is held"));
+  keyboard.keys.on_answer(CommandStatus::unanswered, "no answer within 2.0 s");
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("no answer within 2.0 s"));
+}
+
 TEST_CASE("the speed goes up and down by tenths, within 10 to 100 percent") {
   std::vector<std::string> asked;
   OperatorKeys keys([&asked](const procedure_command_t& c) { asked.push_back(c.text); }, false);

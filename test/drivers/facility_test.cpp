@@ -28,12 +28,15 @@ struct Facility {
                                       state = s;
                                       ++states;
                                     });
+    bus.subscribe<command_answers_t>(channels::facility_answers, Queue::fifo(),
+                                     [this](const command_answers_t& a) { answers = a; });
     bus.subscribe<event_t>(channels::event, Queue::fifo(),
                            [this](const event_t& e) { codes.push_back(e.code); });
     simulation.run_for(500 * millisecond);
   }
   facility_command_t lamps(double sun, double albedo) {
     facility_command_t command{};
+    command.seq = ++seq;
     command.utime = simulation.now();
     command.utime_expires = command.utime + second;
     command.session = 7;
@@ -42,6 +45,15 @@ struct Facility {
     command.sun_azimuth_rad = radians(-35.25);
     command.sun_elevation_rad = radians(10.0);
     return command;
+  }
+  /// Status and reason of what was asked last.
+  std::string answer() const {
+    for (const command_answer_t& one : answers.answers) {
+      if (one.seq == seq) {
+        return one.answer == command_answer_t::ACCEPTED ? "accepted" : "refused: " + one.reason;
+      }
+    }
+    return "none";
   }
   bool saw(const std::string& code) const {
     return std::find(codes.begin(), codes.end(), code) != codes.end();
@@ -55,6 +67,8 @@ struct Facility {
   facility_state_t state{};
   int states = 0;
   std::vector<std::string> codes;
+  command_answers_t answers{};
+  std::int64_t seq = 0;
 };
 
 TEST_CASE("the facility's state comes at 10 Hz, the chain closed, the lamps dark") {
@@ -114,6 +128,56 @@ TEST_CASE("lamp commands that are foreign, late or senseless change nothing") {
   CHECK(f.saw("command-refused"));
   CHECK(f.state.sun_lamp == 0);
   CHECK(f.plc->albedo_lamp() == 0);
+}
+
+TEST_CASE("each lamp command is answered: when the PLC has taken it, or with the reason") {
+  Facility f;
+  facility_command_t command = f.lamps(0.8, 0.25);
+  f.bus.publish(channels::facility_command, command);
+  f.simulation.run_for(50 * millisecond);
+  CHECK(f.answer() == "accepted");
+  SECTION("a repetition is answered again and obeyed once") {
+    f.simulation.run_for(12 * second);
+    f.bus.publish(channels::facility_command, f.lamps(0.1, 0));
+    f.simulation.run_for(2 * second);
+    f.bus.publish(channels::facility_command, command);
+    f.simulation.run_for(2 * second);
+    CHECK(f.answers.answers[0].seq == command.seq);
+    CHECK(f.state.sun_lamp == Approx(0.1));
+  }
+  SECTION("senseless") {
+    f.bus.publish(channels::facility_command, f.lamps(1.5, 0));
+    f.simulation.run_for(50 * millisecond);
+    CHECK(f.answer() == "refused: levels must be 0 to 1 and angles finite");
+  }
+  SECTION("of another run") {
+    command = f.lamps(1, 0);
+    command.session = 6;
+    f.bus.publish(channels::facility_command, command);
+    f.simulation.run_for(50 * millisecond);
+    CHECK(f.answer() == "refused: a command of session 6 was ignored");
+  }
+  SECTION("too late") {
+    command = f.lamps(1, 0);
+    command.utime_expires = f.simulation.now() - 1;
+    f.bus.publish(channels::facility_command, command);
+    f.simulation.run_for(50 * millisecond);
+    CHECK(f.answer() == "refused: a command came after it had expired");
+  }
+  SECTION("of a PLC that does not answer: none, and the repetition is tried again") {
+    f.plc->server().faults().silent = true;
+    command = f.lamps(0.4, 0);
+    command.utime_expires += 60 * second;
+    f.bus.publish(channels::facility_command, command);
+    f.simulation.run_for(3 * second);
+    CHECK(f.answer() == "none");
+    f.plc->server().faults().silent = false;
+    f.simulation.run_for(5 * second);
+    f.bus.publish(channels::facility_command, command);
+    f.simulation.run_for(second);
+    CHECK(f.answer() == "accepted");
+    CHECK(f.state.sun_lamp == Approx(0.4));
+  }
 }
 
 TEST_CASE("an open chain or fence is on the bus within 60 ms, and handed on to the arms") {

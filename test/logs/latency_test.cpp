@@ -224,28 +224,31 @@ TEST_CASE("arms that stand tell no delay") {
 
 TEST_CASE("what comes after a run was judged is not in its verdict") {
   RunRecord record = swung(0.05, 0, 1);
-  const JudgedUpTo judged = record.up_to();
-  const auto read = JudgedUpTo::parse(judged.text());
-  REQUIRE(read);
-  CHECK(read->estimate_seq == judged.estimate_seq);
-  CHECK(read->diagnostics_seq == judged.diagnostics_seq);
-  CHECK(read->truth == judged.truth);
-  CHECK_FALSE(JudgedUpTo::parse("on nothing"));
-
+  const verdict_basis_t judged = record.basis();
   const std::size_t before = record.estimates().size();
   // late: true within the phase, heard after the verdict
   auto late = made::estimate(made::start + 39700 * millisecond, swinging(39.7, 0.05));
   late.seq = judged.estimate_seq + 1;
   record.add(late);
-  record.add(made::truth(judged.truth + 8000, swinging(41, 0.05)));
+  record.add(made::truth(judged.truth_utime + 8000, swinging(41, 0.05)));
   CHECK(record.estimates().size() == before + 1);
   record.keep_judged();  // nothing says that it was judged
   CHECK(record.estimates().size() == before + 1);
-  event_t event{};
-  event.code = JudgedUpTo::event_code;
-  event.text = judged.text();
-  record.add(event);
+  SECTION("by the log") { record.add(judged); }
+  SECTION("by an event, in logs that are older than VERDICT_BASIS") {
+    event_t event{};
+    event.code = judged_event_code;
+    event.text = "on nothing";
+    record.add(event);
+    record.keep_judged();
+    CHECK(record.estimates().size() == before + 1);
+    event.seq = 1;
+    event.text = "on estimates up to seq " + std::to_string(judged.estimate_seq) +
+                 ", diagnostics up to seq " + std::to_string(judged.diagnostics_seq) +
+                 ", truth up to utime " + std::to_string(judged.truth_utime);
+    record.add(event);
+  }
   record.keep_judged();
   CHECK(record.estimates().size() == before);
-  CHECK(record.truth().samples().back().utime == judged.truth);
+  CHECK(record.truth().samples().back().utime == judged.truth_utime);
 }

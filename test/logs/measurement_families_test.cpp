@@ -3,7 +3,6 @@
 #include <functional>
 #include <set>
 
-#include "common/core/dead_time_told.h"
 #include "common/core/file.h"
 #include "common/core/random.h"
 #include "common/core/target.h"
@@ -280,20 +279,37 @@ TEST_CASE(
   info.attachment_count = 1;
   record.add(info);
   CHECK(measured(record, "achieved_position_error").value == Approx(50 * mm).epsilon(1e-3));
-  const auto tell = [&](double t, std::int64_t us) {
+  const auto tell = [&](double t, const std::string& text) {
     event_t event{};
     event.utime = made::start + utime_from_seconds(t);
     event.seq = event.utime;
     event.session = made::session;
-    event.code = DeadTimeTold::event_code;
-    event.text = DeadTimeTold{us}.text("so it is");
+    event.code = "dead-time";
+    event.text = "a dead time of " + text + " ms is reckoned with: so it is";
     record.add(event);
   };
-  tell(9, 100000);  // after all that is judged
-  tell(1, 390000);
-  CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
-  tell(3, 400000);
-  CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
+  const auto publish = [&](double t, double latency_s) {
+    setpoint_latency_t message{};
+    message.utime = made::start + utime_from_seconds(t);
+    message.session = made::session;
+    message.latency_s = latency_s;
+    record.add(message);
+  };
+  SECTION("as the testbed has measured it") {
+    publish(9, 0.1);  // after all that is judged
+    tell(4, "500.0");
+    publish(1, 0.39);
+    CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
+    publish(3, 0.4);
+    CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
+  }
+  SECTION("as an event has it, in logs that are older than the message") {
+    tell(9, "100.0");
+    tell(1, "390.0");
+    CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
+    tell(3, "400.0");
+    CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
+  }
 }
 
 TEST_CASE("latency is what the estimator's node says of each estimate") {

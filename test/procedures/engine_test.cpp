@@ -213,6 +213,15 @@ TEST_CASE("lamps that do not answer time out, also in the teardown") {
   CHECK(bench.node->state().reason == "teardown step 'lights' failed: sun lamp 0.00 % of 10.00 %");
 }
 
+TEST_CASE("lamps that the facility refuses end the step with its reason") {
+  fake::Script script;
+  script.refuse_lamps = "levels must be 0 to 1";
+  EngineBench bench(script, procedure_of("  - lights: {sun: 10 %}\n"));
+  CHECK(bench.run() == procedure_state_t::ERROR);
+  CHECK(bench.step("lights").detail ==
+        "step 'lights': the facility refuses: levels must be 0 to 1");
+}
+
 TEST_CASE("the lights are done when the lamp has turned, and a command that is lost is repeated") {
   fake::Script script;
   const std::string steps =

@@ -15,6 +15,7 @@
 #include <set>
 #include <vector>
 
+#include "common/bus/command_answers.h"
 #include "common/bus/node.h"
 #include "common/bus/simulation.h"
 #include "lcmtypes/channels.h"
@@ -45,6 +46,7 @@ struct Script {
   bool truth = true;
   bool attended = true;
   bool lamps_work = true;
+  std::string refuse_lamps;   ///< reason
   int lamp_command_lost = 0;  ///< which of them, from 1
   double lamp_turns_s = 0;    ///< how long it takes
   double move_takes_s = 2;
@@ -235,7 +237,8 @@ class Estimator final : public Clocked {
     if (refusals_ < script_.late_refusals) {
       ++refusals_;
       state_.refused_seq = c.seq;
-      state_.reason = "late: scan already asked for";
+      state_.scan_id = c.first_scan_id;  // is asked for already
+      state_.reason = "too late";
       return publish();
     }
     obeyed.push_back(c);
@@ -298,6 +301,9 @@ class Facility final : public Clocked {
         channels::facility_command, Queue::fifo(), [this](const facility_command_t& c) {
           if (!script_.lamps_work) return;
           if (++heard == script_.lamp_command_lost) return;
+          if (!answers_.is_new(c)) return;
+          if (!script_.refuse_lamps.empty()) return answers_.refuse(c, script_.refuse_lamps);
+          answers_.accept(c);
           const bool turns = last.sun_azimuth_rad != c.sun_azimuth_rad ||
                              last.sun_elevation_rad != c.sun_elevation_rad;
           if (turns) {
@@ -327,6 +333,7 @@ class Facility final : public Clocked {
   int heard = 0;
 
  private:
+  CommandAnswers answers_{bus(), loop(), channels::facility_answers, fake::session};
   facility_state_t state_{};
   Utime turned_ = 0;
 };

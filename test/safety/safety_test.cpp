@@ -4,7 +4,6 @@
 #include <fstream>
 #include <regex>
 
-#include "common/core/dead_time_told.h"
 #include "common/core/file.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
@@ -149,12 +148,10 @@ TEST_CASE("arms whose controllers have another dead time than the nominal one fo
   CHECK(world.state.state == testbed_state_t::IDLE);
   // by the nominal dead time it would have strayed
   if (dead_time == "dead_time: 400 ms") CHECK(world.greatest_lag > radians(1.0));
-  const auto told = std::find_if(world.events.rbegin(), world.events.rend(), [](const event_t& e) {
-    return e.code == DeadTimeTold::event_code;
-  });
-  REQUIRE(told != world.events.rend());
-  const double told_ms = 1e-3 * static_cast<double>(DeadTimeTold::parse(told->text).value().us);
-  CHECK(told_ms == Approx(dead_time == "dead_time: 400 ms" ? 400 : 20).margin(20));
+  REQUIRE(world.latency.seq > 0);
+  CHECK(world.latency.latency_s ==
+        Approx(dead_time == "dead_time: 400 ms" ? 0.4 : 0.02).margin(0.02));
+  CHECK(world.latency.nominal_s == Approx(0.15));
   SECTION("and are stopped when they run away") {
     world.send(world.move_to({0, 0, 5000, 0, 0, 0}, 0.2));
     world.run_for(3);

@@ -86,6 +86,8 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
                                    [this](const testbed_state_t& m) {
                                      if (m.session == options_.session) state = m;
                                    });
+  bus_->subscribe<setpoint_latency_t>(channels::setpoint_latency, Queue::fifo(),
+                                      [this](const setpoint_latency_t& m) { latency = m; });
   bus_->subscribe<event_t>(channels::event, Queue::fifo(), [this](const event_t& m) {
     if (m.session == options_.session) events.push_back(m);
   });

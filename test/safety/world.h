@@ -6,6 +6,7 @@
 #include <berth/event_t.hpp>
 #include <berth/injection_t.hpp>
 #include <berth/pose_estimate_t.hpp>
+#include <berth/setpoint_latency_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <deque>
@@ -97,6 +98,7 @@ class World {
 
   Simulation simulation;
   testbed_state_t state{};
+  setpoint_latency_t latency{};
   std::map<ArmRole, arm_state_t> arms;
   std::optional<pose_estimate_t> estimate;
   std::vector<event_t> events;

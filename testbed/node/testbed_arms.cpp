@@ -2,8 +2,8 @@
 // What the arms and the facility say, and whether the arms follow.
 #include <cmath>
 
-#include "common/core/dead_time_told.h"
 #include "common/core/text.h"
+#include "lcmtypes/channels.h"
 #include "testbed/node/testbed_node.h"
 
 namespace berth {
@@ -83,16 +83,24 @@ void TestbedNode::learn_dead_time() {
   }
   if (known == 0) return;
   const auto both = static_cast<Utime>(std::llround(sum / known));
-  if (dead_time_told_ && std::abs(both - dead_time_) < worth_telling) return;
-  const bool warn = !dead_time_told_ && std::abs(both - settings_.dead_time) >= dead_time_off;
+  if (latency_.seq > 0 && std::abs(both - dead_time_) < worth_telling) return;
+  const bool warn = latency_.seq == 0 && std::abs(both - settings_.dead_time) >= dead_time_off;
   dead_time_ = both;
-  dead_time_told_ = true;
-  event(warn ? event_t::WARNING : event_t::INFO, DeadTimeTold::event_code,
-        DeadTimeTold{both}.text("so long after its set-points " +
-                                std::string(known > 1 ? "an arm moves, in the mean of both"
-                                                      : "the arm moves that was moved") +
-                                "; testbed.yaml has " +
-                                fixed(1e3 * seconds(settings_.dead_time), 0) + " ms"));
+  latency_.latency_s = seconds(both);
+  latency_.nominal_s = seconds(settings_.dead_time);
+  publish_latency();
+  event(warn ? event_t::WARNING : event_t::INFO, "dead-time",
+        "a dead time of " + fixed(1e3 * seconds(both), 1) +
+            " ms is reckoned with: so long after its set-points " +
+            (known > 1 ? "an arm moves, in the mean of both" : "the arm moves that was moved") +
+            "; testbed.yaml has " + fixed(1e3 * seconds(settings_.dead_time), 0) + " ms");
+}
+
+void TestbedNode::publish_latency() {
+  latency_.utime = now();
+  ++latency_.seq;
+  latency_.session = session();
+  bus().publish(channels::setpoint_latency, latency_);
 }
 
 void TestbedNode::on_facility(const facility_state_t& state) {

@@ -97,6 +97,9 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       [this](const testbed_command_t& command) { on_command(command); });
   tick_timer_ = loop.every(settings_.setpoint_period, [this] { tick(); });
   state_timer_ = loop.every(state_period, [this] { publish_state(false); });
+  latency_timer_ = loop.every(10 * second, [this] {
+    if (latency_.seq > 0) publish_latency();  // for those who join
+  });
   report(node_status_t::STARTING, verdict_.reason);
   for (const std::string& note : target_notes(cell_.target)) {
     event(event_t::WARNING, "target", "target '" + cell_.target.name + "': " + note);
@@ -107,6 +110,7 @@ TestbedNode::~TestbedNode() {
   end_work();
   loop().cancel(tick_timer_);
   loop().cancel(state_timer_);
+  loop().cancel(latency_timer_);
 }
 
 // ---- the set-point clock ----

@@ -7,6 +7,7 @@
 #include <berth/guidance_setpoint_t.hpp>
 #include <berth/heartbeat_t.hpp>
 #include <berth/pose_estimate_t.hpp>
+#include <berth/setpoint_latency_t.hpp>
 #include <berth/testbed_command_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <map>
@@ -141,6 +142,7 @@ class TestbedNode final : public Node {
   void watch_clearance();
   void watch_rest();
   void learn_dead_time();
+  void publish_latency();
   void look_at_report(ArmRole role, const arm_state_t& state);
   void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
@@ -165,8 +167,8 @@ class TestbedNode final : public Node {
   testbed::SafetySupervisor safety_;
   testbed::ReportWatch report_watch_[2];        // replica, sensor
   testbed::FollowingWatch following_watch_[2];  // replica, sensor
-  Utime dead_time_;  // from a set-point to its motion, by which is reckoned
-  bool dead_time_told_ = false;
+  Utime dead_time_;               // from a set-point to its motion, by which is reckoned
+  setpoint_latency_t latency_{};  // as published; seq 0: not measured yet
   testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;
@@ -226,6 +228,7 @@ class TestbedNode final : public Node {
   testbed_state_t published_{};
   Loop::TimerId tick_timer_;
   Loop::TimerId state_timer_;
+  Loop::TimerId latency_timer_;
 };
 
 /// Reads the run's layout, target, calibration and config/testbed.yaml. @throws InputError.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/drive/driver.h"
 
+#include <berth/event_t.hpp>
+
 #include "app/console/drive/arguments.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
@@ -142,9 +144,10 @@ void Driver::refuse(const Command& command, const std::string& why) {
   answer(command, false, why);
 }
 
-Done Driver::answering(const Command& command) {
-  return
-      [this, command](bool accepted, const std::string& text) { answer(command, accepted, text); };
+ProcedureClient::Done Driver::answering(const Command& command) {
+  return [this, command](CommandStatus status, const std::string& reason) {
+    answer(command, status == CommandStatus::accepted, reason);
+  };
 }
 
 void Driver::ask(const Command& command, std::int8_t what, const std::string& text,
@@ -154,24 +157,35 @@ void Driver::ask(const Command& command, std::int8_t what, const std::string& te
   request.command = what;
   request.text = text;
   request.prompt_id = prompt_id;
-  procedure_.ask(name_of(command.viewer), request, answering(command));
+  send(command.viewer, std::move(request), answering(command));
+}
+
+void Driver::send(const std::string& viewer, procedure_command_t request,
+                  ProcedureClient::Done done) {
+  constexpr Utime answer_limit = 2 * second;
+  request.commander = name_of(viewer);
+  procedure_.send(std::move(request), std::move(done), answer_limit);
 }
 
 // Commands ----------------------------------------------------------------------------------------
 
 void Driver::hold(const Command& command) {
   const auto hold_cell = [this, command](const std::string& why) {
-    cell_.hold(name_of(command.viewer));
-    answer(command, true, why + "; the testbed is told to hold");
+    cell_.hold(name_of(command.viewer), [this, command, why](CommandStatus status,
+                                                             const std::string& reason) {
+      const bool accepted = status == CommandStatus::accepted;
+      answer(command, accepted,
+             why + (accepted ? "; the testbed holds" : "; HOLD is repeated, but " + reason));
+    });
   };
   if (!procedure_.active()) return hold_cell("no procedure runs");
   procedure_command_t request{};
   request.command = procedure_command_t::HOLD;
-  procedure_.ask(name_of(command.viewer), request,
-                 [this, command, hold_cell](bool accepted, const std::string& text) {
-                   if (text == ProcedureHelm::no_answer) return hold_cell(text);
-                   answer(command, accepted, text);
-                 });
+  send(command.viewer, request,
+       [hold_cell, done = answering(command)](CommandStatus status, const std::string& reason) {
+         if (status != CommandStatus::unanswered) return done(status, reason);
+         hold_cell("the procedure does not answer");
+       });
 }
 
 void Driver::prompt(const Command& command) {
@@ -184,15 +198,13 @@ void Driver::speed(const Command& command) {
   const std::string text = fixed(100 * override, 1) + " %";
   procedures::speed_override_of(text);  // complains
   if (procedure_.active()) return ask(command, procedure_command_t::SPEED, text);
-  cell_.set_speed(override);
-  answer(command, true, "");
+  cell_.set_speed(override, answering(command));
 }
 
 void Driver::lamps(const Command& command) {
   const std::string text = lamps_text(command);
   if (procedure_.active()) return ask(command, procedure_command_t::LAMPS, text);
-  cell_.set_lamps(text);
-  answer(command, true, "");
+  cell_.set_lamps(text, answering(command));
 }
 
 void Driver::run(const Command& command) {

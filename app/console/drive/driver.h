@@ -4,10 +4,10 @@
 #include <functional>
 #include <string>
 
-#include "app/console/drive/cell_helm.h"
+#include "app/console/drive/cell_client.h"
 #include "app/console/drive/confirmations.h"
-#include "app/console/drive/procedure_helm.h"
 #include "app/console/server/command.h"
+#include "app/terminal/procedure_client.h"
 #include "common/core/lease.h"
 
 namespace berth::console {
@@ -45,11 +45,6 @@ class Driver {
 
   void take(const Command& command);
 
-  void on(const procedure_state_t& state) { procedure_.on(state); }
-  void on(const operator_control_t& control) { procedure_.on(control); }
-  void on(const event_t& event) { procedure_.on(event); }
-  void on(const testbed_state_t& state) { cell_.on(state); }
-  void on(const facility_state_t& state) { cell_.on(state); }
   /// At 20 Hz.
   void tick();
 
@@ -77,7 +72,8 @@ class Driver {
   void answer(const Command& command, bool accepted, const std::string& text,
               const std::string& confirm = "");
   void refuse(const Command& command, const std::string& why);
-  Done answering(const Command& command);
+  /// Tells a viewer what the engine or the cell has answered.
+  ProcedureClient::Done answering(const Command& command);
 
   void take_control(const Command& command);
   void release_control(const Command& command);
@@ -90,15 +86,16 @@ class Driver {
   /// To the engine; refused where there is none.
   void ask(const Command& command, std::int8_t what, const std::string& text = "",
            const std::string& prompt_id = "");
-  void take_engine(const std::string& viewer, Done done);
+  void send(const std::string& viewer, procedure_command_t request, ProcedureClient::Done done);
+  void take_engine(const std::string& viewer, ProcedureClient::Done done);
   void follow_engine();
   void follow_testbed();
 
   Loop& loop_;
   DriverOptions options_;
   DriverHost host_;
-  ProcedureHelm procedure_;
-  CellHelm cell_;
+  ProcedureClient procedure_;
+  CellClient cell_;
   Confirmations confirmations_;
   Lease lease_;  // of a viewer of ours, as long as its page is heard
   bool follows_engine_ = false;

@@ -22,7 +22,7 @@ void hand_over(Lease& lease, const std::string& viewer, Utime now) {
 
 Driver::Control Driver::control() const {
   const Utime now = loop_.now();
-  const operator_control_t& engine = procedure_.control();
+  const operator_control_t engine = procedure_.control();
   const bool runs = procedure_.active();
   const std::string ours = options_.name + " ";
   if (runs && !engine.holder.empty()) {
@@ -53,7 +53,7 @@ void Driver::take_control(const Command& command) {
   answer(command, true, "");
 }
 
-void Driver::take_engine(const std::string& viewer, Done done) {
+void Driver::take_engine(const std::string& viewer, ProcedureClient::Done done) {
   const std::string holder = procedure_.control().holder;
   procedure_command_t request{};
   request.command = procedure_command_t::TAKE_CONTROL;
@@ -63,11 +63,11 @@ void Driver::take_engine(const std::string& viewer, Done done) {
         (request.text.empty() ? "" : ", ") + std::string(procedures::hold_when_lost_word);
   }
   engine_asked_ = loop_.now();
-  procedure_.ask(name_of(viewer), request,
-                 [this, viewer, done = std::move(done)](bool accepted, const std::string& text) {
-                   if (accepted) hand_over(lease_, viewer, loop_.now());
-                   if (done) done(accepted, text);
-                 });
+  send(viewer, request,
+       [this, viewer, done = std::move(done)](CommandStatus status, const std::string& reason) {
+         if (status == CommandStatus::accepted) hand_over(lease_, viewer, loop_.now());
+         if (done) done(status, reason);
+       });
 }
 
 void Driver::keep_control(const Command& command) {
@@ -87,7 +87,6 @@ void Driver::release_control(const Command& command) {
 }
 
 void Driver::tick() {
-  procedure_.tick();
   cell_.tick();
   if (procedure_.active()) {
     follow_engine();
@@ -103,7 +102,7 @@ void Driver::follow_engine() {
   cell_.give_back();
   lease_.lapse(now);
   if (!std::exchange(follows_engine_, true)) inherits_ = true;
-  const std::string& holder = procedure_.control().holder;
+  const std::string holder = procedure_.control().holder;
   inherits_ = inherits_ && holder.empty() && lease_.held(now);
   if (!lease_.held(now) || holder == name_of(lease_.holder())) return;
   if (!inherits_) {

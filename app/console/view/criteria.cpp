@@ -82,6 +82,8 @@ void Criteria::take(const logs::LogEvent& event) {
     add(logs::decode<estimator_diagnostics_t>(event.data));
   } else if (event.channel == channels::testbed_state) {
     add(logs::decode<testbed_state_t>(event.data));
+  } else if (event.channel == channels::setpoint_latency) {
+    add(logs::decode<setpoint_latency_t>(event.data));
   } else if (event.channel == channels::scan_data && judges_returns_) {
     add(logs::decode<scan_packet_t>(event.data));
   } else if (event.channel == channels::procedure_state) {

@@ -3,6 +3,7 @@
 
 #include <berth/facility_state_t.hpp>
 #include <berth/testbed_state_t.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,16 +14,17 @@
 
 namespace berth::console {
 
-/// Steers a cell in which no procedure runs, by the testbed's lease: for one operator at a time.
-/// Whoever else commands the testbed keeps it.
-class CellHelm final : private procedures::Actions {
+/// Commands to a cell in which no procedure runs, by the testbed's lease: for one operator at a
+/// time. Whoever else commands the testbed keeps it.
+class CellClient final : private procedures::Actions {
  public:
-  CellHelm(Bus& bus, Loop& loop, std::int64_t session)
-      : bus_(bus), loop_(loop), session_(session) {}
+  /// accepted, refused or unanswered, with the reason; called once, later.
+  using Done = std::function<void(CommandStatus, const std::string& reason)>;
 
-  void on(const testbed_state_t& state);
-  void on(const facility_state_t& state);
-  /// At 20 Hz: repeats what has not been acknowledged, and keeps the lease.
+  /// Make it before the bus starts.
+  CellClient(Bus& bus, Loop& loop, std::int64_t session);
+
+  /// At 20 Hz: repeats what has not been answered, and keeps the lease.
   void tick();
 
   /// Asks for the lease, and keeps it until it is given back.
@@ -31,15 +33,16 @@ class CellHelm final : private procedures::Actions {
   /// Whose lease is asked for or held; empty: nobody's.
   const std::string& taken_for() const { return taken_for_; }
   bool has_lease() const { return links_ && links_->testbed.has_lease(); }
-  /// Who commands the testbed, as it says.
+  /// Who commands the testbed, as it reports.
   std::string lease_holder() const { return testbed_ ? testbed_->lease_holder : ""; }
 
-  /// Brings what moves to rest; needs no lease. Said until the testbed acknowledges it.
-  void hold(const std::string& who);
-  /// The next two need it.
-  void set_speed(double override);
+  /// Brings what moves to rest; needs no lease. Repeated until the testbed answers, also after
+  /// done was told that it has not within 2 s.
+  void hold(const std::string& who, Done done);
+  /// The next two need the lease.
+  void set_speed(double override, Done done);
   /// @throws InputError for words that are none of lamps, or when the facility does not answer.
-  void set_lamps(const std::string& text);
+  void set_lamps(const std::string& text, Done done);
 
   const std::optional<testbed_state_t>& testbed() const { return testbed_; }
 
@@ -48,12 +51,25 @@ class CellHelm final : private procedures::Actions {
     procedures::TestbedLink testbed;
     procedures::FacilityLink facility;
   };
+  struct Waiting {
+    Done done;
+    Utime since = 0;
+  };
 
-  procedures::Commander commander(const std::string& who) const;
+  template <class Message>
+  void receive(const char* channel);
+  void on(const testbed_state_t& state);
+  void on(const facility_state_t& state);
+  void on(const command_answers_t& facility);
+  void wait(Waiting& waiting, Done done);
+  static void end(Waiting& waiting, CommandStatus status, const std::string& reason = "");
+  procedures::Actions& actions() { return *this; }
+  Commander commander(const std::string& who) const;
   void send(const testbed_command_t& command) override;
   void send(const estimator_command_t&) override {}
   void send(const facility_command_t& command) override;
   void send(const injection_t&) override {}
+  void send(const verdict_basis_t&) override {}
   void event(std::int8_t, const std::string&, const std::string&) override {}
 
   Bus& bus_;
@@ -62,6 +78,9 @@ class CellHelm final : private procedures::Actions {
   std::string taken_for_;
   std::unique_ptr<Links> links_;
   std::optional<procedures::TestbedLink> hold_;  // by which a HOLD was asked for last
+  Waiting hold_waiting_;
+  Waiting speed_waiting_;
+  Waiting lamps_waiting_;
   std::optional<testbed_state_t> testbed_;
   std::optional<facility_state_t> facility_;
 };
