@@ -60,9 +60,9 @@ class TwinOperator {
 
  private:
   void answer(const procedure_state_t& state) {
-    if (answered_ == state.prompt_id) return;
+    if (state.prompt_id.empty()) answered_.clear();
+    if (state.state != procedure_state_t::PROMPTING || answered_ == state.prompt_id) return;
     answered_ = state.prompt_id;
-    if (state.state != procedure_state_t::PROMPTING) return;
     auto answer = answers_.find(state.prompt_id);
     if (answer == answers_.end() && state.current_step >= 0) {
       answer = answers_.find(state.steps[static_cast<std::size_t>(state.current_step)].name);

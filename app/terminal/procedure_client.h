@@ -40,7 +40,7 @@ class ProcedureClient {
   const std::optional<procedure_state_t>& state() const { return state_; }
   /// Who steers; without a holder where nothing runs.
   operator_control_t control() const { return active() ? control_ : operator_control_t{}; }
-  /// Who asks, as the engine tells it.
+  /// Who asks, as the engine names it.
   const std::string& name() const { return commander_.name; }
 
   /// Of the one at this terminal: the user and the process.

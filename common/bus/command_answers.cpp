@@ -42,7 +42,7 @@ bool CommandAnswers::add(command_answer_t named) {
   const std::size_t before = commands_.size();
   Remembered command = take(named);
   const bool is_new = commands_.size() == before;
-  command.last_heard = loop_.now();
+  command.last_received = loop_.now();
   const bool given = command.given;
   commands_.push_front(std::move(command));
   if (commands_.size() > max_remembered) commands_.pop_back();
@@ -63,7 +63,7 @@ command_answers_t CommandAnswers::current() const {
   message.session = session_;
   int size = message.getEncodedSize();
   for (const Remembered& command : commands_) {
-    const bool old = loop_.now() - command.last_heard > publish_for;
+    const bool old = loop_.now() - command.last_received > publish_for;
     if (old || message.answers.size() == max_published) break;
     const int bytes = command.answer.getEncodedSize();
     if (!command.given || size + bytes > Bus::max_message_bytes) continue;

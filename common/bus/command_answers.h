@@ -51,7 +51,7 @@ class CommandAnswers {
   struct Remembered {
     command_answer_t answer;
     bool given = false;
-    Utime last_heard = 0;
+    Utime last_received = 0;
   };
 
   template <class Command>
@@ -75,7 +75,7 @@ class CommandAnswers {
   std::string channel_;
   std::int64_t session_;
   std::int64_t seq_ = 0;
-  std::deque<Remembered> commands_;  // the one heard last first
+  std::deque<Remembered> commands_;  // the one received last first
   Loop::TimerId timer_;
 };
 

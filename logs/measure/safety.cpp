@@ -13,14 +13,10 @@ namespace {
 constexpr double still_m_s = 2e-3;
 constexpr double still_rad_s = 2e-3;
 
-/// When faults began in the phase: the simulated cell says so.
+/// When faults began in the phase.
 std::vector<Utime> fault_times(const Measurer& measurer, const Phase& phase) {
-  std::vector<Utime> times;
-  for (const event_t& event : measurer.record().events()) {
-    const bool injected =
-        event.code == "injection" && event.text.find(" injected ") != std::string::npos;
-    if (injected && phase.contains(event.utime)) times.push_back(event.utime);
-  }
+  std::vector<Utime> times = measurer.record().fault_times();
+  std::erase_if(times, [&phase](Utime utime) { return !phase.contains(utime); });
   return times;
 }
 

@@ -158,6 +158,24 @@ void RunRecord::add(const event_t& message) { insert(events_, message); }
 
 void RunRecord::add(const setpoint_latency_t& message) { insert(setpoint_latencies_, message); }
 
+void RunRecord::add(const injection_t& message) {
+  if (message.action == injection_t::INJECT) injected_.insert(message.seq);
+}
+
+void RunRecord::add(const injection_state_t& message) {
+  const auto [known, is_new] =
+      injections_carried_out_.try_emplace(message.accepted_seq, message.utime);
+  if (!is_new) known->second = std::min(known->second, message.utime);
+}
+
+std::vector<Utime> RunRecord::fault_times() const {
+  std::vector<Utime> times;
+  for (const auto& [seq, utime] : injections_carried_out_) {
+    if (injected_.count(seq) > 0) times.push_back(utime);
+  }
+  return times;
+}
+
 void RunRecord::add(const verdict_basis_t& message) { insert(bases_, message); }
 
 void RunRecord::add(const ground_truth_t& message) {
@@ -207,6 +225,8 @@ RunRecord RunRecord::run(const procedure_state_t& state) const {
   std::copy_if(setpoint_latencies_.begin(), setpoint_latencies_.end(),
                std::back_inserter(run.setpoint_latencies_), within);
   std::copy_if(bases_.begin(), bases_.end(), std::back_inserter(run.bases_), within);
+  run.injected_ = injected_;
+  run.injections_carried_out_ = injections_carried_out_;
   for (const TruthSample& sample : truth_.samples()) {
     if (within(sample)) run.truth_.add(sample);
   }
@@ -311,6 +331,10 @@ class Filler {
       add<testbed_state_t>(event);
     } else if (event.channel == channels::setpoint_latency) {
       add<setpoint_latency_t>(event);
+    } else if (event.channel == channels::injection) {
+      add<injection_t>(event);
+    } else if (event.channel == channels::injection_state) {
+      add<injection_state_t>(event);
     } else if (event.channel == channels::verdict_basis) {
       add<verdict_basis_t>(event);
     } else if (event.channel == channels::scan_data) {
@@ -368,6 +392,7 @@ class Filler {
              ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
              ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
              ReusedMessage<setpoint_latency_t>, ReusedMessage<verdict_basis_t>,
+             ReusedMessage<injection_t>, ReusedMessage<injection_state_t>,
              ReusedMessage<scan_packet_t>>
       messages_;
 };

@@ -4,6 +4,8 @@
 #include <berth/estimator_diagnostics_t.hpp>
 #include <berth/event_t.hpp>
 #include <berth/ground_truth_t.hpp>
+#include <berth/injection_state_t.hpp>
+#include <berth/injection_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
@@ -15,6 +17,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -108,6 +111,8 @@ class RunRecord {
   void add(const run_info_t& message);
   void add(const event_t& message);
   void add(const setpoint_latency_t& message);
+  void add(const injection_t& message);
+  void add(const injection_state_t& message);
   void add(const verdict_basis_t& message);
   void add(const testbed_state_t& message);
   /// Keeps some of its returns, evenly: as many as tell how they scatter.
@@ -132,6 +137,8 @@ class RunRecord {
   /// Whether guidance went after the estimates at that time.
   bool steered(Utime utime) const;
   const std::vector<event_t>& events() const { return events_; }
+  /// When the simulated cell began to carry out each fault that was injected.
+  std::vector<Utime> fault_times() const;
   const std::vector<setpoint_latency_t>& setpoint_latencies() const { return setpoint_latencies_; }
   /// The newest; null when there was none. Good until the next message is added.
   const procedure_state_t* state() const;
@@ -156,6 +163,8 @@ class RunRecord {
   std::vector<event_t> events_;
   std::vector<setpoint_latency_t> setpoint_latencies_;
   std::vector<verdict_basis_t> bases_;
+  std::set<std::int64_t> injected_;                       // seq of each INJECT
+  std::map<std::int64_t, Utime> injections_carried_out_;  // by seq
   std::map<Utime, procedure_state_t> states_;  // of each procedure the newest, by its start
   std::map<std::string, run_info_t> infos_;    // of each run the first, by its name
 };

@@ -139,6 +139,7 @@ void Engine::on(const lidar_state_t& message, Utime now) {
 }
 
 void Engine::on(const injection_state_t& message, Utime now) {
+  record_.add(message);
   bench_.injections.on(message);
   tick(now);
 }

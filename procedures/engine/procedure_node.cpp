@@ -57,27 +57,12 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
                                          take(message);
                                          after_input();
                                        });
-  bus().subscribe<ground_truth_t>(channels::ground_truth, Queue::fifo(5000),
-                                  [this](const ground_truth_t& message) {
-                                    if (message.session == session()) engine_.on(message);
-                                  });
-  bus().subscribe<estimator_diagnostics_t>(channels::estimator_diagnostics, Queue::fifo(5000),
-                                           [this](const estimator_diagnostics_t& message) {
-                                             if (message.session == session()) engine_.on(message);
-                                           });
-  if (engine_.judges_returns()) {
-    bus().subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(5000),
-                                   [this](const scan_packet_t& message) {
-                                     if (message.session == session()) engine_.on(message);
-                                   });
-  }
-  bus().subscribe<setpoint_latency_t>(channels::setpoint_latency, Queue::fifo(100),
-                                      [this](const setpoint_latency_t& message) {
-                                        if (message.session == session()) engine_.on(message);
-                                      });
-  bus().subscribe<event_t>(channels::event, Queue::fifo(1000), [this](const event_t& message) {
-    if (message.session == session()) engine_.on(message);
-  });
+  keep<ground_truth_t>(channels::ground_truth, 5000);
+  keep<estimator_diagnostics_t>(channels::estimator_diagnostics, 5000);
+  if (engine_.judges_returns()) keep<scan_packet_t>(channels::scan_data, 5000);
+  keep<setpoint_latency_t>(channels::setpoint_latency, 100);
+  keep<injection_t>(channels::injection, 100);
+  keep<event_t>(channels::event, 1000);
   bus().subscribe<node_status_t>(channels::node_status, Queue::fifo(1000),
                                  [this](const node_status_t& message) {
                                    if (message.session != session()) return;
@@ -101,6 +86,13 @@ void ProcedureNode::listen(const char* channel, std::size_t capacity) {
     if (message.session != session()) return;
     engine_.on(message, now());
     after_input();
+  });
+}
+
+template <class Message>
+void ProcedureNode::keep(const char* channel, std::size_t capacity) {
+  bus().subscribe<Message>(channel, Queue::fifo(capacity), [this](const Message& message) {
+    if (message.session == session()) engine_.on(message);
   });
 }
 

@@ -56,6 +56,9 @@ class ProcedureNode final : public Node, private procedures::Actions {
 
   template <class Message>
   void listen(const char* channel, std::size_t capacity);
+  /// What only the verdict needs.
+  template <class Message>
+  void keep(const char* channel, std::size_t capacity);
   void take(const procedure_command_t& command);
   void start();
   void after_input();

@@ -312,6 +312,36 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a fault began when the simulated cell acknowledged its injection, whatever events say") {
+  RunRecord record = flown(resting, 20);
+  const auto acknowledge = [&record](double t, std::int64_t seq) {
+    injection_state_t state{};
+    state.utime = made::start + utime_from_seconds(t);
+    state.accepted_seq = seq;
+    record.add(state);
+  };
+  injection_t injection{};
+  event_t stops{};
+  stops.node = "testbed";
+  stops.severity = event_t::WARNING;
+  stops.utime = made::start + 5120 * millisecond;
+  record.add(stops);
+  CHECK(measured(record, "reaction_time").reason == "nothing was injected");
+  injection.seq = 1;
+  injection.action = injection_t::INJECT;
+  record.add(injection);
+  acknowledge(1, 0);
+  CHECK(measured(record, "reaction_time").reason == "nothing was injected");
+  acknowledge(6, 1);  // said again
+  acknowledge(5, 1);
+  CHECK(measured(record, "reaction_time").value == Approx(0.12));
+  injection.seq = 2;
+  injection.action = injection_t::CLEAR;
+  record.add(injection);
+  acknowledge(7, 2);
+  CHECK(measured(record, "reaction_time").value == Approx(0.12));
+}
+
 TEST_CASE("latency is what the estimator's node says of each estimate") {
   RunRecord record = flown(resting, 20);
   CHECK(measured(record, "latency").reason.find("latency_us") != std::string::npos);
