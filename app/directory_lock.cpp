@@ -10,9 +10,9 @@
 #include <ctime>
 
 #include "app/host_name.h"
-#include "app/utc.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/utc.h"
 
 namespace berth {
 

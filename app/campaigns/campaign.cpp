@@ -7,12 +7,12 @@
 
 #include "app/directory_lock.h"
 #include "app/host_name.h"
-#include "app/utc.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/target.h"
+#include "common/core/utc.h"
 #include "common/core/valid_text.h"
 #include "common/core/version.h"
 #include "procedures/language/procedure.h"

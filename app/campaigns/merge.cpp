@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/campaigns/campaign.h"
@@ -49,10 +48,7 @@ void write_summary(const Campaign& campaign, const Summary& summary) {
 Summary merge(const Campaign& campaign) {
   Summary summary;
   summary.trials = campaign.manifest().total();
-  // Too long for the memory, maybe: not with write_file.
-  fs::path unfinished = campaign.trials_file();
-  unfinished += ".part";
-  std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
+  WholeFile out(campaign.trials_file());  // a block at a time: too long for the memory, maybe
   for (const Block& block : campaign.blocks()) {
     const fs::path file = campaign.block_file(block);
     if (!fs::exists(file)) {
@@ -64,12 +60,9 @@ Summary merge(const Campaign& campaign) {
     } catch (const InputError& e) {
       throw InputError(file.string() + ": " + e.what() + "; delete it, and the trials run again");
     }
-    out << read_file(file);
+    out.write(read_file(file));
   }
-  out.close();
-  if (!out) throw InputError(unfinished.string() + ": cannot be written");
-  sync_to_disk(unfinished);
-  fs::rename(unfinished, campaign.trials_file());
+  out.finish();
   write_summary(campaign, summary);
   return summary;
 }

@@ -10,12 +10,18 @@
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "app/runs/active_runs.h"
+#include "app/runs/run_list.h"
 #include "app/terminal/monitor.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace berth::commands {
 namespace {
+
+/// The newest where nothing is named.
+ActiveRun active_run(const std::string& name) {
+  return require_active_run(name.empty() ? "" : directory_of_run(name));
+}
 
 using namespace std::chrono_literals;
 
@@ -36,24 +42,24 @@ int stop(const ActiveRun& run, bool now) {
 
 void add_attach(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("attach", "Show a running procedure in this terminal");
-  auto directory = std::make_shared<std::filesystem::path>();
+  auto run = std::make_shared<std::string>();
   auto observe = std::make_shared<bool>(false);
-  command->add_option("run", *directory, "Run directory; the newest run when left out");
+  command->add_option("run", *run,
+                      "Run directory, or name of a run in runs/; the newest when left out");
   command->add_flag("--observe", *observe, "Only look: nothing is sent, and Ctrl-C only leaves");
-  command->callback([directory, observe, &exit_code] {
-    exit_code = monitor(require_active_run(*directory), *observe);
-  });
+  command->callback(
+      [run, observe, &exit_code] { exit_code = monitor(active_run(*run), *observe); });
 }
 
 void add_stop(CLI::App& app, int& exit_code) {
   auto* command =
       app.add_subcommand("stop", "Abort the procedure that runs, or bring the cell down");
-  auto directory = std::make_shared<std::filesystem::path>();
+  auto run = std::make_shared<std::string>();
   auto now = std::make_shared<bool>(false);
-  command->add_option("run", *directory, "Run directory; the newest run when left out");
+  command->add_option("run", *run,
+                      "Run directory, or name of a run in runs/; the newest when left out");
   command->add_flag("--now", *now, "Do not wait for the procedure's teardown");
-  command->callback(
-      [directory, now, &exit_code] { exit_code = stop(require_active_run(*directory), *now); });
+  command->callback([run, now, &exit_code] { exit_code = stop(active_run(*run), *now); });
 }
 
 }  // namespace berth::commands

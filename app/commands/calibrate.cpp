@@ -15,10 +15,11 @@
 #include "app/exit_code.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
-#include "app/utc.h"
+#include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
+#include "common/core/utc.h"
 #include "procedures/check/rig.h"
 #include "testbed/calibration/calibration_file.h"
 
@@ -85,16 +86,11 @@ std::string choose(const CalibrateOptions& options) {
                                view, options.pace);
 }
 
-std::string file_stamp(const std::string& made) {
-  std::string stamp = made;
-  std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
-  return stamp;
-}
-
 int solve(const CalibrateOptions& options, const std::vector<fs::path>& directories) {
   std::vector<RunFiles> runs;
   std::vector<fs::path> trackers = options.trackers;
-  for (const fs::path& directory : directories) {
+  for (const fs::path& name : directories) {
+    const fs::path directory = directory_of_run(name.string());
     runs.push_back(RunFiles::open(directory));
     const fs::path beside = directory / "tracker.csv";
     if (options.trackers.empty()) {
@@ -111,7 +107,7 @@ int solve(const CalibrateOptions& options, const std::vector<fs::path>& director
   fs::path file = options.to;
   if (file.empty()) {
     file = options.cell.request.out /
-           (calibration.layout + "_" + file_stamp(calibration.made) + ".yaml");
+           (calibration.layout + "_" + utc_stamp(calibration.made) + ".yaml");
   }
   testbed::write_calibration(calibration, file);
   const fs::path picture = fs::path(file).replace_extension(".svg");

@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "app/campaigns/results.h"
-#include "app/utc.h"
 #include "common/core/text.h"
+#include "common/core/utc.h"
 #include "common/core/valid_text.h"
 #include "logs/measure/proportion.h"
 

@@ -11,6 +11,7 @@
 #include "app/host_name.h"
 #include "app/runs/active_runs.h"
 #include "app/runs/run_files.h"
+#include "app/runs/run_list.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
@@ -68,8 +69,9 @@ int make_credentials(const ConsoleOptions& options) {
   return exit_code::passed;
 }
 
-int serve(const ConsoleOptions& options) {
+int serve(ConsoleOptions options) {
   if (!options.credentials.empty()) return make_credentials(options);
+  for (fs::path& run : options.runs) run = directory_of_run(run.string());
   if (options.runs.size() < 2) {
     if (const auto run = active(options)) return look_at(*run, options);
   }
@@ -95,7 +97,8 @@ void add_console(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ConsoleOptions>();
   command
       ->add_option("run", options->runs,
-                   "Run directory, or two to lay beside each other; what runs when left out")
+                   "Run directory, name of a run in runs/, or 'last'; two side by side; what runs "
+                   "when left out")
       ->expected(0, 2);
   command->add_option("--lcm-url", options->url, "Of what runs on this bus");
   options->serving.add_to(*command);

@@ -10,6 +10,7 @@
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
+#include "app/runs/run_list.h"
 #include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
@@ -47,7 +48,7 @@ void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<V
 }
 
 int picture(const PictureOptions& options) {
-  const RunFiles files = RunFiles::open(options.run);
+  const RunFiles files = RunFiles::open(directory_of_run(options.run.string()));
   const Target target = load_target(files.setup.target, files.setup.target_length);
   const Cell cell = load_cell(files.setup.layout_file(), target);
   CellPicture picture;
@@ -83,9 +84,8 @@ int picture(const PictureOptions& options) {
 void add_picture(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("picture", "Draw the cell at one time of a run, as SVG");
   auto options = std::make_shared<PictureOptions>();
-  command->add_option("run", options->run, "Run directory")
-      ->required()
-      ->check(CLI::ExistingDirectory);
+  command->add_option("run", options->run, "Run directory, name of a run in runs/, or 'last'")
+      ->required();
   command->add_option("--time", options->at_s, "Seconds after the start; the end when left out");
   command->add_option("--out", options->out, "Picture to write")->capture_default_str();
   command->callback([options, &exit_code] { exit_code = picture(*options); });

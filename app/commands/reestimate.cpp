@@ -121,7 +121,9 @@ void add_reestimate(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReestimateOptions>();
   BatchRequest& request = options->request;
   request.out = "reestimated";
-  command->add_option("run", request.runs, "Run directories or logs")->required();
+  command
+      ->add_option("run", request.runs, "Run directories, logs, names of runs in runs/, or 'last'")
+      ->required();
   command->add_option("--config", request.changes.config,
                       "An estimator.yaml, or a configuration directory with one (its lidars/ are "
                       "taken too); as recorded when left out");

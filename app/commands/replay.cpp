@@ -50,7 +50,8 @@ void add_replay(CLI::App& app, int& exit_code) {
       "replay", "Play a log onto a bus, with keys to pause, step and seek in a terminal");
   auto options = std::make_shared<ReplayOptions>();
   ReplayRequest& request = options->request;
-  command->add_option("run", request.run, "Run directory or log")->required();
+  command->add_option("run", request.run, "Run directory, log, name of a run in runs/, or 'last'")
+      ->required();
   command->add_option("--lcm-url", request.url, "LCM URL of the bus to play onto");
   command->add_option("--rate", request.player.rate, "Times real time")
       ->check(CLI::Range(1.0 / 64, 1024.0))

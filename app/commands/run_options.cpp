@@ -54,7 +54,10 @@ std::vector<report::ReportedRun> read_runs(const std::vector<std::string>& names
   std::vector<report::ReportedRun> runs;
   for (const std::string& name : names) {
     try {
-      for (report::ReportedRun& run : report::read_reported_runs(find_run(name))) {
+      const std::filesystem::path found = find_run(name);
+      const bool is_directory = std::filesystem::is_directory(found);
+      for (report::ReportedRun& run :
+           report::read_reported_runs(log_of_run(name), is_directory ? found : "")) {
         worst = exit_code::worst(worst, logs::exit_code_of_outcome(run.run.comparison.outcome));
         runs.push_back(std::move(run));
       }

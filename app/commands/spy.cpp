@@ -12,6 +12,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
+#include "app/runs/run_list.h"
 #include "app/spy/spy_model.h"
 #include "app/spy/spy_screen.h"
 #include "app/spy/spy_terminal.h"
@@ -131,7 +132,7 @@ void watch(Listener& listener, const SpyModel& model) {
 
 int spy(const SpyOptions& options) {
   if (!options.what.empty() && fs::exists(options.what[0])) {
-    return spy_log(log::log_of(options.what[0]), options);
+    return spy_log(log_of_run(options.what[0]), options);
   }
   const auto types = log::types_of({}, options.types);
   SpyModel model(types);

@@ -15,11 +15,11 @@
 #include "app/nights/notify.h"
 #include "app/nights/progress.h"
 #include "app/nights/runner.h"
-#include "app/utc.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/utc.h"
 #include "common/core/version.h"
 
 namespace berth::nights {

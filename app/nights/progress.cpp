@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "app/utc.h"
+#include "common/core/utc.h"
 
 namespace berth::nights {
 

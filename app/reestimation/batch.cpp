@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "app/parallel.h"
+#include "app/runs/run_list.h"
 #include "common/core/error.h"
 
 namespace berth {
@@ -53,7 +54,7 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
   Batch batch;
   for (const fs::path& path : request.runs) {
     BatchRun run;
-    run.recorded = log_of_run(path);
+    run.recorded = log_of_run(path.string());
     run.again = new_directory(run.recorded, request.out);
     batch.runs.push_back(std::move(run));
   }

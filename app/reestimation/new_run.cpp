@@ -4,6 +4,7 @@
 #include <berth/run_info_t.hpp>
 #include <cstdio>
 
+#include "app/runs/run_list.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -114,15 +115,9 @@ void set_values(const std::vector<std::string>& assignments, const fs::path& fil
 
 }  // namespace
 
-fs::path log_of_run(const fs::path& run_or_log) {
-  const fs::path log = fs::is_directory(run_or_log) ? run_or_log / "run.lcm" : run_or_log;
-  if (!fs::exists(log)) throw InputError(log.string() + ": no such file");
-  return log;
-}
-
 RunFiles make_new_run(const fs::path& run_or_log, const EstimatorChanges& changes,
                       const fs::path& directory) {
-  const fs::path log = log_of_run(run_or_log);
+  const fs::path log = log_of_run(run_or_log.string());
   fs::create_directories(directory);
   const fs::path home = fs::absolute(log).parent_path();
   if (fs::exists(home / "run.yaml") && fs::is_directory(home / "config")) {

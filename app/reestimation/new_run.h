@@ -19,9 +19,6 @@ struct EstimatorChanges {
   bool none() const { return config.empty() && set.empty(); }
 };
 
-/// The log of a run directory, or the log itself. @throws InputError when there is no such file.
-std::filesystem::path log_of_run(const std::filesystem::path& run_or_log);
-
 /// Makes `directory`, a run directory like the recorded one in all but the log, with the changes
 /// made in its configuration. Of a log without its directory: from what RUN_INFO holds.
 /// @throws InputError for what is wrong in the input, or missing.

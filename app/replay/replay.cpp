@@ -14,6 +14,7 @@
 #include "app/replay/live_estimator.h"
 #include "app/replay/replay_bus.h"
 #include "app/replay/replay_screen.h"
+#include "app/runs/run_list.h"
 #include "app/terminal/raw_terminal.h"
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
@@ -59,7 +60,7 @@ std::function<void(double)> reading_progress() {
 class Replay {
  public:
   explicit Replay(const ReplayRequest& request)
-      : log_(log_of_run(request.run)),
+      : log_(log_of_run(request.run.string())),
         index_(log_, reading_progress()),
         channels_(request.remap, request.only, request.without),
         force_(request.force),

@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/utc.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/utc.h"
 #include "common/core/valid_text.h"
 #include "common/core/version.h"
 #include "logs/types/type_catalogue.h"

@@ -13,13 +13,13 @@
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
 #include "app/runs/manifest.h"
-#include "app/utc.h"
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/target.h"
+#include "common/core/utc.h"
 #include "common/core/yaml_text.h"
 #include "common/meshes/symmetry.h"
 #include "estimator/model/target_model.h"
@@ -29,13 +29,6 @@
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
-
-/// "20261121T223000Z"
-std::string utc_stamp() {
-  std::string text = utc_text(std::time(nullptr));
-  std::erase_if(text, [](char c) { return c == '-' || c == ':'; });
-  return text;
-}
 
 /// A directory that did not exist before.
 fs::path make_new_directory(const fs::path& parent, const std::string& name) {

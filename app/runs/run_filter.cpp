@@ -4,9 +4,9 @@
 #include <chrono>
 
 #include "app/runs/run_list.h"
-#include "app/utc.h"
 #include "common/core/error.h"
 #include "common/core/quantity.h"
+#include "common/core/utc.h"
 
 namespace berth {
 namespace {

@@ -151,7 +151,8 @@ std::string state_text(const RunEntry& run) {
 }
 
 fs::path find_run(const std::string& text, const fs::path& parent) {
-  if (fs::exists(text)) return text;
+  std::error_code unseen;
+  if (fs::exists(text, unseen)) return text;
   std::vector<fs::path> found;
   if (fs::is_directory(parent)) {
     for (const fs::path& run : runs_in(parent)) {
@@ -170,6 +171,22 @@ fs::path find_run(const std::string& text, const fs::path& parent) {
                      "their names, the newest is " + found.back().filename().string());
   }
   return found.back();
+}
+
+fs::path log_of_run(const std::string& text, const fs::path& parent) {
+  const fs::path run = find_run(text, parent);
+  if (!fs::is_directory(run)) return run;
+  if (fs::exists(run / "run.lcm")) return run / "run.lcm";
+  throw InputError("run '" + text + "': " + run.string() +
+                   " has no run.lcm, expected a log or the directory of a run that was recorded");
+}
+
+fs::path directory_of_run(const std::string& text, const fs::path& parent) {
+  const fs::path found = find_run(text, parent);
+  const fs::path run = fs::is_directory(found) ? found : fs::absolute(found).parent_path();
+  if (fs::exists(run / "run.yaml")) return run;
+  throw InputError("run '" + text + "': " + run.string() +
+                   " has no run.yaml, expected the directory of a run");
 }
 
 std::optional<std::int8_t> recorded_outcome(const fs::path& directory) {

@@ -60,6 +60,12 @@ std::string state_text(const RunEntry& run);
 /// "last": the newest. @throws InputError when there is none, or more than one.
 std::filesystem::path find_run(const std::string& text,
                                const std::filesystem::path& parent = "runs");
+/// Its log. @throws InputError when there is none.
+std::filesystem::path log_of_run(const std::string& text,
+                                 const std::filesystem::path& parent = "runs");
+/// Its directory, of a log the one that it is in. @throws InputError when that is no run's.
+std::filesystem::path directory_of_run(const std::string& text,
+                                       const std::filesystem::path& parent = "runs");
 
 /// The outcome in results.json; nothing when there is none.
 std::optional<std::int8_t> recorded_outcome(const std::filesystem::path& directory);

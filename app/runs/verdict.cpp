@@ -48,7 +48,7 @@ void write_results(const RunFiles& files, logs::Comparison comparison) {
 /// The run of this directory: its log may hold others of the cell that it joined.
 report::ReportedRun run_in(const RunFiles& files) {
   if (fs::exists(files.log())) attempt([&] { sync_to_disk(files.log()); });
-  std::vector<report::ReportedRun> runs = report::read_reported_runs(files.directory);
+  std::vector<report::ReportedRun> runs = report::read_reported_runs(files.log(), files.directory);
   const auto found = std::find_if(runs.begin(), runs.end(), [&](const report::ReportedRun& run) {
     const run_info_t* info = run.run.record.info();
     return info != nullptr && info->run == files.name;

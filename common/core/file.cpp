@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "common/core/error.h"
 
@@ -38,28 +39,40 @@ std::string read_file(const fs::path& path) {
   return content.str();
 }
 
-void write_file(const fs::path& path, std::string_view content) {
-  fs::path unfinished = path;
-  unfinished += ".part";
-  const int fd = open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) fail(unfinished, errno);
-  int error = 0;
-  while (!content.empty() && error == 0) {
-    const ssize_t written = write(fd, content.data(), content.size());
+WholeFile::WholeFile(fs::path path)
+    : path_(std::move(path)),
+      unfinished_(path_.string() + "." + std::to_string(getpid()) + ".part"),
+      fd_(open(unfinished_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+  if (fd_ < 0) fail(path_, errno);
+}
+
+WholeFile::~WholeFile() {
+  if (fd_ < 0) return;
+  close(fd_);
+  unlink(unfinished_.c_str());
+}
+
+void WholeFile::write(std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(fd_, content.data(), content.size());
     if (written >= 0) {
       content.remove_prefix(static_cast<std::size_t>(written));
     } else if (errno != EINTR) {
-      error = errno;
+      fail(path_, errno);
     }
   }
-  if (error == 0 && fsync(fd) != 0) error = errno;
-  close(fd);
-  if (error == 0 && rename(unfinished.c_str(), path.c_str()) != 0) error = errno;
-  if (error != 0) {
-    unlink(unfinished.c_str());
-    fail(path, error);
-  }
-  sync_to_disk(path.has_parent_path() ? path.parent_path() : fs::path("."));
+}
+
+void WholeFile::finish() {
+  if (fsync(fd_) != 0 || rename(unfinished_.c_str(), path_.c_str()) != 0) fail(path_, errno);
+  close(std::exchange(fd_, -1));
+  sync_to_disk(path_.has_parent_path() ? path_.parent_path() : fs::path("."));
+}
+
+void write_file(const fs::path& path, std::string_view content) {
+  WholeFile file(path);
+  file.write(content);
+  file.finish();
 }
 
 fs::path temporary_directory() {

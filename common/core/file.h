@@ -10,9 +10,29 @@ namespace berth {
 /// All bytes of a file. @throws InputError when it cannot be read.
 std::string read_file(const std::filesystem::path& path);
 
-/// Puts a file into its place whole: whatever happens meanwhile, a power cut too, afterwards there
-/// is either what was there before or all that is given. It is on the disk when this returns.
-/// @throws InputError when it cannot be written.
+/// A file that is put into its place whole: whatever happens meanwhile, a power cut too, afterwards
+/// there is either what was there before or all that was written. Several processes may write the
+/// same one: the last to finish has it.
+class WholeFile {
+ public:
+  /// @throws InputError when it cannot be written, as all of them.
+  explicit WholeFile(std::filesystem::path path);
+  /// Without finish() nothing has happened.
+  ~WholeFile();
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+
+  void write(std::string_view content);
+  /// Brings it to the disk, then into its place.
+  void finish();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path unfinished_;
+  int fd_;
+};
+
+/// A whole file of this content. @throws InputError when it cannot be written.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
 /// Where files that do not outlive a program go: TMPDIR, else /tmp.

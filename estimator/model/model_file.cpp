@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/model/model_file.h"
 
-#include <unistd.h>
-
 #include <cstring>
 #include <fstream>
 
+#include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/sha256.h"
 
 namespace berth::estimator {
@@ -136,19 +136,15 @@ bool ModelFile::write(const std::filesystem::path& path, const TargetModel& mode
 
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
-  const std::filesystem::path temporary = path.string() + "." + std::to_string(getpid()) + ".new";
-  {
-    std::ofstream file(temporary, std::ios::binary);
-    file << checksum(out.bytes);
-    file.write(out.bytes.data(), static_cast<std::streamsize>(out.bytes.size()));
-    file.close();
-    if (!file) {
-      std::filesystem::remove(temporary, error);
-      return false;
-    }
+  try {
+    WholeFile file(path);
+    file.write(checksum(out.bytes));
+    file.write({out.bytes.data(), out.bytes.size()});
+    file.finish();
+  } catch (const InputError&) {
+    return false;
   }
-  std::filesystem::rename(temporary, path, error);
-  return !error;
+  return true;
 }
 
 bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/report/page.h"
 
-#include <fstream>
-
-#include "common/core/error.h"
+#include "common/core/file.h"
 #include "logs/report/page_files.h"
 
 namespace berth::report {
@@ -29,14 +27,6 @@ Html Page::html() const {
          markup("</main>\n<script>\n" + std::string(page_script) + "</script></body></html>\n");
 }
 
-void Page::write(const std::filesystem::path& file) const {
-  const std::filesystem::path unfinished = file.string() + ".part";
-  std::ofstream out(unfinished, std::ios::binary);
-  out << html().code;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(unfinished, file, error);
-  if (!out || error) throw InputError(file.string() + ": cannot be written");
-}
+void Page::write(const std::filesystem::path& file) const { write_file(file, html().code); }
 
 }  // namespace berth::report

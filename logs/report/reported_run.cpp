@@ -46,9 +46,8 @@ std::string ReportedRun::name() const {
   return directory.empty() ? log.filename().string() : directory.filename().string();
 }
 
-std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& run) {
-  const bool is_directory = std::filesystem::is_directory(run);
-  const std::filesystem::path log = is_directory ? run / "run.lcm" : run;
+std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& log,
+                                            const std::filesystem::path& directory) {
   DetailsCollector collector;
   std::vector<logs::ComparedRun> compared =
       logs::compare_runs(log, [&collector](const logs::LogEvent& event) { collector.take(event); });
@@ -58,7 +57,7 @@ std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& run) {
     const auto* info = one.record.info();
     RunDetails details = collector.details_of(info ? info->session : state->session);
     if (compared.size() > 1 && state) details.keep(state->utime_start, state->utime);
-    runs.push_back({log, is_directory ? run : "", std::move(one), std::move(details)});
+    runs.push_back({log, directory, std::move(one), std::move(details)});
   }
   return runs;
 }

@@ -19,9 +19,11 @@ struct ReportedRun {
   std::string name() const;  ///< of the run, or of its log's file
 };
 
-/// Reads and judges a run directory's log, or a log alone, in one pass: each run in it, by their
-/// starts. @throws InputError as compare_runs.
-std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& run);
+/// Reads and judges a log in one pass: each run in it, by their starts.
+/// @param directory of the run; empty: a log alone
+/// @throws InputError as compare_runs.
+std::vector<ReportedRun> read_reported_runs(const std::filesystem::path& log,
+                                            const std::filesystem::path& directory = {});
 
 /// A run made ready for its charts: times count from the run's start.
 class RunView {

@@ -4,21 +4,13 @@
 #include <ctime>
 #include <limits>
 
+#include "common/core/utc.h"
 #include "logs/report/axis.h"
 #include "logs/report/sections.h"
 #include "logs/report/verdict_marks.h"
 
 namespace berth::report {
 namespace {
-
-std::string utc(Utime utime) {
-  const auto time = static_cast<std::time_t>(utime / second);
-  std::tm parts{};
-  gmtime_r(&time, &parts);
-  char out[40];
-  std::strftime(out, sizeof out, "%Y-%m-%d %H:%M:%S UTC", &parts);
-  return out;
-}
 
 /// What to look at first: a criterion that decided, or the one that came nearest to deciding.
 const criterion_result_t* tightest(const std::vector<criterion_result_t>& criteria) {
@@ -71,7 +63,8 @@ Html facts_of(const RunView& view) {
     facts.add("target", info->target + ", " + brief(info->target_length_m) + " m");
     facts.add("seed", std::to_string(info->seed));
   }
-  facts.add("began", twin ? "on the simulated clock" : utc(view.start()));
+  facts.add("began",
+            twin ? "on the simulated clock" : utc_for_people(view.start(), false) + " UTC");
   facts.add("lasted", brief(view.end_s()) + " s, and its teardown");
   if (info) {
     facts.add("version", info->version);

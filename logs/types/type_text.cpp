@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <ctime>
 
+#include "common/core/utc.h"
+
 namespace berth::logs {
 
 std::string short_name(const StructType& type) {
@@ -17,19 +19,6 @@ std::string hexadecimal(std::uint64_t fingerprint) {
   return text;
 }
 
-std::string text_of_utime(Utime utime) {
-  std::time_t whole = utime / second;
-  Utime rest = utime % second;
-  if (rest < 0) {
-    rest += second;
-    --whole;
-  }
-  std::tm parts{};
-  if (gmtime_r(&whole, &parts) == nullptr) return std::to_string(utime) + " us";
-  char text[80];
-  const std::size_t length = std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
-  std::snprintf(text + length, sizeof text - length, ".%06d", static_cast<int>(rest));
-  return text;
-}
+std::string text_of_utime(Utime utime) { return utc_for_people(utime, true); }
 
 }  // namespace berth::logs

@@ -221,6 +221,25 @@ TEST_CASE("runs are listed with outcome and worst margin, broken ones with the r
   CHECK_THROWS_AS(find_run("nothing", folder.path()), InputError);
 }
 
+TEST_CASE("a run is named by its directory, its log or a part of its name, for every command") {
+  const TemporaryDirectory folder;
+  const fs::path run = make_run(folder.path(), "1_approach", "PASS");
+  fs::remove(run / "run.lcm");
+  CHECK_THROWS_WITH(log_of_run("1_app", folder.path()),
+                    Catch::Matchers::Contains("has no run.lcm"));
+  write_file(run / "run.lcm", "");
+  for (const std::string& name : {run.string(), std::string("1_app"), std::string("last")}) {
+    CHECK(log_of_run(name, folder.path()) == run / "run.lcm");
+    CHECK(directory_of_run(name, folder.path()) == run);
+  }
+  CHECK(log_of_run((run / "run.lcm").string()) == run / "run.lcm");
+  CHECK(directory_of_run((run / "run.lcm").string()) == run);
+  CHECK_THROWS_WITH(log_of_run("none", folder.path()),
+                    Catch::Matchers::Contains("no such directory or log, and no run of that name"));
+  CHECK_THROWS_WITH(directory_of_run(folder.path().string()),
+                    Catch::Matchers::Contains("expected the directory of a run"));
+}
+
 TEST_CASE("what cannot be looked into spoils neither the list of runs nor what became of one") {
   const TemporaryDirectory folder;
   setenv("XDG_RUNTIME_DIR", (folder / "runtime").c_str(), 1);

@@ -130,7 +130,7 @@ bool has(const std::string& where, const std::string& what) {
 TEST_CASE("a run's report shows what was, and nothing of its log becomes markup", "[report]") {
   const TemporaryDirectory folder;
   write_run(folder.path());
-  const ReportedRun run = read_reported_runs(folder.path()).front();
+  const ReportedRun run = read_reported_runs(folder / "run.lcm", folder.path()).front();
   const fs::path file = folder / "report.html";
   write_report({&run, 1}, file);
   const std::string page = read_file(file);
@@ -168,7 +168,7 @@ TEST_CASE("several runs are laid beside each other with links to their own repor
   fs::create_directory(folder / "a");
   write_run(folder / "a");
   std::vector<ReportedRun> runs;
-  runs.push_back(read_reported_runs(folder / "a").front());
+  runs.push_back(read_reported_runs(folder / "a" / "run.lcm", folder / "a").front());
   write_report({&runs.front(), 1}, folder / "a/report.html");
   runs.push_back(read_reported_runs(folder / "a" / "run.lcm").front());
   write_report(runs, folder / "both.html");

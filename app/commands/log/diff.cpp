@@ -46,8 +46,9 @@ void add_diff(CLI::App& log, int& exit_code) {
   command->add_option("--channels", options->channels, "Only these channels (regular expression)");
   command->add_flag("--json", *json, "JSON instead of a table");
   auto types = add_types_option(*command);
-  command->callback(
-      [=, &exit_code] { exit_code = diff(log_of(*a), log_of(*b), *types, *options, *json); });
+  command->callback([=, &exit_code] {
+    exit_code = diff(log_of_run(*a), log_of_run(*b), *types, *options, *json);
+  });
 }
 
 }  // namespace berth::commands::log

@@ -72,7 +72,7 @@ void add_estimates(CLI::App& log, int& exit_code) {
   auto* command =
       log.add_subcommand("estimates", "Every estimate as a line of JSON, with all its digits");
   auto file = add_log_argument(*command);
-  command->callback([file, &exit_code] { exit_code = estimates(log_of(*file)); });
+  command->callback([file, &exit_code] { exit_code = estimates(log_of_run(*file)); });
 }
 
 }  // namespace berth::commands::log

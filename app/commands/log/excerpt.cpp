@@ -70,7 +70,7 @@ void add_cut(CLI::App& log, int& exit_code) {
   command->add_option("--keep", options->keep,
                       "Channels (regular expression) that are written whole, such as RUN_INFO");
   command->add_option("--out", options->out, "New log; must not be there yet")->required();
-  command->callback([=, &exit_code] { exit_code = cut(log_of(*file), *options); });
+  command->callback([=, &exit_code] { exit_code = cut(log_of_run(*file), *options); });
 }
 
 void add_filter(CLI::App& log, int& exit_code) {
@@ -86,7 +86,7 @@ void add_filter(CLI::App& log, int& exit_code) {
     if (include->empty() && exclude->empty()) {
       throw InputError("filter: expected --include or --exclude");
     }
-    exit_code = write(log_of(*file), *out, *excerpt);
+    exit_code = write(log_of_run(*file), *out, *excerpt);
   });
 }
 

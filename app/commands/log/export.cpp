@@ -123,7 +123,7 @@ void add_export(CLI::App& log, int& exit_code) {
   command->add_option("--channels", options->channels,
                       "Only these channels (regular expression) into CSV and MCAP");
   auto types = add_types_option(*command);
-  command->callback([=, &exit_code] { exit_code = run(log_of(*file), *options, *types); });
+  command->callback([=, &exit_code] { exit_code = run(log_of_run(*file), *options, *types); });
 }
 
 }  // namespace berth::commands::log

@@ -77,7 +77,7 @@ void add_info(CLI::App& log, int& exit_code) {
   auto types = add_types_option(*command);
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "JSON instead of a table");
-  command->callback([=, &exit_code] { exit_code = info(log_of(*file), *types, *json); });
+  command->callback([=, &exit_code] { exit_code = info(log_of_run(*file), *types, *json); });
 }
 
 void add_check(CLI::App& log, int& exit_code) {
@@ -93,7 +93,7 @@ void add_check(CLI::App& log, int& exit_code) {
                     "Missing messages are told, but no fault: of a repaired log");
   command->add_flag("--json", *json, "JSON instead of lines");
   command->callback(
-      [=, &exit_code] { exit_code = check(log_of(*file), *types, !*ignore_gaps, *json); });
+      [=, &exit_code] { exit_code = check(log_of_run(*file), *types, !*ignore_gaps, *json); });
 }
 
 void add_repair(CLI::App& log, int& exit_code) {
@@ -103,7 +103,7 @@ void add_repair(CLI::App& log, int& exit_code) {
   auto out = std::make_shared<std::filesystem::path>();
   command->add_option("out", *out, "New log; must not be there yet")->required();
   auto types = add_types_option(*command);
-  command->callback([=, &exit_code] { exit_code = repair(log_of(*in), *out, *types); });
+  command->callback([=, &exit_code] { exit_code = repair(log_of_run(*in), *out, *types); });
 }
 
 }  // namespace berth::commands::log

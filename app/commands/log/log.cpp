@@ -16,11 +16,10 @@ namespace log {
 
 namespace fs = std::filesystem;
 
-fs::path log_of(const fs::path& run) { return fs::is_directory(run) ? run / "run.lcm" : run; }
-
-std::shared_ptr<fs::path> add_log_argument(CLI::App& command, const std::string& name) {
-  auto path = std::make_shared<fs::path>();
-  command.add_option(name, *path, "Log, or run directory")->required();
+std::shared_ptr<std::string> add_log_argument(CLI::App& command, const std::string& name) {
+  auto path = std::make_shared<std::string>();
+  command.add_option(name, *path, "Log, run directory, name of a run in runs/, or 'last'")
+      ->required();
   return path;
 }
 

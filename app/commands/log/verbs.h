@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/runs/run_list.h"
 #include "logs/types/type_catalogue.h"
 
 namespace CLI {
@@ -26,12 +27,8 @@ void add_estimates(CLI::App& log, int& exit_code);
 
 using Paths = std::vector<std::filesystem::path>;
 
-/// The log of a run directory, or the file itself.
-std::filesystem::path log_of(const std::filesystem::path& run);
-
-/// The argument "log": a file or a run directory.
-std::shared_ptr<std::filesystem::path> add_log_argument(CLI::App& command,
-                                                        const std::string& name = "log");
+/// The argument "log": what log_of_run() takes.
+std::shared_ptr<std::string> add_log_argument(CLI::App& command, const std::string& name = "log");
 /// The option --types.
 std::shared_ptr<Paths> add_types_option(CLI::App& command);
 
