@@ -606,6 +606,19 @@ TEST_CASE("commands of yesterday and late ones move nothing; a repeated one move
   CHECK(cell.state.state == testbed_state_t::IDLE);
 }
 
+TEST_CASE("a motion that comes for the first time behind a later command is refused") {
+  FakeCell cell;
+  cell.take_lease();
+  const testbed_command_t lost = cell.move_to({100, -100, 4500, 10, 8, -12});
+  cell.send(testbed_command_t::HOLD);
+  cell.run_for(0.2);
+  cell.send(lost);  // its first datagram did not arrive
+  cell.run_for(0.2);
+  CHECK(cell.state.refused_seq == lost.seq);
+  CHECK_THAT(cell.state.refusal, Contains("comes behind command"));
+  CHECK(cell.state.state == testbed_state_t::IDLE);
+}
+
 TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
   FakeCell cell;
   cell.take_lease();

@@ -11,7 +11,7 @@ using namespace testbed;
 
 /// Whoever sends it. A repetition of one that was obeyed is answered, no more.
 void TestbedNode::on_stop(const testbed_command_t& command) {
-  if (!stops_.add({command.commander, command.session, command.utime, command.seq})) {
+  if (!seen_.add({command.commander, command.session, command.utime, command.seq})) {
     return publish_state(false);
   }
   const bool own = command.session == session();
@@ -43,10 +43,14 @@ void TestbedNode::on_command(const testbed_command_t& command) {
     return;
   }
   if (on_lease_command(command)) return;
+  if (!seen_.add({command.commander, command.session, command.utime, command.seq})) {
+    return publish_state(false);  // a repetition: answered again
+  }
   std::int64_t& last = last_seq_[command.commander];
   if (command.seq <= last) {
-    publish_state(false);  // a repetition: tell him again
-    return;
+    refuse(command, "command " + std::to_string(command.seq) + " comes behind command " +
+                        std::to_string(last) + " of the same commander: send it anew");
+    return publish_state(true);
   }
   last = command.seq;
   begin(command);

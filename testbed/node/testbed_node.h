@@ -184,7 +184,7 @@ class TestbedNode final : public Node {
   Mode mode_ = Mode::idle;
   Task task_;
   std::optional<Planning> planning_;
-  SeenCommands stops_;
+  SeenCommands seen_;
   bool held_ = false;    // waits for RESUME
   bool paused_ = false;  // stopped, goes on when all are heard again
   Utime good_since_ = 0;
