@@ -7,6 +7,8 @@
 #include <optional>
 #include <set>
 
+#include "lcmtypes/words.h"
+
 namespace berth {
 namespace {
 
@@ -192,20 +194,15 @@ void judge(std::vector<ChangeRow>& rows, double level) {
   }
 }
 
-const char* status_name(std::int8_t status) {
-  constexpr const char* names[] = {"IDLE", "ACQUIRING", "OK", "AMBIGUOUS", "LOST"};
-  return status >= 0 && status <= pose_estimate_t::LOST ? names[status] : "unknown";
-}
-
 void count_statuses(const TwoSides& run, StatusChanges& changes) {
   std::map<Returns, std::pair<std::string, std::string>> all;
   for (const auto& e : run.before.record.estimates()) {
-    all[{e.scan_id, e.last_packet}] = {status_name(e.status), "none"};
+    all[{e.scan_id, e.last_packet}] = {words::of_estimate_status(e.status), "none"};
   }
   for (const auto& e : run.after.record.estimates()) {
     auto& both = all[{e.scan_id, e.last_packet}];
     if (both.first.empty()) both.first = "none";
-    both.second = status_name(e.status);
+    both.second = words::of_estimate_status(e.status);
   }
   for (const auto& [returns, both] : all) ++changes[both];
 }

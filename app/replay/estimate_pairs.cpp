@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/pose.h"
+#include "lcmtypes/words.h"
 
 namespace berth {
 namespace {
@@ -20,11 +21,6 @@ std::vector<std::uint8_t> digits(pose_estimate_t estimate) {
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(estimate.getEncodedSize()));
   estimate.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
-}
-
-const char* status_name(std::int8_t status) {
-  constexpr const char* names[] = {"IDLE", "ACQUIRING", "OK", "AMBIGUOUS", "LOST"};
-  return status >= 0 && status <= pose_estimate_t::LOST ? names[status] : "unknown";
 }
 
 }  // namespace
@@ -71,8 +67,8 @@ void EstimatePairs::compare_if_both(
   std::snprintf(line, sizeof line,
                 "%9.3f s %6lld  %-9s %-9s %9.1f %9.1f %9.1f %8.2f %8.2f %8.2f  %s",
                 seconds(live.utime - start_), static_cast<long long>(live.scan_id),
-                status_name(recorded.status), status_name(live.status), p[0], p[1], p[2], p[3],
-                p[4], p[5], apart.c_str());
+                words::of_estimate_status(recorded.status), words::of_estimate_status(live.status),
+                p[0], p[1], p[2], p[3], p[4], p[5], apart.c_str());
   show_(line);
   halves_.erase(at);
 }

@@ -12,6 +12,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
+#include "lcmtypes/words.h"
 #include "logs/compare/comparison.h"
 #include "logs/compare/junit.h"
 #include "logs/report/report.h"
@@ -22,13 +23,11 @@ namespace {
 
 /// One JSON object a line.
 std::string event_lines(const std::vector<event_t>& events) {
-  constexpr const char* severities[] = {"INFO", "NOTICE", "WARNING", "ERROR", "FATAL"};
   std::string text;
   for (const event_t& event : events) {
-    const bool known = event.severity >= 0 && event.severity <= event_t::FATAL;
     const nlohmann::ordered_json line = {{"utime", event.utime},
                                          {"node", event.node},
-                                         {"severity", known ? severities[event.severity] : "?"},
+                                         {"severity", words::of_severity(event.severity)},
                                          {"code", event.code},
                                          {"text", event.text}};
     text += json_text(line) + "\n";

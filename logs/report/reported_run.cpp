@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/words.h"
+
 namespace berth::report {
 namespace {
 
@@ -111,9 +113,6 @@ Chart RunView::chart(const std::string& title, const std::string& unit) const {
   return chart;
 }
 
-const char* text_of_status(std::int8_t status) {
-  constexpr const char* names[] = {"IDLE", "ACQUIRING", "OK", "AMBIGUOUS", "LOST"};
-  return status >= 0 && status <= pose_estimate_t::LOST ? names[status] : "?";
-}
+const char* text_of_status(std::int8_t status) { return words::of_estimate_status(status); }
 
 }  // namespace berth::report

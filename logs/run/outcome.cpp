@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/words.h"
+
 namespace berth::logs {
 
 std::int8_t outcome_of(const std::vector<criterion_result_t>& results) {
@@ -15,15 +17,9 @@ std::int8_t outcome_of(const std::vector<criterion_result_t>& results) {
   return procedure_state_t::PASS;
 }
 
-const char* text_of_result(std::int8_t result) {
-  constexpr const char* names[] = {"PENDING", "PASS", "FAIL", "INCONCLUSIVE"};
-  return result >= 0 && result <= criterion_result_t::INCONCLUSIVE ? names[result] : "PENDING";
-}
+const char* text_of_result(std::int8_t result) { return words::of_criterion(result); }
 
-const char* text_of_outcome(std::int8_t outcome) {
-  constexpr const char* names[] = {"PASS", "FAIL", "ERROR", "ABORTED", "INCONCLUSIVE", "TIMEOUT"};
-  return outcome >= 0 && outcome <= procedure_state_t::TIMEOUT ? names[outcome] : "NONE";
-}
+const char* text_of_outcome(std::int8_t outcome) { return words::of_outcome(outcome); }
 
 std::optional<std::int8_t> outcome_named(const std::string& text) {
   for (std::int8_t o = procedure_state_t::NONE; o <= procedure_state_t::TIMEOUT; ++o) {
@@ -32,11 +28,7 @@ std::optional<std::int8_t> outcome_named(const std::string& text) {
   return std::nullopt;
 }
 
-const char* text_of_step_state(std::int8_t state) {
-  constexpr const char* names[] = {"PENDING", "RUNNING", "PASSED",  "FAILED",
-                                   "ERROR",   "TIMEOUT", "ABORTED", "SKIPPED"};
-  return state >= 0 && state <= procedure_step_t::SKIPPED ? names[state] : "?";
-}
+const char* text_of_step_state(std::int8_t state) { return words::of_step_state(state); }
 
 int exit_code_of_outcome(std::int8_t outcome) {
   switch (outcome) {

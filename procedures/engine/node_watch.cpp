@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/node_watch.h"
 
+#include "lcmtypes/words.h"
+
 namespace berth::procedures {
-namespace {
-
-const char* text_of_state(std::int8_t state) {
-  constexpr const char* names[] = {"STARTING", "READY", "RUNNING", "DEGRADED", "FAULT", "STOPPED"};
-  return state >= 0 && state <= node_status_t::STOPPED ? names[state] : "?";
-}
-
-}  // namespace
 
 bool NodeWatch::Node::ready() const {
   return state == node_status_t::READY || state == node_status_t::RUNNING;
 }
 
 std::string NodeWatch::Node::text() const {
-  return (heard ? text_of_state(state) : "nothing received") +
+  return (heard ? words::of_node_state(state) : "nothing received") +
          (reason.empty() ? "" : ": " + reason);
 }
 
