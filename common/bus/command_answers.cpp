@@ -38,7 +38,7 @@ CommandAnswers::Remembered CommandAnswers::take(const command_answer_t& named) {
   return taken;
 }
 
-bool CommandAnswers::add(command_answer_t named) {
+bool CommandAnswers::add(const command_answer_t& named) {
   const std::size_t before = commands_.size();
   Remembered command = take(named);
   const bool is_new = commands_.size() == before;

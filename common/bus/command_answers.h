@@ -63,7 +63,7 @@ class CommandAnswers {
     answer.seq = command.seq;
     return answer;
   }
-  bool add(command_answer_t named);
+  bool add(const command_answer_t& named);
   void put(command_answer_t answer);
   /// Out of the list; not given where it was not in it.
   Remembered take(const command_answer_t& named);

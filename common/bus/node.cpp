@@ -4,6 +4,7 @@
 #include <berth/heartbeat_t.hpp>
 
 #include "common/core/text.h"
+#include "common/core/valid_text.h"
 #include "common/core/version.h"
 #include "lcmtypes/channels.h"
 
@@ -12,6 +13,8 @@ namespace {
 
 /// As many as the longest queue of the bus.
 constexpr std::size_t max_jobs_waiting = 4000;
+/// What a person reads; others' words in it may be as long as a datagram.
+constexpr std::size_t max_characters = 2000;
 
 }  // namespace
 
@@ -35,9 +38,10 @@ Node::~Node() {
 }
 
 void Node::report(std::int8_t state, const std::string& reason) {
-  if (state == state_ && reason == reason_) return;
+  const std::string_view shown = first_columns(reason, max_characters);
+  if (state == state_ && shown == reason_) return;
   state_ = state;
-  reason_ = reason;
+  reason_ = shown;
   publish_status();
 }
 
@@ -75,7 +79,7 @@ void Node::event(std::int8_t severity, const std::string& code, const std::strin
   event.node = setup_.name;
   event.severity = severity;
   event.code = code;
-  event.text = text;
+  event.text = first_columns(text, max_characters);
   bus_.publish(channels::event, event);
 }
 

@@ -38,6 +38,7 @@ class Node {
   Utime now() const { return loop_.now(); }
   std::int64_t session() const { return setup_.session; }
 
+  /// Texts are cut off after 2000 characters.
   /// State is one of node_status_t::STARTING ... STOPPED. Published at once if anything changed.
   void report(std::int8_t state, const std::string& reason = "");
   /// Severity is one of event_t::INFO ... FATAL; code a stable name, text for the operator.

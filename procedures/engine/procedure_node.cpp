@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "logs/run/target_surface.h"
 
@@ -16,6 +17,8 @@ constexpr Utime control_period = 500 * millisecond;
 constexpr double repeated_bytes = 10e3;
 constexpr Utime longest_repeat = 2 * second;
 constexpr int final_repeats = 3;
+/// Characters of an operator's words: they appear in events, reasons and answers.
+constexpr std::size_t max_text = 2000;
 
 procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
   procedures::EngineOptions options;
@@ -52,11 +55,12 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
   listen<pose_estimate_t>(channels::pose_estimate, 1000);
   listen<injection_state_t>(channels::injection_state, 100);
   // Of any session: a stop is obeyed from everybody.
-  bus().subscribe<procedure_command_t>(channels::procedure_command, Queue::fifo(100),
-                                       [this](const procedure_command_t& message) {
-                                         take(message);
-                                         after_input();
-                                       });
+  bus().subscribe<procedure_command_t>(
+      channels::procedure_command, Queue::fifo(100), [this](procedure_command_t message) {
+        message.text.resize(first_columns(message.text, max_text).size());
+        take(message);
+        after_input();
+      });
   keep<ground_truth_t>(channels::ground_truth, 5000);
   keep<estimator_diagnostics_t>(channels::estimator_diagnostics, 5000);
   if (engine_.judges_returns()) keep<scan_packet_t>(channels::scan_data, 5000);

@@ -105,6 +105,7 @@ class Probe : public Node {
  public:
   using Node::Node;
   void become_ready() { report(node_status_t::READY, ""); }
+  void tell(const std::string& text) { event(event_t::INFO, "told", text); }
   void do_work(Worker::Job job) { work(std::move(job)); }
 };
 
@@ -161,6 +162,17 @@ TEST_CASE("a stopped node hears what has waited when it goes on, a killed one no
   simulation.run_for(second);
   CHECK(heard == 1);
   CHECK(beats == 4);
+}
+
+TEST_CASE("words of others, however long, fit into an event and a status") {
+  Simulation simulation;
+  SimulatedBus& ears = simulation.make_bus();
+  std::string told;
+  ears.subscribe<event_t>(channels::event, Queue::fifo(), [&](const event_t& e) { told = e.text; });
+  Probe node({"probe", 42, ""}, simulation.make_bus(), simulation.make_loop());
+  node.tell(std::string(70000, 'x'));
+  simulation.run_for(millisecond);
+  CHECK(told == std::string(2000, 'x'));
 }
 
 TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT, and beats") {
