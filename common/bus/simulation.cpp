@@ -182,7 +182,7 @@ class SimulatedLoop::InlineWorker final : public Worker {
   ~InlineWorker() override { std::erase(loop_.workers_, this); }
 
   void give(Job job) override {
-    if (loop_.work_stopped_) {
+    if (loop_.work_stopped_ || !jobs_.empty()) {
       if (jobs_.empty()) begun_ = loop_.now();
       return jobs_.push_back(std::move(job));
     }
@@ -195,7 +195,12 @@ class SimulatedLoop::InlineWorker final : public Worker {
     return Overdue{jobs_.front().name, jobs_.front().budget};
   }
   void go_on() {
-    for (Job& job : std::exchange(jobs_, {})) give(std::move(job));
+    while (!jobs_.empty()) {
+      const Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      job.run();
+      job.done();
+    }
   }
 
  private:

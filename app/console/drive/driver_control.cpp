@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Who of the viewers has control: the engine says so while a procedure runs, else the testbed's
 // lease does. A viewer that is still there keeps it from one to the other.
+#include <berth/event_t.hpp>
 #include <utility>
 
 #include "app/console/drive/driver.h"
