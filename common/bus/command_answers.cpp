@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/core/seen_commands.h"
+
 namespace berth {
 namespace {
 
@@ -10,11 +12,6 @@ constexpr std::size_t max_remembered = 1000;
 constexpr std::size_t max_published = 16;
 constexpr Utime publish_for = 10 * second;
 constexpr Utime publish_period = 500 * millisecond;
-
-bool same_command(const command_answer_t& a, const command_answer_t& b) {
-  return a.seq == b.seq && a.utime == b.utime && a.session == b.session &&
-         a.commander == b.commander;
-}
 
 }  // namespace
 

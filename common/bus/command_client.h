@@ -14,6 +14,7 @@
 #include <string>
 
 #include "common/bus/loop.h"
+#include "common/core/seen_commands.h"
 #include "common/core/text.h"
 
 /// Commands to a node, and what its state says of them.
@@ -84,10 +85,8 @@ inline CommandReply reply_to(const injection_t& command, const injection_state_t
 template <class Command>
 CommandReply reply_to(const Command& command, const command_answers_t& state) {
   const auto ours =
-      std::find_if(state.answers.begin(), state.answers.end(), [&](const command_answer_t& answer) {
-        return answer.seq == command.seq && answer.utime == command.utime &&
-               answer.session == command.session && answer.commander == command.commander;
-      });
+      std::find_if(state.answers.begin(), state.answers.end(),
+                   [&](const command_answer_t& answer) { return same_command(answer, command); });
   if (ours == state.answers.end()) return {};
   const bool accepted = ours->answer == command_answer_t::ACCEPTED;
   return {accepted ? CommandStatus::accepted : CommandStatus::refused, ours->reason};

@@ -13,8 +13,6 @@ namespace {
 
 /// As many as the longest queue of the bus.
 constexpr std::size_t max_jobs_waiting = 4000;
-/// What a person reads; others' words in it may be as long as a datagram.
-constexpr std::size_t max_characters = 2000;
 
 }  // namespace
 

@@ -38,7 +38,9 @@ class Node {
   Utime now() const { return loop_.now(); }
   std::int64_t session() const { return setup_.session; }
 
-  /// Texts are cut off after 2000 characters.
+  /// Of words for a person, which events, reasons and answers hold: others' may be as long as a
+  /// datagram. event() and report() cut off what is longer.
+  static constexpr std::size_t max_characters = 2000;
   /// State is one of node_status_t::STARTING ... STOPPED. Published at once if anything changed.
   void report(std::int8_t state, const std::string& reason = "");
   /// Severity is one of event_t::INFO ... FATAL; code a stable name, text for the operator.

@@ -5,8 +5,17 @@
 #include <cstdint>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace berth {
+
+/// Whether two messages name one command: its commander, session, time and number. Repetitions of a
+/// command have the same.
+template <class A, class B>
+bool same_command(const A& a, const B& b) {
+  return a.seq == b.seq && a.utime == b.utime && a.session == b.session &&
+         a.commander == b.commander;
+}
 
 /// The commands that a node has heard, by name: tells a repetition from a new one.
 class SeenCommands {
@@ -20,6 +29,11 @@ class SeenCommands {
   };
   /// @return false for a repetition.
   bool add(Name name) { return names_.insert(std::move(name)).second; }
+  /// The same, of a message that names its commander.
+  template <class Command>
+  bool add(const Command& command) {
+    return add(Name{command.commander, command.session, command.utime, command.seq});
+  }
 
  private:
   std::set<Name> names_;

@@ -114,55 +114,59 @@ double PoseFilter::doubt(const Pose& measured, const Matrix6d& covariance, std::
   return factor;
 }
 
+/// Does the update, or, where that returns false, leaves the filter as it was.
+template <class Update>
+bool PoseFilter::or_unchanged(Update update) {
+  const PoseFilter before = *this;
+  const bool done = update();
+  if (!done) *this = before;
+  return done;
+}
+
 bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   const std::int64_t when = std::max(utime, utime_);
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
   if (!difference(motion_, {now, {}}).allFinite() || !is_covariance(covariance)) return false;
-  const int probable = probable_;
-  const Matrix6d weight =
-      (doubt(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
-  MotionInformation linear;
-  linear.information.topLeftCorner<6, 6>() = weight;
-  const bool done = update(
-      [&](const Motion& about) {
-        linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
-        return linear;
-      },
-      when);
-  if (!done) probable_ = probable;
-  return done;
+  return or_unchanged([&] {
+    const Matrix6d weight =
+        (doubt(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
+    MotionInformation linear;
+    linear.information.topLeftCorner<6, 6>() = weight;
+    return take_in(
+        [&](const Motion& about) {
+          linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
+          return linear;
+        },
+        when);
+  });
 }
 
 bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
                         const MeasuredMotion& motion, std::int64_t utime) {
   if (!difference(motion_, {measured, {}}).allFinite() || !is_covariance(covariance)) return false;
-  const int probable = probable_;
-  const double factor = doubt(measured, covariance, utime);
-  MotionInformation said = motion.said;
-  said.information /= factor;
-  const bool done = update(
-      [&](const Motion& about) {
-        said.gradient =
-            motion.said.gradient / factor + said.information * difference(about, motion.about);
-        return said;
-      },
-      utime);
-  if (!done) probable_ = probable;
-  return done;
+  return or_unchanged([&] {
+    const double factor = doubt(measured, covariance, utime);
+    MotionInformation said = motion.said;
+    said.information /= factor;
+    return take_in(
+        [&](const Motion& about) {
+          said.gradient =
+              motion.said.gradient / factor + said.information * difference(about, motion.about);
+          return said;
+        },
+        utime);
+  });
 }
 
 bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
-  const PoseFilter before = *this;
-  const double late = elapsed(utime, std::max(utime, utime_));
-  advance(utime);
-  const bool done = correct(returns, late);
-  if (!done) *this = before;
-  return done;
+  return or_unchanged([&] { return take_in(returns, utime); });
 }
 
-/// By a batch whose reference time is `late` seconds before the filter's. @return false, half done,
-/// when the filter's covariance or the batch's information is not positive or not finite.
-bool PoseFilter::correct(const InformationSource& returns, double late) {
+/// @return false, half done, when the filter's covariance or the batch's information is not
+/// positive or not finite.
+bool PoseFilter::take_in(const InformationSource& returns, std::int64_t utime) {
+  const double late = elapsed(utime, std::max(utime, utime_));
+  advance(utime);
   const Eigen::LLT<Matrix12d> factor(covariance_);
   if (!covariance_.allFinite() || factor.info() != Eigen::Success) return false;
   const Matrix12d l = factor.matrixL();

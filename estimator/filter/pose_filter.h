@@ -59,7 +59,9 @@ class PoseFilter final : public TargetTracker {
   Matrix12d covariance_at(std::int64_t utime) const;
   void advance(std::int64_t utime);
   double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
-  bool correct(const InformationSource& returns, double late);
+  bool take_in(const InformationSource& returns, std::int64_t utime);
+  template <class Update>
+  bool or_unchanged(Update update);
   void set_covariance(const Matrix12d& covariance);
   void accelerate(const SensorMotion& sensor, double dt);
 

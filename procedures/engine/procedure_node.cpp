@@ -17,8 +17,6 @@ constexpr Utime control_period = 500 * millisecond;
 constexpr double repeated_bytes = 10e3;
 constexpr Utime longest_repeat = 2 * second;
 constexpr int final_repeats = 3;
-/// Characters of an operator's words: they appear in events, reasons and answers.
-constexpr std::size_t max_text = 2000;
 
 procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
   procedures::EngineOptions options;
@@ -57,7 +55,7 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
   // Of any session: a stop is obeyed from everybody.
   bus().subscribe<procedure_command_t>(
       channels::procedure_command, Queue::fifo(100), [this](procedure_command_t message) {
-        message.text.resize(first_columns(message.text, max_text).size());
+        message.text.resize(first_columns(message.text, max_characters).size());
         take(message);
         after_input();
       });

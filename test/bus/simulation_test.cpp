@@ -109,17 +109,25 @@ class Probe : public Node {
   void do_work(Worker::Job job) { work(std::move(job)); }
 };
 
+/// What nodes report of themselves.
+struct Observer {
+  explicit Observer(SimulatedBus& bus) {
+    bus.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                               [this](const heartbeat_t&) { ++beats; });
+    bus.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
+                                 [this](const node_status_t& s) { statuses.push_back(s); });
+  }
+  int beats = 0;
+  std::vector<node_status_t> statuses;
+};
+
 }  // namespace
 
 TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
-  int beats = 0;
-  std::vector<node_status_t> statuses;
-  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
-                              [&](const heartbeat_t&) { ++beats; });
-  ears.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
-                                [&](const node_status_t& s) { statuses.push_back(s); });
+  Observer observer(simulation.make_bus());
+  const int& beats = observer.beats;
+  const std::vector<node_status_t>& statuses = observer.statuses;
   Probe node({"probe", 42, "hash"}, simulation.make_bus(), simulation.make_loop());
   simulation.make_loop().after(300 * millisecond, [&] { node.become_ready(); });
   simulation.run_for(2 * second + 10 * millisecond);
@@ -177,13 +185,9 @@ TEST_CASE("words of others, however long, fit into an event and a status") {
 
 TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT, and beats") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
-  int beats = 0;
-  std::vector<node_status_t> statuses;
-  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
-                              [&](const heartbeat_t&) { ++beats; });
-  ears.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
-                                [&](const node_status_t& s) { statuses.push_back(s); });
+  Observer observer(simulation.make_bus());
+  const int& beats = observer.beats;
+  const std::vector<node_status_t>& statuses = observer.statuses;
   SimulatedLoop& loop = simulation.make_loop();
   Probe node({"probe", 42, ""}, simulation.make_bus(), loop);
   node.become_ready();

@@ -14,22 +14,6 @@ attempts=3
 watch_machine
 trap 'status=$?; umount "$work"/full* 2>/dev/null || true; pkill -KILL -f "$work" || true; [ $status = 0 ] && rm -rf "$work" || echo "left in $work"' EXIT
 
-cat >"$work/under_way.yaml" <<'YAML'
-name: under way
-description: Both arms move for a while.
-layout: range
-target: radarsat2
-steps:
-  - move: {to: [100, -100, 5500, 10, 8, -12], speed: 200 mm/s, turn: 10 deg/s}
-  - acquire: {gate: [3 m, 8 m]}
-  - track: {settle: 3}
-  - approach: {standoff: 3.2 m, speed: 50 mm/s}
-    timeout: 2 min
-criteria:
-  - {name: it approached, measurement: relative_speed, statistic: peak, phase: approach, min: 20 mm/s}
-  - {name: it kept to its path, measurement: achieved_position_error, statistic: peak, phase: approach, max: 20 mm}
-YAML
-
 # begin NAME [COMMAND...]: a run of its own, by COMMAND if there is one; returns when both arms are under way, or says
 # why they are not.
 begin() {
@@ -41,7 +25,7 @@ begin() {
   begun=$(now)
   at=$begun
   mkdir -p "$out"
-  "$@" "$bin/berth" run --no-check --no-console --out "$out" --lcm-url "$url" "$work/under_way.yaml" \
+  "$@" "$bin/berth" run --no-check --no-console --out "$out" --lcm-url "$url" test/system/under_way.yaml \
     >"$work/$name.txt" 2>&1 &
   berth=$!
   for _ in $(seq 600); do

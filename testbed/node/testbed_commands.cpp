@@ -11,9 +11,7 @@ using namespace testbed;
 
 /// Whoever sends it. A repetition of one that was obeyed is answered, no more.
 void TestbedNode::on_stop(const testbed_command_t& command) {
-  if (!seen_.add({command.commander, command.session, command.utime, command.seq})) {
-    return publish_state(false);
-  }
+  if (!seen_.add(command)) return publish_state(false);
   const bool own = command.session == session();
   std::int64_t& last = last_seq_[command.commander];
   const std::string unusual = unusual_stop(command, session(), now(), own && command.seq <= last);
@@ -43,9 +41,7 @@ void TestbedNode::on_command(const testbed_command_t& command) {
     return;
   }
   if (on_lease_command(command)) return;
-  if (!seen_.add({command.commander, command.session, command.utime, command.seq})) {
-    return publish_state(false);  // a repetition: answered again
-  }
+  if (!seen_.add(command)) return publish_state(false);  // a repetition: answered again
   std::int64_t& last = last_seq_[command.commander];
   if (command.seq <= last) {
     refuse(command, "command " + std::to_string(command.seq) + " comes behind command " +
