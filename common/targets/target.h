@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/mesh.h"
+
+namespace berth {
+
+/// How a surface reflects light: a diffuse part (Lambert) and one as by small mirrors, whose slopes
+/// about the surface are normally distributed. Paint: no mirrors; glass: smooth; foil: crinkled.
+struct Material {
+  double reflectivity = 0.5;    ///< diffuse, 0..1
+  double specular = 0;          ///< as by mirrors, 0..1
+  double roughness = 0.012910;  ///< rad, rms slope of the mirrors
+};
+
+/// A hinge. The mesh file shows it at the angle 0.
+struct Joint {
+  Vector3d axis = Vector3d::UnitX();  ///< unit, model frame; angles are right-handed about it
+  Vector3d point = Vector3d::Zero();  ///< on the axis, model frame, m
+  double low = 0;                     ///< rad
+  double high = 0;                    ///< rad, at least `low`
+  double rest = 0;                    ///< rad, from low to high: where it stands as held
+};
+
+/// Whether a part is worth scanning: rigid and well known, or soft, shiny, moving.
+enum class ScanPreference { none, prefer, avoid };
+
+/// Faces of a target that are alike: how far they may be from the mesh, and how they look.
+struct TargetPart {
+  std::string name;
+  /// Of the true surface's distance from the mesh, along its normal: standard deviation, and the
+  /// distance over which departures are alike (correlation exp(-d^2 / 2 l^2)), m.
+  double surface_sigma = 0.0005;
+  double correlation_length = 0.3;
+  Material material{0.5, 0.3};
+  ScanPreference scan = ScanPreference::none;
+  std::optional<Joint> joint;  ///< the part turns as one
+};
+
+/// A place where a chaser docks.
+struct DockingPort {
+  std::string name;
+  Pose pose;                   ///< T_model_port; z out of the interface, towards the chaser
+  double approach_cone = 0.5;  ///< rad, half angle about that z within which it is approached
+};
+
+/// The satellite that the replica arm holds, in the model frame: a mesh and what is known of it.
+struct Target {
+  std::string name;   ///< of its folder, or the mesh file's stem
+  Mesh mesh;          ///< metres, as held by the arm: joints at rest
+  std::string hash;   ///< content_hash(mesh)
+  double length = 0;  ///< largest side of the bounding box, m
+  /// By name; the first is meant where a command names none.
+  std::vector<DockingPort> ports;
+  /// The first one is the default: of the triangles that no other part claims.
+  std::vector<TargetPart> parts{1};
+  /// Index into parts, of each triangle of the mesh; empty: all are of the default part.
+  std::vector<std::uint16_t> part_of;
+  std::optional<Pose> mount;  ///< T_flange_model; nothing: by the layout's rule
+  /// Where the model's origin is in the file's own coordinates, m: not 0 where the file's origin is
+  /// far from the mesh, as in coordinates of a map.
+  Vector3d file_origin = Vector3d::Zero();
+  /// Of all of the above but the mesh: SHA-256 over the description as written; empty: a bare mesh.
+  std::string description_hash;
+
+  std::uint16_t part_index(std::size_t triangle) const {
+    return part_of.empty() ? std::uint16_t{0} : part_of[triangle];
+  }
+  const TargetPart& part(std::size_t triangle) const { return parts[part_index(triangle)]; }
+  /// The port of that name, the first for an empty name; nullptr where there is none.
+  const DockingPort* port(const std::string& port_name = {}) const;
+};
+
+/// Name of the file that describes a target in its folder.
+inline constexpr char target_file[] = "target.yaml";
+
+/// Where a target that a user names is: a name of `targets/` (shared_files()), a folder with a
+/// target.yaml, or a mesh file (PLY, STL, OBJ).
+/// @throws InputError that lists the names there are.
+std::filesystem::path find_target(const std::string& name);
+
+/// The target a user names, as by find_target(). length > 0 scales mesh, poses and boxes so that
+/// the largest side of the bounding box is so long (m); 0 keeps what the folder or mesh says. A bare
+/// mesh is used in its own axes, about its own origin; where that is far_from_origin, about the
+/// centre of its bounding box.
+/// @throws InputError as find_target, load_mesh and Config, or for a negative length.
+Target load_target(const std::string& name, double length);
+
+/// The mesh with the parts' joints turned by so much from where they stand now.
+/// @param angles rad, as many as parts; looked at only for parts with a joint
+Mesh turned_mesh(const Target& target, const std::vector<double>& angles);
+
+/// What a user may regret about a target, a sentence each, with what to do: its length, origin or
+/// thickness, faces that look inward, faces that were left out. Empty: nothing.
+std::vector<std::string> target_notes(const Target& target);
+
+}  // namespace berth
