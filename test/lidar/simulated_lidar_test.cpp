@@ -90,13 +90,29 @@ TEST_CASE("a host that does not speak the protocol is told so and left") {
   Bench bench;
   bench.connect();
   SECTION("no greeting") { bench.tell(Cancel{1}); }
-  SECTION("another version") { bench.tell(Hello{9}); }
+  SECTION("no version") { bench.tell(Hello{0}); }
   bench.simulation.run_for(10 * millisecond);
   CHECK(bench.all<Complaint>().size() == 1);
   CHECK_FALSE(bench.closed.empty());
   // And the next one is served.
   bench.greet();
   CHECK(bench.all<Identity>().size() == 1);
+}
+
+TEST_CASE("host and device speak the newest version of both") {
+  for (const auto [host, both] : {std::pair{1, 1}, {2, 2}, {9, 2}}) {
+    Bench bench(perfect());
+    bench.connect();
+    bench.tell(Hello{static_cast<std::uint16_t>(host)});
+    bench.tell(ScanOrder{1, {small}});
+    bench.simulation.run_for(1 * second);
+    REQUIRE(bench.all<Identity>().size() == 1);
+    CHECK(bench.all<Identity>()[0].version == both);
+    REQUIRE_FALSE(bench.all<Returns>().empty());
+    const BeamReturn beam = bench.all<Returns>()[0].beams[0];
+    REQUIRE(beam.status == BeamStatus::hit);
+    CHECK(beam.range_sigma_m == (both == 1 ? 0 : 0.01F));
+  }
 }
 
 TEST_CASE("a new host takes the place of the old one, and of its scan") {

@@ -70,14 +70,17 @@ void SimulatedLidar::receive(const lidar::Message& message) {
 }
 
 void SimulatedLidar::greet(const lidar::Hello& hello) {
-  if (hello.version != lidar::protocol_version) {
+  if (hello.version < 1) {
     send(lidar::Complaint{"this is version " + std::to_string(lidar::protocol_version) +
                           " of the protocol"});
     connection_.reset();
     return;
   }
   greeted_ = true;
-  send(lidar::identity_of(profile_, settings_.serial));
+  lidar::Identity identity = lidar::identity_of(profile_, settings_.serial);
+  identity.version = std::min(hello.version, lidar::protocol_version);
+  connection_->speak(identity.version);
+  send(identity);
 }
 
 void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
@@ -190,8 +193,10 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
         static_cast<std::uint16_t>(std::round(full_scale * std::min(echo->power, 1.0)));
     if (!dazzles) measured.range_m = static_cast<float>(std::max(echo->range + range_error, 0.0));
   }
+  measured.range_sigma_m = static_cast<float>(beam.range_sigma_m);
   if (!sun.dark()) add_glare(measured, direction, sun, echo, range_error);
   add_faults(measured);
+  if (measured.status != lidar::BeamStatus::hit) measured.range_sigma_m = 0;
   return measured;
 }
 
@@ -214,8 +219,10 @@ void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& dire
   const double chance = sun_random_.uniform();
   const double where = sun_random_.uniform();
   const SceneHit* hit = echo ? &echo->hit : nullptr;
-  const Glare glare = glare_of(settings_.sun, sun_background(settings_.sun, sun, direction, hit),
-                               echo ? echo->power : 0);
+  const double background = sun_background(settings_.sun, sun, direction, hit);
+  const Glare glare = glare_of(settings_.sun, background, echo ? echo->power : 0);
+  measured.ambient = static_cast<float>(full_scale * background);
+  measured.range_sigma_m = static_cast<float>(profile_.beam.range_sigma_m * glare.sigma_scale);
   if (chance < glare.early) {
     const double nearest = profile_.beam.range_min_m;
     const double farthest = echo ? std::max(nearest, echo->range) : profile_.beam.range_max_m;
@@ -280,7 +287,8 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   expect_not_negative(config, "start_delay", settings.start_delay);
   if (settings.beams_per_packet < 1 ||
       settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {
-    throw config.error("beams_per_packet", "expected 1 to 3000");
+    throw config.error("beams_per_packet",
+                       "expected 1 to " + std::to_string(lidar::max_beams_per_message));
   }
   if (std::abs(settings.clock_drift) > 1e-3) {
     throw config.error("clock_drift", "expected at most 0.001");
