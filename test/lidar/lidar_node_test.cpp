@@ -23,7 +23,7 @@ namespace {
 struct NodeBench {
   explicit NodeBench(bool with_device = true, SimulatedLidarSettings settings = noiseless()) {
     client.subscribe<ScanPacket>(channels::scan_data, Queue::fifo(),
-                                    [this](const ScanPacket& p) { packets.push_back(p); });
+                                 [this](const ScanPacket& p) { packets.push_back(p); });
     client.subscribe<lidar_state_t>(channels::lidar_state, Queue::latest(),
                                     [this](const lidar_state_t& s) { state = s; });
     client.subscribe<event_t>(channels::event, Queue::fifo(),
@@ -42,8 +42,7 @@ struct NodeBench {
   }
   static SimulatedLidarSettings noiseless() {
     SimulatedLidarSettings settings;
-    settings.noise_scale = 0;
-    settings.mixed_pixels = false;
+    settings.receiver.noise_scale = 0;
     settings.clock_offset = 12500 * millisecond;
     return settings;
   }
@@ -346,8 +345,18 @@ TEST_CASE("all that a device says of a beam is on the bus, in packets of one dat
       lidar::Returns returns;
       returns.scan_id = order->scan_id;
       returns.device_time = bench.simulation.now();
-      returns.beams = {{0, 5, 0.1F, -0.1F, 7, lidar::BeamStatus::hit, {0.1F, 0.2F, 0.3F}, 1e6F,
-                        0.01F, 6, 0.02F, 5000}};
+      returns.beams = {{0,
+                        5,
+                        0.1F,
+                        -0.1F,
+                        7,
+                        lidar::BeamStatus::hit,
+                        {0.1F, 0.2F, 0.3F},
+                        1e6F,
+                        0.01F,
+                        6,
+                        0.02F,
+                        5000}};
       wire.send(returns);
     }
   });
@@ -424,21 +433,21 @@ TEST_CASE("large frames of a device are cut to packets of the bus") {
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
     if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
-      wire.send(lidar::ScanAnswer{order->scan_id, true, 3000, ""});
+      wire.send(lidar::ScanAnswer{order->scan_id, true, 1200, ""});
       lidar::Returns returns;
       returns.scan_id = order->scan_id;
       returns.device_time = bench.simulation.now();
-      returns.beams.resize(3000);
-      for (std::uint32_t i = 0; i < 3000; ++i) returns.beams[i].after_us = i;
+      returns.beams.resize(lidar::max_beams_per_message);
+      for (std::uint32_t i = 0; i < 1200; ++i) returns.beams[i].after_us = i;
       wire.send(returns);
-      wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 3000,
-                               bench.simulation.now() + 3000, ""});
+      wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 1200,
+                               bench.simulation.now() + 1200, ""});
     }
   });
   bench.simulation.run_for(2 * second);
   bench.ask_and_wait(bench.request(1), 200 * millisecond);
-  REQUIRE(bench.packets.size() == 61);
+  REQUIRE(bench.packets.size() == 25);
   CHECK(bench.packets[1].utime - bench.packets[0].utime == 50);
-  CHECK(bench.packets[60].scan_status == ScanPacket::COMPLETE);
-  CHECK(bench.packets[60].beams_before == 3000);
+  CHECK(bench.packets[24].scan_status == ScanPacket::COMPLETE);
+  CHECK(bench.packets[24].beams_before == 1200);
 }

@@ -219,8 +219,8 @@ TEST_CASE("both returns of a beam are points, with all that is said of them") {
     write_message(writer, made::start, "SCAN_DATA", scan);
   }
   CHECK(export_clouds(log.path, out.path(), format).points == 3);
-  const std::string file = std::string("session_7_scan_000003") +
-                           (format == CloudFormat::pcd ? ".pcd" : ".ply");
+  const std::string file =
+      std::string("session_7_scan_000003") + (format == CloudFormat::pcd ? ".pcd" : ".ply");
   const auto cloud = clouds::read_cloud(out.path() / file);
   REQUIRE(cloud.beams.size() == 2);  // an estimator that reads clouds takes a beam's first return
   CHECK(cloud.counts.later_returns == 1);
