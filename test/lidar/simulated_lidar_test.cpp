@@ -330,7 +330,6 @@ TEST_CASE("its configuration file is read strictly") {
   CHECK(settings.start_delay == 5 * millisecond);
   CHECK(settings.clock_offset == 12500000);
   CHECK(settings.scene.room.reflectivity == 0.6);
-  CHECK(settings.scene.parts.at("radarsat2").at(0).name == "bus");
   ReceiverSettings receiver;
   read_receiver("config/lidars/short_range.yaml", receiver);
   CHECK(receiver.pulse_length_m == 0.15);
