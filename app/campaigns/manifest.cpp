@@ -9,6 +9,7 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/targets/target.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -36,7 +37,7 @@ Places read_places(Config& config, const Places* given) {
   config.optional("config", text);
   if (!text.empty() && given == nullptr) places.config = resolved(config, "config", text);
   config.optional("target", places.target);
-  if (!places.target.empty() && places.target != "radarsat2" && given == nullptr) {
+  if (!places.target.empty() && !is_target_name(places.target) && given == nullptr) {
     places.target = resolved(config, "target", places.target).string();
   }
   return given == nullptr ? places : *given;

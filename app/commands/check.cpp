@@ -124,7 +124,8 @@ void add_check(CLI::App& app, int& exit_code) {
   command->add_option("--layout", options->choice.layout,
                       "Layout of config/layouts instead of the procedure's own");
   command->add_option("--target", options->choice.target,
-                      "Target instead of the procedure's own: 'radarsat2', or a mesh");
+                      "Target instead of the procedure's own: a name of targets/, a folder with a "
+                      "target.yaml, or a mesh");
   command->add_option("--target-length", options->target_length,
                       "Scale the target so that its longest side is this long, in metres");
   command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")

@@ -8,6 +8,7 @@
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/yaml_text.h"
+#include "common/targets/target.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::nights {
@@ -130,7 +131,7 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
         Case one = common;
         one.name = name;
         one.target = target;
-        if (!target.empty() && target != "radarsat2") {
+        if (!target.empty() && !is_target_name(target)) {
           one.target = resolved(config, "targets", target).string();
         }
         if (!target.empty()) one.name += " " + fs::path(target).stem().string();

@@ -4,19 +4,21 @@
 #include <algorithm>
 
 #include "app/runs/run_files.h"
+#include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
+#include "common/targets/target.h"
 
 namespace berth {
 namespace fs = std::filesystem;
 namespace {
 
 /// Of what was chosen by an option, or by a procedure when that is given.
-InputError wrong_choice(const std::string& key, const std::string& found,
-                        const procedures::Procedure* by, int line, const std::string& expected) {
+InputError wrong_choice(const std::string& key, const procedures::Procedure* by, int line,
+                        const std::string& what) {
   const std::string place =
       by != nullptr ? by->file + ":" + std::to_string(line) + ": key '" + key + "'" : "--" + key;
-  return InputError(place + ": found '" + found + "', expected " + expected);
+  return InputError(place + ": " + what);
 }
 
 std::string layouts_of(const fs::path& config) {
@@ -29,6 +31,10 @@ std::string layouts_of(const fs::path& config) {
 }
 
 }  // namespace
+
+std::string default_target(const fs::path& config) {
+  return Config::load(config / "testbed.yaml").text("target");
+}
 
 RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* procedure) {
   RunSetup setup;
@@ -51,15 +57,18 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   if (choice.target.empty() && setup.target_length == 0) setup.target_length = own.target_length;
 
   if (!fs::exists(setup.layout_file())) {
-    throw wrong_choice("layout", setup.layout, layout_by, own.layout_line,
-                       "one of " + setup.config.string() + "/layouts: " + layouts_of(setup.config));
+    throw wrong_choice("layout", layout_by, own.layout_line,
+                       "found '" + setup.layout + "', expected one of " + setup.config.string() +
+                           "/layouts: " + layouts_of(setup.config));
   }
-  if (setup.target != "radarsat2") {
-    if (!fs::exists(setup.target)) {
-      throw wrong_choice("target", setup.target, target_by, own.target_line,
-                         "'radarsat2', or a mesh that is there (PLY, STL, OBJ)");
-    }
-    setup.target = fs::absolute(setup.target).string();
+  if (setup.target.empty()) {
+    setup.target = find_target(default_target(setup.config)).string();
+    return setup;
+  }
+  try {
+    setup.target = find_target(setup.target).string();
+  } catch (const InputError& e) {
+    throw wrong_choice("target", target_by, own.target_line, e.what());
   }
   return setup;
 }

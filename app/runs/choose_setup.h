@@ -14,6 +14,9 @@ struct SetupChoice {
   double target_length = 0;
 };
 
+/// The target that a configuration says: key `target` of testbed.yaml. @throws InputError.
+std::string default_target(const std::filesystem::path& config);
+
 /// Configuration, layout and target of a run; its seed and session are left as they are. The
 /// target's path is made absolute. procedure: nullptr for a cell alone.
 /// @throws InputError where there is no such configuration, layout or target.

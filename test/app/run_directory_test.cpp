@@ -16,7 +16,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/mesh.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_writer.h"
 #include "logs/run/target_surface.h"

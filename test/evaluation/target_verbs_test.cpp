@@ -36,12 +36,6 @@ Target made(const TemporaryDirectory& directory, const std::string& mesh, double
   return load_target((directory.path() / "sat").string(), 0);
 }
 
-void edit(const std::filesystem::path& file, const std::string& from, const std::string& to) {
-  std::string text = read_file(file);
-  REQUIRE(text.find(from) != std::string::npos);
-  write_file(file, text.replace(text.find(from), from.size(), to));
-}
-
 }  // namespace
 
 TEST_CASE("a new target's parts are the mesh's groups, or what hangs together") {
