@@ -4,6 +4,7 @@
 
 #include "app/campaigns/acquisition_parameters.h"
 #include "app/campaigns/experiments.h"
+#include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
@@ -152,7 +153,7 @@ class AcquisitionExperiment : public Experiment {
     subject.options = options_with(keys);
     const Places& places = manifest_.places;
     subject.model = estimator::load_target_model(
-        load_target(places.target.empty() ? "radarsat2" : places.target,
+        load_target(places.target.empty() ? default_target(places.config) : places.target,
                     manifest_.target_length > 0 ? manifest_.target_length : standard_length),
         subject.options.model, estimator::default_cache_directory());
     subject.judge = std::make_unique<trials::PoseJudge>(*subject.model);

@@ -11,10 +11,10 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
-#include "common/core/target.h"
 #include "common/core/utc.h"
 #include "common/core/valid_text.h"
 #include "common/core/version.h"
+#include "common/targets/target.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::campaigns {
@@ -29,7 +29,11 @@ constexpr char manifest_file[] = "campaign.yaml";
 /// What a result depends on. A campaign goes on only where all of it is as it was.
 ordered_json identity_of(const Manifest& manifest) {
   const Places& places = manifest.places;
-  const std::string target = places.target.empty() ? "" : load_target(places.target, 0).hash;
+  std::string target;
+  if (!places.target.empty()) {
+    const Target loaded = load_target(places.target, 0);
+    target = loaded.hash + loaded.description_hash;
+  }
   return {
       {"manifest", sha256(manifest.text)},
       {"procedure",
@@ -66,11 +70,8 @@ Places keep(const Places& places, const fs::path& directory) {
     keep_procedure(places.procedure, directory / "procedure");
     kept.procedure = directory / "procedure" / places.procedure.filename();
   }
-  kept.target = places.target;
-  if (fs::path(places.target).has_extension()) {
-    fs::create_directories(directory / "target");
-    kept.target = (directory / "target" / fs::path(places.target).filename()).string();
-    fs::copy_file(places.target, kept.target, fs::copy_options::overwrite_existing);
+  if (!places.target.empty()) {
+    kept.target = copy_target(load_target(places.target, 0), directory / "target").string();
   }
   return kept;
 }
@@ -146,22 +147,23 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
   if (error) throw InputError("campaign directory " + directory.string() + ": " + error.message());
   write_file(directory / manifest_file, manifest.text);
   const Places kept = keep(manifest.places, fs::absolute(directory));
-  write_record(directory,
-               {{"schema", "berth-campaign-1"},
-                {"name", manifest.name},
-                {"created", utc_text(std::time(nullptr))},
-                {"machine", host_name()},
-                {"trials", trials},
-                {"points", manifest.points()},
-                {"seed", manifest.seed},
-                {"block", block_size(manifest)},
-                {"procedure", kept.procedure.lexically_relative(fs::absolute(directory)).string()},
-                {"target", fs::path(kept.target).has_extension()
-                               ? "target/" + fs::path(kept.target).filename().string()
-                               : kept.target},
-                {"units", units_of(manifest)},
-                {"identity", identity},
-                {"compiler", __VERSION__}});
+  write_record(
+      directory,
+      {{"schema", "berth-campaign-1"},
+       {"name", manifest.name},
+       {"created", utc_text(std::time(nullptr))},
+       {"machine", host_name()},
+       {"trials", trials},
+       {"points", manifest.points()},
+       {"seed", manifest.seed},
+       {"block", block_size(manifest)},
+       {"procedure", kept.procedure.lexically_relative(fs::absolute(directory)).string()},
+       {"target", kept.target.empty()
+                      ? ""
+                      : fs::path(kept.target).lexically_relative(fs::absolute(directory)).string()},
+       {"units", units_of(manifest)},
+       {"identity", identity},
+       {"compiler", __VERSION__}});
   return open(directory);
 }
 
@@ -179,7 +181,8 @@ Campaign Campaign::open(const fs::path& directory) {
     const std::string procedure = record.at("procedure");
     if (!procedure.empty()) places.procedure = at / procedure;
     places.target = record.at("target");
-    if (fs::path(places.target).has_extension()) places.target = (at / places.target).string();
+    if (!places.target.empty() && fs::exists(at / places.target))
+      places.target = (at / places.target).string();
     campaign.manifest_ =
         parse_manifest(read_file(at / manifest_file), (at / manifest_file).string(), &places);
     campaign.build_ = record.at("identity").at("berth");
