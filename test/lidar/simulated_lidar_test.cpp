@@ -376,7 +376,7 @@ TEST_CASE("its configuration file is read strictly") {
   CHECK(settings.scene.room.reflectivity == 0.6);
   ReceiverSettings receiver;
   read_receiver("config/lidars/short_range.yaml", receiver);
-  CHECK(receiver.echoes.pulse_length_m == 0.15);
+  CHECK(load_lidar_profile("config/lidars/short_range.yaml").beam.pulse_length_m == 0.15);
   CHECK(receiver.range_max_reflectivity == 0.2);
   for (const auto& file : std::filesystem::directory_iterator("config/lidars")) {
     INFO(file.path());
