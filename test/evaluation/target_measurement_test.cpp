@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/random.h"
+#include "drivers/simulated/true_target.h"
 #include "test/catch.h"
 
 using namespace berth;
@@ -11,39 +12,21 @@ using namespace berth::targets;
 
 namespace {
 
-/// A smooth random field of standard deviation 1: a sum of waves whose vectors are drawn from the
-/// spectrum of exp(-d^2 / 2 l^2) (Rahimi and Recht 2007).
-class Field {
- public:
-  Field(std::uint64_t seed, double length) {
-    Random random(seed, "field");
-    for (int i = 0; i < waves; ++i) {
-      vectors_.push_back(random.normal_vector(1 / length));
-      phases_.push_back(random.uniform(0, radians(360)));
-    }
-  }
-  double at(const Vector3d& place) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < waves; ++i) sum += std::cos(vectors_[i].dot(place) + phases_[i]);
-    return std::sqrt(2.0 / waves) * sum;
-  }
-
- private:
-  static constexpr int waves = 300;
-  std::vector<Vector3d> vectors_;
-  std::vector<double> phases_;
-};
-
-/// A body in crinkled foil and a panel on a hinge along its edge.
-Target body_with_panel() {
+/// A body and a panel on a hinge along its edge, whose surfaces depart by so much over so much, m.
+Target body_with_panel(double sigma = 0, double length = 0.1, double panel_sigma = 0,
+                       double panel_length = 0.1) {
   Target target;
   target.mesh = make_box({1, 0.8, 0.9});
   const std::size_t body = target.mesh.triangles.size();
   target.mesh.append(make_box({1.4, 0.7, 0.02}), {{1.25, 0, 0.1}, Quaterniond::Identity()});
   target.parts[0].material = {0.2, 0};
+  target.parts[0].surface_sigma = sigma;
+  target.parts[0].correlation_length = length;
   TargetPart panel;
   panel.name = "panel";
   panel.material = {0.6, 0};
+  panel.surface_sigma = panel_sigma;
+  panel.correlation_length = panel_length;
   panel.joint = Joint{Vector3d::UnitY(), {0.55, 0, 0.1}, radians(-20), radians(20), 0};
   target.parts.push_back(panel);
   target.part_of.assign(target.mesh.triangles.size(), 0);
@@ -51,19 +34,17 @@ Target body_with_panel() {
   return target;
 }
 
-/// What a world has of each part.
-struct Truth {
-  double sigma;
-  double length;
-  double reflectivity;
-};
+MeasurementSettings settings() {
+  MeasurementSettings settings;
+  settings.beam.range_sigma_m = 0.004;
+  settings.full_scale_range = 10 / std::sqrt(10.0);
+  return settings;
+}
 
-/// Scans from around, as a LIDAR of so much noise returns them from a surface that departs from the
-/// mesh along the ray, and truth that errs by so much in each view.
-std::vector<TrueReturn> scans(const Target& target, const std::array<Truth, 2>& truth, double angle,
-                              std::uint64_t seed) {
-  const RayCaster caster(turned_mesh(target, {0, angle}));
-  const Field fields[] = {Field(seed, truth[0].length), Field(seed + 1, truth[1].length)};
+/// Scans of the true target from around, as a LIDAR returns them, and truth that errs by so much in
+/// each view.
+std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed) {
+  const RayCaster caster(truth.mesh);
   Random random(seed, "scans");
   std::vector<TrueReturn> returns;
   Matrix6d covariance = Matrix6d::Zero();
@@ -85,11 +66,10 @@ std::vector<TrueReturn> scans(const Target& target, const std::array<Truth, 2>& 
       const double noise = random.normal(0.004);
       const double stray = random.uniform(3, 5);
       if (!caster.cast({sensor.position, ray}, 20, hit)) continue;
-      const std::uint16_t part = target.part_index(hit.triangle);
       const double cosine = -hit.normal.dot(ray);
-      const double height = truth[part].sigma * fields[part].at(sensor.position + hit.range * ray);
-      seen.range = outlier ? stray : hit.range - height / cosine + noise;
-      seen.power = truth[part].reflectivity * cosine * std::pow(10 / hit.range, 2) / 10;
+      seen.range = outlier ? stray : hit.range + noise;
+      seen.power = truth.part(hit.triangle).material.reflectivity * cosine *
+                   std::pow(settings().full_scale_range / hit.range, 2);
       seen.pose = told;
       seen.covariance = covariance;
       returns.push_back(seen);
@@ -98,40 +78,36 @@ std::vector<TrueReturn> scans(const Target& target, const std::array<Truth, 2>& 
   return returns;
 }
 
-MeasurementSettings settings() {
-  MeasurementSettings settings;
-  settings.beam.range_sigma_m = 0.004;
-  settings.full_scale_range = 10 / std::sqrt(10.0);
-  return settings;
-}
-
 }  // namespace
 
-TEST_CASE("what a surface departs by, how far alike, its reflectivity and its joint are found") {
-  const Target target = body_with_panel();
-  const std::array<Truth, 2> truth = {Truth{0.006, 0.08, 0.2}, Truth{0.003, 0.12, 0.6}};
-  const double angle = radians(7);
-  const auto found = measure_parts(target, scans(target, truth, angle, 3), settings());
+TEST_CASE("a world's surfaces, reflectivities and joint angle are found") {
+  const Target target = body_with_panel(0.006, 0.08, 0.003, 0.12);
+  TargetDepartures departures;
+  departures.surface = 1;
+  departures.joints = radians(15);
+  const TrueTarget truth = draw_true_target(target, departures, 4);
+  REQUIRE(std::abs(truth.parts[1].angle) > radians(2));
+  const auto found = measure_parts(target, scans(truth.target, 3), settings());
   REQUIRE(found.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
+    const TargetPart& part = target.parts[i];
     INFO(found[i].part << ": " << found[i].note);
     REQUIRE(found[i].surface_sigma);
-    CHECK(found[i].surface_sigma->value == Approx(truth[i].sigma).epsilon(0.25));
-    CHECK(found[i].correlation_length->value == Approx(truth[i].length).epsilon(0.25));
-    CHECK(found[i].reflectivity->value == Approx(truth[i].reflectivity).epsilon(0.25));
-    CHECK(std::abs(found[i].surface_sigma->value - truth[i].sigma) <
-          4 * found[i].surface_sigma->sigma);
+    CHECK(found[i].surface_sigma->value == Approx(part.surface_sigma).epsilon(0.25));
+    CHECK(found[i].correlation_length->value == Approx(part.correlation_length).epsilon(0.25));
+    CHECK(found[i].reflectivity->value == Approx(part.material.reflectivity).epsilon(0.25));
   }
   CHECK_FALSE(found[0].joint_angle);
   REQUIRE(found[1].joint_angle);
-  CHECK(std::abs(found[1].joint_angle->value - angle) < radians(1));
-  CHECK(std::abs(found[1].joint_angle->value - angle) < 4 * found[1].joint_angle->sigma);
+  CHECK(std::abs(found[1].joint_angle->value - truth.parts[1].angle) < radians(1));
 }
 
 TEST_CASE("a rigid surface is not taken for soft because truth errs") {
-  Target target = body_with_panel();
-  const std::array<Truth, 2> truth = {Truth{0.0003, 0.1, 0.2}, Truth{0.0003, 0.1, 0.6}};
-  const auto found = measure_parts(target, scans(target, truth, 0, 5), settings());
+  const Target target = body_with_panel(0.0003, 0.1, 0.0003, 0.1);
+  TargetDepartures departures;
+  departures.surface = 1;
+  const auto found =
+      measure_parts(target, scans(draw_true_target(target, departures, 5).target, 5), settings());
   for (const PartMeasurement& part : found) {
     REQUIRE(part.surface_sigma);
     CHECK(part.surface_sigma->value < 0.001);
