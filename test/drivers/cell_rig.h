@@ -22,6 +22,7 @@ struct Rig {
                const PerturbationSizes& perturbation = {}, const std::filesystem::path& out = {},
                bool tracker = false) {
     run.config = "config";
+    run.target = "radarsat2";
     run.layout = layout;
     run.seed = seed;
     run.session = 5;
