@@ -71,6 +71,7 @@ int main(int argc, char* argv[]) {
   commands::add_log(app, code);
   commands::add_nightly(app, code);
   commands::add_spy(app, code);
+  commands::add_target(app, code);
   commands::add_picture(app, code);
   commands::add_reestimate(app, code);
   commands::add_replay(app, code);

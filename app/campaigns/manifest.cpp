@@ -136,6 +136,7 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
   config.optional("target_length", Dimension::length, manifest.target_length);
   if (manifest.target_length < 0) throw config.error("target_length", "found a negative length");
   if (is_procedure) config.optional("layout", manifest.layout);
+  if (is_procedure) config.optional("world", manifest.world);
   std::int64_t seed = 1;
   config.optional("seed", seed);
   if (seed < 0) throw config.error("seed", "found a negative seed");

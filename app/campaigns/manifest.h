@@ -42,6 +42,7 @@ struct Manifest {
   std::string experiment;
   Places places;
   std::string layout;            ///< of a procedure; empty: its own
+  std::string world;             ///< of a procedure; empty: its own
   double target_length = 0;      ///< m; 0: the procedure's own, of the acquisition 3 m
   std::uint64_t seed = 1;        ///< of all trials
   std::int64_t trials = 0;       ///< at each point

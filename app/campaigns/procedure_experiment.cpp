@@ -123,6 +123,7 @@ class ProcedureExperiment : public Experiment {
     request.layout = manifest_.layout;
     request.target = manifest_.places.target;
     request.target_length = manifest_.target_length;
+    request.world = manifest_.world;
     request.config = manifest_.places.config;
     request.seed = trial.seed;
     request.host = "twin";

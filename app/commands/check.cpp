@@ -64,7 +64,9 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
 procedures::CheckReport report_on(const fs::path& file, const CheckOptions& options) {
   try {
     const auto procedure = procedures::load_procedure(file, overrides_of(options.set));
-    return procedures::check_procedure(procedure, choose_setup(options.choice, &procedure));
+    const RunSetup setup = choose_setup(options.choice, &procedure);
+    choose_world(options.choice, setup.config, &procedure);
+    return procedures::check_procedure(procedure, setup);
   } catch (const InputError& e) {
     return procedures::report_of_error(e.what(), file.string());
   }

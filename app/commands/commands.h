@@ -24,6 +24,7 @@ void add_estimate(CLI::App& app, int& exit_code);
 void add_kinematics(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nightly(CLI::App& app, int& exit_code);
+void add_target(CLI::App& app, int& exit_code);
 void add_spy(CLI::App& app, int& exit_code);
 void add_picture(CLI::App& app, int& exit_code);
 void add_reestimate(CLI::App& app, int& exit_code);

@@ -21,6 +21,7 @@ struct Drops {
   Drops(const clouds::CloudCounts& file, const estimator::CleanScan& scan) : points(file.points) {
     add(file.not_finite, "have a coordinate that is missing or no number");
     add(file.at_sensor, "are at the sensor (0 0 0)");
+    add(file.later_returns, "are later returns of their beams");
     add(file.undirected, "are empty beams whose direction nothing tells");
     add(static_cast<std::size_t>(scan.invalid), "are farther than 100 km");
     add(static_cast<std::size_t>(scan.nearer), "are nearer than the gate");

@@ -45,6 +45,7 @@ Json counts_of(const clouds::Cloud& cloud, const CleanScan& scan, int used) {
   Json dropped;
   dropped["not_finite"] = cloud.counts.not_finite;
   dropped["at_sensor"] = cloud.counts.at_sensor;
+  dropped["later_returns"] = cloud.counts.later_returns;
   dropped["empty_without_direction"] = cloud.counts.undirected;
   dropped["nearer_than_gate"] = scan.nearer;
   dropped["farther_than_gate"] = scan.farther;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
 #include <berth/arm_state_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -11,9 +10,9 @@
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
-#include "common/core/beam_model.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 #include "logs/file/log_reader.h"
 
 namespace berth::commands {
@@ -35,15 +34,13 @@ void take_joints(const logs::LogEvent& event, const char* channel, Joints& joint
 /// The returns of the scan that runs; a new scan starts anew.
 void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<Vector3d>& returns) {
   if (event.channel != channels::scan_data) return;
-  const auto packet = logs::decode<scan_packet_t>(event.data);
+  const auto packet = logs::decode<ScanPacket>(event.data);
   if (!packet) return;
   if (packet->scan_id != scan) returns.clear();
   scan = packet->scan_id;
   for (std::size_t i = 0; i < packet->status.size(); ++i) {
-    if (packet->status[i] != scan_packet_t::HIT) continue;
-    returns.push_back(static_cast<double>(packet->range_m[i]) *
-                      beam_direction(static_cast<double>(packet->azimuth_rad[i]),
-                                     static_cast<double>(packet->elevation_rad[i])));
+    if (packet->status[i] != ScanPacket::HIT) continue;
+    returns.push_back(packet->point(i, packet->range_m[i]));
   }
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/run_info_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <chrono>
 #include <deque>
 #include <limits>

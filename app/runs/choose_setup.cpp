@@ -21,9 +21,9 @@ InputError wrong_choice(const std::string& key, const procedures::Procedure* by,
   return InputError(place + ": " + what);
 }
 
-std::string layouts_of(const fs::path& config) {
+std::string names_in(const fs::path& directory) {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(config / "layouts")) {
+  for (const auto& entry : fs::directory_iterator(directory)) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
   }
   std::sort(names.begin(), names.end());
@@ -59,7 +59,7 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   if (!fs::exists(setup.layout_file())) {
     throw wrong_choice("layout", layout_by, own.layout_line,
                        "found '" + setup.layout + "', expected one of " + setup.config.string() +
-                           "/layouts: " + layouts_of(setup.config));
+                           "/layouts: " + names_in(setup.config / "layouts"));
   }
   if (setup.target.empty()) {
     setup.target = find_target(default_target(setup.config)).string();
@@ -71,6 +71,19 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
     throw wrong_choice("target", target_by, own.target_line, e.what());
   }
   return setup;
+}
+
+std::string choose_world(const SetupChoice& choice, const fs::path& config,
+                         const procedures::Procedure* procedure) {
+  const auto* by = choice.world.empty() ? procedure : nullptr;
+  const std::string& world = by != nullptr ? by->world : choice.world;
+  const fs::path worlds = config / "worlds";
+  if (!world.empty() && !fs::exists(worlds / (world + ".yaml"))) {
+    throw wrong_choice(
+        "world", by, by != nullptr ? by->world_line : 0,
+        "found '" + world + "', expected one of " + worlds.string() + ": " + names_in(worlds));
+  }
+  return world;
 }
 
 }  // namespace berth

@@ -83,6 +83,8 @@ void choose_free_ports(const fs::path& devices_file) {
   write_file(devices_file, text);
 }
 
+constexpr char world_key[] = "simulation.yaml:world";
+
 /// What run.yaml says beside the parameters.
 struct Description {
   std::string host;
@@ -93,6 +95,7 @@ struct Description {
   std::string layout;
   std::string target;
   double target_length = 0;
+  std::string world;
 };
 
 /// The target goes with the run and is named from there: it can then be judged anywhere, and the
@@ -131,7 +134,12 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
   fs::copy(config, directory / "config", fs::copy_options::recursive);
   if (!description.joins) {
-    override_configuration(directory / "config", request.parameters);
+    auto parameters = request.parameters;
+    if (!description.world.empty()) {
+      if (!request.world.empty()) parameters.erase(world_key);
+      parameters.emplace(world_key, description.world);  // after a --set of the operator's
+    }
+    override_configuration(directory / "config", parameters);
     put_calibration(directory / "config", description.layout, request.calibration);
   }
   if (description.host == "simulated-cell" && !description.joins) {
@@ -184,7 +192,7 @@ RunFiles join(const RunRequest& request) {
   if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
       (!request.target.empty() &&
        fs::path(request.target).filename() != fs::path(cell.setup.target).filename()) ||
-      request.target_length > 0) {
+      request.target_length > 0 || !request.world.empty()) {
     throw InputError("a cell is up with layout '" + cell.setup.layout + "' and target '" +
                      cell.setup.target + "': bring it down first (berth stop) to have another");
   }
@@ -211,9 +219,10 @@ RunFiles RunFiles::create(const RunRequest& request) {
     procedure = procedures::load_procedure(request.procedure, of_procedure(request.parameters));
     stem = request.procedure.stem().string();
   }
-  const RunSetup setup =
-      choose_setup({request.config, request.layout, request.target, request.target_length},
-                   procedure ? &*procedure : nullptr);
+  const SetupChoice choice{request.config, request.layout, request.target, request.target_length,
+                           request.world};
+  const procedures::Procedure* own = procedure ? &*procedure : nullptr;
+  const RunSetup setup = choose_setup(choice, own);
 
   Description description;
   description.host = request.host;
@@ -224,6 +233,7 @@ RunFiles RunFiles::create(const RunRequest& request) {
   description.layout = setup.layout;
   description.target = setup.target;
   description.target_length = setup.target_length;
+  description.world = choose_world(choice, setup.config, own);
   return write(request, stem, setup.config, description);
 }
 

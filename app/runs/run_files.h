@@ -12,10 +12,11 @@ namespace berth {
 
 /// What a user asks of a run before it has a directory.
 struct RunRequest {
-  std::filesystem::path procedure;                ///< empty: only bring the cell up
-  std::string layout;                             ///< empty: the procedure's own
-  std::string target;                             ///< empty: the procedure's own
-  double target_length = 0;                       ///< m; 0: the procedure's own
+  std::filesystem::path procedure;  ///< empty: only bring the cell up
+  std::string layout;               ///< empty: the procedure's own
+  std::string target;               ///< empty: the procedure's own
+  double target_length = 0;         ///< m; 0: the procedure's own
+  std::string world;                ///< empty: the procedure's own, or simulation.yaml's
   std::map<std::string, std::string> parameters;  ///< --set NAME=VALUE
   std::uint64_t seed = 1;
   std::string host = "simulated-cell";  ///< "simulated-cell", "cell" or "twin"

@@ -16,10 +16,11 @@ namespace berth::clouds {
 struct CloudCounts {
   std::size_t points = 0;  ///< rows of the file, empty beams included
   std::size_t hits = 0;
-  std::size_t misses = 0;      ///< empty beams whose direction the file's grid tells
-  std::size_t undirected = 0;  ///< empty beams whose direction nothing tells: dropped
-  std::size_t not_finite = 0;  ///< a coordinate that is missing or no number: dropped
-  std::size_t at_sensor = 0;   ///< range zero: dropped
+  std::size_t misses = 0;         ///< empty beams whose direction the file's grid tells
+  std::size_t undirected = 0;     ///< empty beams whose direction nothing tells: dropped
+  std::size_t not_finite = 0;     ///< a coordinate that is missing or no number: dropped
+  std::size_t at_sensor = 0;      ///< range zero: dropped
+  std::size_t later_returns = 0;  ///< not the first of their beam (return_number > 1): dropped
 };
 
 /// One beam, as far as a cloud tells it.

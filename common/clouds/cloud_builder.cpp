@@ -63,6 +63,10 @@ void CloudBuilder::add(const CloudRow& row) {
     ++cloud_.counts.at_sensor;
     return;
   }
+  if (row.return_number > 1) {
+    ++cloud_.counts.later_returns;
+    return;
+  }
   CloudBeam beam;
   beam.range = range;
   beam_angles(point, beam.azimuth, beam.elevation);

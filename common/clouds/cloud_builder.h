@@ -14,6 +14,7 @@ struct CloudRow {
   Vector3d point = Vector3d::Zero();
   double sigma = std::numeric_limits<double>::quiet_NaN();
   double time = std::numeric_limits<double>::quiet_NaN();
+  double return_number = 1;
 };
 
 /// A file's rows, and what their columns hold.

@@ -93,6 +93,9 @@ class Finder {
     if (!columns.has_point()) return {};
     columns.sigma = length("sigma");
     if (!columns.sigma) columns.sigma = length("range_sigma");
+    const auto number = std::find_if(read_.begin(), read_.end(),
+                                     [](const Name& name) { return name.base == "return_number"; });
+    if (number != read_.end()) columns.return_number = column(number - read_.begin());
     const auto time = std::find_if(read_.begin(), read_.end(), [](const Name& name) {
       return std::find(times.begin(), times.end(), name.base) != times.end();
     });

@@ -19,7 +19,8 @@ struct Column {
 /// Which columns of a table hold what a cloud is made of.
 struct Columns {
   Column x, y, z;
-  Column sigma;  ///< of the range
+  Column sigma;          ///< of the range
+  Column return_number;  ///< 1, 2 ... of its beam
   Column time;
   std::optional<double> us_per_time;  ///< the unit that the time's name says
 
@@ -28,9 +29,10 @@ struct Columns {
   static Columns first_three();
 };
 
-/// Looks for x, y, z (or one of the spellings that exports use, as "Points:0"), a time and a range
-/// sigma. Case, quotes and blanks do not count; a unit may stand behind the name: "x (mm)", "y
-/// [m]", "time_us". Other names are ignored. where: for messages, "file:line" or "file".
+/// Looks for x, y, z (or one of the spellings that exports use, as "Points:0"), a time, a range
+/// sigma and a return_number. Case, quotes and blanks do not count; a unit may stand behind the
+/// name: "x (mm)", "y [m]", "time_us". Other names are ignored. where: for messages, "file:line" or
+/// "file".
 /// @throws InputError when a coordinate's name is there twice, or a length's unit is not known.
 Columns find_columns(const std::vector<std::string>& names, const std::string& where);
 

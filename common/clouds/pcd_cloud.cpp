@@ -317,6 +317,7 @@ Table binary_table(const Header& header, std::string_view data, const std::strin
   take(table.columns.y, [](CloudRow& row, double value) { row.point.y() = value; });
   take(table.columns.z, [](CloudRow& row, double value) { row.point.z() = value; });
   take(table.columns.sigma, [](CloudRow& row, double value) { row.sigma = value; });
+  take(table.columns.return_number, [](CloudRow& row, double value) { row.return_number = value; });
   take(table.columns.time, [](CloudRow& row, double value) { row.time = value; });
   return table;
 }

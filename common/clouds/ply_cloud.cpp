@@ -28,6 +28,7 @@ Cloud parse_ply(std::string_view bytes, const std::string& file, const CloudOpti
     row.point = {ply.value(columns.x.index), ply.value(columns.y.index),
                  ply.value(columns.z.index)};
     if (columns.sigma) row.sigma = ply.value(columns.sigma.index);
+    if (columns.return_number) row.return_number = ply.value(columns.return_number.index);
     if (columns.time) row.time = ply.value(columns.time.index);
     cloud.add(row);
   }

@@ -201,6 +201,7 @@ class Reading {
     CloudRow row;
     row.point = {value(columns.x, "x"), value(columns.y, "y"), value(columns.z, "z")};
     if (columns.sigma) row.sigma = value(columns.sigma, "sigma");
+    if (columns.return_number) row.return_number = value(columns.return_number, "return_number");
     if (columns.time) {  // a date, or nothing: no reason to refuse the point
       const auto cell = cells[static_cast<std::size_t>(columns.time.index)];
       double time = 0;

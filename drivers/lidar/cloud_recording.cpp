@@ -53,6 +53,7 @@ std::optional<RecordedScan> CloudRecording::next() {
                      ? raw.utime
                      : std::llround(static_cast<double>(scan.beams.size()) * 1e6 / rate_hz_);
     beam.beam.range_m = static_cast<float>(raw.range);
+    beam.beam.range_sigma_m = static_cast<float>(raw.range_sigma);
     beam.beam.azimuth_rad = static_cast<float>(raw.azimuth);
     beam.beam.elevation_rad = static_cast<float>(raw.elevation);
     beam.beam.status = raw.hit ? BeamStatus::hit : BeamStatus::miss;

@@ -58,7 +58,7 @@ void Connection::read() {
 
 void Connection::send(const Message& message) {
   if (!wire_) return;
-  const auto bytes = encode(message);
+  const auto bytes = encode(message, version_);
   outbox_.insert(outbox_.end(), bytes.begin(), bytes.end());
   flush();
 }

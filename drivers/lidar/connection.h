@@ -27,6 +27,8 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /// What both ends speak; until it is said, the newest.
+  void speak(int version) { version_ = version; }
   void send(const Message& message);
   /// Why the last bytes could not be understood; empty when the stream just ended.
   const std::string& damage() const { return decoder_.error(); }
@@ -41,6 +43,7 @@ class Connection {
   std::unique_ptr<Wire> wire_;  // null: closed
   OnMessage on_message_;
   OnClosed on_closed_;
+  int version_ = protocol_version;
   Decoder decoder_;
   std::vector<std::uint8_t> outbox_;
   Loop::TimerId retry_ = 0;

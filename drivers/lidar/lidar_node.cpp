@@ -16,6 +16,29 @@ constexpr Utime state_period = 500 * millisecond;
 constexpr Utime repeat_period = 1 * second;
 constexpr Utime clock_tolerance = 5 * millisecond;
 
+static_assert(lidar::max_beams_per_message * 49 + 1000 <= Bus::max_message_bytes,
+              "a packet of SCAN_DATA is one datagram");
+
+void fill(ScanPacket& packet, std::size_t i, const lidar::BeamReturn& beam, std::int32_t time_us) {
+  const auto intensity = [](std::uint16_t value) {
+    return static_cast<std::int16_t>(std::min<int>(value, 4095));
+  };
+  packet.time_us[i] = time_us;
+  packet.origin_x_m[i] = beam.origin_m[0];
+  packet.origin_y_m[i] = beam.origin_m[1];
+  packet.origin_z_m[i] = beam.origin_m[2];
+  packet.azimuth_rad[i] = beam.azimuth_rad;
+  packet.elevation_rad[i] = beam.elevation_rad;
+  packet.status[i] = static_cast<std::int8_t>(beam.status);
+  packet.ambient[i] = beam.ambient;
+  packet.range_m[i] = beam.range_m;
+  packet.range_sigma_m[i] = beam.range_sigma_m;
+  packet.intensity[i] = intensity(beam.intensity);
+  packet.range2_m[i] = beam.range2_m;
+  packet.range2_sigma_m[i] = beam.range2_sigma_m;
+  packet.intensity2[i] = intensity(beam.intensity2);
+}
+
 std::vector<lidar::Window> windows_of(const scan_request_t& request) {
   std::vector<lidar::Window> windows;
   for (const scan_window_t& w : request.windows) {
@@ -90,7 +113,7 @@ void LidarNode::start(const scan_request_t& request) {
   scan_->request = request;
   scan_->began = now();
   const std::string why = refusal(request);
-  if (!why.empty()) return finish(scan_packet_t::REFUSED, why, now());
+  if (!why.empty()) return finish(ScanPacket::REFUSED, why, now());
   scan_->clock = device_->clock();
   device_->order({request.scan_id, windows_of(request)});
   publish_state();
@@ -108,7 +131,7 @@ void LidarNode::take_message(const lidar::Message& message) {
     if (!scan_ || answer->scan_id != scan_->request.scan_id) return;
     scan_->beams_total = answer->beams;
     if (!answer->accepted) {
-      finish(scan_packet_t::REFUSED, "the LIDAR refuses: " + answer->reason, now());
+      finish(ScanPacket::REFUSED, "the LIDAR refuses: " + answer->reason, now());
     }
   } else if (const auto* returns = std::get_if<lidar::Returns>(&message)) {
     take_returns(*returns);
@@ -117,8 +140,8 @@ void LidarNode::take_message(const lidar::Message& message) {
   }
 }
 
-scan_packet_t LidarNode::packet_of(const Scan& scan) const {
-  scan_packet_t packet{};
+ScanPacket LidarNode::packet_of(const Scan& scan) const {
+  ScanPacket packet{};
   packet.session = session();
   packet.scan_id = scan.request.scan_id;
   packet.packet = scan.packets;
@@ -136,25 +159,14 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
   for (std::size_t first = 0; first < returns.beams.size();) {
     const std::size_t count = std::min(returns.beams.size() - first, most);
     const std::uint32_t base = returns.beams[first].after_us;
-    scan_packet_t packet = packet_of(*scan_);
-    packet.scan_status = scan_packet_t::RUNNING;
+    ScanPacket packet = packet_of(*scan_);
+    packet.scan_status = ScanPacket::RUNNING;
     packet.window = static_cast<std::int16_t>(returns.window);
     packet.utime = scan_->clock.to_host(returns.device_time + base);
-    packet.count = static_cast<std::int32_t>(count);
-    packet.time_us.reserve(count);
-    packet.range_m.reserve(count);
-    packet.azimuth_rad.reserve(count);
-    packet.elevation_rad.reserve(count);
-    packet.intensity.reserve(count);
-    packet.status.reserve(count);
-    for (std::size_t i = first; i < first + count; ++i) {
-      const lidar::BeamReturn& beam = returns.beams[i];
-      packet.time_us.push_back(static_cast<std::int32_t>(beam.after_us - base));
-      packet.range_m.push_back(beam.range_m);
-      packet.azimuth_rad.push_back(beam.azimuth_rad);
-      packet.elevation_rad.push_back(beam.elevation_rad);
-      packet.intensity.push_back(static_cast<std::int16_t>(std::min<int>(beam.intensity, 4095)));
-      packet.status.push_back(static_cast<std::int8_t>(beam.status));
+    packet.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const lidar::BeamReturn& beam = returns.beams[first + i];
+      fill(packet, i, beam, static_cast<std::int32_t>(beam.after_us - base));
     }
     if (packet.utime > now() + clock_tolerance || packet.utime < scan_->began - clock_tolerance) {
       event(event_t::ERROR, "lidar-clock",
@@ -172,23 +184,23 @@ void LidarNode::take_end(const lidar::ScanEnd& end) {
   if (!scan_ || end.scan_id != scan_->request.scan_id) return;
   const Utime when = scan_->clock.to_host(end.device_time);
   if (end.result == lidar::ScanResult::complete && end.beams == scan_->beams) {
-    finish(scan_packet_t::COMPLETE, "", when);
+    finish(ScanPacket::COMPLETE, "", when);
   } else if (end.result == lidar::ScanResult::cancelled) {
-    finish(scan_packet_t::ABORTED,
+    finish(ScanPacket::ABORTED,
            pending_ ? "replaced by scan " + std::to_string(pending_->scan_id) : "cancelled", when);
   } else {
-    finish(scan_packet_t::ABORTED,
+    finish(ScanPacket::ABORTED,
            end.reason.empty() ? "the LIDAR lost returns" : "the LIDAR fails: " + end.reason, when);
   }
 }
 
 void LidarNode::finish(std::int8_t status, const std::string& reason, Utime when) {
-  scan_packet_t packet = packet_of(*scan_);
+  ScanPacket packet = packet_of(*scan_);
   packet.utime = when;
   packet.scan_status = status;
   packet.reason = reason;
   packet.window = static_cast<std::int16_t>(std::max(scan_->request.window_count - 1, 0));
-  last_progress_ = status == scan_packet_t::COMPLETE ? 1
+  last_progress_ = status == ScanPacket::COMPLETE ? 1
                    : scan_->beams_total == 0
                        ? 0
                        : static_cast<double>(scan_->beams) / scan_->beams_total;
@@ -198,7 +210,7 @@ void LidarNode::finish(std::int8_t status, const std::string& reason, Utime when
   last_published_ = now();
   count("scans", static_cast<double>(++scans_));
   if (!reason.empty()) {
-    event(event_t::WARNING, status == scan_packet_t::REFUSED ? "scan-refused" : "scan-aborted",
+    event(event_t::WARNING, status == ScanPacket::REFUSED ? "scan-refused" : "scan-aborted",
           "scan " + std::to_string(last_->scan_id) + ": " + reason);
   }
   publish_state();
@@ -217,7 +229,7 @@ void LidarNode::lost(const std::string& reason) {
   // Before the first connection the device may just be starting, as we are.
   report(was_ready_ ? node_status_t::FAULT : node_status_t::STARTING, reason);
   event(was_ready_ ? event_t::ERROR : event_t::NOTICE, "lidar-offline", reason);
-  if (scan_) return finish(scan_packet_t::ABORTED, reason, now());
+  if (scan_) return finish(ScanPacket::ABORTED, reason, now());
   publish_state();
 }
 
@@ -229,7 +241,7 @@ void LidarNode::tick() {
   publish_state();
 }
 
-void LidarNode::publish(scan_packet_t& packet) {
+void LidarNode::publish(ScanPacket& packet) {
   packet.seq = ++packet_seq_;
   bus().publish(channels::scan_data, packet);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "common/core/lidar_profile.h"
 #include "common/core/run_setup.h"
 #include "drivers/lidar/adapter.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth {
 
@@ -54,17 +54,17 @@ class LidarNode final : public Node {
   void finish(std::int8_t status, const std::string& reason, Utime when);
   void start_pending();
   void tick();
-  void publish(scan_packet_t& packet);
+  void publish(ScanPacket& packet);
   void publish_state();
-  scan_packet_t packet_of(const Scan& scan) const;
+  ScanPacket packet_of(const Scan& scan) const;
 
   LidarNodeConfig config_;
   std::unique_ptr<lidar::Adapter> device_;
   std::optional<Scan> scan_;
   std::optional<scan_request_t> pending_;
   std::int64_t last_requested_ = 0;
-  std::int64_t foreign_session_ = 0;   // last one reported
-  std::optional<scan_packet_t> last_;  // of the last scan
+  std::int64_t foreign_session_ = 0;  // last one reported
+  std::optional<ScanPacket> last_;    // of the last scan
   Utime last_published_ = 0;
   double last_progress_ = 0;
   std::string device_fault_;

@@ -22,6 +22,30 @@ std::optional<Message> decode(const lcm::LogEvent& event) {
   return std::nullopt;
 }
 
+BeamReturn beam_of(const ScanPacket& packet, std::size_t i) {
+  const auto intensity = [](std::int16_t value) {
+    return static_cast<std::uint16_t>(std::max<int>(value, 0));
+  };
+  BeamReturn beam;
+  beam.range_m = packet.range_m[i];
+  beam.azimuth_rad = packet.azimuth_rad[i];
+  beam.elevation_rad = packet.elevation_rad[i];
+  beam.intensity = intensity(packet.intensity[i]);
+  const auto status = packet.status[i];
+  if (status >= ScanPacket::HIT && status <= ScanPacket::SATURATED) {
+    beam.status = static_cast<BeamStatus>(status);
+  }
+  beam.origin_m[0] = packet.origin_x_m[i];
+  beam.origin_m[1] = packet.origin_y_m[i];
+  beam.origin_m[2] = packet.origin_z_m[i];
+  beam.ambient = packet.ambient[i];
+  beam.range_sigma_m = packet.range_sigma_m[i];
+  beam.range2_m = packet.range2_m[i];
+  beam.range2_sigma_m = packet.range2_sigma_m[i];
+  beam.intensity2 = intensity(packet.intensity2[i]);
+  return beam;
+}
+
 }  // namespace
 
 LogRecording::LogRecording(const std::filesystem::path& path)
@@ -47,7 +71,7 @@ void LogRecording::rewind() {
 
 std::optional<RecordedScan> LogRecording::next() {
   if (ahead_) {
-    const scan_packet_t packet = std::move(*ahead_);
+    const ScanPacket packet = std::move(*ahead_);
     ahead_.reset();
     if (take(packet)) return finished(packet.reason);
   }
@@ -56,7 +80,7 @@ std::optional<RecordedScan> LogRecording::next() {
       const auto request = decode<scan_request_t>(*event);
       if (request) asked_.try_emplace({request->session, request->scan_id}, event->timestamp);
     } else if (event->channel == channels::scan_data) {
-      auto packet = decode<scan_packet_t>(*event);
+      auto packet = decode<ScanPacket>(*event);
       if (!packet) continue;
       const bool other = Key{packet->session, packet->scan_id} != key_;
       if (other && !scan_.beams.empty()) {
@@ -71,23 +95,16 @@ std::optional<RecordedScan> LogRecording::next() {
 }
 
 /// @return whether the scan ends with it.
-bool LogRecording::take(const scan_packet_t& packet) {
+bool LogRecording::take(const ScanPacket& packet) {
   key_ = {packet.session, packet.scan_id};
   for (std::size_t i = 0; i < packet.range_m.size(); ++i) {
     RecordedBeam beam;
     beam.utime = packet.utime + packet.time_us[i];
     beam.window = static_cast<std::uint16_t>(std::max<int>(packet.window, 0));
-    beam.beam.range_m = packet.range_m[i];
-    beam.beam.azimuth_rad = packet.azimuth_rad[i];
-    beam.beam.elevation_rad = packet.elevation_rad[i];
-    beam.beam.intensity = static_cast<std::uint16_t>(std::max<int>(packet.intensity[i], 0));
-    const auto status = packet.status[i];
-    beam.beam.status = status >= scan_packet_t::HIT && status <= scan_packet_t::SATURATED
-                           ? static_cast<BeamStatus>(status)
-                           : BeamStatus::miss;
+    beam.beam = beam_of(packet, i);
     scan_.beams.push_back(beam);
   }
-  return packet.scan_status != scan_packet_t::RUNNING;
+  return packet.scan_status != ScanPacket::RUNNING;
 }
 
 std::optional<RecordedScan> LogRecording::finished(const std::string& failure) {

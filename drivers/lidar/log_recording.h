@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/scan_packet_t.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
 
 #include "drivers/lidar/recording.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace lcm {
 class LogFile;
@@ -29,7 +29,7 @@ class LogRecording final : public Recording {
  private:
   using Key = std::pair<std::int64_t, std::int64_t>;  // session, scan id
 
-  bool take(const scan_packet_t& packet);
+  bool take(const ScanPacket& packet);
   std::optional<RecordedScan> finished(const std::string& failure);
 
   std::filesystem::path file_;
@@ -38,7 +38,7 @@ class LogRecording final : public Recording {
   std::map<Key, Utime> asked_;  // when the request was recorded
   Key key_{};                   // of the scan that is being read
   RecordedScan scan_;
-  std::optional<scan_packet_t> ahead_;  // first of the next scan
+  std::optional<ScanPacket> ahead_;  // first of the next scan
 };
 
 }  // namespace berth::lidar

@@ -15,7 +15,13 @@ namespace {
 
 constexpr std::array<std::uint8_t, 4> magic = {'B', 'L', 'D', 'R'};
 constexpr std::size_t header_size = 16;
-constexpr std::size_t beam_size = 19;
+constexpr std::uint8_t frame_version = 1;  // of the frame, whatever it carries
+constexpr std::uint8_t returns_type = 0x87;
+constexpr std::uint8_t returns_of_version_1 = 0x83;
+constexpr std::size_t beam_size(int version) { return version == 1 ? 19 : 49; }
+constexpr std::size_t max_beams(int version) {
+  return version == 1 ? max_beams_version_1 : max_beams_per_message;
+}
 constexpr std::size_t max_text = 255;
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they stand");
@@ -52,17 +58,26 @@ bool is_sound(Value value) {
 
 /// A beam's fields in their order on the wire.
 template <class Beam, class Visit>
-void visit_fields(Beam& beam, Visit visit) {
+void visit_fields(Beam& beam, int version, Visit visit) {
   visit(beam.after_us);
   visit(beam.range_m);
   visit(beam.azimuth_rad);
   visit(beam.elevation_rad);
   visit(beam.intensity);
   visit(beam.status);
+  if (version == 1) return;
+  for (auto& value : beam.origin_m) visit(value);
+  visit(beam.ambient);
+  visit(beam.range_sigma_m);
+  visit(beam.range2_m);
+  visit(beam.range2_sigma_m);
+  visit(beam.intensity2);
 }
 
 class Writer {
  public:
+  explicit Writer(int version = protocol_version) : version_(version) {}
+
   template <class Value>
   void put(Value value) {
     const std::size_t at = bytes.size();
@@ -77,10 +92,10 @@ class Writer {
   /// All beams in one go: there are thousands in a message.
   void put(const std::vector<BeamReturn>& beams) {
     const std::size_t at = bytes.size();
-    bytes.resize(at + beams.size() * beam_size);
+    bytes.resize(at + beams.size() * beam_size(version_));
     std::uint8_t* to = bytes.data() + at;
     for (const BeamReturn& beam : beams) {
-      visit_fields(beam, [&to](auto value) {
+      visit_fields(beam, version_, [&to](auto value) {
         std::memcpy(to, &value, sizeof value);
         to += sizeof value;
       });
@@ -88,12 +103,16 @@ class Writer {
   }
 
   std::vector<std::uint8_t> bytes;
+
+ private:
+  int version_;
 };
 
 /// Reads what Writer wrote. A value that fails stays as it was, and ok() is false from then on.
 class Reader {
  public:
-  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  explicit Reader(std::span<const std::uint8_t> bytes, int version = protocol_version)
+      : bytes_(bytes), version_(version) {}
 
   template <class Value>
   Value take() {
@@ -118,12 +137,12 @@ class Reader {
   }
   /// So many beams, after which nothing follows.
   void take(std::vector<BeamReturn>& beams, std::size_t count) {
-    if (left() != count * beam_size) return fail();
+    if (count > max_beams(version_) || left() != count * beam_size(version_)) return fail();
     beams.resize(count);
     const std::uint8_t* from = bytes_.data();
     bool sound = true;
     for (BeamReturn& beam : beams) {
-      visit_fields(beam, [&](auto& value) {
+      visit_fields(beam, version_, [&](auto& value) {
         std::memcpy(&value, from, sizeof value);
         from += sizeof value;
         sound = sound && is_sound(value);
@@ -139,12 +158,13 @@ class Reader {
 
  private:
   std::span<const std::uint8_t> bytes_;
+  int version_;
   bool ok_ = true;
 };
 
 /// The type byte of each message, in the order of Message.
 constexpr std::array<std::uint8_t, std::variant_size_v<Message>> types = {
-    0x01, 0x81, 0x02, 0x82, 0x83, 0x84, 0x03, 0x04, 0x85, 0x86};
+    0x01, 0x81, 0x02, 0x82, returns_type, 0x84, 0x03, 0x04, 0x85, 0x86};
 
 void write(Writer& w, const Hello& m) { w.put(m.version); }
 void read(Reader& r, Hello& m) { r.take(m.version); }
@@ -227,7 +247,6 @@ void read(Reader& r, Returns& m) {
   r.take(m.beams_before);
   r.take(m.device_time);
   const std::size_t count = r.take<std::uint16_t>();
-  if (count > max_beams_per_message) return r.fail();
   r.take(m.beams, count);
 }
 
@@ -292,7 +311,7 @@ std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8
   std::vector<std::uint8_t>& bytes = writer.bytes;
   bytes.reserve(header_size + payload.size());
   bytes.assign(magic.begin(), magic.end());
-  writer.put(static_cast<std::uint8_t>(protocol_version));
+  writer.put(frame_version);
   writer.put(type);
   writer.put(std::uint16_t{0});
   writer.put(static_cast<std::uint32_t>(payload.size()));
@@ -303,9 +322,12 @@ std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8
   return std::move(bytes);
 }
 
-std::vector<std::uint8_t> encode(const Message& message) {
-  Writer writer;
+std::vector<std::uint8_t> encode(const Message& message, int version) {
+  Writer writer(version);
   std::visit([&](const auto& m) { write(writer, m); }, message);
+  if (version == 1 && std::holds_alternative<Returns>(message)) {
+    return frame_of(returns_of_version_1, writer.bytes);
+  }
   return frame_of(types[message.index()], writer.bytes);
 }
 
@@ -335,9 +357,9 @@ std::optional<Message> Decoder::next() {
   const auto reserved = header.take<std::uint16_t>();
   const auto length = header.take<std::uint32_t>();
   const auto crc = header.take<std::uint32_t>();
-  if (version != protocol_version) {
+  if (version != frame_version) {
     error_ = "a frame of version " + std::to_string(version) + ", expected " +
-             std::to_string(protocol_version);
+             std::to_string(frame_version);
   } else if (reserved != 0) {
     error_ = "reserved bytes of a frame are not 0";
   } else if (length > max_payload) {
@@ -352,9 +374,10 @@ std::optional<Message> Decoder::next() {
     error_ = "a frame fails its check sum";
     return std::nullopt;
   }
-  Reader payload(frame.subspan(header_size));
+  const bool older = type == returns_of_version_1;
+  Reader payload(frame.subspan(header_size), older ? 1 : protocol_version);
   Message message;
-  if (!read_payload(type, payload, message)) {
+  if (!read_payload(older ? returns_type : type, payload, message)) {
     error_ = "a message of unknown type " + std::to_string(type);
   } else if (!payload.ok() || payload.left() != 0) {
     error_ = "a message of type " + std::to_string(type) + " is malformed";

@@ -13,19 +13,21 @@
 /// Berth's own protocol to a scanning LIDAR over TCP; PROTOCOL.md has every byte of it.
 namespace berth::lidar {
 
-inline constexpr std::uint16_t protocol_version = 1;
+inline constexpr std::uint16_t protocol_version = 2;  ///< the newest; 1 is spoken, too
 inline constexpr std::size_t max_payload = 65536;
 inline constexpr std::size_t max_windows = 500;
-inline constexpr std::size_t max_beams_per_message = 3000;
+/// One datagram of SCAN_DATA with room for its header: Bus::max_message_bytes / 49 bytes a beam.
+inline constexpr std::size_t max_beams_per_message = 1200;
+inline constexpr std::size_t max_beams_version_1 = 3000;
 
 /// Host to device, first thing on a connection.
 struct Hello {
-  std::uint16_t version = protocol_version;
+  std::uint16_t version = protocol_version;  ///< the newest that the host speaks
 };
 
 /// Device's answer to Hello.
 struct Identity {
-  std::uint16_t version = protocol_version;
+  std::uint16_t version = protocol_version;  ///< of this connection: the newest of both
   std::string model;
   std::string serial;
   double rate_hz = 0;
@@ -51,13 +53,21 @@ struct ScanAnswer {
 
 enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated };
 
+/// A beam and what came back, as in scan_packet2_t. Of version 1: without origin, ambient light,
+/// sigma and second return. 0: not said.
 struct BeamReturn {
   std::uint32_t after_us = 0;  ///< after Returns::device_time
-  float range_m = 0;           ///< 0 unless hit
+  float range_m = 0;           ///< from the origin; 0 unless hit
   float azimuth_rad = 0;
   float elevation_rad = 0;
   std::uint16_t intensity = 0;  ///< 0..4095
   BeamStatus status = BeamStatus::miss;
+  float origin_m[3] = {0, 0, 0};  ///< sensor frame
+  float ambient = 0;              ///< on the scale of intensity
+  float range_sigma_m = 0;
+  float range2_m = 0;  ///< of another return; 0: there is none
+  float range2_sigma_m = 0;
+  std::uint16_t intensity2 = 0;
 };
 
 /// Device to host while a scan runs: consecutive beams of one window.
@@ -111,15 +121,16 @@ using Message = std::variant<Hello, Identity, ScanOrder, ScanAnswer, Returns, Sc
 
 /// One frame. Texts longer than 255 bytes are cut. @throws std::length_error when the message does
 /// not fit a frame, which is a bug of the caller.
-std::vector<std::uint8_t> encode(const Message& message);
+/// @param version that both ends speak: of Returns 1 leaves out what it cannot say
+std::vector<std::uint8_t> encode(const Message& message, int version = protocol_version);
 
 /// A payload as it stands in a frame of this type, whether it makes sense or not.
 /// @throws std::length_error as encode.
 std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8_t> payload);
 
-/// Bytes in, messages out. Never throws on what it is fed. The transport is reliable, so damage
-/// means that the peer does not speak this protocol: the decoder then stops for good with an error
-/// that says what was wrong, and the connection is to be closed.
+/// Bytes in, messages out, of either version. Never throws on what it is fed. The transport is
+/// reliable, so damage means that the peer does not speak this protocol: the decoder then stops for
+/// good with an error that says what was wrong, and the connection is to be closed.
 class Decoder {
  public:
   void feed(std::span<const std::uint8_t> bytes);

@@ -35,8 +35,16 @@ void TcpAdapter::connected(std::unique_ptr<Wire> wire) {
   heard_ = loop_.now();
   connection_ = std::make_unique<Connection>(
       loop_, std::move(wire), [this](const Message& message) { receive(message); },
-      [this](const std::string& reason) { drop(reason); });
-  connection_->send(Hello{});
+      [this](const std::string& reason) { hung_up(reason); });
+  connection_->send(Hello{version_});
+}
+
+/// The device closed the connection, or is about to.
+void TcpAdapter::hung_up(const std::string& reason) {
+  if (greeted_ || version_ == 1) return drop(reason);
+  version_ = 1;
+  connection_.reset();
+  dial();
 }
 
 void TcpAdapter::drop(const std::string& reason) {
@@ -47,6 +55,7 @@ void TcpAdapter::drop(const std::string& reason) {
   scanning_ = false;
   clock_.clear();
   queries_.clear();
+  version_ = protocol_version;
   reason_ = reason;
   loop_.cancel(redial_timer_);
   redial_timer_ = loop_.after(settings_.redial, [this] { dial(); });
@@ -89,7 +98,7 @@ void TcpAdapter::receive(const Message& message) {
   heard_ = loop_.now();
   if (const auto* identity = std::get_if<Identity>(&message)) return greet(*identity);
   if (const auto* complaint = std::get_if<Complaint>(&message)) {
-    return drop("the LIDAR complains: " + complaint->reason);
+    return hung_up("the LIDAR complains: " + complaint->reason);
   }
   if (const auto* status = std::get_if<Status>(&message)) read_clock(*status);
   follow_scan(message);
@@ -97,9 +106,9 @@ void TcpAdapter::receive(const Message& message) {
 }
 
 void TcpAdapter::greet(const Identity& identity) {
-  if (identity.version != protocol_version) {
+  if (identity.version < 1 || identity.version > version_) {
     return drop("the LIDAR speaks version " + std::to_string(identity.version) +
-                " of the protocol, expected " + std::to_string(protocol_version));
+                " of the protocol, expected 1 to " + std::to_string(version_));
   }
   if (identity.model != settings_.model) {
     return drop("the LIDAR is a '" + identity.model + "', expected '" + settings_.model + "'");

@@ -24,7 +24,7 @@ struct TcpSettings {
 
 /// The host's end of Berth's own protocol (PROTOCOL.md): dials, again and again; greets; checks who
 /// answers; reads the device's clock; notices silence. Ready once the device is known and its clock
-/// read.
+/// read. A device that hangs up on a greeting in the newest version is greeted in version 1.
 class TcpAdapter final : public Adapter {
  public:
   TcpAdapter(TcpSettings settings, Loop& loop);
@@ -44,6 +44,7 @@ class TcpAdapter final : public Adapter {
   void drop(const std::string& reason) override;
 
  private:
+  void hung_up(const std::string& reason);
   void send(const Message& message);
   void dial();
   void connected(std::unique_ptr<Wire> wire);
@@ -58,6 +59,7 @@ class TcpAdapter final : public Adapter {
   Events events_;
   std::unique_ptr<Connection> connection_;
   Identity identity_;
+  std::uint16_t version_ = protocol_version;  // of the greeting
   bool greeted_ = false;
   bool ready_ = false;
   std::string reason_;

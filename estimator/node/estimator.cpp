@@ -240,12 +240,12 @@ void Estimator::publish_request() {
   output_.request(scan_->request);
 }
 
-void Estimator::take(const scan_packet_t& packet) {
+void Estimator::take(const ScanPacket& packet) {
   if (!is_well_formed(packet)) {
     output_.note(event_t::WARNING, "bad-packet", "a scan packet contradicts itself and is ignored");
     return;
   }
-  const bool ends_scan = packet.scan_status != scan_packet_t::RUNNING;
+  const bool ends_scan = packet.scan_status != ScanPacket::RUNNING;
   if (packet.scan_id <= finished_id_) {
     // The LIDAR repeats the end of its last scan when it has nothing to do: it did not hear of the
     // next one.
@@ -299,7 +299,7 @@ Estimator::Bundle Estimator::bundle(const Scan& scan) const {
   Bundle b;
   b.id = scan.id;
   b.own_windows = scan.own_windows;
-  b.status = scan_packet_t::ABORTED;
+  b.status = ScanPacket::ABORTED;
   b.reason = "its end did not arrive";
   b.first_packet = scan.packets.begin()->first;
   b.last_packet = scan.packets.rbegin()->first;
@@ -307,7 +307,7 @@ Estimator::Bundle Estimator::bundle(const Scan& scan) const {
   for (const auto& [index, packet] : scan.packets) {
     append_beams(packet, b.beams);
     b.utime = std::max(b.utime, utime_of_end(packet));
-    if (packet.scan_status != scan_packet_t::RUNNING) {
+    if (packet.scan_status != ScanPacket::RUNNING) {
       b.status = packet.scan_status;
       b.reason = packet.reason;
     }
@@ -323,7 +323,7 @@ void Estimator::finish_scan() {
   process(b);
   // A scan that failed at once is not asked for again at once: the request waits until the LIDAR is
   // heard of again, once a second.
-  const bool failed = b.status == scan_packet_t::REFUSED || b.status == scan_packet_t::ABORTED;
+  const bool failed = b.status == ScanPacket::REFUSED || b.status == ScanPacket::ABORTED;
   proceed(failed && b.beams.empty());
 }
 

@@ -6,7 +6,6 @@
 #include <berth/estimator_state_t.hpp>
 #include <berth/inertial_motion_t.hpp>
 #include <berth/pose_estimate_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 #include <deque>
 #include <functional>
@@ -20,6 +19,7 @@
 #include "estimator/ranges/long_range.h"
 #include "estimator/ranges/operating_range.h"
 #include "estimator/ranges/short_range.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {
 
@@ -59,7 +59,7 @@ class Estimator {
   /// @throws InputError when the first model cannot be had.
   Estimator(EstimatorSetup setup, EstimatorOutput& output);
 
-  void take(const scan_packet_t& packet);
+  void take(const ScanPacket& packet);
   void take(const estimator_command_t& command);
   /// Where the options want it. What comes later than the scan in whose time it falls was used is
   /// of no use any more; the diagnostics tell how much was there (inertial_s).
@@ -90,7 +90,7 @@ class Estimator {
     bool own_windows = false;  // a procedure's SCAN
     bool held_back = false;    // goes out when the LIDAR is heard of again
     scan_request_t request{};
-    std::map<std::int32_t, scan_packet_t> packets;
+    std::map<std::int32_t, ScanPacket> packets;
   };
   struct Bundle {  // a finished scan
     std::int64_t id = 0;

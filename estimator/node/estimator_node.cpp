@@ -10,12 +10,12 @@ EstimatorNode::EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimato
     : Node(std::move(setup), the_bus, the_loop),
       budgets_(estimator.options.budgets),
       estimator_(std::move(estimator), *this) {
-  bus().subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(4000),
-                                 [this](const scan_packet_t& packet) {
-                                   if (packet.session != session()) return;
-                                   process("scan " + std::to_string(packet.scan_id),
-                                           [this, packet] { estimator_.take(packet); });
-                                 });
+  bus().subscribe<ScanPacket>(channels::scan_data, Queue::fifo(4000),
+                              [this](const ScanPacket& packet) {
+                                if (packet.session != session()) return;
+                                process("scan " + std::to_string(packet.scan_id),
+                                        [this, packet] { estimator_.take(packet); });
+                              });
   bus().subscribe<estimator_command_t>(
       channels::estimator_command, Queue::fifo(), [this](const estimator_command_t& command) {
         if (!is_ours(command)) return;

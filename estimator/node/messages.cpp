@@ -6,40 +6,37 @@
 
 namespace berth::estimator {
 
-bool is_well_formed(const scan_packet_t& packet) {
+bool is_well_formed(const ScanPacket& packet) {
   constexpr std::int64_t end_of_time = 1'000'000'000'000'000'000;
-  const auto full = [&](std::size_t size) {
-    return size == static_cast<std::size_t>(packet.count);
-  };
   return packet.count >= 0 && packet.packet >= 0 && packet.packet < 1'000'000'000 &&
          packet.utime >= 0 && packet.utime < end_of_time && packet.scan_id > 0 &&
-         packet.scan_id < end_of_time && full(packet.time_us.size()) &&
-         full(packet.range_m.size()) && full(packet.azimuth_rad.size()) &&
-         full(packet.elevation_rad.size()) && full(packet.status.size());
+         packet.scan_id < end_of_time &&
+         packet.time_us.size() == static_cast<std::size_t>(packet.count);
 }
 
-std::int64_t utime_of_end(const scan_packet_t& packet) {
+std::int64_t utime_of_end(const ScanPacket& packet) {
   return packet.time_us.empty() ? packet.utime : packet.utime + packet.time_us.back();
 }
 
-void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams) {
+void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i) {
     RawBeam beam;
     beam.utime = packet.utime + packet.time_us[i];
-    beam.range = static_cast<double>(packet.range_m[i]);
-    beam.azimuth = static_cast<double>(packet.azimuth_rad[i]);
-    beam.elevation = static_cast<double>(packet.elevation_rad[i]);
+    const ScanPacket::Seen seen = packet.seen_from_sensor(i);
+    beam.range = seen.range;
+    beam.azimuth = seen.azimuth;
+    beam.elevation = seen.elevation;
     switch (packet.status[i]) {
-      case scan_packet_t::HIT:
+      case ScanPacket::HIT:
         beam.status = BeamStatus::hit;
         break;
-      case scan_packet_t::MISS:
+      case ScanPacket::MISS:
         beam.status = BeamStatus::miss;
         break;
-      case scan_packet_t::TOO_NEAR:
+      case ScanPacket::TOO_NEAR:
         beam.status = BeamStatus::too_near;
         break;
-      case scan_packet_t::TOO_FAR:
+      case ScanPacket::TOO_FAR:
         beam.status = BeamStatus::too_far;
         break;
       default:

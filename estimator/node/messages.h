@@ -4,7 +4,6 @@
 #include <berth/estimator_command_t.hpp>
 #include <berth/inertial_motion_t.hpp>
 #include <berth/pose_estimate_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_window_t.hpp>
 #include <string>
 #include <vector>
@@ -13,16 +12,18 @@
 #include "estimator/filter/sensor_motion.h"
 #include "estimator/scan/scan.h"
 #include "estimator/tracking/icp_tracking.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {
 
 // Between messages and the estimator's own types.
 
-/// Arrays as long as they say, numbers that can be counted with.
-bool is_well_formed(const scan_packet_t& packet);
+/// Numbers that can be counted with.
+bool is_well_formed(const ScanPacket& packet);
 /// When its last beam was sent; with no beams, the packet's own time.
-std::int64_t utime_of_end(const scan_packet_t& packet);
-void append_beams(const scan_packet_t& packet, std::vector<RawBeam>& beams);
+std::int64_t utime_of_end(const ScanPacket& packet);
+/// The first return of each beam, seen from the sensor's origin.
+void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams);
 std::vector<scan_window_t> messages_of(const std::vector<Window>& windows);
 
 /// Numbers that can be counted with, over some time.

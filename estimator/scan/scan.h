@@ -9,7 +9,7 @@
 
 namespace berth::estimator {
 
-/// What the LIDAR says of one beam, as in scan_packet_t.
+/// What the LIDAR says of one beam, as in scan_packet2_t.
 enum class BeamStatus : std::int8_t { hit, miss, too_near, too_far, saturated };
 
 /// One beam as the LIDAR reports it.

@@ -17,21 +17,31 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "both formats are written as they lie");
 
+/// A text for each of point_fields, which stands for '%' in it.
+std::string each_field(const std::string& text) {
+  std::string all;
+  for (const char* field : point_fields) {
+    const std::size_t at = text.find('%');
+    all += at == std::string::npos ? text : std::string(text).replace(at, 1, field);
+  }
+  return all;
+}
+
 std::string pcd_header(std::size_t points) {
   const std::string n = std::to_string(points);
   return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
-         "FIELDS x y z intensity utime\nSIZE 4 4 4 4 8\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
-         "WIDTH " +
-         n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
+         "FIELDS" +
+         each_field(" %") + " utime\nSIZE" + each_field(" 4") + " 8\nTYPE" + each_field(" F") +
+         " F\nCOUNT" + each_field(" 1") + " 1\nWIDTH " + n +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA binary\n";
 }
 
 std::string ply_header(const ScanCloud& scan) {
   return "ply\nformat binary_little_endian 1.0\ncomment scan " + std::to_string(scan.scan_id) +
          " of session " + std::to_string(scan.session) +
          ", sensor frame, m; utime in us since the epoch\nelement vertex " +
-         std::to_string(scan.points.size()) +
-         "\nproperty float x\nproperty float y\nproperty float z\nproperty float intensity\n"
-         "property double utime\nend_header\n";
+         std::to_string(scan.points.size()) + each_field("\nproperty float %") +
+         "\nproperty double utime\nend_header\n";
 }
 
 }  // namespace
@@ -39,12 +49,12 @@ std::string ply_header(const ScanCloud& scan) {
 void write_cloud(const ScanCloud& scan, const std::filesystem::path& path, CloudFormat format) {
   OutputFile file(path);
   file.write(format == CloudFormat::pcd ? pcd_header(scan.points.size()) : ply_header(scan));
-  constexpr std::size_t bytes = 4 * sizeof(float) + sizeof(double);
+  constexpr std::size_t bytes = point_fields.size() * sizeof(float) + sizeof(double);
   std::string points(scan.points.size() * bytes, '\0');
   char* at = points.data();
   for (const ScanPoint& p : scan.points) {
-    const float floats[] = {p.x, p.y, p.z, p.intensity};
-    std::memcpy(at, floats, sizeof floats);
+    const auto floats = floats_of(p);
+    std::memcpy(at, floats.data(), sizeof floats);
     std::memcpy(at + sizeof floats, &p.utime, sizeof p.utime);
     at += bytes;
   }
@@ -80,7 +90,7 @@ CloudExport export_clouds(const std::filesystem::path& log, const std::filesyste
   LogEvent event;
   while (reader.next(event)) {
     if (event.channel != channels::scan_data) continue;
-    if (const auto packet = decode<scan_packet_t>(event.data)) {
+    if (const auto packet = decode<ScanPacket>(event.data)) {
       assembler.take(*packet);
     } else {
       ++result.undecodable;

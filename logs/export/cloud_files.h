@@ -20,8 +20,8 @@ struct CloudExport {
   std::string failure = {};  ///< why the first of them
 };
 
-/// Writes one scan: binary, fields x y z (m, float, sensor frame), intensity (float, 0..4095),
-/// utime (us since the epoch, double: whole). Read back by berth estimate and by PCL.
+/// Writes one scan: binary, the fields of ScanPoint (floats; utime a double). Read back by berth
+/// estimate and by PCL.
 /// @throws InputError when the file is there; std::runtime_error when the disk is full.
 void write_cloud(const ScanCloud& scan, const std::filesystem::path& path, CloudFormat format);
 

@@ -110,7 +110,7 @@ void Foxglove::take(const LogEvent& event) {
                                           rotation_of(*m))));
     }
   } else if (event.channel == channels::scan_data) {
-    if (const auto m = decode<scan_packet_t>(event.data)) scans_.take(*m);
+    if (const auto m = decode<ScanPacket>(event.data)) scans_.take(*m);
   } else if (event.channel == channels::event) {
     if (const auto m = decode<event_t>(event.data)) {
       const Json json = {{"timestamp", time_of(m->utime)},
@@ -125,16 +125,15 @@ void Foxglove::take(const LogEvent& event) {
 }
 
 void Foxglove::put_cloud(const ScanCloud& scan) {
-  constexpr std::size_t stride = 4 * sizeof(float);
+  constexpr std::size_t stride = point_fields.size() * sizeof(float);
   std::string data(scan.points.size() * stride, '\0');
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    const ScanPoint& p = scan.points[i];
-    const float floats[] = {p.x, p.y, p.z, p.intensity};
-    std::memcpy(data.data() + i * stride, floats, stride);
+    const auto floats = floats_of(scan.points[i]);
+    std::memcpy(data.data() + i * stride, floats.data(), stride);
   }
   Json fields = Json::array();
   int offset = 0;
-  for (const char* name : {"x", "y", "z", "intensity"}) {
+  for (const char* name : point_fields) {
     fields.push_back({{"name", name}, {"offset", offset}, {"type", 7}});  // FLOAT32
     offset += 4;
   }

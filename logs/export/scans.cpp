@@ -2,11 +2,10 @@
 #include "logs/export/scans.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace berth::logs {
 
-void ScanAssembler::take(const scan_packet_t& packet) {
+void ScanAssembler::take(const ScanPacket& packet) {
   if (open_ && (packet.scan_id != scan_.scan_id || packet.session != scan_.session)) finish();
   if (!open_) {
     scan_ = {};
@@ -23,17 +22,19 @@ void ScanAssembler::take(const scan_packet_t& packet) {
   for (std::size_t i = 0; i < packet.status.size(); ++i) {
     const Utime utime = packet.utime + packet.time_us[i];
     scan_.utime_end = std::max(scan_.utime_end, utime);
-    if (packet.status[i] != scan_packet_t::HIT) continue;
-    const double azimuth = static_cast<double>(packet.azimuth_rad[i]);
-    const double elevation = static_cast<double>(packet.elevation_rad[i]);
-    const double range = static_cast<double>(packet.range_m[i]);
-    const double flat = range * std::cos(elevation);
-    scan_.points.push_back({static_cast<float>(flat * std::sin(azimuth)),
-                            static_cast<float>(-range * std::sin(elevation)),
-                            static_cast<float>(flat * std::cos(azimuth)),
-                            static_cast<float>(packet.intensity[i]), static_cast<double>(utime)});
+    const auto add = [&](float range, float sigma, std::int16_t intensity, float number) {
+      const Eigen::Vector3f point = packet.point(i, range).cast<float>();
+      scan_.points.push_back({point.x(), point.y(), point.z(), static_cast<float>(intensity), sigma,
+                              packet.ambient[i], number, static_cast<double>(utime)});
+    };
+    if (packet.status[i] == ScanPacket::HIT) {
+      add(packet.range_m[i], packet.range_sigma_m[i], packet.intensity[i], 1);
+    }
+    if (packet.range2_m[i] > 0) {
+      add(packet.range2_m[i], packet.range2_sigma_m[i], packet.intensity2[i], 2);
+    }
   }
-  if (packet.scan_status != scan_packet_t::RUNNING) finish();
+  if (packet.scan_status != ScanPacket::RUNNING) finish();
 }
 
 void ScanAssembler::finish() {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/scan_packet_t.hpp>
+#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <vector>
 
 #include "common/bus/loop.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth::logs {
 
@@ -16,11 +16,21 @@ struct ScanPoint {
   float x = 0;
   float y = 0;
   float z = 0;
-  float intensity = 0;  ///< 0..4095
-  double utime = 0;     ///< us since the epoch, whole
+  float intensity = 0;      ///< 0..4095
+  float range_sigma = 0;    ///< m; 0: not said
+  float ambient = 0;        ///< background light of its beam, on the scale of intensity
+  float return_number = 1;  ///< 2: the second return of its beam
+  double utime = 0;         ///< us since the epoch, whole
 };
 
-/// All returns of one scan.
+/// The fields of a ScanPoint before utime, in their order.
+inline constexpr std::array point_fields = {
+    "x", "y", "z", "intensity", "range_sigma", "ambient", "return_number"};
+inline std::array<float, point_fields.size()> floats_of(const ScanPoint& p) {
+  return {p.x, p.y, p.z, p.intensity, p.range_sigma, p.ambient, p.return_number};
+}
+
+/// All returns of one scan, those of a beam one after the other.
 struct ScanCloud {
   std::int64_t session = 0;
   std::int64_t scan_id = 0;
@@ -38,7 +48,7 @@ class ScanAssembler {
   using Ready = std::function<void(const ScanCloud&)>;
   explicit ScanAssembler(Ready ready) : ready_(std::move(ready)) {}
 
-  void take(const scan_packet_t& packet);
+  void take(const ScanPacket& packet);
   /// Hands out what is left.
   void finish();
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "logs/report/scan_beams.h"
 
-#include <berth/scan_packet_t.hpp>
-
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 #include "logs/file/log_reader.h"
 
 namespace berth::report {
@@ -17,15 +16,14 @@ std::map<std::int64_t, std::vector<Beam>> read_beams(const std::filesystem::path
   logs::LogEvent event;
   while (reader.next(event)) {
     if (event.channel != channels::scan_data) continue;
-    const auto packet = logs::decode<scan_packet_t>(event.data);
+    const auto packet = logs::decode<ScanPacket>(event.data);
     if (!packet || packet->session != session || scans.count(packet->scan_id) == 0) continue;
     auto& of_scan = beams[packet->scan_id];
     for (std::size_t i = 0; i < packet->status.size(); ++i) {
-      const bool hit = packet->status[i] == scan_packet_t::HIT;
-      of_scan.push_back({packet->utime + packet->time_us[i],
-                         hit ? static_cast<double>(packet->range_m[i]) : 0,
-                         static_cast<double>(packet->azimuth_rad[i]),
-                         static_cast<double>(packet->elevation_rad[i])});
+      const bool hit = packet->status[i] == ScanPacket::HIT;
+      const ScanPacket::Seen seen = packet->seen_from_sensor(i);
+      of_scan.push_back(
+          {packet->utime + packet->time_us[i], hit ? seen.range : 0, seen.azimuth, seen.elevation});
     }
   }
   return beams;

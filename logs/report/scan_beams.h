@@ -10,7 +10,7 @@
 
 namespace berth::report {
 
-/// One beam of a scan.
+/// One beam of a scan: its first return, seen from the sensor's origin.
 struct Beam {
   Utime utime = 0;
   double range = 0;  ///< m; 0 where nothing came back

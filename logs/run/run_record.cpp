@@ -128,19 +128,20 @@ std::string RunRecord::docking_port(Utime until) const {
   return after == docking_ports_.begin() ? "" : std::prev(after)->second;
 }
 
-void RunRecord::add(const scan_packet_t& message) {
+void RunRecord::add(const ScanPacket& message) {
   constexpr std::size_t max_kept = 100;
   const auto [place, is_new] = returns_.try_emplace({message.scan_id, message.packet});
   if (!is_new) return;
   std::vector<std::size_t> hits;
   for (std::size_t i = 0; i < message.status.size(); ++i) {
-    if (message.status[i] == scan_packet_t::HIT) hits.push_back(i);
+    if (message.status[i] == ScanPacket::HIT) hits.push_back(i);
   }
   const std::size_t step = (hits.size() + max_kept - 1) / max_kept;
   for (std::size_t i = 0; i < hits.size(); i += step) {
     const std::size_t beam = hits[i];
-    place->second.push_back({message.utime + message.time_us[beam], message.range_m[beam],
-                             message.azimuth_rad[beam], message.elevation_rad[beam]});
+    const ScanPacket::Seen seen = message.seen_from_sensor(beam);
+    place->second.push_back({message.utime + message.time_us[beam], static_cast<float>(seen.range),
+                             static_cast<float>(seen.azimuth), static_cast<float>(seen.elevation)});
   }
 }
 
@@ -353,7 +354,7 @@ class Filler {
     } else if (event.channel == channels::verdict_basis) {
       add<verdict_basis_t>(event);
     } else if (event.channel == channels::scan_data) {
-      add<scan_packet_t>(event);
+      add<ScanPacket>(event);
     }
   }
 
@@ -408,7 +409,7 @@ class Filler {
              ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
              ReusedMessage<testbed_command2_t>, ReusedMessage<setpoint_latency_t>,
              ReusedMessage<verdict_basis_t>, ReusedMessage<injection_t>,
-             ReusedMessage<injection_state_t>, ReusedMessage<scan_packet_t>>
+             ReusedMessage<injection_state_t>, ReusedMessage<ScanPacket>>
       messages_;
 };
 

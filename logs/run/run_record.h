@@ -9,7 +9,6 @@
 #include <berth/pose_estimate_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <berth/run_info_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/setpoint_latency_t.hpp>
 #include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
@@ -23,6 +22,7 @@
 #include <tuple>
 #include <vector>
 
+#include "lcmtypes/scan_packet.h"
 #include "logs/file/log_event.h"
 #include "logs/run/truth_track.h"
 
@@ -65,7 +65,7 @@ struct LatencySample {
 /// Nothing in a message that does not tell it.
 std::optional<Utime> latency_in(const estimator_diagnostics_t& message);
 
-/// A beam of SCAN_DATA that came back.
+/// The first return of a beam of SCAN_DATA, seen from the sensor's origin.
 struct ScanReturn {
   Utime utime = 0;
   float range = 0;      ///< m
@@ -119,7 +119,7 @@ class RunRecord {
   /// Keeps which docking port an approach was for.
   void add(const testbed_command2_t& message);
   /// Keeps some of its returns, evenly: as many as tell how they scatter.
-  void add(const scan_packet_t& message);
+  void add(const ScanPacket& message);
 
   /// Of the messages so far; without utime, seq and session.
   verdict_basis_t basis() const;

@@ -56,7 +56,7 @@ class Engine {
     bench_.live.on(message);
   }
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
-  void on(const scan_packet_t& message) { record_.add(message); }
+  void on(const ScanPacket& message) { record_.add(message); }
   void on(const setpoint_latency_t& message) { record_.add(message); }
   /// What it commands itself.
   void on(const testbed_command2_t& message) { record_.add(message); }

@@ -61,7 +61,7 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
       });
   keep<ground_truth_t>(channels::ground_truth, 5000);
   keep<estimator_diagnostics_t>(channels::estimator_diagnostics, 5000);
-  if (engine_.judges_returns()) keep<scan_packet_t>(channels::scan_data, 5000);
+  if (engine_.judges_returns()) keep<ScanPacket>(channels::scan_data, 5000);
   keep<setpoint_latency_t>(channels::setpoint_latency, 100);
   keep<injection_t>(channels::injection, 100);
   keep<event_t>(channels::event, 1000);

@@ -28,29 +28,30 @@ estimator::EstimatorSetup setup_of(const estimator::EstimatorOptions& options,
   return setup;
 }
 
-std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams,
+std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams,
                                       const scan_request_t& request) {
   constexpr std::size_t most = 50;
-  std::vector<scan_packet_t> packets;
+  std::vector<ScanPacket> packets;
   for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
     const std::size_t end = std::min(beams.size(), start + most);
-    scan_packet_t p{};
+    ScanPacket p{};
     p.session = request.session;
     p.scan_id = request.scan_id;
     p.packet = static_cast<std::int32_t>(packets.size());
     p.seq = p.packet;
     p.beams_before = static_cast<std::int32_t>(start);
-    p.count = static_cast<std::int32_t>(end - start);
     p.utime = start < end ? beams[start].utime : 0;
+    p.resize(end - start);
     for (std::size_t i = start; i < end; ++i) {
-      p.time_us.push_back(static_cast<std::int32_t>(beams[i].utime - p.utime));
-      p.range_m.push_back(static_cast<float>(beams[i].range));
-      p.azimuth_rad.push_back(static_cast<float>(beams[i].azimuth));
-      p.elevation_rad.push_back(static_cast<float>(beams[i].elevation));
-      p.intensity.push_back(1000);
-      p.status.push_back(static_cast<std::int8_t>(beams[i].status));
+      const std::size_t k = i - start;
+      p.time_us[k] = static_cast<std::int32_t>(beams[i].utime - p.utime);
+      p.range_m[k] = static_cast<float>(beams[i].range);
+      p.azimuth_rad[k] = static_cast<float>(beams[i].azimuth);
+      p.elevation_rad[k] = static_cast<float>(beams[i].elevation);
+      p.intensity[k] = 1000;
+      p.status[k] = static_cast<std::int8_t>(beams[i].status);
     }
-    p.scan_status = end == beams.size() ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
+    p.scan_status = end == beams.size() ? ScanPacket::COMPLETE : ScanPacket::RUNNING;
     packets.push_back(p);
   }
   return packets;
@@ -95,7 +96,7 @@ bool ClosedLoop::scan() {
   }
   const Scan scan = world_.sweep(windows, truth_at(utime_), velocity_, utime_, random_);
   if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
-  for (const scan_packet_t& packet : packets_of(scan.beams, request)) estimator_.take(packet);
+  for (const ScanPacket& packet : packets_of(scan.beams, request)) estimator_.take(packet);
   utime_ += static_cast<std::int64_t>(1e6 * latency_s_);
   return true;
 }

@@ -5,10 +5,10 @@
 
 #include <berth/heartbeat_t.hpp>
 #include <berth/node_status_t.hpp>
-#include <berth/scan_packet_t.hpp>
 
 #include "common/bus/node.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 #include "test/catch.h"
 
 using namespace berth;
@@ -83,8 +83,8 @@ TEST_CASE("messages of another type, cut short or with a wild length never reach
   SimulatedBus& sender = simulation.make_bus();
   SimulatedBus& receiver = simulation.make_bus();
   int handled = 0;
-  receiver.subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(),
-                                    [&](const scan_packet_t&) { ++handled; });
+  receiver.subscribe<ScanPacket>(channels::scan_data, Queue::fifo(),
+                                    [&](const ScanPacket&) { ++handled; });
   sender.publish(channels::scan_data, heartbeat_t{});
   simulation.run_for(second);
   CHECK(handled == 0);

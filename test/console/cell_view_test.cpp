@@ -6,12 +6,12 @@
 #include <berth/estimator_diagnostics_t.hpp>
 #include <berth/heartbeat_t.hpp>
 #include <berth/run_info_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 
 #include "app/console/view/pose_sections.h"
 #include "app/console/view/safety_word.h"
 #include "common/core/beam_model.h"
+#include "lcmtypes/scan_packet.h"
 #include "test/catch.h"
 #include "test/console/written_board.h"
 #include "test/logs/made_run.h"
@@ -56,18 +56,16 @@ arm_state_t arm_at(const Joints& joints, Utime utime) {
   return state;
 }
 
-scan_packet_t packet_of(std::int64_t scan_id, std::vector<float> ranges) {
-  scan_packet_t packet{};
+ScanPacket packet_of(std::int64_t scan_id, const std::vector<float>& ranges) {
+  ScanPacket packet{};
   packet.scan_id = scan_id;
-  packet.scan_status = scan_packet_t::RUNNING;
-  packet.count = static_cast<std::int32_t>(ranges.size());
-  packet.range_m = std::move(ranges);
-  packet.time_us.resize(packet.range_m.size());
-  packet.azimuth_rad.assign(packet.range_m.size(), 0.1F);
-  packet.elevation_rad.assign(packet.range_m.size(), -0.05F);
-  packet.intensity.resize(packet.range_m.size());
-  for (const float range : packet.range_m) {
-    packet.status.push_back(range > 0 ? scan_packet_t::HIT : scan_packet_t::MISS);
+  packet.scan_status = ScanPacket::RUNNING;
+  packet.resize(ranges.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    packet.range_m[i] = ranges[i];
+    packet.azimuth_rad[i] = 0.1F;
+    packet.elevation_rad[i] = -0.05F;
+    packet.status[i] = ranges[i] > 0 ? ScanPacket::HIT : ScanPacket::MISS;
   }
   return packet;
 }
@@ -187,6 +185,18 @@ TEST_CASE("returns come as they are scanned, and a new scan begins anew") {
   shown.view.flush(made::start);
   CHECK(shown.board.lists["returns"].size() == 3);
   CHECK(shown.board.sections["scan"].at("windows").empty());  // its request was not heard
+}
+
+TEST_CASE("both returns of a beam are shown, from where the beam left") {
+  Shown shown;
+  ScanPacket packet = packet_of(5, {5.0F});
+  packet.azimuth_rad[0] = packet.elevation_rad[0] = 0;
+  packet.range2_m[0] = 7;
+  packet.origin_x_m[0] = 0.25F;
+  shown.hear(channels::scan_data, packet, made::start);
+  shown.view.flush(made::start);
+  CHECK(shown.board.lists["returns"] == nlohmann::json::array({250, 0, 5000, 250, 0, 7000}));
+  CHECK(shown.board.sections["scan"].at("hits") == 1);
 }
 
 TEST_CASE("what no type of ours explains disturbs nothing and is counted") {

@@ -140,7 +140,7 @@ TEST_CASE("Streamed estimates are a fold too: packets in any order give the same
   const auto& packets = plain.packets;
   for (std::size_t i = 0; i < packets.size(); ++i) {
     const bool pair = i + 1 < packets.size() && packets[i + 1].scan_id == packets[i].scan_id &&
-                      packets[i + 1].scan_status == scan_packet_t::RUNNING;
+                      packets[i + 1].scan_status == ScanPacket::RUNNING;
     if (pair) replayed.take(packets[i + 1]);
     replayed.take(packets[i]);
     if (pair) replayed.take(packets[i++]);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fold: commands and packets in; requests, estimates and states out.
+#include "estimator/node/messages.h"
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
@@ -225,12 +226,12 @@ TEST_CASE("A jump of the target is never reported as a pose") {
 TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") {
   Loopback run;
   run.tell(command(Command::ACQUIRE, 1, 1));
-  run.estimator.take(empty_end(1, scan_packet_t::REFUSED, "the laser is off", 1735689601000000));
+  run.estimator.take(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689601000000));
   REQUIRE(run.said.requests.size() == 1);
   REQUIRE(run.said.estimates.size() == 1);
   CHECK_THAT(run.last().reason, Catch::Contains("the laser is off"));
   CHECK(run.last().covariance[0] > 1e5);  // of no pose at all
-  run.estimator.take(empty_end(1, scan_packet_t::REFUSED, "the laser is off", 1735689602000000));
+  run.estimator.take(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689602000000));
   REQUIRE(run.said.requests.size() == 2);
   CHECK(run.said.requests[1].scan_id == 2);
 }
@@ -363,10 +364,27 @@ TEST_CASE("Nonsense on the bus is survived") {
     for (const double c : run.last().covariance) CHECK(std::isfinite(c));
   }
   // arrays shorter than their count
-  scan_packet_t torn = empty_end(run.estimator.state().scan_id, scan_packet_t::COMPLETE, "", 1);
+  ScanPacket torn = empty_end(run.estimator.state().scan_id, ScanPacket::COMPLETE, "", 1);
   torn.count = 10;
   run.estimator.take(torn);
   CHECK(run.said.notes.back() == "bad-packet");
+}
+
+TEST_CASE("A beam from beside the sensor's origin counts as one from there to its return") {
+  ScanPacket packet{};
+  packet.resize(3);
+  packet.range_m = {5, 5, 0};
+  packet.azimuth_rad = {0.1F, 0.1F, 0.1F};
+  packet.status = {ScanPacket::HIT, ScanPacket::HIT, ScanPacket::MISS};
+  packet.origin_x_m = {0, 0.5F, 0.5F};
+  packet.origin_z_m = {0, -0.25F, 0};
+  std::vector<RawBeam> beams;
+  append_beams(packet, beams);
+  CHECK(beams[0].range == 5);
+  CHECK(beams[0].azimuth == double{0.1F});
+  const Vector3d point = beams[1].range * beam_direction(beams[1].azimuth, beams[1].elevation);
+  CHECK((point - Vector3d(0.5, 0, -0.25) - 5 * beam_direction(double{0.1F}, 0)).norm() < 1e-9);
+  CHECK(beams[2].azimuth == double{0.1F});
 }
 
 TEST_CASE("A million returns are one scan") {

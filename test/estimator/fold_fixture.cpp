@@ -20,46 +20,47 @@ EstimatorSetup test_setup(const std::string& file) {
   return setup;
 }
 
-std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id) {
+std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id) {
   constexpr std::size_t most = 50;
-  std::vector<scan_packet_t> packets;
+  std::vector<ScanPacket> packets;
   for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
-    scan_packet_t p{};
+    ScanPacket p{};
     p.scan_id = scan_id;
     p.packet = static_cast<std::int32_t>(packets.size());
     p.beams_before = static_cast<std::int32_t>(start);
     const std::size_t end = std::min(beams.size(), start + most);
     p.utime = start < end ? beams[start].utime : 0;
+    p.resize(end - start);
     for (std::size_t i = start; i < end; ++i) {
-      p.time_us.push_back(static_cast<std::int32_t>(beams[i].utime - p.utime));
-      p.range_m.push_back(static_cast<float>(beams[i].range));
-      p.azimuth_rad.push_back(static_cast<float>(beams[i].azimuth));
-      p.elevation_rad.push_back(static_cast<float>(beams[i].elevation));
-      p.intensity.push_back(1000);
-      p.status.push_back(static_cast<std::int8_t>(beams[i].status));
+      const std::size_t k = i - start;
+      p.time_us[k] = static_cast<std::int32_t>(beams[i].utime - p.utime);
+      p.range_m[k] = static_cast<float>(beams[i].range);
+      p.azimuth_rad[k] = static_cast<float>(beams[i].azimuth);
+      p.elevation_rad[k] = static_cast<float>(beams[i].elevation);
+      p.intensity[k] = 1000;
+      p.status[k] = static_cast<std::int8_t>(beams[i].status);
     }
-    p.count = static_cast<std::int32_t>(end - start);
-    p.scan_status = end == beams.size() ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
+    p.scan_status = end == beams.size() ? ScanPacket::COMPLETE : ScanPacket::RUNNING;
     packets.push_back(p);
   }
   return packets;
 }
 
-std::vector<scan_packet_t> answer(ScanMaker& lidar, const scan_request_t& request) {
+std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request) {
   lidar.utime += 50000;
   lidar.pose = moved(lidar.pose, lidar.velocity, 0.05);
   std::vector<Window> windows;
   for (const scan_window_t& w : request.windows) {
     windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
   }
-  std::vector<scan_packet_t> packets = packets_of(lidar.sweep(windows), request.scan_id);
-  for (scan_packet_t& packet : packets) packet.session = request.session;
+  std::vector<ScanPacket> packets = packets_of(lidar.sweep(windows), request.scan_id);
+  for (ScanPacket& packet : packets) packet.session = request.session;
   return packets;
 }
 
-scan_packet_t empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
+ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
                         std::int64_t utime) {
-  scan_packet_t p{};
+  ScanPacket p{};
   p.utime = utime;
   p.scan_id = scan_id;
   p.scan_status = status;
@@ -81,7 +82,7 @@ estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t fir
 bool Loopback::scan_once() {
   if (said.requests.empty() || said.requests.back().scan_id == answered_) return false;
   answered_ = said.requests.back().scan_id;
-  for (const scan_packet_t& p : answer(lidar, scan_request_t(said.requests.back()))) {
+  for (const ScanPacket& p : answer(lidar, scan_request_t(said.requests.back()))) {
     packets.push_back(p);
     estimator.take(p);
   }

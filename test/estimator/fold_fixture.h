@@ -34,10 +34,10 @@ inline const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
 EstimatorSetup test_setup(const std::string& file = "config/estimator.yaml");
 
 /// Packets of at most 50 beams, as the LIDAR driver would send them.
-std::vector<scan_packet_t> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id);
+std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id);
 /// Sweeps a request's windows.
-std::vector<scan_packet_t> answer(ScanMaker& lidar, const scan_request_t& request);
-scan_packet_t empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
+std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request);
+ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
                         std::int64_t utime);
 
 estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t first_scan_id);
@@ -47,7 +47,7 @@ struct Loopback {
   Said said;
   Estimator estimator;
   ScanMaker lidar;
-  std::vector<scan_packet_t> packets;  // all that went in
+  std::vector<ScanPacket> packets;  // all that went in
 
   explicit Loopback(EstimatorSetup setup = test_setup())
       : estimator(std::move(setup), said), lidar(replica().mesh) {}

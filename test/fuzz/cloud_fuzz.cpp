@@ -15,8 +15,8 @@ namespace {
 /// Every point is accounted for, and every beam is one that a sensor can have sent.
 void check(const Cloud& cloud) {
   const CloudCounts& n = cloud.counts;
-  if (n.points != n.hits + n.misses + n.undirected + n.not_finite + n.at_sensor || n.points == 0 ||
-      cloud.beams.size() != n.hits + n.misses) {
+  if (n.points != n.hits + n.misses + n.undirected + n.not_finite + n.at_sensor + n.later_returns ||
+      n.points == 0 || cloud.beams.size() != n.hits + n.misses) {
     std::abort();
   }
   for (const CloudBeam& beam : cloud.beams) {

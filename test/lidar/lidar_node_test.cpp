@@ -22,8 +22,8 @@ namespace {
 /// The driver, the simulated device on its wire, and a client on the bus.
 struct NodeBench {
   explicit NodeBench(bool with_device = true, SimulatedLidarSettings settings = noiseless()) {
-    client.subscribe<scan_packet_t>(channels::scan_data, Queue::fifo(),
-                                    [this](const scan_packet_t& p) { packets.push_back(p); });
+    client.subscribe<ScanPacket>(channels::scan_data, Queue::fifo(),
+                                 [this](const ScanPacket& p) { packets.push_back(p); });
     client.subscribe<lidar_state_t>(channels::lidar_state, Queue::latest(),
                                     [this](const lidar_state_t& s) { state = s; });
     client.subscribe<event_t>(channels::event, Queue::fifo(),
@@ -42,8 +42,7 @@ struct NodeBench {
   }
   static SimulatedLidarSettings noiseless() {
     SimulatedLidarSettings settings;
-    settings.noise_scale = 0;
-    settings.mixed_pixels = false;
+    settings.receiver.noise_scale = 0;
     settings.clock_offset = 12500 * millisecond;
     return settings;
   }
@@ -79,7 +78,7 @@ struct NodeBench {
   Simulation simulation;
   WallScene scene{simulation.now()};
   SimulatedBus& client = simulation.make_bus();
-  std::vector<scan_packet_t> packets;
+  std::vector<ScanPacket> packets;
   std::vector<event_t> events;
   lidar_state_t state{};
   std::optional<SimulatedLidar> device;
@@ -119,18 +118,18 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
   REQUIRE(bench.packets.size() == 6);  // 50 50 20 | 50 20 | end
   int beams = 0;
   for (std::size_t i = 0; i < bench.packets.size(); ++i) {
-    const scan_packet_t& packet = bench.packets[i];
+    const ScanPacket& packet = bench.packets[i];
     CHECK(packet.session == 5);
     CHECK(packet.scan_id == 1);
     CHECK(packet.packet == static_cast<int>(i));
     CHECK(packet.beams_before == beams);
     CHECK(packet.count <= 50);
     CHECK(packet.window == (i < 3 ? 0 : 1));
-    CHECK(packet.scan_status == (i < 5 ? scan_packet_t::RUNNING : scan_packet_t::COMPLETE));
+    CHECK(packet.scan_status == (i < 5 ? ScanPacket::RUNNING : ScanPacket::COMPLETE));
     CHECK(packet.utime > asked);
     for (int k = 0; k < packet.count; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      REQUIRE(packet.status[at] == scan_packet_t::HIT);
+      REQUIRE(packet.status[at] == ScanPacket::HIT);
       const double depth =
           double{packet.range_m[at]} *
           beam_direction(double{packet.azimuth_rad[at]}, double{packet.elevation_rad[at]}).z();
@@ -153,12 +152,12 @@ TEST_CASE("a repeated request is not scanned again; the end is told again every 
   const auto repeats = bench.packets.size() - told;
   CHECK(repeats >= 2);
   CHECK(repeats <= 4);
-  const scan_packet_t& end = bench.packets[told - 1];
-  const scan_packet_t& again = bench.packets.back();
+  const ScanPacket& end = bench.packets[told - 1];
+  const ScanPacket& again = bench.packets.back();
   CHECK(again.scan_id == end.scan_id);
   CHECK(again.packet == end.packet);
   CHECK(again.utime == end.utime);
-  CHECK(again.scan_status == scan_packet_t::COMPLETE);
+  CHECK(again.scan_status == ScanPacket::COMPLETE);
   CHECK(again.seq > end.seq);
 }
 
@@ -168,7 +167,7 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
   r.windows[0].azimuth_rad = radians(19);
   bench.ask_and_wait(r);
   REQUIRE(bench.packets.size() == 1);
-  CHECK(bench.packets[0].scan_status == scan_packet_t::REFUSED);
+  CHECK(bench.packets[0].scan_status == ScanPacket::REFUSED);
   CHECK_THAT(bench.packets[0].reason, Contains("window 0: azimuth reaches to"));
   CHECK(bench.device->beams_fired() == 0);
   CHECK(bench.events_named("scan-refused") == 1);
@@ -178,7 +177,7 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
   // The next good one is done.
   bench.ask_and_wait(bench.request(2));
   CHECK(bench.state.reason.empty());
-  CHECK(bench.packets.back().scan_status == scan_packet_t::COMPLETE);
+  CHECK(bench.packets.back().scan_status == ScanPacket::COMPLETE);
 }
 
 TEST_CASE("requests of another session or of the past are not obeyed") {
@@ -203,7 +202,7 @@ TEST_CASE("cancel ends a scan and says so") {
   auto r = bench.request(1);
   r.action = scan_request_t::CANCEL;
   bench.ask_and_wait(r, 100 * millisecond);
-  CHECK(bench.packets.back().scan_status == scan_packet_t::ABORTED);
+  CHECK(bench.packets.back().scan_status == ScanPacket::ABORTED);
   CHECK(bench.packets.back().reason == "cancelled");
   CHECK(bench.device->beams_fired() < 500);
   CHECK(bench.state.state == lidar_state_t::IDLE);
@@ -215,11 +214,11 @@ TEST_CASE("a newer request takes the place of a running scan") {
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
   bench.ask_and_wait(bench.request(2, 10), 200 * millisecond);
   std::vector<std::pair<std::int64_t, int>> ends;
-  for (const scan_packet_t& p : bench.packets) {
-    if (p.scan_status != scan_packet_t::RUNNING) ends.emplace_back(p.scan_id, p.scan_status);
+  for (const ScanPacket& p : bench.packets) {
+    if (p.scan_status != ScanPacket::RUNNING) ends.emplace_back(p.scan_id, p.scan_status);
   }
-  CHECK(ends == std::vector<std::pair<std::int64_t, int>>{{1, scan_packet_t::ABORTED},
-                                                          {2, scan_packet_t::COMPLETE}});
+  CHECK(ends == std::vector<std::pair<std::int64_t, int>>{{1, ScanPacket::ABORTED},
+                                                          {2, ScanPacket::COMPLETE}});
 }
 
 TEST_CASE("a device that falls silent ends the scan, is reported, and is found again") {
@@ -227,20 +226,20 @@ TEST_CASE("a device that falls silent ends the scan, is reported, and is found a
   bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
   bench.device->faults().silent = true;
   bench.simulation.run_for(2 * second);
-  REQUIRE(bench.packets.back().scan_status == scan_packet_t::ABORTED);
+  REQUIRE(bench.packets.back().scan_status == ScanPacket::ABORTED);
   CHECK_FALSE(bench.packets.back().reason.empty());
   CHECK(bench.state.state == lidar_state_t::OFFLINE);
   CHECK(bench.events_named("lidar-offline") >= 1);
 
   bench.ask_and_wait(bench.request(2));
-  CHECK(bench.packets.back().scan_status == scan_packet_t::REFUSED);
+  CHECK(bench.packets.back().scan_status == ScanPacket::REFUSED);
   CHECK_THAT(bench.packets.back().reason, Contains("offline"));
 
   bench.device->faults().silent = false;
   bench.simulation.run_for(3 * second);
   CHECK(bench.state.state == lidar_state_t::IDLE);
   bench.ask_and_wait(bench.request(3));
-  CHECK(bench.packets.back().scan_status == scan_packet_t::COMPLETE);
+  CHECK(bench.packets.back().scan_status == ScanPacket::COMPLETE);
 }
 
 TEST_CASE("a driver that starts before its LIDAR waits for it") {
@@ -294,6 +293,88 @@ bool behave(Simulation& simulation, lidar::Connection& wire, const lidar::Messag
 
 }  // namespace
 
+TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, and is read") {
+  const bool complains = GENERATE(true, false);
+  NodeBench bench(false);
+  std::vector<int> greetings;
+  std::unique_ptr<OddDevice> device;
+  device = std::make_unique<OddDevice>(
+      bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
+        wire.speak(1);
+        if (const auto* hello = std::get_if<lidar::Hello>(&message)) {
+          greetings.push_back(hello->version);
+          if (hello->version != 1) {
+            if (complains) wire.send(lidar::Complaint{"this is version 1 of the protocol"});
+            device->loop.after(0, [&] { device->connection.reset(); });
+            return;
+          }
+          lidar::Identity identity;
+          identity.version = 1;
+          identity.model = "ILRIS-3D";
+          return wire.send(identity);
+        }
+        if (behave(bench.simulation, wire, message)) return;
+        if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
+          wire.send(lidar::ScanAnswer{order->scan_id, true, 1, ""});
+          lidar::Returns returns;
+          returns.scan_id = order->scan_id;
+          returns.device_time = bench.simulation.now();
+          returns.beams = {{0, 5, 0.1F, 0, 7, lidar::BeamStatus::hit}};
+          returns.beams[0].range2_m = 6;  // which version 1 cannot say
+          wire.send(returns);
+          wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 1,
+                                   bench.simulation.now(), ""});
+        }
+      });
+  bench.simulation.run_for(2 * second);
+  CHECK(greetings == std::vector<int>{2, 1});
+  bench.ask_and_wait(bench.request(1), 200 * millisecond);
+  REQUIRE(bench.packets.size() == 2);
+  CHECK(bench.packets[0].range_m == std::vector<float>{5});
+  CHECK(bench.packets[0].intensity[0] == 7);
+  CHECK(bench.packets[0].range2_m == std::vector<float>{0});
+  CHECK(bench.packets[1].scan_status == ScanPacket::COMPLETE);
+}
+
+TEST_CASE("all that a device says of a beam is on the bus, in packets of one datagram") {
+  NodeBench bench(false);
+  OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
+    if (behave(bench.simulation, wire, message)) return;
+    if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
+      wire.send(lidar::ScanAnswer{order->scan_id, true, 1, ""});
+      lidar::Returns returns;
+      returns.scan_id = order->scan_id;
+      returns.device_time = bench.simulation.now();
+      returns.beams = {{0,
+                        5,
+                        0.1F,
+                        -0.1F,
+                        7,
+                        lidar::BeamStatus::hit,
+                        {0.1F, 0.2F, 0.3F},
+                        1e6F,
+                        0.01F,
+                        6,
+                        0.02F,
+                        5000}};
+      wire.send(returns);
+    }
+  });
+  bench.simulation.run_for(2 * second);
+  bench.ask_and_wait(bench.request(1), 200 * millisecond);
+  REQUIRE_FALSE(bench.packets.empty());
+  const ScanPacket& packet = bench.packets[0];
+  CHECK(packet.origin(0) == Eigen::Vector3f(0.1F, 0.2F, 0.3F).cast<double>());
+  CHECK(packet.ambient[0] == 1e6F);
+  CHECK(packet.range_sigma_m[0] == 0.01F);
+  CHECK(packet.range2_m[0] == 6);
+  CHECK(packet.range2_sigma_m[0] == 0.02F);
+  CHECK(packet.intensity2[0] == 4095);
+  ScanPacket full = packet;
+  full.resize(lidar::max_beams_per_message);
+  CHECK(full.getEncodedSize() < Bus::max_message_bytes);
+}
+
 TEST_CASE("another kind of device is not used") {
   NodeBench bench(false);
   OddDevice device(bench.simulation, [](lidar::Connection& wire, const lidar::Message&) {
@@ -317,7 +398,7 @@ TEST_CASE("a device that answers but never measures ends the scan") {
   bench.simulation.run_for(2 * second);
   bench.ask_and_wait(bench.request(1), 3 * second);
   REQUIRE(bench.packets.size() >= 1);
-  CHECK(bench.packets[0].scan_status == scan_packet_t::ABORTED);
+  CHECK(bench.packets[0].scan_status == ScanPacket::ABORTED);
   CHECK_THAT(bench.packets[0].reason, Contains("no returns of a running scan"));
 }
 
@@ -352,21 +433,21 @@ TEST_CASE("large frames of a device are cut to packets of the bus") {
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
     if (const auto* order = std::get_if<lidar::ScanOrder>(&message)) {
-      wire.send(lidar::ScanAnswer{order->scan_id, true, 3000, ""});
+      wire.send(lidar::ScanAnswer{order->scan_id, true, 1200, ""});
       lidar::Returns returns;
       returns.scan_id = order->scan_id;
       returns.device_time = bench.simulation.now();
-      returns.beams.resize(3000);
-      for (std::uint32_t i = 0; i < 3000; ++i) returns.beams[i].after_us = i;
+      returns.beams.resize(lidar::max_beams_per_message);
+      for (std::uint32_t i = 0; i < 1200; ++i) returns.beams[i].after_us = i;
       wire.send(returns);
-      wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 3000,
-                               bench.simulation.now() + 3000, ""});
+      wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 1200,
+                               bench.simulation.now() + 1200, ""});
     }
   });
   bench.simulation.run_for(2 * second);
   bench.ask_and_wait(bench.request(1), 200 * millisecond);
-  REQUIRE(bench.packets.size() == 61);
+  REQUIRE(bench.packets.size() == 25);
   CHECK(bench.packets[1].utime - bench.packets[0].utime == 50);
-  CHECK(bench.packets[60].scan_status == scan_packet_t::COMPLETE);
-  CHECK(bench.packets[60].beams_before == 3000);
+  CHECK(bench.packets[24].scan_status == ScanPacket::COMPLETE);
+  CHECK(bench.packets[24].beams_before == 1200);
 }

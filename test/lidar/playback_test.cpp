@@ -10,6 +10,7 @@
 #include "drivers/lidar/make_adapter.h"
 #include "drivers/lidar/playback_adapter.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 #include "test/catch.h"
 #include "test/lidar/lidar_fixture.h"
 
@@ -72,19 +73,24 @@ LidarDevice files(const std::filesystem::path& path) {
   return device;
 }
 
+template <class Message>
+void write_event(lcm::LogFile& log, const char* channel, Utime utime, const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  lcm::LogEvent event{};
+  event.timestamp = utime;
+  event.channel = channel;
+  event.datalen = static_cast<int>(bytes.size());
+  event.data = bytes.data();
+  log.writeEvent(&event);
+}
+
 /// Scans of three beams, the first one recorded 20 ms after it was asked for, one every second; the
-/// second aborted.
+/// second aborted. In the older type.
 void write_log(const std::filesystem::path& path) {
   lcm::LogFile log(path.string(), "w");
   const auto write = [&](const char* channel, Utime utime, const auto& message) {
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    lcm::LogEvent event{};
-    event.timestamp = utime;
-    event.channel = channel;
-    event.datalen = static_cast<int>(bytes.size());
-    event.data = bytes.data();
-    log.writeEvent(&event);
+    write_event(log, channel, utime, message);
   };
   for (int k = 0; k < 3; ++k) {
     const Utime asked = 1000 * second + k * second;
@@ -193,6 +199,38 @@ TEST_CASE("times of clouds part their beams and their scans") {
   CHECK(bench.times[1] - bench.times[0] == 250 * millisecond);
   CHECK(bench.times[2] - bench.times[0] == 2 * second);
   CHECK(bench.times[4] - asked == 3 * second);
+}
+
+TEST_CASE("a log of today gives back all that was said of a beam") {
+  Directory directory;
+  const auto file = directory.path / "run.lcm";
+  {
+    lcm::LogFile log(file.string(), "w");
+    ScanPacket packet{};
+    packet.session = 9;
+    packet.scan_id = 40;
+    packet.resize(2);
+    packet.range_m = {5, 6};
+    packet.origin_y_m = {0.1F, -0.1F};
+    packet.ambient = {3, 4};
+    packet.range_sigma_m = {0.01F, 0};
+    packet.range2_m = {0, 9};
+    packet.range2_sigma_m = {0, 0.03F};
+    packet.intensity2 = {0, 11};
+    write_event(log, channels::scan_data, 1000 * second, packet);
+  }
+  LidarDevice device;
+  device.adapter = LidarDevice::Kind::log;
+  device.recording = file;
+  PlaybackBench bench(device);
+  bench.order(1, 100 * millisecond);
+  REQUIRE(bench.beams.size() == 2);
+  CHECK(bench.beams[0].origin_m[1] == 0.1F);
+  CHECK(bench.beams[0].range_sigma_m == 0.01F);
+  CHECK(bench.beams[1].ambient == 4);
+  CHECK(bench.beams[1].range2_m == 9);
+  CHECK(bench.beams[1].range2_sigma_m == 0.03F);
+  CHECK(bench.beams[1].intensity2 == 11);
 }
 
 TEST_CASE("a log's scans come as they came, and end as they ended") {

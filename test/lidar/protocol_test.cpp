@@ -23,6 +23,14 @@ std::vector<Message> samples() {
   returns.device_time = -5;
   returns.beams = {{0, 5.25F, 0.1F, -0.2F, 4095, BeamStatus::hit},
                    {500, 0, 0.1F, -0.2F, 0, BeamStatus::miss}};
+  BeamReturn& first = returns.beams[0];
+  first.origin_m[0] = 0.015F;
+  first.origin_m[2] = -0.03F;
+  first.ambient = 5000.5F;
+  first.range_sigma_m = 0.01F;
+  first.range2_m = 7.5F;
+  first.range2_sigma_m = 0.02F;
+  first.intensity2 = 17;
   return {Hello{},
           identity,
           order,
@@ -89,6 +97,43 @@ TEST_CASE("the bytes are the documented ones") {
   for (std::size_t i = 0; i < 4; ++i) CHECK(bytes[12 + i] == ((crc >> (8 * i)) & 0xff));
 }
 
+TEST_CASE("version 1 says of a beam what it can, and is understood") {
+  const auto sent = samples();
+  const auto bytes = encode(sent[4], 1);
+  CHECK(bytes[5] == 0x83);
+  CHECK(bytes.size() == 16 + 24 + 2 * 19);
+  CHECK(encode(sent[4])[5] == 0x87);
+  CHECK(encode(sent[4]).size() == 16 + 24 + 2 * 49);
+  Decoder decoder;
+  decoder.feed(bytes);
+  const auto message = decoder.next();
+  REQUIRE(message);
+  const BeamReturn& beam = std::get<Returns>(*message).beams[0];
+  CHECK(beam.range_m == 5.25F);
+  CHECK(beam.intensity == 4095);
+  CHECK(beam.status == BeamStatus::hit);
+  CHECK(beam.origin_m[0] == 0);
+  CHECK(beam.range_sigma_m == 0);
+  CHECK(beam.range2_m == 0);
+  CHECK(encode(*message, 1) == bytes);
+  for (const Message& other : sent) {
+    if (!std::holds_alternative<Returns>(other)) CHECK(encode(other, 1) == encode(other));
+  }
+}
+
+TEST_CASE("a frame has as many beams as a datagram of the bus, of version 1 as many as it allows") {
+  for (const int version : {1, 2}) {
+    const std::size_t most = version == 1 ? max_beams_version_1 : max_beams_per_message;
+    for (const std::size_t count : {most, most + 1}) {
+      Returns returns;
+      returns.beams.resize(count);
+      Decoder decoder;
+      decoder.feed(encode(returns, version));
+      CHECK(decoder.next().has_value() == (count == most));
+    }
+  }
+}
+
 TEST_CASE("texts too long are cut, messages too long are a bug of the caller") {
   Decoder decoder;
   decoder.feed(encode(Complaint{std::string(1000, 'x')}));
@@ -140,6 +185,9 @@ TEST_CASE("a frame that is whole but wrong inside is refused") {
   returns.beams[0].range_m = std::numeric_limits<float>::infinity();
   CHECK_THAT(error_of(returns), Contains("malformed"));
   returns.beams[0].range_m = 1;
+  returns.beams[0].origin_m[1] = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THAT(error_of(returns), Contains("malformed"));
+  returns.beams[0].origin_m[1] = 0;
   returns.beams[0].status = static_cast<BeamStatus>(9);
   CHECK_THAT(error_of(returns), Contains("malformed"));
   ScanOrder order{1, std::vector<Window>(max_windows + 1)};

@@ -67,8 +67,7 @@ struct Bench {
 
 SimulatedLidarSettings perfect() {
   SimulatedLidarSettings settings;
-  settings.noise_scale = 0;
-  settings.mixed_pixels = false;
+  settings.receiver.noise_scale = 0;
   return settings;
 }
 
@@ -90,13 +89,58 @@ TEST_CASE("a host that does not speak the protocol is told so and left") {
   Bench bench;
   bench.connect();
   SECTION("no greeting") { bench.tell(Cancel{1}); }
-  SECTION("another version") { bench.tell(Hello{9}); }
+  SECTION("no version") { bench.tell(Hello{0}); }
   bench.simulation.run_for(10 * millisecond);
   CHECK(bench.all<Complaint>().size() == 1);
   CHECK_FALSE(bench.closed.empty());
   // And the next one is served.
   bench.greet();
   CHECK(bench.all<Identity>().size() == 1);
+}
+
+TEST_CASE("host and device speak the newest version of both") {
+  for (const auto& [host, both] : {std::pair{1, 1}, {2, 2}, {9, 2}}) {
+    Bench bench(perfect());
+    bench.connect();
+    bench.tell(Hello{static_cast<std::uint16_t>(host)});
+    bench.tell(ScanOrder{1, {small}});
+    bench.simulation.run_for(1 * second);
+    REQUIRE(bench.all<Identity>().size() == 1);
+    CHECK(bench.all<Identity>()[0].version == both);
+    REQUIRE_FALSE(bench.all<Returns>().empty());
+    const BeamReturn beam = bench.all<Returns>()[0].beams[0];
+    REQUIRE(beam.status == BeamStatus::hit);
+    CHECK(beam.range_sigma_m == (both == 1 ? 0 : 0.01F));
+  }
+}
+
+TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") {
+  SimulatedLidarSettings settings = perfect();
+  settings.receiver.errors.footprint = true;
+  settings.receiver.errors.returns = 2;
+  Bench bench(settings);
+  bench.scene.wall_behind = 2;
+  bench.greet();
+  // 1 m aside at 5 m ends the plate.
+  const Window edge{std::atan(0.2), 0, 0.004, 0.004, Pattern::raster, 400, 0};
+  bench.tell(ScanOrder{1, {edge}});
+  bench.simulation.run_for(1 * second);
+  int both = 0;
+  for (const BeamReturn& beam : bench.beams()) {
+    if (beam.range2_m == 0) continue;
+    ++both;
+    CHECK(beam.range_m < 5.2F);
+    CHECK(beam.range2_m > 7);
+    CHECK(beam.range2_sigma_m == beam.range_sigma_m);
+    CHECK(beam.intensity2 > 0);
+  }
+  CHECK(both > 20);
+  bench.said.clear();
+  bench.device.faults().blackout = true;
+  bench.tell(ScanOrder{2, {edge}});
+  bench.simulation.run_for(1 * second);
+  REQUIRE(bench.beams().size() == 400);
+  for (const BeamReturn& beam : bench.beams()) REQUIRE(beam.range2_m == 0);
 }
 
 TEST_CASE("a new host takes the place of the old one, and of its scan") {
@@ -249,9 +293,9 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
 
 TEST_CASE("weak returns drop out when the device is so set") {
   SimulatedLidarSettings settings = perfect();
-  settings.receiver.full_scale_range_m =
+  settings.receiver.echoes.full_scale_range_m =
       5;  // the plate, half as bright as white: 2048 on the boresight
-  settings.least_intensity = 2000;
+  settings.receiver.least_power = 2000.0 / 4095;
   Bench bench(settings);
   bench.greet();
   bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
@@ -332,7 +376,7 @@ TEST_CASE("its configuration file is read strictly") {
   CHECK(settings.scene.room.reflectivity == 0.6);
   ReceiverSettings receiver;
   read_receiver("config/lidars/short_range.yaml", receiver);
-  CHECK(receiver.pulse_length_m == 0.15);
+  CHECK(load_lidar_profile("config/lidars/short_range.yaml").beam.pulse_length_m == 0.15);
   CHECK(receiver.range_max_reflectivity == 0.2);
   for (const auto& file : std::filesystem::directory_iterator("config/lidars")) {
     INFO(file.path());
@@ -435,8 +479,9 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
   // The plate's edges are at 1 m to both sides, 5 m away; the wall is `depth` behind it.
   const auto scan = [](double depth, bool last) {
     SimulatedLidarSettings settings;
-    settings.noise_scale = 0;
-    settings.receiver.last_return = last;
+    settings.receiver.noise_scale = 0;
+    settings.receiver.errors.footprint = true;
+    settings.receiver.echoes.last_return = last;
     Bench bench(settings);
     bench.scene.wall_behind = depth;
     bench.greet();
@@ -487,7 +532,6 @@ TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when 
   LidarProfile profile = ilris();
   profile.beam.range_max_m = 100;
   SimulatedLidarSettings settings;
-  settings.mixed_pixels = false;
   settings.receiver.range_max_reflectivity = 0.2;
   Bench bench(settings, 1, profile);
   bench.greet();

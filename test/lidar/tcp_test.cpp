@@ -16,7 +16,7 @@ TEST_CASE("driver and device speak over real TCP") {
   LidarProfile profile = ilris();
   profile.rate_hz = 100000;  // a long scan in little time, with frames that fill socket buffers
   SimulatedLidarSettings settings;
-  settings.beams_per_packet = 3000;
+  settings.beams_per_packet = static_cast<int>(lidar::max_beams_per_message);
   settings.clock_offset = 5 * second;
   SimulatedLidar device(address, profile, settings, 1, loop, scene);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <berth/event_t.hpp>
 #include <berth/node_status_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -9,6 +8,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
+#include "lcmtypes/scan_packet.h"
 #include "logs/export/cloud_files.h"
 #include "logs/export/csv.h"
 #include "logs/export/json_text.h"
@@ -28,21 +28,21 @@ namespace fs = std::filesystem;
 
 bool all(std::string_view) { return true; }
 
-scan_packet_t packet(std::int64_t scan_id, int number, int count, bool last) {
-  scan_packet_t m{};
+ScanPacket packet(std::int64_t scan_id, int number, int count, bool last) {
+  ScanPacket m{};
   m.utime = made::start + scan_id * second + number * 1000;
   m.session = made::session;
   m.scan_id = scan_id;
   m.packet = number;
-  m.scan_status = last ? scan_packet_t::COMPLETE : scan_packet_t::RUNNING;
-  m.count = count;
-  for (int i = 0; i < count; ++i) {
-    m.time_us.push_back(10 * i);
-    m.range_m.push_back(5 + 0.01F * static_cast<float>(i));
-    m.azimuth_rad.push_back(0.1F + 0.001F * static_cast<float>(i));
-    m.elevation_rad.push_back(-0.2F);
-    m.intensity.push_back(static_cast<std::int16_t>(100 + i));
-    m.status.push_back(i % 10 == 9 ? scan_packet_t::MISS : scan_packet_t::HIT);
+  m.scan_status = last ? ScanPacket::COMPLETE : ScanPacket::RUNNING;
+  m.resize(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < m.status.size(); ++i) {
+    m.time_us[i] = static_cast<std::int32_t>(10 * i);
+    m.range_m[i] = 5 + 0.01F * static_cast<float>(i);
+    m.azimuth_rad[i] = 0.1F + 0.001F * static_cast<float>(i);
+    m.elevation_rad[i] = -0.2F;
+    m.intensity[i] = static_cast<std::int16_t>(100 + i);
+    m.status[i] = i % 10 == 9 ? ScanPacket::MISS : ScanPacket::HIT;
   }
   return m;
 }
@@ -203,6 +203,76 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
   CHECK(cloud.beams[90].utime - cloud.beams[0].utime == 1000);
   const std::string text = read_file(out.path() / ("clouds/session_7_scan_000003" + extension));
   CHECK(text.find("intensity") != std::string::npos);
+}
+
+TEST_CASE("both returns of a beam are points, with all that is said of them") {
+  const auto format = GENERATE(CloudFormat::pcd, CloudFormat::ply);
+  TemporaryFile log;
+  TemporaryDirectory out;
+  ScanPacket scan = packet(3, 0, 2, true);
+  scan.origin_x_m[0] = 0.5F;
+  scan.range_sigma_m = {0.01F, 0.02F};
+  scan.ambient[0] = 20;
+  scan.range2_m[0] = 8;
+  {
+    LogWriter writer(log.path);
+    write_message(writer, made::start, "SCAN_DATA", scan);
+  }
+  CHECK(export_clouds(log.path, out.path(), format).points == 3);
+  const std::string file =
+      std::string("session_7_scan_000003") + (format == CloudFormat::pcd ? ".pcd" : ".ply");
+  const auto cloud = clouds::read_cloud(out.path() / file);
+  REQUIRE(cloud.beams.size() == 2);  // an estimator that reads clouds takes a beam's first return
+  CHECK(cloud.counts.later_returns == 1);
+  CHECK(cloud.has_sigmas);
+  CHECK(cloud.beams[1].range_sigma == Approx(0.02));
+  CHECK(cloud.beams[0].range == Approx(scan.point(0, 5).norm()));
+  CHECK(cloud.beams[0].range > 5.05);
+}
+
+TEST_CASE("scans of the older type are those of today with less said") {
+  scan_packet_t older{};
+  older.utime = made::start;
+  older.session = made::session;
+  older.scan_id = 3;
+  older.packet = 4;
+  older.scan_status = scan_packet_t::ABORTED;
+  older.reason = "the fence";
+  older.window = 1;
+  older.beams_before = 150;
+  older.count = 2;
+  older.time_us = {0, 10};
+  older.range_m = {5, 0};
+  older.azimuth_rad = {0.1F, 0.2F};
+  older.elevation_rad = {-0.1F, 0};
+  older.intensity = {100, 0};
+  older.status = {scan_packet_t::HIT, scan_packet_t::MISS};
+  const auto bytes = encoded(older);
+  ReusedMessage<ScanPacket> reused;
+  ScanPacket today = packet(3, 0, 5, true);
+  today.range2_m[1] = 9;
+  REQUIRE(reused.decode(encoded(today)) != nullptr);  // nothing of it stays
+  for (const ScanPacket& read : {*decode<ScanPacket>(bytes), *reused.decode(bytes)}) {
+    CHECK(read.scan_id == 3);
+    CHECK(read.packet == 4);
+    CHECK(read.scan_status == ScanPacket::ABORTED);
+    CHECK(read.reason == "the fence");
+    CHECK(read.window == 1);
+    CHECK(read.beams_before == 150);
+    CHECK(read.range_m == older.range_m);
+    CHECK(read.intensity == older.intensity);
+    CHECK(read.status == older.status);
+    for (const auto& zero : {read.origin_x_m, read.ambient, read.range_sigma_m, read.range2_m}) {
+      CHECK(zero == std::vector<float>{0, 0});
+    }
+    CHECK(encoded(read).size() > bytes.size());  // it is whole
+  }
+  older.count = 0;
+  for (auto* all : {&older.range_m, &older.azimuth_rad, &older.elevation_rad}) all->clear();
+  CHECK(reused.decode(encoded(older))->status.empty());
+  const std::vector<std::uint8_t> cut(bytes.begin(), bytes.end() - 1);
+  CHECK_FALSE(decode<ScanPacket>(cut));
+  CHECK_FALSE(decode<ScanPacket>(encoded(event_t{})));
 }
 
 TEST_CASE("MCAP: every checksum, offset and count is right, and every message is there") {

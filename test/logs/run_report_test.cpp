@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <berth/node_status_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <cmath>
 
 #include "common/core/beam_model.h"
 #include "common/core/file.h"
 #include "common/targets/target.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 #include "logs/file/log_writer.h"
 #include "logs/report/report.h"
 #include "logs/report/scan_picture.h"
@@ -27,24 +27,22 @@ void write(logs::LogWriter& log, const char* channel, const Message& message) {
   log.write(message.utime, channel, bytes);
 }
 
-scan_packet_t packet_of(std::int64_t scan, Utime utime, const RayCaster& target, const Pose& pose) {
-  scan_packet_t packet{};
+ScanPacket packet_of(std::int64_t scan, Utime utime, const RayCaster& target, const Pose& pose) {
+  ScanPacket packet{};
   packet.utime = utime;
   packet.session = made::session;
   packet.scan_id = scan;
   const Pose inverse = pose.inverse();
-  for (int i = -10; i <= 10; ++i) {
-    const double azimuth = 0.02 * i;
+  packet.resize(21);
+  for (std::size_t i = 0; i < 21; ++i) {
+    const double azimuth = 0.02 * (static_cast<double>(i) - 10);
     RayHit hit;
     const bool met =
         target.cast({inverse.position, inverse.rotation * beam_direction(azimuth, 0)}, 100, hit);
-    packet.time_us.push_back(i + 10);
-    packet.range_m.push_back(met ? static_cast<float>(hit.range) : 0);
-    packet.azimuth_rad.push_back(static_cast<float>(azimuth));
-    packet.elevation_rad.push_back(0);
-    packet.intensity.push_back(0);
-    packet.status.push_back(met ? scan_packet_t::HIT : scan_packet_t::MISS);
-    ++packet.count;
+    packet.time_us[i] = static_cast<std::int32_t>(i);
+    packet.range_m[i] = met ? static_cast<float>(hit.range) : 0;
+    packet.azimuth_rad[i] = static_cast<float>(azimuth);
+    packet.status[i] = met ? ScanPacket::HIT : ScanPacket::MISS;
   }
   return packet;
 }

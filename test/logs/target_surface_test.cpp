@@ -48,30 +48,28 @@ pose_estimate_t estimate_off(int i, const Vector6d& error, const Pose& motion) {
 }
 
 /// A scan of the target at one time: rays over all of it, with range noise.
-scan_packet_t scan_of(const RayCaster& target, const Pose& pose, std::int64_t id, Utime utime,
+ScanPacket scan_of(const RayCaster& target, const Pose& pose, std::int64_t id, Utime utime,
                       double sigma_m) {
-  scan_packet_t packet{};
+  ScanPacket packet{};
   packet.utime = utime;
   packet.session = made::session;
   packet.scan_id = id;
   Random random(static_cast<std::uint64_t>(id), "scan");
   const Pose sensor = pose.inverse();
-  for (int i = 0; i < 400; ++i) {
+  packet.resize(400);
+  for (std::size_t i = 0; i < 400; ++i) {
     const auto azimuth = static_cast<float>(random.uniform(-0.3, 0.3));
     const auto elevation = static_cast<float>(random.uniform(-0.2, 0.2));
     RayHit hit;
     const Vector3d direction = beam_direction(azimuth, elevation);
     const bool met = target.cast({sensor.position, sensor.rotation * direction}, 100, hit);
-    packet.time_us.push_back(0);
-    packet.azimuth_rad.push_back(azimuth);
-    packet.elevation_rad.push_back(elevation);
-    packet.intensity.push_back(0);
+    packet.azimuth_rad[i] = azimuth;
+    packet.elevation_rad[i] = elevation;
     // What met nothing came back from a wall.
-    packet.range_m.push_back(
-        static_cast<float>(met ? hit.range + random.normal(sigma_m) : 8 + random.uniform()));
-    packet.status.push_back(scan_packet_t::HIT);
+    packet.range_m[i] =
+        static_cast<float>(met ? hit.range + random.normal(sigma_m) : 8 + random.uniform());
+    packet.status[i] = ScanPacket::HIT;
   }
-  packet.count = static_cast<std::int32_t>(packet.status.size());
   return packet;
 }
 
@@ -198,7 +196,7 @@ TEST_CASE("the residual of a stream's estimate is that of its own packets") {
     estimate.first_packet = estimate.last_packet = i;
     record.add(estimate);
     const double t = seconds(estimate.utime - made::start);
-    scan_packet_t packet = scan_of(*surface.rays, made::flight(t), 1, estimate.utime, 0);
+    ScanPacket packet = scan_of(*surface.rays, made::flight(t), 1, estimate.utime, 0);
     packet.packet = i;
     if (i == 1) {
       for (float& range : packet.range_m) range += 0.05F;

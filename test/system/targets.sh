@@ -9,6 +9,21 @@ run=$(only_run "$work/relay")
 [ -f "$run/target/relay/target.yaml" ] || fail "the run keeps no copy of its target"
 expect 0 "$bin/berth" compare "$run"
 
+# What a target is, and what its runs tell of it.
+expect 0 "$bin/berth" target check relay
+says "port 'grapple'"
+says "joint of 'array'"
+expect 0 "$bin/berth" target draw relay --out "$work/relay.svg"
+grep -q "from -z" "$work/relay.svg" || fail "the picture lacks a side"
+expect 0 "$bin/berth" target new "$home/targets/relay/relay.obj" --name "$work/mine" --length 2
+expect 2 "$bin/berth" target new "$home/targets/relay/relay.obj" --name "$work/mine"
+says "is there already"
+expect 0 "$bin/berth" target check "$work/mine"
+cp -r "$run/target/relay" "$work/measured"
+expect 0 "$bin/berth" target measure "$work/measured" "$run" --write
+says "array"
+expect 0 "$bin/berth" target check "$work/measured"
+
 # A port that is not there is refused by name before anything moves.
 sed 's/dock: grapple/dock: fore/' "$home/procedures/library/two_ports.yaml" >"$work/fore.yaml"
 expect 2 "$bin/berth" check "$work/fore.yaml"

@@ -3,11 +3,11 @@
 
 #include <berth/lidar_state_t.hpp>
 #include <berth/node_status_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth {
 
@@ -84,11 +84,10 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
                                   if (request.session != session()) return;
                                   safety_.on_scan(now(), request.action != scan_request_t::CANCEL);
                                 });
-  bus.subscribe<scan_packet_t>(
-      channels::scan_data, Queue::fifo(), [this](const scan_packet_t& packet) {
-        if (packet.session != session()) return;
-        safety_.on_scan(now(), packet.scan_status == scan_packet_t::RUNNING);
-      });
+  bus.subscribe<ScanPacket>(channels::scan_data, Queue::fifo(), [this](const ScanPacket& packet) {
+    if (packet.session != session()) return;
+    safety_.on_scan(now(), packet.scan_status == ScanPacket::RUNNING);
+  });
   bus.subscribe<guidance_setpoint_t>(
       channels::guidance_setpoint, Queue::fifo(),
       [this](const guidance_setpoint_t& setpoint) { on_setpoint(setpoint); });

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <berth/event_t.hpp>
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 
 #include "app/console/view/json.h"
 #include "common/core/error.h"
 #include "drivers/devices.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth::console {
 namespace {
@@ -143,7 +143,7 @@ RecordedRun::Places RecordedRun::last_scan(std::size_t place) const {
   const Places& packets = places_of(channels::scan_data);
   std::optional<std::int64_t> id;
   for (auto at = before(packets, place); at != packets.begin() && scan.size() < longest_scan;) {
-    const auto packet = logs::decode<scan_packet_t>(index_.at(*--at).data);
+    const auto packet = logs::decode<ScanPacket>(index_.at(*--at).data);
     if (!packet) continue;
     if (!id) id = packet->scan_id;
     if (packet->scan_id != *id) break;

@@ -85,7 +85,7 @@ void Criteria::take(const logs::LogEvent& event) {
   } else if (event.channel == channels::setpoint_latency) {
     add(logs::decode<setpoint_latency_t>(event.data));
   } else if (event.channel == channels::scan_data && judges_returns_) {
-    add(logs::decode<scan_packet_t>(event.data));
+    add(logs::decode<ScanPacket>(event.data));
   } else if (event.channel == channels::procedure_state) {
     add(logs::decode<procedure_state_t>(event.data));
   }

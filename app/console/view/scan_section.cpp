@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "app/console/view/json.h"
-#include "common/core/beam_model.h"
 #include "lcmtypes/channels.h"
 
 namespace berth::console {
@@ -34,7 +33,7 @@ Json window_json(const scan_window_t& w) {
 
 void ScanSection::begin(std::int64_t scan_id) {
   scan_id_ = scan_id;
-  status_ = scan_packet_t::RUNNING;
+  status_ = ScanPacket::RUNNING;
   reason_.clear();
   beams_ = 0;
   hits_ = 0;
@@ -52,7 +51,7 @@ void ScanSection::take(const logs::LogEvent& event) {
     return;
   }
   if (event.channel != channels::scan_data) return;
-  const auto packet = logs::decode<scan_packet_t>(event.data);
+  const auto packet = logs::decode<ScanPacket>(event.data);
   if (!packet) return;
   if (packet->scan_id != scan_id_) begin(packet->scan_id);
   changed_ = true;
@@ -60,13 +59,15 @@ void ScanSection::take(const logs::LogEvent& event) {
   reason_ = packet->reason;
   beams_ += packet->count;
   for (std::size_t i = 0; i < packet->status.size(); ++i) {
-    // The angles of a damaged packet may be anything.
-    const Vector3d point = static_cast<double>(packet->range_m[i]) *
-                           beam_direction(static_cast<double>(packet->azimuth_rad[i]),
-                                          static_cast<double>(packet->elevation_rad[i]));
-    if (packet->status[i] != scan_packet_t::HIT || !(point.norm() < 1e5)) continue;
-    ++hits_;
-    append_point(point, new_returns_);
+    const auto show = [&](float range) {
+      // The angles of a damaged packet may be anything.
+      const Vector3d point = packet->point(i, range);
+      if (!(point.norm() < 1e5)) return false;
+      append_point(point, new_returns_);
+      return true;
+    };
+    if (packet->status[i] == ScanPacket::HIT && show(packet->range_m[i])) ++hits_;
+    if (packet->range2_m[i] > 0) show(packet->range2_m[i]);
   }
 }
 
@@ -76,7 +77,7 @@ std::string ScanSection::json(const Heard& heard) const {
   if (known) {
     for (const scan_window_t& window : request_->windows) windows.push_back(window_json(window));
   }
-  const bool running = status_ == scan_packet_t::RUNNING;
+  const bool running = status_ == ScanPacket::RUNNING;
   const bool told = heard.lidar && heard.lidar->scan_id == scan_id_;
   return text_of({{"scan_id", scan_id_},
                   {"purpose", known ? request_->purpose : ""},

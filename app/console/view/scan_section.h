@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/scan_packet_t.hpp>
 #include <berth/scan_request_t.hpp>
 #include <optional>
 #include <string>
 
 #include "app/console/view/heard.h"
 #include "app/console/view/sink.h"
+#include "lcmtypes/scan_packet.h"
 
 namespace berth::console {
 
@@ -25,7 +25,7 @@ class ScanSection {
 
   std::optional<scan_request_t> request_;  // of this scan, or of one that has not begun
   std::int64_t scan_id_ = 0;
-  std::int8_t status_ = scan_packet_t::COMPLETE;
+  std::int8_t status_ = ScanPacket::COMPLETE;
   std::string reason_;
   std::int64_t beams_ = 0;
   std::int64_t hits_ = 0;

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/targets/target.h"
+
+namespace berth {
+
+/// What a description says, as a table of parts, and of joints, ports and symmetries a line each.
+std::string report_of(const Target& target);
+
+/// What its author may have got wrong, a sentence each, with what to do: target_notes(), parts that
+/// lose most of their faces to parts before them, joints far from their part, ports inside of the
+/// surface, far from it, or looking into it. Empty: nothing.
+std::vector<std::string> doubts_about(const Target& target);
+
+}  // namespace berth

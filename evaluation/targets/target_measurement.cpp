@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/targets/target_measurement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace berth::targets {
+namespace {
+
+constexpr std::size_t min_returns = 100;
+constexpr std::size_t max_cells = 250;   // of a fit
+constexpr std::size_t some_cells = 100;  // while a joint's angle is still far off
+
+/// A return that met a part.
+struct Met {
+  const TrueReturn* seen = nullptr;
+  RayHit hit;
+  Departure departure;
+  double variance = 0;  // m^2, along the normal, of the beam model
+  double cosine = 0;
+  std::size_t view = 0;
+};
+
+Ray ray_of(const TrueReturn& seen, const Vector3d& direction) {
+  const Pose sensor = seen.pose.inverse();
+  return {sensor * seen.origin, sensor.rotation * direction};
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Places from which scans were made: truth's error is alike within each.
+class Views {
+ public:
+  std::size_t of(const TrueReturn& seen) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      // The last one most often.
+      const std::size_t at = (last_ + i) % views_.size();
+      if (distance(views_[at]->pose, seen.pose) < 0.1 &&
+          angle_between(views_[at]->pose, seen.pose) < radians(5)) {
+        return last_ = at;
+      }
+    }
+    views_.push_back(&seen);
+    return last_ = views_.size() - 1;
+  }
+  const TrueReturn& first(std::size_t view) const { return *views_[view]; }
+  std::size_t size() const { return views_.size(); }
+
+ private:
+  std::vector<const TrueReturn*> views_;
+  std::size_t last_ = 0;
+};
+
+/// Whether all of a beam's light, and all that lies a margin about it, meets one plane of one part.
+bool is_inside_face(const Target& target, const RayCaster& caster, const TrueReturn& seen,
+                    const RayHit& hit, const BeamModel& beam) {
+  constexpr double margin = 0.01;  // m: surfaces depart from the mesh, and so do their edges
+  const double aside = (0.5 * beam.footprint(hit.range) + margin) / hit.range;
+  const Vector3d right = seen.direction.unitOrthogonal();
+  const Vector3d down = seen.direction.cross(right);
+  const Ray middle = ray_of(seen, seen.direction);
+  const Vector3d place = middle.origin + hit.range * middle.direction;
+  for (const Vector3d& way : {right, Vector3d(-right), down, Vector3d(-down)}) {
+    const Ray ray = ray_of(seen, (seen.direction + aside * way).normalized());
+    RayHit other;
+    if (!caster.cast(ray, 2 * hit.range, other) ||
+        target.part_index(other.triangle) != target.part_index(hit.triangle) ||
+        std::abs(hit.normal.dot(ray.origin + other.range * ray.direction - place)) > margin) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Returns of each part, by truth and a mesh.
+std::vector<std::vector<Met>> met_parts(const Target& target, const Mesh& mesh,
+                                        const std::vector<TrueReturn>& returns,
+                                        const BeamModel& beam, Views& views) {
+  const RayCaster caster(mesh);
+  const double reach = 0.05 * bounding_box(mesh).size().maxCoeff();
+  std::vector<std::vector<Met>> met(target.parts.size());
+  for (const TrueReturn& seen : returns) {
+    Met m;
+    m.seen = &seen;
+    const Ray ray = ray_of(seen, seen.direction);
+    if (!caster.cast(ray, seen.range + reach, m.hit)) continue;
+    m.cosine = -m.hit.normal.dot(ray.direction);
+    const auto& part = target.part(m.hit.triangle);
+    m.departure = departure_of(seen, m.hit, part.joint ? &*part.joint : nullptr);
+    if (std::abs(m.departure.value) > reach || m.cosine < 0.2) continue;
+    if (!is_inside_face(target, caster, seen, m.hit, beam)) continue;
+    const double sigma = seen.range_sigma > 0 ? seen.range_sigma : beam.range_sigma_m;
+    m.variance = m.cosine * m.cosine * sigma * sigma +
+                 m.hit.range * m.hit.range * (1 - m.cosine * m.cosine) * beam.angle_variance();
+    m.variance = std::max(m.variance, 1e-10);
+    m.view = views.of(seen);
+    met[target.part_index(m.hit.triangle)].push_back(m);
+  }
+  return met;
+}
+
+/// Leaves out what is not of the surface: beyond four robust standard deviations of the median.
+void gate(std::vector<Met>& met) {
+  for (int round = 0; round < 2 && met.size() > min_returns; ++round) {
+    std::vector<double> values;
+    for (const Met& m : met) values.push_back(m.departure.value);
+    const double middle = median(values);
+    for (double& value : values) value = std::abs(value - middle);
+    const double limit = 4 * 1.4826 * median(values);
+    std::erase_if(met, [&](const Met& m) { return std::abs(m.departure.value - middle) > limit; });
+  }
+}
+
+/// Cells of a size, with a side of the surface each.
+using CellKey = std::array<int, 5>;
+CellKey key_of(const Met& m, double size) {
+  const Ray ray = ray_of(*m.seen, m.seen->direction);
+  const Vector3d place = ray.origin + m.hit.range * ray.direction;
+  Eigen::Index axis = 0;
+  m.hit.normal.cwiseAbs().maxCoeff(&axis);
+  CellKey key{};
+  for (int i = 0; i < 3; ++i) {
+    key[static_cast<std::size_t>(i)] = static_cast<int>(std::floor(place[i] / size));
+  }
+  key[3] = static_cast<int>(axis);
+  key[4] = m.hit.normal[axis] > 0 ? 1 : 0;
+  return key;
+}
+
+struct Cells {
+  double size = 0;                       // m
+  std::map<CellKey, std::size_t> count;  // of returns
+};
+
+/// As fine as there may be cells.
+Cells cells_of(const std::vector<Met>& met, double finest, std::size_t most) {
+  Cells cells;
+  for (cells.size = finest;; cells.size *= 1.3) {
+    cells.count.clear();
+    for (const Met& m : met) ++cells.count[key_of(m, cells.size)];
+    if (cells.count.size() <= most) return cells;
+  }
+}
+
+/// Half as large, only so many, about the place with the most returns.
+Cells finer(const std::vector<Met>& met, double size, std::size_t most) {
+  Cells cells;
+  cells.size = 0.5 * size;
+  for (const Met& m : met) ++cells.count[key_of(m, cells.size)];
+  const auto busiest =
+      std::max_element(cells.count.begin(), cells.count.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const CellKey centre = busiest->first;
+  const auto far = [&centre](const CellKey& key) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += std::pow(key[i] - centre[i], 2);
+    return sum;
+  };
+  std::vector<std::pair<double, CellKey>> order;
+  for (const auto& [key, count] : cells.count) order.emplace_back(far(key), key);
+  std::sort(order.begin(), order.end());
+  for (std::size_t i = most; i < order.size(); ++i) cells.count.erase(order[i].second);
+  return cells;
+}
+
+SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views& views,
+                    const BeamModel& beam, const Joint* joint) {
+  struct Sum {
+    double weight = 0;
+    std::size_t count = 0;
+    double departure = 0;
+    double squares = 0;
+    ViewErrors by_error = ViewErrors::Zero();
+    double by_angle = 0;
+  };
+  SurfaceData data;
+  std::map<CellKey, std::size_t> index;
+  for (const auto& [key, count] : cells.count) index.emplace(key, index.size());
+  data.places.assign(index.size(), Vector3d::Zero());
+  std::vector<double> seen(index.size(), 0);
+  std::map<std::pair<std::size_t, std::size_t>, Sum> sums;  // view, cell
+  for (const Met& m : met) {
+    const auto place = index.find(key_of(m, cells.size));
+    if (place == index.end()) continue;
+    const double weight = 1 / m.variance;
+    Sum& sum = sums[{m.view, place->second}];
+    sum.weight += weight;
+    ++sum.count;
+    sum.departure += weight * m.departure.value;
+    sum.squares += weight * m.departure.value * m.departure.value;
+    sum.by_error += weight * m.departure.by_error;
+    sum.by_angle += weight * m.departure.by_angle;
+    const Ray ray = ray_of(*m.seen, m.seen->direction);
+    data.places[place->second] += ray.origin + m.hit.range * ray.direction;
+    seen[place->second] += 1;
+  }
+  for (std::size_t i = 0; i < data.places.size(); ++i) data.places[i] /= seen[i];
+  // The noise that there is, over that of the beam model: scatter within a cell as seen from one
+  // place.
+  double scatter = 0;
+  double freedom = 0;
+  for (const auto& [where, sum] : sums) {
+    scatter += sum.squares - sum.departure * sum.departure / sum.weight;
+    freedom += static_cast<double>(sum.count - 1);
+  }
+  const double scale = freedom > 30 ? std::max(scatter / freedom, 0.01) : 1;
+  data.views.resize(views.size());
+  for (const auto& [where, sum] : sums) {
+    data.views[where.first].means.push_back({where.second, sum.departure / sum.weight,
+                                             scale / sum.weight, sum.by_error / sum.weight,
+                                             sum.by_angle / sum.weight});
+  }
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    data.views[i].covariance.topLeftCorner<6, 6>() = views.first(i).covariance;
+    data.views[i].covariance(6, 6) = beam.range_sigma_m * beam.range_sigma_m;
+  }
+  std::erase_if(data.views, [](const SurfaceView& view) { return view.means.empty(); });
+  if (joint != nullptr) data.angle_sigma = std::max(joint->high - joint->low, radians(1));
+  return data;
+}
+
+Mesh mesh_of_part(const Target& target, const Mesh& mesh, std::size_t part, bool others) {
+  Mesh own = mesh;
+  own.triangles.clear();
+  own.groups.clear();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if ((target.part_index(i) == part) != others) own.triangles.push_back(mesh.triangles[i]);
+  }
+  return own;
+}
+
+/// The angle beyond the mesh, within the joint's range, at which the most returns that nothing else
+/// explains lie on the part.
+double coarse_angle(const Target& target, std::size_t part,
+                    const std::vector<TrueReturn>& returns) {
+  constexpr std::size_t max_points = 1500;
+  constexpr double too_far = 0.05;  // m
+  const Joint& joint = *target.parts[part].joint;
+  const Mesh own = mesh_of_part(target, target.mesh, part, false);
+  const RayCaster caster(own);
+  const RayCaster others(mesh_of_part(target, target.mesh, part, true));
+  double reach = 0;
+  for (const auto& triangle : own.triangles) {
+    for (const std::uint32_t v : triangle) {
+      reach = std::max(reach, (own.vertices[v] - joint.point).norm());
+    }
+  }
+  std::vector<Vector3d> points;
+  const std::size_t step = 1 + returns.size() / 20000;
+  for (std::size_t i = 0; i < returns.size(); i += step) {
+    const Ray ray = ray_of(returns[i], returns[i].direction);
+    const Vector3d point = ray.origin + returns[i].range * ray.direction;
+    if ((point - joint.point).norm() > reach + too_far) continue;
+    RayHit hit;
+    if (others.cast(ray, returns[i].range + too_far, hit) &&
+        hit.range > returns[i].range - too_far) {
+      continue;
+    }
+    points.push_back(point);
+  }
+  if (points.size() < min_returns) return 0;
+  const std::size_t every = 1 + points.size() / max_points;
+  const auto cost = [&](double angle) {
+    const Eigen::AngleAxisd back(-angle, joint.axis);
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); i += every) {
+      const Vector3d turned = joint.point + back * (points[i] - joint.point);
+      sum += std::min((caster.nearest(turned) - turned).squaredNorm(), too_far * too_far);
+    }
+    return sum;
+  };
+  const double low = joint.low - joint.rest;
+  const double high = joint.high - joint.rest;
+  double best = 0;
+  double least = cost(0);
+  const auto search = [&](double from, double to, double by) {
+    for (double angle = std::max(from, low); angle <= std::min(to, high); angle += by) {
+      const double value = cost(angle);
+      if (value >= least) continue;
+      least = value;
+      best = angle;
+    }
+  };
+  search(low, high, radians(1));
+  search(best - radians(1), best + radians(1), radians(0.2));
+  return best;
+}
+
+std::optional<SurfaceFit> fit_part(const std::vector<Met>& met, const Views& views,
+                                   const BeamModel& beam, const Joint* joint, double size,
+                                   std::size_t cell_count) {
+  if (met.size() < min_returns) return std::nullopt;
+  Cells cells = cells_of(met, 0.004 * size, cell_count);
+  std::optional<SurfaceFit> fit;
+  for (int round = 0; round < 4; ++round) {
+    if (cells.count.size() < 10) break;
+    fit = fit_surface(data_of(met, cells, views, beam, joint));
+    if (fit->correlation_length.value > 2 * cells.size) break;
+    cells = finer(met, cells.size, cell_count);
+  }
+  return fit;
+}
+
+std::optional<Measured> reflectivity_of(const std::vector<Met>& met, const Material& material,
+                                        const MeasurementSettings& settings, std::string& note) {
+  const double beyond = std::cos(std::max(3 * material.roughness, radians(10)));
+  const auto values = [&](bool all) {
+    std::vector<double> found;
+    for (const Met& m : met) {
+      if (m.seen->power >= 1 || (!all && m.cosine > beyond)) continue;
+      const double distance = m.hit.range / settings.full_scale_range;
+      found.push_back(m.seen->power * distance * distance / m.cosine);
+    }
+    return found;
+  };
+  std::vector<double> found = values(material.specular <= 0);
+  if (found.size() < min_returns) {
+    found = values(true);
+    if (found.size() < min_returns) return std::nullopt;
+    note = "seen only where its mirrors may be: reflectivity too high";
+  }
+  const double middle = median(found);
+  std::vector<double> apart = found;
+  for (double& value : apart) value = std::abs(value - middle);
+  // 1.25 / sqrt(n): of a median over a mean.
+  return Measured{middle,
+                  1.25 * 1.4826 * median(apart) / std::sqrt(static_cast<double>(found.size()))};
+}
+
+}  // namespace
+
+Departure departure_of(const TrueReturn& seen, const RayHit& hit, const Joint* joint) {
+  const Pose sensor = seen.pose.inverse();
+  const Vector3d direction = sensor.rotation * seen.direction;
+  const Vector3d place = sensor * seen.origin + hit.range * direction;  // on the mesh
+  Departure departure;
+  const double along = hit.normal.dot(direction);
+  departure.value = (seen.range - hit.range) * along;
+  const Vector3d normal = seen.pose.rotation * hit.normal;
+  const Vector3d arm = seen.origin + seen.range * seen.direction - seen.pose.position;
+  departure.by_error << -normal, -arm.cross(normal), along;
+  if (joint != nullptr) {
+    departure.by_angle = hit.normal.dot(joint->axis.cross(place - joint->point));
+  }
+  return departure;
+}
+
+std::vector<PartMeasurement> measure_parts(const Target& target,
+                                           const std::vector<TrueReturn>& returns,
+                                           const MeasurementSettings& settings) {
+  const double size = bounding_box(target.mesh).size().maxCoeff();
+  std::vector<double> angles(target.parts.size(), 0);
+  bool any_joint = false;
+  for (std::size_t i = 0; i < target.parts.size(); ++i) {
+    if (!target.parts[i].joint) continue;
+    angles[i] = coarse_angle(target, i, returns);
+    any_joint = true;
+  }
+  std::vector<PartMeasurement> found(target.parts.size());
+  const int rounds = any_joint ? 3 : 1;
+  for (int round = 0; round < rounds; ++round) {
+    Views views;
+    auto met = met_parts(target, turned_mesh(target, angles), returns, settings.beam, views);
+    const bool is_last = round + 1 == rounds;
+    for (std::size_t i = 0; i < target.parts.size(); ++i) {
+      const TargetPart& part = target.parts[i];
+      const Joint* joint = part.joint ? &*part.joint : nullptr;
+      if (!is_last && joint == nullptr) continue;
+      gate(met[i]);
+      PartMeasurement& result = found[i];
+      result = {};
+      result.part = part.name;
+      result.returns = met[i].size();
+      const auto fit =
+          fit_part(met[i], views, settings.beam, joint, size, is_last ? max_cells : some_cells);
+      if (!fit) {
+        result.note = "too few returns away from edges: at least " + std::to_string(min_returns) +
+                      " are needed";
+        continue;
+      }
+      if (joint != nullptr) {
+        angles[i] = std::clamp(angles[i] + fit->angle.value, joint->low - joint->rest,
+                               joint->high - joint->rest);
+        result.joint_angle = Measured{joint->rest + angles[i], fit->angle.sigma};
+      }
+      result.surface_sigma = fit->sigma;
+      result.correlation_length = fit->correlation_length;
+      result.reflectivity = reflectivity_of(met[i], part.material, settings, result.note);
+    }
+  }
+  return found;
+}
+
+}  // namespace berth::targets

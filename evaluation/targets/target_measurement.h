@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "common/core/ray_caster.h"
+#include "common/targets/target.h"
+#include "evaluation/targets/surface_fit.h"
+
+namespace berth::targets {
+
+/// One return, and where the target truly was when it was measured.
+struct TrueReturn {
+  Vector3d origin = Vector3d::Zero();      ///< of the beam, m, sensor frame
+  Vector3d direction = Vector3d::UnitZ();  ///< unit, sensor frame
+  double range = 0;                        ///< m, from the origin
+  double range_sigma = 0;                  ///< m, as the LIDAR says; 0: the beam model's
+  double power = 0;                        ///< intensity over its full scale, 0..1; 1: saturated
+  Pose pose;                               ///< T_sensor_model, truth
+  Matrix6d covariance = Matrix6d::Zero();  ///< of truth: m, rad; sensor frame
+};
+
+struct MeasurementSettings {
+  BeamModel beam;
+  /// m, at which a white surface square to the beam returns full intensity.
+  double full_scale_range = 10;
+};
+
+/// What was found of a part. What could not be is absent, and `note` says why.
+struct PartMeasurement {
+  std::string part;
+  std::size_t returns = 0;                     ///< that met it, away from edges
+  std::optional<Measured> surface_sigma;       ///< m
+  std::optional<Measured> correlation_length;  ///< m
+  std::optional<Measured> reflectivity;        ///< diffuse, 0..1
+  std::optional<Measured> joint_angle;         ///< rad, as of Joint::rest
+  std::string note;
+};
+
+/// A return's departure from a plane of the mesh and how it depends on all else.
+struct Departure {
+  double value = 0;  ///< m, along the normal, outwards positive
+  ViewErrors by_error = ViewErrors::Zero();
+  double by_angle = 0;  ///< m/rad
+};
+/// e = n . (R' (q - t) - x), q = origin + range direction: linear in errors of the pose (t + p,
+/// Exp(r) R), the range, and the angle by which the part is turned beyond the mesh, which moves its
+/// surface by n . (axis x (x - point)).
+/// @param hit of the beam on the mesh, model frame; joint: of its part, or nullptr
+Departure departure_of(const TrueReturn& seen, const RayHit& hit, const Joint* joint);
+
+/// Surface sigma, correlation length, reflectivity and joint angle of each part, in the order of
+/// Target::parts. Returns are laid on the mesh by truth; those that may have met an edge or another
+/// surface are left out; truth's error is one for all scans from about one place (0.1 m, 5 deg),
+/// with truth's covariance, beside a range bias of the beam model's sigma. The angle of a joint is
+/// searched for over its range first. Reflectivity: the median of power (range / full-scale
+/// range)^2 / cosine, at incidences beyond the part's mirrors where there are such.
+std::vector<PartMeasurement> measure_parts(const Target& target,
+                                           const std::vector<TrueReturn>& returns,
+                                           const MeasurementSettings& settings);
+
+}  // namespace berth::targets

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/targets/target_measurement.h"
+
+#include <cmath>
+
+#include "common/core/random.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::targets;
+
+namespace {
+
+/// A smooth random field of standard deviation 1: a sum of waves whose vectors are drawn from the
+/// spectrum of exp(-d^2 / 2 l^2) (Rahimi and Recht 2007).
+class Field {
+ public:
+  Field(std::uint64_t seed, double length) {
+    Random random(seed, "field");
+    for (int i = 0; i < waves; ++i) {
+      vectors_.push_back(random.normal_vector(1 / length));
+      phases_.push_back(random.uniform(0, radians(360)));
+    }
+  }
+  double at(const Vector3d& place) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < waves; ++i) sum += std::cos(vectors_[i].dot(place) + phases_[i]);
+    return std::sqrt(2.0 / waves) * sum;
+  }
+
+ private:
+  static constexpr int waves = 300;
+  std::vector<Vector3d> vectors_;
+  std::vector<double> phases_;
+};
+
+/// A body in crinkled foil and a panel on a hinge along its edge.
+Target body_with_panel() {
+  Target target;
+  target.mesh = make_box({1, 0.8, 0.9});
+  const std::size_t body = target.mesh.triangles.size();
+  target.mesh.append(make_box({1.4, 0.7, 0.02}), {{1.25, 0, 0.1}, Quaterniond::Identity()});
+  target.parts[0].material = {0.2, 0};
+  TargetPart panel;
+  panel.name = "panel";
+  panel.material = {0.6, 0};
+  panel.joint = Joint{Vector3d::UnitY(), {0.55, 0, 0.1}, radians(-20), radians(20), 0};
+  target.parts.push_back(panel);
+  target.part_of.assign(target.mesh.triangles.size(), 0);
+  std::fill(target.part_of.begin() + static_cast<std::ptrdiff_t>(body), target.part_of.end(), 1);
+  return target;
+}
+
+/// What a world has of each part.
+struct Truth {
+  double sigma;
+  double length;
+  double reflectivity;
+};
+
+/// Scans from around, as a LIDAR of so much noise returns them from a surface that departs from the
+/// mesh along the ray, and truth that errs by so much in each view.
+std::vector<TrueReturn> scans(const Target& target, const std::array<Truth, 2>& truth, double angle,
+                              std::uint64_t seed) {
+  const RayCaster caster(turned_mesh(target, {0, angle}));
+  const Field fields[] = {Field(seed, truth[0].length), Field(seed + 1, truth[1].length)};
+  Random random(seed, "scans");
+  std::vector<TrueReturn> returns;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 1e-6, 1e-6, 1e-6, 4e-8, 4e-8, 4e-8;
+  for (int view = 0; view < 8; ++view) {
+    const Quaterniond turn(Eigen::AngleAxisd(0.35 * std::sin(1.3 * view), Vector3d::UnitY()) *
+                           Eigen::AngleAxisd(0.5 * std::cos(2.1 * view), Vector3d::UnitX()));
+    const Pose pose{{0, 0, 4}, turn};
+    Vector6d error;
+    error << random.normal_vector(1e-3), random.normal_vector(2e-4);
+    const Pose told = perturbed(pose, error);
+    const Pose sensor = pose.inverse();
+    for (int i = 0; i < 5000; ++i) {
+      TrueReturn seen;
+      seen.direction = beam_direction(random.uniform(-0.2, 0.5), random.uniform(-0.16, 0.16));
+      RayHit hit;
+      const Vector3d ray = sensor.rotation * seen.direction;
+      const bool outlier = random.uniform() < 0.01;
+      const double noise = random.normal(0.004);
+      const double stray = random.uniform(3, 5);
+      if (!caster.cast({sensor.position, ray}, 20, hit)) continue;
+      const std::uint16_t part = target.part_index(hit.triangle);
+      const double cosine = -hit.normal.dot(ray);
+      const double height = truth[part].sigma * fields[part].at(sensor.position + hit.range * ray);
+      seen.range = outlier ? stray : hit.range - height / cosine + noise;
+      seen.power = truth[part].reflectivity * cosine * std::pow(10 / hit.range, 2) / 10;
+      seen.pose = told;
+      seen.covariance = covariance;
+      returns.push_back(seen);
+    }
+  }
+  return returns;
+}
+
+MeasurementSettings settings() {
+  MeasurementSettings settings;
+  settings.beam.range_sigma_m = 0.004;
+  settings.full_scale_range = 10 / std::sqrt(10.0);
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("what a surface departs by, how far alike, its reflectivity and its joint are found") {
+  const Target target = body_with_panel();
+  const std::array<Truth, 2> truth = {Truth{0.006, 0.08, 0.2}, Truth{0.003, 0.12, 0.6}};
+  const double angle = radians(7);
+  const auto found = measure_parts(target, scans(target, truth, angle, 3), settings());
+  REQUIRE(found.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    INFO(found[i].part << ": " << found[i].note);
+    REQUIRE(found[i].surface_sigma);
+    CHECK(found[i].surface_sigma->value == Approx(truth[i].sigma).epsilon(0.25));
+    CHECK(found[i].correlation_length->value == Approx(truth[i].length).epsilon(0.25));
+    CHECK(found[i].reflectivity->value == Approx(truth[i].reflectivity).epsilon(0.25));
+    CHECK(std::abs(found[i].surface_sigma->value - truth[i].sigma) <
+          4 * found[i].surface_sigma->sigma);
+  }
+  CHECK_FALSE(found[0].joint_angle);
+  REQUIRE(found[1].joint_angle);
+  CHECK(std::abs(found[1].joint_angle->value - angle) < radians(1));
+  CHECK(std::abs(found[1].joint_angle->value - angle) < 4 * found[1].joint_angle->sigma);
+}
+
+TEST_CASE("a rigid surface is not taken for soft because truth errs") {
+  Target target = body_with_panel();
+  const std::array<Truth, 2> truth = {Truth{0.0003, 0.1, 0.2}, Truth{0.0003, 0.1, 0.6}};
+  const auto found = measure_parts(target, scans(target, truth, 0, 5), settings());
+  for (const PartMeasurement& part : found) {
+    REQUIRE(part.surface_sigma);
+    CHECK(part.surface_sigma->value < 0.001);
+  }
+  CHECK(std::abs(found[1].joint_angle->value) < radians(0.2));
+}
+
+TEST_CASE("a part that was not seen says so") {
+  const Target target = body_with_panel();
+  const auto found = measure_parts(target, {}, settings());
+  REQUIRE(found.size() == 2);
+  CHECK_FALSE(found[0].surface_sigma);
+  CHECK_THAT(found[1].note, Catch::Contains("too few returns"));
+}
+
+TEST_CASE("how a departure depends on truth's error, range and joint is what differences say") {
+  const Joint joint{Vector3d(1, 2, -1).normalized(), {0.3, -0.2, 0.1}, -1, 1, 0};
+  TrueReturn seen;
+  seen.origin = {0.1, -0.05, 0.02};
+  seen.direction = beam_direction(0.1, -0.2);
+  seen.pose = pose_from_xyzwpr({100, -100, 5500, 10, 40, -12});
+  const Vector3d normal = Vector3d(0.2, -0.3, -1).normalized();
+  // A plane through a point 5.2 m along the beam.
+  const auto hit_of = [&](const TrueReturn& s, const Vector3d& n, const Vector3d& corner) {
+    const Pose sensor = s.pose.inverse();
+    const Vector3d ray = sensor.rotation * s.direction;
+    RayHit hit;
+    hit.range = n.dot(corner - sensor * s.origin) / n.dot(ray);
+    hit.normal = n.dot(ray) > 0 ? Vector3d(-n) : n;
+    return hit;
+  };
+  const Pose sensor = seen.pose.inverse();
+  const Vector3d corner = sensor * (seen.origin + 5.2 * seen.direction);
+  seen.range = 5.21;
+  const Departure at = departure_of(seen, hit_of(seen, normal, corner), &joint);
+  constexpr double h = 1e-5;
+  const auto value = [&](const TrueReturn& s, double angle) {
+    const Eigen::AngleAxisd turn(angle, joint.axis);
+    return departure_of(s, hit_of(s, turn * normal, joint.point + turn * (corner - joint.point)),
+                        nullptr)
+        .value;
+  };
+  for (int i = 0; i < 7; ++i) {
+    const auto moved_by = [&](double step) {
+      TrueReturn s = seen;
+      Vector6d error = Vector6d::Zero();
+      if (i < 6) error[i] = step;
+      if (i == 6) s.range += step;
+      s.pose = perturbed(s.pose, error);
+      return value(s, 0);
+    };
+    CHECK(at.by_error[i] == Approx((moved_by(h) - moved_by(-h)) / (2 * h)).margin(1e-6));
+  }
+  // The departure is of the mesh where it stands: a part that is turned beyond it departs by as
+  // much as the mesh would have to be turned.
+  TrueReturn on = seen;
+  on.range = 5.2;
+  const Departure there = departure_of(on, hit_of(on, normal, corner), &joint);
+  CHECK(there.by_angle == Approx(-(value(on, h) - value(on, -h)) / (2 * h)).margin(1e-6));
+}
