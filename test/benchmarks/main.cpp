@@ -30,6 +30,7 @@ constexpr Part parts[] = {
     {"paper-strategies", run_paper_strategies},
     {"paper-tracking", run_paper_tracking},
     {"micro", run_micro},
+    {"real", run_real},
 };
 
 void require_known(const std::vector<std::string>& names, const std::vector<std::string>& known) {
@@ -79,6 +80,7 @@ int run(int argc, char* argv[]) {
     return app.exit(e) == 0 ? 0 : 2;
   }
   settings.yardstick = Yardstick(!check);
+  settings.config = config.parent_path();
   settings.options = estimator::load_estimator_options(config);
   if (settings.acquisition_methods.empty()) {
     settings.acquisition_methods = {settings.options.acquisition_method};

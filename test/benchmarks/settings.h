@@ -23,6 +23,7 @@ struct Settings {
   int jobs = 1;  ///< threads, in parts that do not measure time
   std::filesystem::path out;
   std::filesystem::path meshes;  ///< a directory; empty: the replica alone
+  std::filesystem::path config;  ///< directory of the configuration
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
   std::vector<std::string> tracking_methods;
@@ -44,6 +45,7 @@ int run_paper_acquisition(const Settings& settings);
 int run_paper_strategies(const Settings& settings);
 int run_paper_tracking(const Settings& settings);
 int run_micro(const Settings& settings);
+int run_real(const Settings& settings);
 
 /// "radarsat2" or a mesh file, 3 m long, compiled or from the cache.
 std::shared_ptr<const estimator::TargetModel> model_of(const Settings& settings,
