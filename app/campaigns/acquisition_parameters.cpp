@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/campaigns/acquisition_parameters.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -44,12 +45,15 @@ const std::vector<Known>& known_parameters() {
       {"range_min", Dimension::length, 0, 100, "1 m", "the LIDAR's nearest range",
        [](P& p, double v) { p.scene.physics.noise.range_min_m = v; }},
       {"mixed_pixels", Dimension::number, 0, 1, "0", "1: a beam's footprint may meet two surfaces",
-       [](P& p, double v) { p.scene.physics.mixed_pixels = v > 0.5; }},
+       [](P& p, double v) { p.scene.physics.scanner.footprint = v > 0.5; }},
       {"outliers", Dimension::number, 0, 1, "0 %", "share of the beams with a range of nothing",
-       [](P& p, double v) { p.scene.physics.outliers = v; }},
+       [](P& p, double v) { p.scene.physics.scanner.outliers = v; }},
       {"drop_outs", Dimension::number, 0, 1, "0 %",
-       "share of the returns lost at normal incidence; more at grazing",
-       [](P& p, double v) { p.scene.physics.drop_outs = v; }},
+       "share of the returns lost at normal incidence; ten times as many at 80 deg",
+       [](P& p, double v) {
+         p.scene.physics.scanner.drop_out = v;
+         p.scene.physics.scanner.drop_out_grazing = std::min(1.0, 10 * v);
+       }},
       {"clutter", Dimension::number, 0, 1, "0 %", "share of the returns from scattered points",
        [](P& p, double v) { p.scene.physics.clutter = v; }},
       {"plate", Dimension::number, 0, 1, "0",

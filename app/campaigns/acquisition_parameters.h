@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/trials/acquisition_trial.h"
+#include "evaluation/trials/acquisition_trial.h"
 
 namespace berth::campaigns {
 

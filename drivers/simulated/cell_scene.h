@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "common/bus/loop.h"
 #include "common/core/cell.h"
 #include "common/core/ray_caster.h"
-#include "drivers/simulated/scene.h"
+#include "drivers/simulated/receiver/scene.h"
 
 namespace berth {
 

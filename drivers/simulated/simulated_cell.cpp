@@ -24,7 +24,7 @@ SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
   SimulatedLidarSettings lidar = setup.lidar;
   const LidarErrors errors = draw_lidar_errors(setup.settings.perturbation, setup.seed);
   lidar.clock_offset += errors.clock;
-  lidar.range_bias += errors.range;
+  lidar.receiver.errors.range_bias += errors.range;
   return lidar;
 }
 

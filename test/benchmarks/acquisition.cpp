@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/trials/acquisition_trial.h"
+#include "evaluation/trials/acquisition_trial.h"
 #include "test/benchmarks/cpu_time.h"
 #include "test/benchmarks/judge_likelihood.h"
 #include "test/benchmarks/settings.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "estimator/node/estimator.h"
-#include "estimator/trials/world.h"
+#include "evaluation/trials/world.h"
 #include "test/benchmarks/settings.h"
 
 namespace berth::benchmark {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "estimator/trials/self_match.h"
-#include "estimator/trials/world.h"
+#include "evaluation/trials/self_match.h"
+#include "evaluation/trials/world.h"
 
 namespace berth::benchmark {
 

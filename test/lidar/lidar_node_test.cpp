@@ -42,8 +42,7 @@ struct NodeBench {
   }
   static SimulatedLidarSettings noiseless() {
     SimulatedLidarSettings settings;
-    settings.noise_scale = 0;
-    settings.mixed_pixels = false;
+    settings.receiver.noise_scale = 0;
     settings.clock_offset = 12500 * millisecond;
     return settings;
   }

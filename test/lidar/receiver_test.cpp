@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/simulated/lidar/receiver.h"
+#include "drivers/simulated/receiver/receiver.h"
 
 #include <cmath>
 
@@ -24,9 +24,10 @@ std::vector<SceneHit> split(int near_rays, double near, double far, double far_w
   return hits;
 }
 
-std::optional<Echo> received(const std::vector<SceneHit>& hits, ReceiverSettings settings = {}) {
+std::optional<Echo> received(const std::vector<SceneHit>& hits, EchoSettings settings = {}) {
   Random glitter(1, "test");
-  return received_echo(settings, hits, glitter);
+  const Echoes echoes = received_echoes(settings, hits, glitter);
+  return echoes.count > 0 ? std::optional(echoes.echo[0]) : std::nullopt;
 }
 
 }  // namespace
@@ -70,11 +71,11 @@ TEST_CASE("two surfaces nearer than a pulse give one range between them, by thei
 TEST_CASE("farther apart they give two echoes: the first or the last, as selected") {
   const auto hits = split(4, 5.0, 6.0);
   CHECK(received(hits)->range == Approx(5.0));
-  ReceiverSettings last;
+  EchoSettings last;
   last.last_return = true;
   CHECK(received(hits, last)->range == Approx(6.0));
   CHECK(received(hits, last)->hit.range == 6.0);
-  ReceiverSettings sharp;
+  EchoSettings sharp;
   sharp.pulse_length_m = 0.1;
   CHECK(received(split(4, 5.0, 5.2), sharp)->range == Approx(5.0));
 }
@@ -82,7 +83,7 @@ TEST_CASE("farther apart they give two echoes: the first or the last, as selecte
 TEST_CASE(
     "an echo that is weak beside the strongest is not seen; a beam that meets nothing is a miss") {
   CHECK(received(split(1, 5.0, 6.0))->range == Approx(6.0));
-  ReceiverSettings keen;
+  EchoSettings keen;
   keen.least_echo = 0.05;
   CHECK(received(split(1, 5.0, 6.0), keen)->range == Approx(5.0));
   CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing beside it
@@ -114,7 +115,7 @@ TEST_CASE(
   double most = 0;
   for (int i = 0; i < 1000; ++i) {
     const SceneHit hit{5, 1, -Vector3d::UnitZ(), foil, true};
-    const double power = received_echo({}, {&hit, 1}, glitter)->power;
+    const double power = received_echoes({}, {&hit, 1}, glitter).echo[0].power;
     least = std::min(least, power);
     most = std::max(most, power);
   }

@@ -67,8 +67,7 @@ struct Bench {
 
 SimulatedLidarSettings perfect() {
   SimulatedLidarSettings settings;
-  settings.noise_scale = 0;
-  settings.mixed_pixels = false;
+  settings.receiver.noise_scale = 0;
   return settings;
 }
 
@@ -249,9 +248,9 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
 
 TEST_CASE("weak returns drop out when the device is so set") {
   SimulatedLidarSettings settings = perfect();
-  settings.receiver.full_scale_range_m =
+  settings.receiver.echoes.full_scale_range_m =
       5;  // the plate, half as bright as white: 2048 on the boresight
-  settings.least_intensity = 2000;
+  settings.receiver.least_power = 2000.0 / 4095;
   Bench bench(settings);
   bench.greet();
   bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
@@ -333,7 +332,7 @@ TEST_CASE("its configuration file is read strictly") {
   CHECK(settings.scene.parts.at("radarsat2").at(0).name == "bus");
   ReceiverSettings receiver;
   read_receiver("config/lidars/short_range.yaml", receiver);
-  CHECK(receiver.pulse_length_m == 0.15);
+  CHECK(receiver.echoes.pulse_length_m == 0.15);
   CHECK(receiver.range_max_reflectivity == 0.2);
   for (const auto& file : std::filesystem::directory_iterator("config/lidars")) {
     INFO(file.path());
@@ -436,8 +435,9 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
   // The plate's edges are at 1 m to both sides, 5 m away; the wall is `depth` behind it.
   const auto scan = [](double depth, bool last) {
     SimulatedLidarSettings settings;
-    settings.noise_scale = 0;
-    settings.receiver.last_return = last;
+    settings.receiver.noise_scale = 0;
+    settings.receiver.errors.footprint = true;
+    settings.receiver.echoes.last_return = last;
     Bench bench(settings);
     bench.scene.wall_behind = depth;
     bench.greet();
@@ -488,7 +488,6 @@ TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when 
   LidarProfile profile = ilris();
   profile.beam.range_max_m = 100;
   SimulatedLidarSettings settings;
-  settings.mixed_pixels = false;
   settings.receiver.range_max_reflectivity = 0.2;
   Bench bench(settings, 1, profile);
   bench.greet();

@@ -3,7 +3,8 @@
 
 #include <cmath>
 
-#include "drivers/simulated/scene.h"
+#include "common/bus/loop.h"
+#include "drivers/simulated/receiver/scene.h"
 
 /// A plate square to the boresight, 2 m wide, nothing or a wall behind it. It closes in at a speed.
 class WallScene final : public berth::Scene {

@@ -13,6 +13,20 @@ namespace {
 
 constexpr double full_scale = 4095;
 
+lidar::BeamStatus status_of(Received::Status status) {
+  switch (status) {
+    case Received::Status::hit:
+      return lidar::BeamStatus::hit;
+    case Received::Status::too_near:
+      return lidar::BeamStatus::too_near;
+    case Received::Status::saturated:
+      return lidar::BeamStatus::saturated;
+    case Received::Status::miss:
+      break;
+  }
+  return lidar::BeamStatus::miss;
+}
+
 }  // namespace
 
 SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
@@ -20,17 +34,12 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
                                Scene& scene)
     : profile_(std::move(profile)),
       settings_(std::move(settings)),
-      random_(seed, "lidar"),
-      glitter_random_(seed, "lidar glitter"),
-      sun_random_(seed, "lidar sun"),
+      receiver_(profile_.beam, settings_.receiver, seed),
       fault_random_(seed, "lidar faults"),
       loop_(loop),
       scene_(scene),
       started_(loop.now()) {
   settings_.beams_per_packet = lidar::packet_size(profile_, settings_.beams_per_packet);
-  const double falloff = settings_.receiver.full_scale_range_m / profile_.beam.range_max_m;
-  least_power_ = std::max(settings_.receiver.range_max_reflectivity * falloff * falloff,
-                          (settings_.least_intensity - 0.5) / full_scale);
   loop_.wires().listen(address, [this](std::unique_ptr<Wire> wire) { accept(std::move(wire)); });
 }
 
@@ -166,70 +175,20 @@ void SimulatedLidar::measure_packet() {
 
 lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime t,
                                           const Sunlight& sun) {
-  const BeamModel& beam = profile_.beam;
-  const double scale = settings_.noise_scale * faults_.noise_scale;
-  const double angle_scale = scale * faults_.angle_noise;
-  const double azimuth = angles.azimuth + random_.normal(angle_scale * beam.azimuth_sigma_rad);
-  const double elevation =
-      angles.elevation + random_.normal(angle_scale * beam.elevation_sigma_rad);
-  const double range_error = random_.normal(scale * faults_.range_noise * beam.range_sigma_m);
+  receiver_.range_noise = faults_.noise_scale * faults_.range_noise;
+  receiver_.angle_noise = faults_.noise_scale * faults_.angle_noise;
+  const Received received = receiver_.measure(scene_, t, angles.azimuth, angles.elevation, sun);
   ++beams_fired_;
 
   lidar::BeamReturn measured;
   measured.azimuth_rad = static_cast<float>(angles.azimuth);
   measured.elevation_rad = static_cast<float>(angles.elevation);
-  const Vector3d direction = beam_direction(azimuth, elevation);
-  const std::optional<Echo> echo = echo_of(direction, t);
-  if (echo && echo->range < beam.range_min_m) {
-    measured.status = lidar::BeamStatus::too_near;
-  } else if (echo && echo->power >= least_power_) {
-    const double distance = echo->range / settings_.receiver.full_scale_range_m;
-    const bool dazzles = echo->power * distance * distance > settings_.saturation;
-    measured.status = dazzles ? lidar::BeamStatus::saturated : lidar::BeamStatus::hit;
-    measured.intensity =
-        static_cast<std::uint16_t>(std::round(full_scale * std::min(echo->power, 1.0)));
-    if (!dazzles) measured.range_m = static_cast<float>(std::max(echo->range + range_error, 0.0));
-  }
-  if (!sun.dark()) add_glare(measured, direction, sun, echo, range_error);
+  measured.status = status_of(received.status);
+  measured.intensity =
+      static_cast<std::uint16_t>(std::round(full_scale * std::min(received.power, 1.0)));
+  measured.range_m = static_cast<float>(received.range);
   add_faults(measured);
   return measured;
-}
-
-std::optional<Echo> SimulatedLidar::echo_of(const Vector3d& direction, Utime t) {
-  const BeamModel& beam = profile_.beam;
-  if (settings_.mixed_pixels && beam.footprint(1) > 0) {
-    const auto rays = rays_of_beam(direction, beam);
-    std::array<SceneHit, rays_per_beam> hits;
-    scene_.cast(t, rays, beam.range_max_m, hits);
-    return received_echo(settings_.receiver, hits, glitter_random_);
-  }
-  SceneHit hit;
-  scene_.cast(t, direction, beam.range_max_m, hit);
-  return received_echo(settings_.receiver, {&hit, 1}, glitter_random_);
-}
-
-void SimulatedLidar::add_glare(lidar::BeamReturn& measured, const Vector3d& direction,
-                               const Sunlight& sun, const std::optional<Echo>& echo,
-                               double range_error) {
-  const double chance = sun_random_.uniform();
-  const double where = sun_random_.uniform();
-  const SceneHit* hit = echo ? &echo->hit : nullptr;
-  const Glare glare = glare_of(settings_.sun, sun_background(settings_.sun, sun, direction, hit),
-                               echo ? echo->power : 0);
-  if (chance < glare.early) {
-    const double nearest = profile_.beam.range_min_m;
-    const double farthest = echo ? std::max(nearest, echo->range) : profile_.beam.range_max_m;
-    measured.status = lidar::BeamStatus::hit;
-    measured.range_m = static_cast<float>(nearest + where * (farthest - nearest));
-    measured.intensity = 0;
-  } else if (chance < glare.early + glare.lost) {
-    measured.status = lidar::BeamStatus::miss;
-    measured.range_m = 0;
-    measured.intensity = 0;
-  } else if (measured.status == lidar::BeamStatus::hit) {
-    const double noisy = echo->range + range_error * glare.sigma_scale;
-    measured.range_m = static_cast<float>(std::max(noisy, 0.0));
-  }
 }
 
 void SimulatedLidar::add_faults(lidar::BeamReturn& measured) {
@@ -238,9 +197,8 @@ void SimulatedLidar::add_faults(lidar::BeamReturn& measured) {
     measured.status = lidar::BeamStatus::miss;
     measured.intensity = 0;
     measured.range_m = 0;
-  } else if (const double bias = settings_.range_bias + faults_.range_bias;
-             measured.status == lidar::BeamStatus::hit && bias != 0) {
-    const double range = double{measured.range_m} + bias;
+  } else if (measured.status == lidar::BeamStatus::hit && faults_.range_bias != 0) {
+    const double range = double{measured.range_m} + faults_.range_bias;
     measured.range_m = static_cast<float>(std::max(range, 0.0));
   }
 }
@@ -274,9 +232,12 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   config.optional("beams_per_packet", settings.beams_per_packet);
   time("clock_offset", settings.clock_offset);
   config.optional("clock_drift", settings.clock_drift);
-  config.optional("noise_scale", settings.noise_scale);
-  config.optional("full_scale_range", Dimension::length, settings.receiver.full_scale_range_m);
-  config.optional("least_intensity", settings.least_intensity);
+  ReceiverSettings& receiver = settings.receiver;
+  config.optional("noise_scale", receiver.noise_scale);
+  config.optional("full_scale_range", Dimension::length, receiver.echoes.full_scale_range_m);
+  int least_intensity = 0;
+  config.optional("least_intensity", least_intensity);
+  receiver.least_power = (least_intensity - 0.5) / full_scale;
   expect_not_negative(config, "start_delay", settings.start_delay);
   if (settings.beams_per_packet < 1 ||
       settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {
@@ -285,17 +246,16 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   if (std::abs(settings.clock_drift) > 1e-3) {
     throw config.error("clock_drift", "expected at most 0.001");
   }
-  expect_not_negative(config, "noise_scale", settings.noise_scale);
-  config.optional("mixed_pixels", settings.mixed_pixels);
-  config.optional("least_echo", settings.receiver.least_echo);
-  if (!(settings.receiver.least_echo >= 0 && settings.receiver.least_echo <= 1)) {
+  expect_not_negative(config, "noise_scale", receiver.noise_scale);
+  config.optional("least_echo", receiver.echoes.least_echo);
+  if (!(receiver.echoes.least_echo >= 0 && receiver.echoes.least_echo <= 1)) {
     throw config.error("least_echo", "expected 0 to 1");
   }
-  config.optional("saturation", settings.saturation);
-  if (!(settings.saturation > 0)) throw config.error("saturation", "must be greater than zero");
+  config.optional("saturation", receiver.saturation);
+  if (!(receiver.saturation > 0)) throw config.error("saturation", "must be greater than zero");
   if (config.has("mirror")) settings.mirror = read_mirror(config.section("mirror"));
   read_scene_settings(config, settings.scene);
-  if (config.has("sun")) settings.sun = read_sun_glare(config.section("sun"));
+  if (config.has("sun")) receiver.sun = read_sun_glare(config.section("sun"));
   config.finish();
   return settings;
 }

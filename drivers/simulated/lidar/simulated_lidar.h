@@ -13,9 +13,8 @@
 #include "drivers/lidar/connection.h"
 #include "drivers/lidar/scan_pattern.h"
 #include "drivers/simulated/lidar/mirror.h"
-#include "drivers/simulated/lidar/receiver.h"
-#include "drivers/simulated/lidar/sun_glare.h"
-#include "drivers/simulated/scene.h"
+#include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/receiver/scene.h"
 
 namespace berth {
 
@@ -28,15 +27,8 @@ struct SimulatedLidarSettings {
   int beams_per_packet = 50;
   std::int64_t clock_offset = 0;  ///< device clock minus host clock at the start, us
   double clock_drift = 0;         ///< parts of one
-  double range_bias = 0;          ///< m, in every range, as long as the instrument lives
-  double noise_scale = 1;         ///< on the profile's three sigmas; 0: none
   ReceiverSettings receiver;
-  int least_intensity = 0;   ///< weaker returns are lost (MISS)
-  bool mixed_pixels = true;  ///< the beam has a width; else it is one ray
-  double saturation =
-      20;  ///< times as bright as a white surface in its place: no range (SATURATED)
   SceneSettings scene;
-  SunGlareSettings sun;
 };
 
 /// What is wrong with a simulated LIDAR; each lasts until it is taken back.
@@ -56,14 +48,9 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 
 /// A scanning LIDAR behind its wire (drivers/lidar/PROTOCOL.md). Beams are fired at the profile's
 /// rate, each cast into the scene as it was when the beam left; one timer per packet. Between
-/// windows the mirror turns (mirror.h). A beam has a width and may meet several surfaces: what it
-/// reports then, the receiver decides (receiver.h).
-///
-/// Noise, as in the paper's Table 1: the mirror points where it was told to plus the angle errors,
-/// the device reports where it was told to; the range error is added to the range met. Returns
-/// nearer than the least range are TOO_NEAR, with range 0. The same draws are made for each beam
-/// whatever it meets, so that two worlds with one seed see the same noise; glitter, sunlight and
-/// faults have streams of their own, so that the beams they spare are as they were without them.
+/// windows the mirror turns (mirror.h). What the device makes of a beam, the receiver says
+/// (receiver.h). Faults draw from a stream of their own: the beams they spare are as they were
+/// without them.
 class SimulatedLidar {
  public:
   SimulatedLidar(const std::string& address, LidarProfile profile, SimulatedLidarSettings settings,
@@ -96,10 +83,6 @@ class SimulatedLidar {
   void schedule_packet();
   void measure_packet();
   lidar::BeamReturn measure(const lidar::BeamAngles& angles, Utime t, const Sunlight& sun);
-  std::optional<Echo> echo_of(const Vector3d& direction, Utime t);
-  /// What sunlight, if there is any, makes of a return or a miss.
-  void add_glare(lidar::BeamReturn& measured, const Vector3d& direction, const Sunlight& sun,
-                 const std::optional<Echo>& echo, double range_error);
   void add_faults(lidar::BeamReturn& measured);
   void end(lidar::ScanResult result);
   void stop();
@@ -110,10 +93,7 @@ class SimulatedLidar {
 
   LidarProfile profile_;
   SimulatedLidarSettings settings_;
-  double least_power_ = 0;
-  Random random_;
-  Random glitter_random_;
-  Random sun_random_;
+  Receiver receiver_;
   Random fault_random_;
   Loop& loop_;
   Scene& scene_;

@@ -5,8 +5,8 @@
 
 #include "estimator/acquisition/acquisition.h"
 #include "estimator/model/target_model.h"
-#include "estimator/trials/self_match.h"
-#include "estimator/trials/world.h"
+#include "evaluation/trials/self_match.h"
+#include "evaluation/trials/world.h"
 
 namespace berth::trials {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/simulated/material.h"
+#include "drivers/simulated/receiver/material.h"
 
 #include <cmath>
 

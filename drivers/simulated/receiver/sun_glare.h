@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/core/config.h"
-#include "drivers/simulated/scene.h"
+#include "drivers/simulated/receiver/scene.h"
 
 namespace berth {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/simulated/lidar/sun_glare.h"
+#include "drivers/simulated/receiver/sun_glare.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/trials/self_match.h"
+#include "evaluation/trials/self_match.h"
 
 #include <algorithm>
 #include <limits>

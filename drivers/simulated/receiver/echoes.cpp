@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/simulated/lidar/receiver.h"
+#include "drivers/simulated/receiver/echoes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,22 +30,6 @@ const std::array<std::pair<double, double>, on_ring>& ring_places() {
 
 }  // namespace
 
-void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings) {
-  Config file = Config::load(profile);
-  if (!file.has("receiver")) return;
-  Config config = file.section("receiver");
-  config.optional("range_max_reflectivity", settings.range_max_reflectivity);
-  if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
-    throw config.error("range_max_reflectivity", "expected 0 to 1");
-  }
-  config.optional("pulse_length", Dimension::length, settings.pulse_length_m);
-  if (!(settings.pulse_length_m > 0)) throw config.error("pulse_length", "expected more than 0");
-  if (config.has("returns")) {
-    settings.last_return = config.choice("returns", {"first", "last"}) == "last";
-  }
-  config.finish();
-}
-
 std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const BeamModel& beam) {
   const double level = std::max(1e-9, std::hypot(direction.x(), direction.z()));
   const Vector3d right(direction.z() / level, 0, -direction.x() / level);
@@ -61,8 +45,8 @@ std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const Bea
   return rays;
 }
 
-std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<const SceneHit> hits,
-                                  Random& glitter) {
+Echoes received_echoes(const EchoSettings& settings, std::span<const SceneHit> hits,
+                       Random& glitter) {
   std::array<Light, rays_per_beam> lights;
   std::size_t count = 0;
   const double share = 1 / static_cast<double>(hits.size());
@@ -76,7 +60,7 @@ std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<co
   }
   std::sort(lights.begin(), lights.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Light& a, const Light& b) { return a.range < b.range; });
-  std::array<Light, rays_per_beam> echoes;  // of each the surface that most of it comes from
+  std::array<Light, rays_per_beam> all;  // of each the surface that most of it comes from
   std::size_t found = 0;
   double strongest = 0;
   for (std::size_t i = 0; i < count;) {
@@ -95,15 +79,15 @@ std::optional<Echo> received_echo(const ReceiverSettings& settings, std::span<co
     if (!(echo.power > 0)) continue;
     echo.range = first + sum / echo.power;
     strongest = std::max(strongest, echo.power);
-    echoes[found++] = echo;
+    all[found++] = echo;
   }
-  for (std::size_t i = 0; i < found; ++i) {
-    const Light& echo = echoes[settings.last_return ? found - 1 - i : i];
-    if (echo.power >= settings.least_echo * strongest) {
-      return Echo{echo.range, echo.power, *echo.hit};
-    }
+  Echoes echoes;
+  for (std::size_t i = 0; i < found && echoes.count < echoes.echo.size(); ++i) {
+    const Light& one = all[settings.last_return ? found - 1 - i : i];
+    if (one.power < settings.least_echo * strongest) continue;
+    echoes.echo[echoes.count++] = {one.range, one.power, *one.hit};
   }
-  return std::nullopt;
+  return echoes;
 }
 
 }  // namespace berth

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <span>
 
-#include "common/bus/loop.h"
 #include "common/core/ray_caster.h"
-#include "drivers/simulated/material.h"
+#include "drivers/simulated/receiver/material.h"
 
 namespace berth {
 
@@ -31,23 +31,23 @@ struct Sunlight {
   bool dark() const { return level <= 0 && albedo <= 0; }
 };
 
-/// The simulated world as the LIDAR sees it.
+/// The simulated world as the LIDAR sees it. Times: us, as of messages.
 class Scene {
  public:
   virtual ~Scene() = default;
-  /// What each of a few rays, close together, meets first at time t. Rays: sensor frame, from about
+  /// What each of a few rays, close together, meets first at a time. Rays: sensor frame, from about
   /// its origin. hits: as many; infinitely far where nothing is nearer than max_range (m).
-  virtual void cast(Utime t, std::span<const Ray> rays, double max_range,
+  virtual void cast(std::int64_t utime, std::span<const Ray> rays, double max_range,
                     std::span<SceneHit> hits) = 0;
   /// One ray from the sensor's origin. @return false when nothing is met.
-  bool cast(Utime t, const Vector3d& direction, double max_range, SceneHit& hit) {
+  bool cast(std::int64_t utime, const Vector3d& direction, double max_range, SceneHit& hit) {
     const Ray ray{Vector3d::Zero(), direction};
-    cast(t, {&ray, 1}, max_range, {&hit, 1});
+    cast(utime, {&ray, 1}, max_range, {&hit, 1});
     return hit.met();
   }
   /// Rays up to this time follow, in ascending order: until then motion may be interpolated.
-  virtual void prepare(Utime /*last*/) {}
-  virtual Sunlight sunlight(Utime) { return {}; }
+  virtual void prepare(std::int64_t /*last*/) {}
+  virtual Sunlight sunlight(std::int64_t /*utime*/) { return {}; }
 };
 
 }  // namespace berth

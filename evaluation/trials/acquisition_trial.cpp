@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/trials/acquisition_trial.h"
+#include "evaluation/trials/acquisition_trial.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "common/core/beam_model.h"
 #include "common/core/mesh.h"
 #include "common/core/random.h"
-#include "common/core/ray_caster.h"
+#include "drivers/simulated/receiver/mesh_scene.h"
+#include "drivers/simulated/receiver/receiver.h"
 #include "estimator/scan/scan.h"
 
 namespace berth::trials {
@@ -20,12 +20,10 @@ using estimator::Window;
 /// How the simulated world is. The defaults are the world of the targets: beam noise alone.
 struct Physics {
   BeamModel noise;
-  double rate_hz = 2000;      ///< beams per second
-  bool mixed_pixels = false;  ///< several rays over the beam's footprint make one range
-  double outliers = 0;        ///< share of the beams with a range of nothing in particular
-  double drop_outs = 0;       ///< share of the returns lost at normal incidence; more at grazing
-  double mesh_sigma_m = 0;    ///< of the true surface's vertices about the model's
-  double clutter = 0;         ///< share of the returns that come from scattered points
+  double rate_hz = 2000;    ///< beams per second
+  ScannerErrors scanner;    ///< outliers lie up to 3 m behind the target, whatever it says
+  double mesh_sigma_m = 0;  ///< of the true surface's vertices about the model's
+  double clutter = 0;       ///< share of the returns that come from scattered points
 };
 
 /// Beam noise as in cases Error1, Error2 and Error3 of the paper's Table 1.
@@ -45,8 +43,11 @@ struct Scan {
   int returns = 0;              ///< beams that returned from the target
 };
 
-/// A target in empty space in front of a scanning LIDAR that is written apart from the one that
-/// the rig simulates.
+/// Sweeps the windows as rasters, row by row; the first beam at utime.
+Scan sweep(Receiver& receiver, Scene& scene, const std::vector<Window>& windows, std::int64_t utime,
+           double rate_hz);
+
+/// A target in empty space in front of a scanning LIDAR.
 class World {
  public:
   /// random: of the mesh's departures from the model. clutter: what else is there, sensor frame.
@@ -54,7 +55,7 @@ class World {
   /// Of a surface that is at hand and departs from nothing: costs nothing.
   World(std::shared_ptr<const RayCaster> surface, const Physics& physics, const Mesh& clutter = {});
 
-  /// Sweeps the windows as rasters, row by row. start: T_sensor_model at the first beam.
+  /// start: T_sensor_model at the first beam.
   Scan sweep(const std::vector<Window>& windows, const Pose& start, const Velocity& velocity,
              std::int64_t utime, Random& random) const;
   Scan sweep(const std::vector<Window>& windows, const Pose& pose, Random& random) const {
@@ -66,20 +67,12 @@ class World {
                           int most_beams = 4000) const;
 
   const Physics& physics() const { return physics_; }
-  const RayCaster& caster() const { return *caster_; }
+  const RayCaster& caster() const { return scene_.target(); }
   static constexpr std::int64_t first_utime = 1735689600000000;
 
  private:
-  struct Echo {
-    double range = 0;
-    TrueFace face;
-  };
-  bool echo(const Pose& to_model, const Vector3d& direction, Echo& out) const;
-  bool mixed_echo(const Pose& to_model, const Vector3d& direction, Echo& out) const;
-
   Physics physics_;
-  std::shared_ptr<const RayCaster> caster_;
-  std::optional<RayCaster> clutter_;
+  MeshScene scene_;  // copied for each sweep: it shares its ray casters
 };
 
 /// Directions of a window's beams, row by row.

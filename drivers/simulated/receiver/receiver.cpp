@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/simulated/receiver/receiver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth {
+
+double drop_out_at(const ScannerErrors& errors, double cosine) {
+  static const double grazing = 1 - std::cos(radians(80));
+  const double slant = std::pow((1 - cosine) / grazing, 4);
+  return std::min(1.0, errors.drop_out + (errors.drop_out_grazing - errors.drop_out) * slant);
+}
+
+void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings) {
+  Config file = Config::load(profile);
+  if (!file.has("receiver")) return;
+  Config config = file.section("receiver");
+  config.optional("range_max_reflectivity", settings.range_max_reflectivity);
+  if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
+    throw config.error("range_max_reflectivity", "expected 0 to 1");
+  }
+  config.optional("pulse_length", Dimension::length, settings.echoes.pulse_length_m);
+  if (!(settings.echoes.pulse_length_m > 0))
+    throw config.error("pulse_length", "expected more than 0");
+  if (config.has("returns")) {
+    settings.echoes.last_return = config.choice("returns", {"first", "last"}) == "last";
+  }
+  config.finish();
+}
+
+Receiver::Receiver(const BeamModel& beam_model, const ReceiverSettings& receiver,
+                   std::uint64_t seed)
+    : beam(beam_model),
+      settings(receiver),
+      random_(seed, "lidar"),
+      glitter_random_(seed, "lidar glitter"),
+      sun_random_(seed, "lidar sun"),
+      error_random_(seed, "lidar errors") {}
+
+Echoes Receiver::echoes_of(Scene& scene, std::int64_t utime, const Vector3d& direction) {
+  if (settings.errors.footprint && beam.footprint(1) > 0) {
+    const auto rays = rays_of_beam(direction, beam);
+    std::array<SceneHit, rays_per_beam> hits;
+    scene.cast(utime, rays, beam.range_max_m, hits);
+    return received_echoes(settings.echoes, hits, glitter_random_);
+  }
+  SceneHit hit;
+  scene.cast(utime, direction, beam.range_max_m, hit);
+  return received_echoes(settings.echoes, {&hit, 1}, glitter_random_);
+}
+
+double Receiver::reported_range(const Echo& echo, double error) const {
+  const ScannerErrors& errors = settings.errors;
+  double range = echo.range + error + errors.range_bias;
+  if (errors.range_walk != 0) range -= errors.range_walk * std::log10(echo.power);
+  if (errors.range_step > 0) range = errors.range_step * std::round(range / errors.range_step);
+  return std::max(range, 0.0);
+}
+
+Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, double elevation,
+                           const Sunlight& sun) {
+  const double angle_scale = settings.noise_scale * angle_noise;
+  const double true_azimuth = azimuth + random_.normal(angle_scale * beam.azimuth_sigma_rad);
+  const double true_elevation = elevation + random_.normal(angle_scale * beam.elevation_sigma_rad);
+  const double range_error =
+      random_.normal(settings.noise_scale * range_noise * beam.range_sigma_m);
+
+  using Status = Received::Status;
+  Received received;
+  const Vector3d direction = beam_direction(true_azimuth, true_elevation);
+  const Echoes echoes = echoes_of(scene, utime, direction);
+  const Echo* echo = echoes.count > 0 ? &echoes.echo[0] : nullptr;
+  const double falloff = settings.echoes.full_scale_range_m / beam.range_max_m;
+  const double least_power =
+      std::max(settings.range_max_reflectivity * falloff * falloff, settings.least_power);
+  if (echo != nullptr && echo->range < beam.range_min_m) {
+    received.status = Status::too_near;
+  } else if (echo != nullptr && echo->power >= least_power) {
+    const double distance = echo->range / settings.echoes.full_scale_range_m;
+    const bool dazzles = echo->power * distance * distance > settings.saturation;
+    received.status = dazzles ? Status::saturated : Status::hit;
+    received.power = echo->power;
+  }
+  Glare glare;
+  if (!sun.dark()) {
+    const double chance = sun_random_.uniform();
+    const double where = sun_random_.uniform();
+    received.background =
+        sun_background(settings.sun, sun, direction, echo != nullptr ? &echo->hit : nullptr);
+    glare = glare_of(settings.sun, received.background, echo != nullptr ? echo->power : 0);
+    if (chance < glare.early + glare.lost) {
+      received.status = Status::miss;
+      received.power = 0;
+    }
+    if (chance < glare.early) {  // noise before the surface is taken for it
+      const double nearest = beam.range_min_m;
+      const double farthest = echo != nullptr ? std::max(nearest, echo->range) : beam.range_max_m;
+      received.status = Status::hit;
+      received.range = nearest + where * (farthest - nearest);
+    }
+  }
+  received.range_sigma = beam.range_sigma_m * glare.sigma_scale;
+  if (received.status == Status::hit && received.power > 0) {
+    received.range = reported_range(*echo, range_error * glare.sigma_scale);
+    received.surface = echo->hit;
+  }
+  const ScannerErrors& errors = settings.errors;
+  if (errors.returns > 1) {
+    const double error =
+        error_random_.normal(settings.noise_scale * range_noise * received.range_sigma);
+    if (received.surface.met() && echoes.count > 1 && echoes.echo[1].power >= least_power) {
+      received.second_range = reported_range(echoes.echo[1], error);
+      received.second_power = echoes.echo[1].power;
+    }
+  }
+  if (errors.drop_out > 0 || errors.drop_out_grazing > 0 || errors.outliers > 0) depart(received);
+  return received;
+}
+
+/// Drop-outs and outliers.
+void Receiver::depart(Received& received) {
+  const ScannerErrors& errors = settings.errors;
+  const double lost = error_random_.uniform();
+  const double stray = error_random_.uniform();
+  const double where = error_random_.uniform();
+  const auto nothing = [&] {
+    Received none;
+    none.range_sigma = received.range_sigma;
+    none.background = received.background;
+    return none;
+  };
+  if (received.surface.met() && lost < drop_out_at(errors, received.surface.cosine)) {
+    received = nothing();
+  }
+  if (stray < errors.outliers) {
+    received = nothing();
+    received.status = Received::Status::hit;
+    received.range = beam.range_min_m + where * (errors.outlier_range - beam.range_min_m);
+  }
+}
+
+}  // namespace berth

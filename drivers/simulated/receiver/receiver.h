@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+
+#include "common/core/beam_model.h"
+#include "common/core/random.h"
+#include "drivers/simulated/receiver/echoes.h"
+#include "drivers/simulated/receiver/sun_glare.h"
+
+namespace berth {
+
+/// How a scanner departs from its profile: section `scanner` of a world (config/worlds). All zero:
+/// not at all.
+struct ScannerErrors {
+  bool footprint = false;       ///< a beam is as wide as the beam model says; else it is one ray
+  int returns = 1;              ///< of a beam that are reported, 1 or 2; two need a footprint
+  double range_bias = 0;        ///< m, in every range
+  double range_step = 0;        ///< m: ranges are multiples of it
+  double range_walk = 0;        ///< m by which a return of a tenth of the power reads farther
+  double drop_out = 0;          ///< share of returns lost, square on
+  double drop_out_grazing = 0;  ///< share of returns lost at an incidence of 80 deg
+  double outliers = 0;          ///< share of beams with a range of nothing in particular
+  double outlier_range = 15;    ///< m: such ranges lie evenly from the least range to here
+};
+
+/// Share of returns lost at an incidence of that cosine c: d0 + (d80 - d0) ((1 - c) / (1 - c80))^4,
+/// at most 1, with d0 square on and d80 at 80 deg. The exponent is an assumption: nearly as square
+/// on up to 45 deg.
+double drop_out_at(const ScannerErrors& errors, double cosine);
+
+struct ReceiverSettings {
+  double noise_scale = 1;  ///< on the beam model's three sigmas; 0: none
+  EchoSettings echoes;
+  double range_max_reflectivity = 0;  ///< of a surface just seen at the greatest range; 0: all are
+  double least_power = 0;  ///< see Echo::power; weaker returns are lost, besides those just named
+  /// Times as bright as a white surface in its place: no range.
+  double saturation = 20;
+  SunGlareSettings sun;
+  ScannerErrors errors;
+};
+
+/// Reads what a LIDAR's profile (config/lidars) says of its receiver. @throws InputError.
+void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings);
+
+/// What becomes of one beam.
+struct Received {
+  enum class Status : std::uint8_t { hit, miss, too_near, saturated };
+  Status status = Status::miss;
+  double range = 0;         ///< m, as reported; 0 unless hit
+  double power = 0;         ///< see Echo::power; 0 unless hit or saturated
+  double second_range = 0;  ///< m, of another echo of the same beam; 0: none
+  double second_power = 0;
+  double range_sigma = 0;  ///< m, of the beam model, times what sunlight makes of it
+  double background = 0;   ///< of sunlight, in units of power
+  /// Where most of the light of `range` comes from; not met unless hit by it.
+  SceneHit surface;
+};
+
+/// The receiver of a scanning LIDAR: turns what rays meet into returns.
+///
+/// Noise, as in the paper's Table 1: the mirror points where it was told to plus the angle errors,
+/// the device reports where it was told to; the range error is added to the range met. Returns
+/// nearer than the least range are too near, with range 0. A beam with a footprint may meet several
+/// surfaces (echoes.h). Then, in this order: sunlight, range bias and walk, steps, drop-out,
+/// outliers.
+///
+/// The same draws are made for each beam whatever it meets, so that two scenes with one seed see
+/// the same noise; glitter, sunlight and the scanner's errors have streams of their own, so that
+/// the beams they spare are as they were without them.
+class Receiver {
+ public:
+  Receiver(const BeamModel& beam, const ReceiverSettings& settings, std::uint64_t seed);
+
+  /// @param azimuth, elevation rad, as commanded
+  Received measure(Scene& scene, std::int64_t utime, double azimuth, double elevation,
+                   const Sunlight& sun = {});
+
+  // May be changed from beam to beam.
+  BeamModel beam;
+  ReceiverSettings settings;
+  double range_noise = 1;  ///< on the sigma of range, besides settings.noise_scale
+  double angle_noise = 1;  ///< on those of both angles
+
+ private:
+  Echoes echoes_of(Scene& scene, std::int64_t utime, const Vector3d& direction);
+  double reported_range(const Echo& echo, double error) const;
+  void depart(Received& received);
+
+  Random random_;
+  Random glitter_random_;
+  Random sun_random_;
+  Random error_random_;
+};
+
+}  // namespace berth
