@@ -32,6 +32,16 @@ void Tally::add(Verdict verdict, bool first_right) {
   }
 }
 
+void Tally::add(const Tally& other) {
+  trials += other.trials;
+  right += other.right;
+  ambiguous_with_truth += other.ambiguous_with_truth;
+  ambiguous_without += other.ambiguous_without;
+  silently_wrong += other.silently_wrong;
+  lost += other.lost;
+  lost_though_right += other.lost_though_right;
+}
+
 std::vector<std::string> Tally::columns() {
   return {"trials",         "right", "ambiguous with truth",   "ambiguous without",
           "silently wrong", "lost",  "lost though right first"};

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/core/pose.h"
-#include "estimator/trials/acquisition_trial.h"
+#include "evaluation/trials/acquisition_trial.h"
 
 namespace berth::benchmark {
 
@@ -23,6 +23,7 @@ struct Tally {
 
   /// first_right: whether the first hypothesis is right, whatever is claimed of it.
   void add(Verdict verdict, bool first_right);
+  void add(const Tally& other);
   /// Cells of a table, under the names of columns(): shares with intervals.
   std::vector<std::string> cells() const;
   static std::vector<std::string> columns();
