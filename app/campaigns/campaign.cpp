@@ -29,7 +29,8 @@ constexpr char manifest_file[] = "campaign.yaml";
 /// What a result depends on. A campaign goes on only where all of it is as it was.
 ordered_json identity_of(const Manifest& manifest) {
   const Places& places = manifest.places;
-  const std::string target = places.target.empty() ? "" : load_target(places.target, 0).hash;
+  std::string target = places.target.empty() ? "" : load_target(places.target, 0).hash;
+  for (const CampaignTarget& one : manifest.targets) target += load_target(one.place, 0).hash;
   return {
       {"manifest", sha256(manifest.text)},
       {"procedure",
@@ -56,6 +57,24 @@ void keep_procedure(const fs::path& procedure, const fs::path& into) {
   }
 }
 
+/// Copies a target's file. @return where it is then.
+std::string keep_target(const std::string& target, const fs::path& into) {
+  if (!fs::path(target).has_extension()) return target;
+  fs::create_directories(into);
+  const fs::path kept = into / fs::path(target).filename();
+  fs::copy_file(target, kept, fs::copy_options::overwrite_existing);
+  return kept.string();
+}
+
+/// A target that was kept, relative to the campaign's directory.
+std::string in_record(const std::string& kept, const fs::path& directory) {
+  const fs::path path = kept;
+  return path.is_absolute() ? path.lexically_relative(fs::absolute(directory)).string() : kept;
+}
+std::string in_directory(const std::string& recorded, const fs::path& directory) {
+  return fs::path(recorded).has_extension() ? (directory / recorded).string() : recorded;
+}
+
 /// Copies what the manifest names.
 Places keep(const Places& places, const fs::path& directory) {
   Places kept;
@@ -66,11 +85,9 @@ Places keep(const Places& places, const fs::path& directory) {
     keep_procedure(places.procedure, directory / "procedure");
     kept.procedure = directory / "procedure" / places.procedure.filename();
   }
-  kept.target = places.target;
-  if (fs::path(places.target).has_extension()) {
-    fs::create_directories(directory / "target");
-    kept.target = (directory / "target" / fs::path(places.target).filename()).string();
-    fs::copy_file(places.target, kept.target, fs::copy_options::overwrite_existing);
+  kept.target = keep_target(places.target, directory / "target");
+  for (const auto& [name, target] : places.targets) {
+    kept.targets[name] = keep_target(target, directory / "target");
   }
   return kept;
 }
@@ -146,6 +163,8 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
   if (error) throw InputError("campaign directory " + directory.string() + ": " + error.message());
   write_file(directory / manifest_file, manifest.text);
   const Places kept = keep(manifest.places, fs::absolute(directory));
+  ordered_json targets = ordered_json::object();
+  for (const auto& [name, target] : kept.targets) targets[name] = in_record(target, directory);
   write_record(directory,
                {{"schema", "berth-campaign-1"},
                 {"name", manifest.name},
@@ -156,9 +175,8 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
                 {"seed", manifest.seed},
                 {"block", block_size(manifest)},
                 {"procedure", kept.procedure.lexically_relative(fs::absolute(directory)).string()},
-                {"target", fs::path(kept.target).has_extension()
-                               ? "target/" + fs::path(kept.target).filename().string()
-                               : kept.target},
+                {"target", in_record(kept.target, directory)},
+                {"targets", targets},
                 {"units", units_of(manifest)},
                 {"identity", identity},
                 {"compiler", __VERSION__}});
@@ -178,8 +196,10 @@ Campaign Campaign::open(const fs::path& directory) {
     places.config = at / "config";
     const std::string procedure = record.at("procedure");
     if (!procedure.empty()) places.procedure = at / procedure;
-    places.target = record.at("target");
-    if (fs::path(places.target).has_extension()) places.target = (at / places.target).string();
+    places.target = in_directory(record.at("target"), at);
+    for (const auto& [name, target] : record.value("targets", ordered_json::object()).items()) {
+      places.targets[name] = in_directory(target, at);
+    }
     campaign.manifest_ =
         parse_manifest(read_file(at / manifest_file), (at / manifest_file).string(), &places);
     campaign.build_ = record.at("identity").at("berth");
