@@ -33,6 +33,7 @@ std::map<std::string, GuidanceProfile> load_profiles(const std::filesystem::path
 Settings load_settings(const std::filesystem::path& file) {
   Config config = Config::load(file);
   Settings s;
+  config.raw("target");  // a run has its target by name already
 
   Config setpoints = config.section("setpoints");
   s.setpoint_period = period(setpoints, "rate");

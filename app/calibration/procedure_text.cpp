@@ -38,7 +38,8 @@ std::string calibration_procedure(const RunSetup& setup, const testbed::PoseSele
           std::to_string(selection.poses.size()) +
           " poses chosen for what they tell of the cell, then with each arm in fast motion for the "
           "clocks.\n";
-  text += "layout: " + setup.layout + "\ntarget: " + setup.target + "\n";
+  text += "layout: " + setup.layout + "\n";
+  if (!setup.target.empty()) text += "target: " + setup.target + "\n";
   if (setup.target_length > 0) {
     text += "target_length: " + std::to_string(setup.target_length) + " m\n";
   }

@@ -4,6 +4,7 @@
 
 #include "app/campaigns/acquisition_parameters.h"
 #include "app/campaigns/experiments.h"
+#include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
@@ -155,7 +156,7 @@ class AcquisitionExperiment : public Experiment {
     subject.options = options_with(keys);
     const CampaignTarget target = manifest_.target_of({keys.begin(), keys.end()});
     subject.model = estimator::load_target_model(
-        load_target(target.place.empty() ? "radarsat2" : target.place,
+        load_target(target.place.empty() ? default_target(manifest_.places.config) : target.place,
                     target.length > 0 ? target.length : standard_length),
         subject.options.model, estimator::default_cache_directory());
     subject.judge = std::make_unique<trials::PoseJudge>(*subject.model);

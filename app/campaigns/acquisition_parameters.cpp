@@ -60,7 +60,7 @@ const std::vector<Known>& known_parameters() {
        "1: something else in the window takes a fifth of the returns",
        [](P& p, double v) { p.scene.plate = v > 0.5; }},
       {"mesh_error", Dimension::length, 0, 1, "0 mm",
-       "1 sigma of the true surface's vertices about the model's",
+       "1 sigma of the true surface about the model's, alike over 0.3 m",
        [](P& p, double v) { p.scene.physics.mesh_sigma_m = v; }},
       {"gate_near", Dimension::length, 0, 1000, "1 m", "of the range gate",
        [](P& p, double v) { p.gate_near_m = v; }},

@@ -11,10 +11,10 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
-#include "common/core/target.h"
 #include "common/core/utc.h"
 #include "common/core/valid_text.h"
 #include "common/core/version.h"
+#include "common/targets/target.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::campaigns {
@@ -29,8 +29,14 @@ constexpr char manifest_file[] = "campaign.yaml";
 /// What a result depends on. A campaign goes on only where all of it is as it was.
 ordered_json identity_of(const Manifest& manifest) {
   const Places& places = manifest.places;
-  std::string target = places.target.empty() ? "" : load_target(places.target, 0).hash;
-  for (const CampaignTarget& one : manifest.targets) target += load_target(one.place, 0).hash;
+  std::string target;
+  const auto add_target = [&target](const std::string& place) {
+    if (place.empty()) return;
+    const Target loaded = load_target(place, 0);
+    target += loaded.hash + loaded.description_hash;
+  };
+  add_target(places.target);
+  for (const CampaignTarget& one : manifest.targets) add_target(one.place);
   return {
       {"manifest", sha256(manifest.text)},
       {"procedure",
@@ -57,22 +63,18 @@ void keep_procedure(const fs::path& procedure, const fs::path& into) {
   }
 }
 
-/// Copies a target's file. @return where it is then.
+/// Copies a target. @return where it is then; empty where none is named.
 std::string keep_target(const std::string& target, const fs::path& into) {
-  if (!fs::path(target).has_extension()) return target;
-  fs::create_directories(into);
-  const fs::path kept = into / fs::path(target).filename();
-  fs::copy_file(target, kept, fs::copy_options::overwrite_existing);
-  return kept.string();
+  return target.empty() ? "" : copy_target(load_target(target, 0), into).string();
 }
 
-/// A target that was kept, relative to the campaign's directory.
+/// A target that was kept, relative to the campaign's directory, and back.
 std::string in_record(const std::string& kept, const fs::path& directory) {
-  const fs::path path = kept;
-  return path.is_absolute() ? path.lexically_relative(fs::absolute(directory)).string() : kept;
+  return kept.empty() ? "" : fs::path(kept).lexically_relative(fs::absolute(directory)).string();
 }
 std::string in_directory(const std::string& recorded, const fs::path& directory) {
-  return fs::path(recorded).has_extension() ? (directory / recorded).string() : recorded;
+  const bool there = !recorded.empty() && fs::exists(directory / recorded);
+  return there ? (directory / recorded).string() : recorded;
 }
 
 /// Copies what the manifest names.
@@ -197,7 +199,8 @@ Campaign Campaign::open(const fs::path& directory) {
     const std::string procedure = record.at("procedure");
     if (!procedure.empty()) places.procedure = at / procedure;
     places.target = in_directory(record.at("target"), at);
-    for (const auto& [name, target] : record.value("targets", ordered_json::object()).items()) {
+    const ordered_json targets = record.value("targets", ordered_json::object());
+    for (const auto& [name, target] : targets.items()) {
       places.targets[name] = in_directory(target, at);
     }
     campaign.manifest_ =

@@ -11,6 +11,7 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/targets/target.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -39,7 +40,7 @@ Places read_places(Config& config, const Places* given) {
   config.optional("config", text);
   if (!text.empty() && given == nullptr) places.config = resolved(config, "config", text);
   config.optional("target", places.target);
-  if (!places.target.empty() && places.target != "radarsat2" && given == nullptr) {
+  if (!places.target.empty() && !is_target_name(places.target) && given == nullptr) {
     places.target = resolved(config, "target", places.target).string();
   }
   return given == nullptr ? places : *given;
@@ -82,7 +83,7 @@ void read_targets(Config& config, const Places* given, Manifest& manifest) {
       manifest.notes.push_back("target " + path + " is left out: that variable is not set");
       continue;
     } else {
-      target.place = *found == "radarsat2" ? *found : resolved(item, "target", *found).string();
+      target.place = is_target_name(*found) ? *found : resolved(item, "target", *found).string();
     }
     manifest.places.targets[target.name] = target.place;
     Draw value;
@@ -198,6 +199,7 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
   config.optional("target_length", Dimension::length, manifest.target_length);
   if (manifest.target_length < 0) throw config.error("target_length", "found a negative length");
   if (is_procedure) config.optional("layout", manifest.layout);
+  if (is_procedure) config.optional("world", manifest.world);
   std::int64_t seed = 1;
   config.optional("seed", seed);
   if (seed < 0) throw config.error("seed", "found a negative seed");

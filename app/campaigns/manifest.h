@@ -52,6 +52,7 @@ struct Manifest {
   std::string experiment;
   Places places;
   std::string layout;        ///< of a procedure; empty: its own
+  std::string world;         ///< of a procedure; empty: its own
   double target_length = 0;  ///< m; 0: the procedure's own, of the acquisition 3 m
   /// Several targets: the values of the grid's first axis, `target`. Empty: places.target alone.
   std::vector<CampaignTarget> targets;

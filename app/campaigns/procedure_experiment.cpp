@@ -124,6 +124,7 @@ class ProcedureExperiment : public Experiment {
     const CampaignTarget target = manifest_.target_of(trial.parameters);
     request.target = target.place;
     request.target_length = target.length;
+    request.world = manifest_.world;
     request.config = manifest_.places.config;
     request.seed = trial.seed;
     request.host = "twin";

@@ -2,8 +2,8 @@
 #include "app/campaigns/report_views.h"
 
 #include "app/campaigns/sphere_map.h"
-#include "common/core/target.h"
 #include "common/core/text.h"
+#include "common/targets/target.h"
 #include "logs/report/view_angles.h"
 
 namespace berth::campaigns {

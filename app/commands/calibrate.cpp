@@ -81,7 +81,7 @@ std::string choose(const CalibrateOptions& options) {
   }
   const auto home = rig.home();
   RunSetup named = setup;
-  named.target = request.target.empty() ? "radarsat2" : setup.target;
+  named.target = request.target.empty() ? "" : setup.target;
   return calibration_procedure(named, chosen, rig.cell.relative_pose(home.replica, home.sensor),
                                view, options.pace);
 }

@@ -43,8 +43,14 @@ void announce_console(const RunFiles& files, pid_t supervisor) {
 void add_cell_options(CLI::App& command, CellOptions& options) {
   command.add_option("--layout", options.request.layout,
                      "Layout of config/layouts (range, contact, free)");
-  command.add_option("--target", options.request.target,
-                     "Target: 'radarsat2', or a mesh (PLY, STL, OBJ)");
+  command.add_option(
+      "--target", options.request.target,
+      "Target: a name of targets/, a folder with a target.yaml, or a mesh (PLY, STL, "
+      "OBJ)");
+  command.add_option(
+      "--world", options.request.world,
+      "World of config/worlds: how the simulated cell departs from its files (exact, "
+      "lab, harsh ...)");
   command.add_option("--target-length", options.target_length,
                      "Scale the target so that its longest side is this long, in metres");
   command.add_option("--seed", options.request.seed, "Seed of everything simulated")

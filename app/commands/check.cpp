@@ -64,7 +64,9 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
 procedures::CheckReport report_on(const fs::path& file, const CheckOptions& options) {
   try {
     const auto procedure = procedures::load_procedure(file, overrides_of(options.set));
-    return procedures::check_procedure(procedure, choose_setup(options.choice, &procedure));
+    const RunSetup setup = choose_setup(options.choice, &procedure);
+    choose_world(options.choice, setup.config, &procedure);
+    return procedures::check_procedure(procedure, setup);
   } catch (const InputError& e) {
     return procedures::report_of_error(e.what(), file.string());
   }
@@ -124,7 +126,8 @@ void add_check(CLI::App& app, int& exit_code) {
   command->add_option("--layout", options->choice.layout,
                       "Layout of config/layouts instead of the procedure's own");
   command->add_option("--target", options->choice.target,
-                      "Target instead of the procedure's own: 'radarsat2', or a mesh");
+                      "Target instead of the procedure's own: a name of targets/, a folder with a "
+                      "target.yaml, or a mesh");
   command->add_option("--target-length", options->target_length,
                       "Scale the target so that its longest side is this long, in metres");
   command->add_option("--set", options->set, "A parameter of the procedure: NAME=VALUE")

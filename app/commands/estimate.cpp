@@ -215,7 +215,9 @@ void add_estimate(CLI::App& app, int& exit_code) {
   command->footer(explanation);
   auto options = std::make_shared<EstimateOptions>();
   command->add_option("cloud", options->clouds, "Cloud files")->required();
-  command->add_option("--target", options->target, "PLY, STL or OBJ mesh, or radarsat2")
+  command
+      ->add_option("--target", options->target,
+                   "PLY, STL or OBJ mesh, a name of targets/, or a folder with a target.yaml")
       ->required();
   command
       ->add_option("--length", options->length,

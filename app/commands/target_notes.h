@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/target.h"
+#include "common/targets/target.h"
 
 namespace berth::commands {
 

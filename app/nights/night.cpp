@@ -169,7 +169,12 @@ Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
                       const std::vector<FinishedRun>& runs) {
   Evidence evidence;
   evidence.criteria = criteria_by_case(plan);
+  std::set<std::string> compared;
+  for (const Case& of : plan.cases) {
+    if (of.is_compared()) compared.insert(of.name);
+  }
   for (const FinishedRun& run : runs) {
+    if (compared.count(run.case_name) == 0) continue;
     (run.build == Build::tonight ? evidence.tonight : evidence.baseline).push_back(run);
   }
   const auto tonights_only = [](std::vector<FinishedRun>& list) {
@@ -179,17 +184,17 @@ Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
   };
   auto nights = history.nights();
   std::reverse(nights.begin(), nights.end());
-  int compared = 0;
+  int nights_compared = 0;
   for (const Night& night : nights) {
     if (night.number >= tonight.number || !night.good()) continue;
-    if (compared == 0) {
+    if (nights_compared == 0) {
       evidence.last_night = history.runs(night, History::Which::fixed);
       tonights_only(evidence.last_night);
     }
     for (FinishedRun& run : history.runs(night, History::Which::fresh)) {
       evidence.history.push_back(std::move(run));
     }
-    if (++compared == plan.history_nights || night.accepted) break;
+    if (++nights_compared == plan.history_nights || night.accepted) break;
   }
   return evidence;
 }

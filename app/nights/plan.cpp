@@ -8,6 +8,7 @@
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/yaml_text.h"
+#include "common/targets/target.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::nights {
@@ -124,27 +125,35 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   config.optional("name", name);
 
   std::vector<Case> cases;
+  const auto hosts = words(config, "hosts");
+  const auto worlds = words(config, "worlds");
+  const auto directories = words(config, "configs");
   for (const auto& target : words(config, "targets")) {
-    for (const auto& host : words(config, "hosts")) {
-      for (const auto& directory : words(config, "configs")) {
-        Case one = common;
-        one.name = name;
-        one.target = target;
-        if (!target.empty() && target != "radarsat2") {
-          one.target = resolved(config, "targets", target).string();
+    for (const auto& host : hosts) {
+      for (const auto& world : worlds) {
+        for (const auto& directory : directories) {
+          Case one = common;
+          one.name = name;
+          one.target = target;
+          if (!target.empty() && !is_target_name(target)) {
+            one.target = resolved(config, "targets", target).string();
+          }
+          if (!target.empty()) one.name += " " + fs::path(target).stem().string();
+          if (!host.empty()) one.host = host;
+          if (one.host != "twin" && one.host != "simulated-cell" && one.host != "cell") {
+            throw config.error("hosts",
+                               "found '" + host + "', expected twin, simulated-cell or cell");
+          }
+          if (one.host != "twin") one.name += " on " + one.host;
+          one.world = world;
+          if (!world.empty()) one.parameters["simulation.yaml:world"] = world;
+          if (!one.is_compared()) one.name += " in " + world;
+          if (!directory.empty()) {
+            one.config = resolved(config, "configs", directory);
+            one.name += " with " + fs::path(directory).filename().string();
+          }
+          cases.push_back(one);
         }
-        if (!target.empty()) one.name += " " + fs::path(target).stem().string();
-        if (!host.empty()) one.host = host;
-        if (one.host != "twin" && one.host != "simulated-cell" && one.host != "cell") {
-          throw config.error("hosts",
-                             "found '" + host + "', expected twin, simulated-cell or cell");
-        }
-        if (one.host != "twin") one.name += " on " + one.host;
-        if (!directory.empty()) {
-          one.config = resolved(config, "configs", directory);
-          one.name += " with " + fs::path(directory).filename().string();
-        }
-        cases.push_back(one);
       }
     }
   }

@@ -16,13 +16,19 @@ namespace berth::nights {
 struct Case {
   std::string name;  ///< once in a plan: the procedure's, with what else tells it from the others
   std::filesystem::path procedure;
-  std::string target;            ///< empty: the procedure's own
-  std::string host = "twin";     ///< "twin", "simulated-cell" or "cell"
+  std::string target;         ///< empty: the procedure's own
+  std::string host = "twin";  ///< "twin", "simulated-cell" or "cell"
+  std::string world;          ///< of config/worlds; empty: the procedure's own, or the standard one
   std::filesystem::path config;  ///< empty: the one shipped with the build
   std::map<std::string, std::string> parameters;
   std::vector<std::uint64_t> fixed;  ///< seeds of every night
   int fresh = 0;                     ///< how many seeds are drawn anew each night
   double may_fail = 0;               ///< share of the runs that fail when all is well
+
+  /// Whether measurements are compared with those of before. In worlds that depart from the files
+  /// a run says more of what it drew than of the build: there the share of failures judges alone,
+  /// and the questions asked in `exact` are as sharp as without them.
+  bool is_compared() const { return world.empty() || world == "exact"; }
 };
 
 /// The least change of a measurement that anybody would act upon, in SI units.
@@ -69,6 +75,7 @@ struct Plan {
 ///         seeds: {fixed: [1, 2, 7], fresh: 4}
 ///         targets: [radarsat2, envisat.stl]
 ///         hosts: [twin]
+///         worlds: [exact, lab]
 ///         configs: [../config]
 ///         set: {speed: 30 mm/s}
 ///         may_fail: 5 %

@@ -40,7 +40,7 @@ std::vector<PlannedRun> runs_of_night(const Plan& plan, std::int64_t night_numbe
     auto& list = lists.emplace_back();
     for (const std::uint64_t seed : of.fixed) {
       list.push_back({&of, Build::tonight, seed, false});
-      if (!plan.baseline.build.empty() && of.host == "twin") {
+      if (!plan.baseline.build.empty() && of.host == "twin" && of.is_compared()) {
         list.push_back({&of, Build::baseline, seed, false});
       }
     }

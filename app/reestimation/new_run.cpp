@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/yaml_text.h"
+#include "common/targets/target.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 #include "logs/run/target_surface.h"
@@ -34,7 +35,7 @@ run_info_t run_info_of(const fs::path& log) {
                    "nobody knows the target and the configuration");
 }
 
-std::string run_yaml(const run_info_t& info) {
+std::string run_yaml(const run_info_t& info, const fs::path& directory) {
   YamlNode run(YamlNode::Kind::map);
   run.put("name", info.run);
   run.put("host", info.host == run_info_t::TWIN   ? "twin"
@@ -45,7 +46,7 @@ std::string run_yaml(const run_info_t& info) {
   run.put("session", std::to_string(info.session));
   run.put("seed", std::to_string(info.seed));
   run.put("layout", info.layout);
-  run.put("target", info.target);
+  run.put("target", logs::target_name_of_run(info, directory));
   char length[40];  // with all its digits, so that the target is the same to the bit
   std::snprintf(length, sizeof length, "%.17g m", info.target_length_m);
   run.put("target_length", length);
@@ -55,10 +56,11 @@ std::string run_yaml(const run_info_t& info) {
 
 void restore_from_log(const fs::path& log, const fs::path& directory) {
   const run_info_t info = run_info_of(log);
-  write_with_directory(directory / "run.yaml", run_yaml(info));
+  write_with_directory(directory / "run.yaml", run_yaml(info, directory));
   for (const attachment_t& attachment : info.attachments) {
     const fs::path name = fs::path(attachment.name).lexically_normal();
     if (attachment.content.empty() || name.is_absolute() || *name.begin() == "..") continue;
+    if (name == target_file) continue;  // with its mesh, which no log holds
     const bool beside_log = name == "procedure.yaml" || name == logs::symmetry_file;
     write_with_directory(beside_log ? directory / name : directory / "config" / name,
                          attachment.content);

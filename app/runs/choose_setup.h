@@ -12,11 +12,21 @@ struct SetupChoice {
   std::string layout;
   std::string target;
   double target_length = 0;
+  std::string world;
 };
+
+/// The target that a configuration says: key `target` of testbed.yaml. @throws InputError.
+std::string default_target(const std::filesystem::path& config);
 
 /// Configuration, layout and target of a run; its seed and session are left as they are. The
 /// target's path is made absolute. procedure: nullptr for a cell alone.
 /// @throws InputError where there is no such configuration, layout or target.
 RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* procedure);
+
+/// The simulated cell's world (config/worlds) that the operator or, without a word of theirs, the
+/// procedure chose; empty: that of simulation.yaml.
+/// @throws InputError where the configuration has no such world.
+std::string choose_world(const SetupChoice& choice, const std::filesystem::path& config,
+                         const procedures::Procedure* procedure);
 
 }  // namespace berth

@@ -18,10 +18,10 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
-#include "common/core/target.h"
 #include "common/core/utc.h"
 #include "common/core/yaml_text.h"
 #include "common/meshes/symmetry.h"
+#include "common/targets/target.h"
 #include "estimator/model/target_model.h"
 #include "logs/run/target_surface.h"
 #include "procedures/language/procedure.h"
@@ -83,6 +83,8 @@ void choose_free_ports(const fs::path& devices_file) {
   write_file(devices_file, text);
 }
 
+constexpr char world_key[] = "simulation.yaml:world";
+
 /// What run.yaml says beside the parameters.
 struct Description {
   std::string host;
@@ -93,19 +95,16 @@ struct Description {
   std::string layout;
   std::string target;
   double target_length = 0;
+  std::string world;
 };
 
-/// A mesh of the user's own goes with the run and is named from there: it can then be judged
-/// anywhere, and the twin's log does not tell where it was made.
-std::string keep_target(const fs::path& directory, const std::string& target) {
-  if (!fs::path(target).has_extension()) return target;
-  const fs::path kept = fs::path("target") / fs::path(target).filename();
-  fs::create_directory(directory / "target");
-  fs::copy_file(target, directory / kept);
-  return kept.generic_string();
+/// The target goes with the run and is named from there: it can then be judged anywhere, and the
+/// twin's log does not tell where it was made.
+std::string keep_target(const fs::path& directory, const Target& target) {
+  return copy_target(target, directory / "target").lexically_relative(directory).generic_string();
 }
 
-/// The target's symmetry as a file, without the motions that would move its docking interface.
+/// The target's symmetry as a file, without the motions that would move a docking port.
 /// What a mesh has is found once and kept beside the estimator's models.
 std::string symmetry_of(const Target& target) {
   const fs::path known =
@@ -122,19 +121,25 @@ std::string symmetry_of(const Target& target) {
     } catch (const InputError&) {  // it is found again next time
     }
   }
-  if (!target.has_docking_interface) return yaml_of(symmetry);
-  const Pose& docking = target.docking;
-  return yaml_of(symmetry.keeping(docking.position, docking.rotation * Vector3d::UnitZ()));
+  for (const DockingPort& port : target.ports) {
+    symmetry = symmetry.keeping(port.pose.position, port.pose.rotation * Vector3d::UnitZ());
+  }
+  return yaml_of(symmetry);
 }
 
 RunFiles write(const RunRequest& request, const std::string& stem, const fs::path& config,
                const Description& description) {
-  const std::string symmetry =
-      symmetry_of(load_target(description.target, description.target_length));
+  const Target target = load_target(description.target, description.target_length);
+  const std::string symmetry = symmetry_of(target);
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
   fs::copy(config, directory / "config", fs::copy_options::recursive);
   if (!description.joins) {
-    override_configuration(directory / "config", request.parameters);
+    auto parameters = request.parameters;
+    if (!description.world.empty()) {
+      if (!request.world.empty()) parameters.erase(world_key);
+      parameters.emplace(world_key, description.world);  // after a --set of the operator's
+    }
+    override_configuration(directory / "config", parameters);
     put_calibration(directory / "config", description.layout, request.calibration);
   }
   if (description.host == "simulated-cell" && !description.joins) {
@@ -162,7 +167,7 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   run.put("session", std::to_string(description.session));
   run.put("seed", std::to_string(description.seed));
   run.put("layout", description.layout);
-  run.put("target", keep_target(directory, description.target));
+  run.put("target", keep_target(directory, target));
   run.put("target_length", std::to_string(description.target_length) + " m");
   YamlNode parameters(YamlNode::Kind::map);
   for (const auto& [key, value] : request.parameters) parameters.put(key, value);
@@ -187,7 +192,7 @@ RunFiles join(const RunRequest& request) {
   if ((!request.layout.empty() && request.layout != cell.setup.layout) ||
       (!request.target.empty() &&
        fs::path(request.target).filename() != fs::path(cell.setup.target).filename()) ||
-      request.target_length > 0) {
+      request.target_length > 0 || !request.world.empty()) {
     throw InputError("a cell is up with layout '" + cell.setup.layout + "' and target '" +
                      cell.setup.target + "': bring it down first (berth stop) to have another");
   }
@@ -205,22 +210,6 @@ RunFiles join(const RunRequest& request) {
 
 }  // namespace
 
-fs::path program_directory() { return fs::read_symlink("/proc/self/exe").parent_path(); }
-
-fs::path shared_files() {
-  const auto has_files = [](const fs::path& at) { return fs::exists(at / "config" / "layouts"); };
-  if (const char* home = std::getenv("BERTH_HOME")) {
-    if (has_files(home)) return home;
-    throw InputError(std::string("environment variable BERTH_HOME: no config/layouts in '") + home +
-                     "'");
-  }
-  for (fs::path at = program_directory(); at != at.root_path(); at = at.parent_path()) {
-    if (has_files(at)) return at;
-    if (has_files(at / "share" / "berth")) return at / "share" / "berth";
-  }
-  throw InputError("Berth's files (config/layouts) are not found; set BERTH_HOME to their place");
-}
-
 RunFiles RunFiles::create(const RunRequest& request) {
   const bool twin = request.host == "twin";
   if (!request.joins.empty()) return join(request);
@@ -230,9 +219,10 @@ RunFiles RunFiles::create(const RunRequest& request) {
     procedure = procedures::load_procedure(request.procedure, of_procedure(request.parameters));
     stem = request.procedure.stem().string();
   }
-  const RunSetup setup =
-      choose_setup({request.config, request.layout, request.target, request.target_length},
-                   procedure ? &*procedure : nullptr);
+  const SetupChoice choice{request.config, request.layout, request.target, request.target_length,
+                           request.world};
+  const procedures::Procedure* own = procedure ? &*procedure : nullptr;
+  const RunSetup setup = choose_setup(choice, own);
 
   Description description;
   description.host = request.host;
@@ -243,6 +233,7 @@ RunFiles RunFiles::create(const RunRequest& request) {
   description.layout = setup.layout;
   description.target = setup.target;
   description.target_length = setup.target_length;
+  description.world = choose_world(choice, setup.config, own);
   return write(request, stem, setup.config, description);
 }
 
@@ -258,9 +249,9 @@ RunFiles RunFiles::open(const fs::path& directory) {
   files.setup.seed = static_cast<std::uint64_t>(run.integer("seed"));
   files.setup.layout = run.text("layout");
   files.setup.target = run.text("target");
-  if (fs::path(files.setup.target).has_extension()) {
-    files.setup.target = (files.directory / files.setup.target).string();
-  }
+  // Runs of before targets had folders name the shipped one.
+  const fs::path target = files.directory / files.setup.target;
+  if (fs::exists(target)) files.setup.target = target.string();
   files.setup.target_length = run.quantity("target_length", Dimension::length);
   Config parameters = run.section("parameters");
   for (const auto& key : parameters.keys()) files.parameters[key] = parameters.text(key);
@@ -268,10 +259,10 @@ RunFiles RunFiles::open(const fs::path& directory) {
   files.setup.config = files.directory / "config";
   files.setup.out = files.directory;
   files.has_procedure = fs::exists(files.procedure());
-  files.configuration_hash =
-      sha256_of_tree(files.setup.config, files.setup.layout + " " +
-                                             fs::path(files.setup.target).filename().string() +
-                                             " " + std::to_string(files.setup.target_length));
+  std::string beside = files.setup.layout + " " + fs::path(files.setup.target).filename().string() +
+                       " " + std::to_string(files.setup.target_length);
+  if (fs::is_directory(target)) beside += " " + sha256_of_tree(target, "");
+  files.configuration_hash = sha256_of_tree(files.setup.config, beside);
   return files;
 }
 

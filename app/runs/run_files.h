@@ -6,15 +6,17 @@
 #include <string>
 
 #include "common/core/run_setup.h"
+#include "common/core/shared_files.h"
 
 namespace berth {
 
 /// What a user asks of a run before it has a directory.
 struct RunRequest {
-  std::filesystem::path procedure;                ///< empty: only bring the cell up
-  std::string layout;                             ///< empty: the procedure's own
-  std::string target;                             ///< empty: the procedure's own
-  double target_length = 0;                       ///< m; 0: the procedure's own
+  std::filesystem::path procedure;  ///< empty: only bring the cell up
+  std::string layout;               ///< empty: the procedure's own
+  std::string target;               ///< empty: the procedure's own
+  double target_length = 0;         ///< m; 0: the procedure's own
+  std::string world;                ///< empty: the procedure's own, or simulation.yaml's
   std::map<std::string, std::string> parameters;  ///< --set NAME=VALUE
   std::uint64_t seed = 1;
   std::string host = "simulated-cell";  ///< "simulated-cell", "cell" or "twin"
@@ -31,7 +33,7 @@ struct RunRequest {
 ///     run.yaml            what the run is (read by every node program)
 ///     procedure.yaml      the procedure as run
 ///     config/             the configuration as used
-///     target/             the mesh, where the target is the user's own
+///     target/             the target: NAME/target.yaml with its mesh, or a mesh alone
 ///     symmetry.yaml       by which poses of the target are one
 ///     types/              the message definitions
 ///     manifest.json       who, where, when, with what; hashes of all of the above
@@ -60,12 +62,5 @@ struct RunFiles {
   std::filesystem::path procedure() const { return directory / "procedure.yaml"; }
   std::filesystem::path log() const { return directory / "run.lcm"; }
 };
-
-/// Where the shipped config/ and procedures/ are: BERTH_HOME, or found from the program's place.
-/// @throws InputError when there are none.
-std::filesystem::path shared_files();
-
-/// Directory of the running program, where its sister programs are.
-std::filesystem::path program_directory();
 
 }  // namespace berth

@@ -8,7 +8,7 @@
 #include <berth/injection_state_t.hpp>
 #include <berth/injection_t.hpp>
 #include <berth/procedure_command_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <functional>
 #include <string>
@@ -48,9 +48,9 @@ Utime repeat_period_of(const Command&) {
   return 500 * millisecond;
 }
 inline Utime repeat_period_of(const procedure_command_t&) { return 100 * millisecond; }
-inline Utime repeat_period_of(const testbed_command_t& command) {
+inline Utime repeat_period_of(const testbed_command2_t& command) {
   const bool stops =
-      command.command == testbed_command_t::HOLD || command.command == testbed_command_t::STOP;
+      command.command == testbed_command2_t::HOLD || command.command == testbed_command2_t::STOP;
   return (stops ? 100 : 500) * millisecond;
 }
 
@@ -63,7 +63,7 @@ struct CommandReply {
   std::string reason;  ///< of a refusal
 };
 
-inline CommandReply reply_to(const testbed_command_t& command, const testbed_state_t& state) {
+inline CommandReply reply_to(const testbed_command2_t& command, const testbed_state_t& state) {
   if (state.refused_seq == command.seq) return {CommandStatus::refused, state.refusal};
   if (state.finished_seq == command.seq) return {CommandStatus::finished, ""};
   if (state.command_seq == command.seq) return {CommandStatus::accepted, ""};

@@ -65,8 +65,8 @@ double rod_length(const Mesh& target, const Quaterniond& attitude, double gap) {
   return gap + back;
 }
 
-/// The target hangs on the faceplate's axis: by its back, or by its side where that rod would be
-/// too long for the arm to make room behind it.
+/// The target is held where its description says; without a word it hangs on the faceplate's axis:
+/// by its back, or by its side where that rod would be too long for the arm to make room behind it.
 void mount_target(Config& config, Cell& cell) {
   const double gap = config.quantity("gap", Dimension::length);
   const double diameter = config.quantity("diameter", Dimension::length);
@@ -79,7 +79,8 @@ void mount_target(Config& config, Cell& cell) {
   const bool by_back =
       rod_length(target, back, gap) <= std::max(longest, rod_length(target, side, gap));
   const Quaterniond& attitude = by_back ? back : side;
-  cell.replica.tool = {Vector3d(0, 0, rod_length(target, attitude, gap)), attitude};
+  cell.replica.tool =
+      cell.target.mount.value_or(Pose{Vector3d(0, 0, rod_length(target, attitude, gap)), attitude});
   cell.mount = make_mount(target, cell.replica.tool, diameter);
 }
 

@@ -7,7 +7,7 @@
 
 #include "common/core/arm_kinematics.h"
 #include "common/core/run_setup.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 
 namespace berth {
 

@@ -22,7 +22,17 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
   profile.beams_max = config.small_integer("beams_max");
   if (profile.beams_max < 1) throw config.error("beams_max", "expected at least 1");
   profile.beam = read_beam_model(config.section("beam"));
-  if (config.has("receiver")) config.section("receiver");  // what only the simulator needs
+  if (config.has("receiver")) {  // the rest of it is for the simulator
+    Config receiver = config.section("receiver");
+    receiver.optional("pulse_length", Dimension::length, profile.beam.pulse_length_m);
+    if (!(profile.beam.pulse_length_m > 0)) {
+      throw receiver.error("pulse_length", "expected more than 0");
+    }
+    receiver.optional("least_echo", profile.beam.least_echo);
+    if (!(profile.beam.least_echo >= 0 && profile.beam.least_echo <= 1)) {
+      throw receiver.error("least_echo", "expected 0 % to 100 %");
+    }
+  }
   config.finish();
   return profile;
 }

@@ -87,12 +87,12 @@ std::string content_hash(const Mesh& mesh) {
 }
 
 void save_ply(const Mesh& mesh, const std::filesystem::path& path) {
-  std::string bytes =
-      "ply\nformat binary_little_endian 1.0\ncomment units metres\nelement vertex " +
-      std::to_string(mesh.vertices.size()) +
-      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
-      std::to_string(mesh.triangles.size()) +
-      "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment units metres\ncomment " +
+                      std::string(vertices_as_numbered) + "\nelement vertex " +
+                      std::to_string(mesh.vertices.size()) +
+                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+                      std::to_string(mesh.triangles.size()) +
+                      "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const auto& v : mesh.vertices) {
     for (int i = 0; i < 3; ++i) put<double>(bytes, v[i]);
   }

@@ -9,13 +9,13 @@ namespace berth {
 
 /// What makes one run this run and not another; the same for every node of it.
 struct RunSetup {
-  std::filesystem::path config;      ///< directory of configuration files, as in config/
-  std::string layout = "range";      ///< config/layouts/<layout>.yaml
-  std::string target = "radarsat2";  ///< or a mesh file
-  double target_length = 0;          ///< m; 0: as it is
-  std::uint64_t seed = 1;            ///< of everything simulated
-  std::int64_t session = 1;          ///< id of the run on the bus
-  std::filesystem::path out;  ///< where a part may write files beside the log; empty: nowhere
+  std::filesystem::path config;  ///< directory of configuration files, as in config/
+  std::string layout = "range";  ///< config/layouts/<layout>.yaml
+  std::string target;            ///< as of load_target()
+  double target_length = 0;      ///< m; 0: as it is
+  std::uint64_t seed = 1;        ///< of everything simulated
+  std::int64_t session = 1;      ///< id of the run on the bus
+  std::filesystem::path out;     ///< where a part may write files beside the log; empty: nowhere
 
   std::filesystem::path layout_file() const { return config / "layouts" / (layout + ".yaml"); }
 };

@@ -75,6 +75,7 @@ std::string MeshBuilder::add_face(std::span<const std::uint32_t> corners) {
 }
 
 std::uint32_t MeshBuilder::welded(std::uint32_t file_vertex) {
+  if (keeps_numbering_) return file_vertex;
   std::uint32_t& known = welded_[file_vertex];
   if (known != not_yet) return known;
   const Vector3d& v = file_vertices_[file_vertex];
@@ -103,6 +104,7 @@ Mesh MeshBuilder::take(const std::string& file) {
                           ? ": " + std::to_string(mesh_.faces_without_area) + " faces without area"
                           : ""));
   }
+  if (keeps_numbering_) mesh_.vertices = std::move(file_vertices_);
   std::erase_if(mesh_.groups, [](const MeshGroup& group) { return group.triangles.empty(); });
   return std::move(mesh_);
 }

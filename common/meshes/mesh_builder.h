@@ -18,6 +18,8 @@ namespace berth {
 /// triangles, faces without area are counted.
 class MeshBuilder {
  public:
+  /// From now on vertices stay as they are numbered: a mesh that was saved comes back to the bit.
+  void keep_numbering() { keeps_numbering_ = true; }
   /// @return what is wrong with it; empty: nothing.
   std::string add_vertex(const Vector3d& vertex);
   std::size_t vertex_count() const { return file_vertices_.size(); }
@@ -36,6 +38,7 @@ class MeshBuilder {
   std::uint32_t welded(std::uint32_t file_vertex);
   bool add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
+  bool keeps_numbering_ = false;
   std::vector<Vector3d> file_vertices_;
   std::vector<std::uint32_t> welded_;  ///< index in the mesh of each of the file's, or none yet
   std::unordered_map<std::array<double, 3>, std::uint32_t, PlaceHash> index_;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 
 #include "common/core/text.h"
@@ -23,6 +24,10 @@ class PlyMesh {
       throw InputError(file + ": found elements " + names() +
                        ", expected 'vertex', and 'face' or 'tristrips'" +
                        (vertices_ == nullptr ? "" : ": a cloud of points is no mesh"));
+    }
+    const auto& comments = ply_.comments();
+    if (std::find(comments.begin(), comments.end(), vertices_as_numbered) != comments.end()) {
+      builder_.keep_numbering();
     }
     for (std::size_t i = 0; i < 3; ++i) {
       xyz_[i] = vertices_->find(std::string(1, "xyz"[i]));

@@ -14,9 +14,9 @@ namespace berth {
 /// How a surface reflects light: a diffuse part (Lambert) and one as by small mirrors, whose slopes
 /// about the surface are normally distributed. Paint: no mirrors; glass: smooth; foil: crinkled.
 struct Material {
-  double reflectivity = 0.5;    ///< diffuse, 0..1
-  double specular = 0;          ///< as by mirrors, 0..1
-  double roughness = 0.012910;  ///< rad, rms slope of the mirrors
+  double reflectivity = 0.5;         ///< diffuse, 0..1
+  double specular = 0;               ///< as by mirrors, 0..1
+  double roughness = radians(0.74);  ///< rad, rms slope of the mirrors
 };
 
 /// A hinge. The mesh file shows it at the angle 0.
@@ -46,8 +46,8 @@ struct TargetPart {
 /// A place where a chaser docks.
 struct DockingPort {
   std::string name;
-  Pose pose;                   ///< T_model_port; z out of the interface, towards the chaser
-  double approach_cone = 0.5;  ///< rad, half angle about that z within which it is approached
+  Pose pose;                           ///< T_model_port; z out of the interface, towards the chaser
+  double approach_cone = radians(60);  ///< half angle about that z within which it is approached
 };
 
 /// The satellite that the replica arm holds, in the model frame: a mesh and what is known of it.
@@ -66,6 +66,7 @@ struct Target {
   /// Where the model's origin is in the file's own coordinates, m: not 0 where the file's origin is
   /// far from the mesh, as in coordinates of a map.
   Vector3d file_origin = Vector3d::Zero();
+  std::vector<std::filesystem::path> files;  ///< description and mesh, or the mesh alone
   /// Of all of the above but the mesh: SHA-256 over the description as written; empty: a bare mesh.
   std::string description_hash;
 
@@ -80,21 +81,33 @@ struct Target {
 /// Name of the file that describes a target in its folder.
 inline constexpr char target_file[] = "target.yaml";
 
+/// Whether `targets/` (shared_files()) has one of that name.
+bool is_target_name(const std::string& name);
+
 /// Where a target that a user names is: a name of `targets/` (shared_files()), a folder with a
 /// target.yaml, or a mesh file (PLY, STL, OBJ).
 /// @throws InputError that lists the names there are.
 std::filesystem::path find_target(const std::string& name);
 
 /// The target a user names, as by find_target(). length > 0 scales mesh, poses and boxes so that
-/// the largest side of the bounding box is so long (m); 0 keeps what the folder or mesh says. A bare
-/// mesh is used in its own axes, about its own origin; where that is far_from_origin, about the
-/// centre of its bounding box.
+/// the largest side of the bounding box is so long (m); 0 keeps what the folder or mesh says. A
+/// bare mesh is used in its own axes, about its own origin; where that is far_from_origin, about
+/// the centre of its bounding box.
 /// @throws InputError as find_target, load_mesh and Config, or for a negative length.
 Target load_target(const std::string& name, double length);
+
+/// Copies a target's files into a directory that is made where it is not there: as a folder of its
+/// name, or the mesh alone. @return where it is then.
+/// @throws InputError
+std::filesystem::path copy_target(const Target& target, const std::filesystem::path& into);
 
 /// The mesh with the parts' joints turned by so much from where they stand now.
 /// @param angles rad, as many as parts; looked at only for parts with a joint
 Mesh turned_mesh(const Target& target, const std::vector<double>& angles);
+
+/// The mesh with all places where its joints can bring a part, by steps of 5 deg: for keeping clear
+/// of it.
+Mesh swept_mesh(const Target& target);
 
 /// What a user may regret about a target, a sentence each, with what to do: its length, origin or
 /// thickness, faces that look inward, faces that were left out. Empty: nothing.

@@ -43,10 +43,12 @@ CellScene::CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
       sensor_(make_arm(world.sensor, std::move(sensor))) {
   // The target first: most beams are meant for it, and a near hit spares the rest.
   if (!world.target.mesh.triangles.empty()) {
-    Body& target = add(replica_, world.target.mesh, tool_frame, settings.target);
+    Body& target =
+        add(replica_, world.target.mesh, tool_frame, world.target.parts.front().material);
     target.target = true;
-    const auto parts = settings.parts.find(world.target.name);
-    if (parts != settings.parts.end()) set_parts(target, world.target.mesh, parts->second);
+    target.materials.clear();
+    for (const TargetPart& part : world.target.parts) target.materials.push_back(part.material);
+    target.material_of = world.target.part_of;
   }
   for (const auto& v : world.target.mesh.vertices) {
     target_reach_ = std::max(target_reach_, v.norm());
@@ -99,21 +101,6 @@ CellScene::Body& CellScene::add(Group& group, const Mesh& mesh, std::size_t fram
                           {},
                           group.base * centre});
   return group.bodies.back();
-}
-
-void CellScene::set_parts(Body& body, const Mesh& mesh, const std::vector<TargetPart>& parts) {
-  for (const TargetPart& part : parts) body.materials.push_back(part.material);
-  for (const auto& t : mesh.triangles) {
-    const Vector3d centre = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
-    std::uint8_t material = 0;
-    for (std::size_t i = 0; i < parts.size() && material == 0; ++i) {
-      const Box& box = parts[i].box;
-      const bool inside =
-          (centre.array() >= box.low.array()).all() && (centre.array() <= box.high.array()).all();
-      if (inside) material = static_cast<std::uint8_t>(i + 1);
-    }
-    body.material_of.push_back(material);
-  }
 }
 
 void CellScene::find_knot(const Arm& arm, Utime t, Knot& knot) {

@@ -62,8 +62,8 @@ class CellScene final : public Scene {
     std::size_t frame;   // of its arm's frames
     bool target;
     std::vector<Material> materials;
-    std::vector<std::uint8_t> material_of;  // each triangle; empty: the first
-    Vector3d place;                         // of the centre in the cell, now, to some micrometres
+    std::vector<std::uint16_t> material_of;  // each triangle; empty: the first
+    Vector3d place;                          // of the centre in the cell, now, to some micrometres
     Vector3d place_before = Vector3d::Zero();  // at the knots on both sides of now
     Vector3d place_after = Vector3d::Zero();
     // The sensor in the body's frame, as of the scene's state of that number.
@@ -105,7 +105,6 @@ class CellScene final : public Scene {
 
   static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
   static Body& add(Group& group, const Mesh& mesh, std::size_t frame, const Material& material);
-  static void set_parts(Body& body, const Mesh& mesh, const std::vector<TargetPart>& parts);
   static void find_knot(const Arm& arm, Utime t, Knot& knot);
   /// @param next the farthest time that it may look ahead to
   /// @return false when it stands where it stood.

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 
 #include "common/bus/loop.h"
@@ -12,7 +11,8 @@
 
 namespace berth {
 
-/// How far a cell departs from its files: 1 sigma of each kind of error. All zero: not at all.
+/// How far geometry and clocks depart from the cell's files: 1 sigma of each kind of error,
+/// sections `geometry` and `clocks` of a world (config/worlds). All zero: not at all.
 struct PerturbationSizes {
   double base_position = 0;  ///< m, per axis
   double base_rotation = 0;  ///< rad, per axis
@@ -26,11 +26,11 @@ struct PerturbationSizes {
   double controller_drift = 0;  ///< parts of one
   double report_lag = 0;        ///< s
   double lidar_clock = 0;       ///< s
-  double lidar_range = 0;       ///< m
 };
 
-/// Reads a file of config/worlds. @throws InputError.
-PerturbationSizes load_perturbation(const std::filesystem::path& file);
+/// Read the sections. @throws InputError.
+void read_geometry(Config config, PerturbationSizes& sizes);
+void read_clocks(Config config, PerturbationSizes& sizes);
 
 /// One arm as it really is.
 struct ArmErrors {
@@ -46,20 +46,9 @@ struct ArmErrors {
 /// The same seed and role draw the same errors.
 ArmErrors draw_errors(const PerturbationSizes& sizes, const PlacedArm& arm, std::uint64_t seed);
 
-/// The LIDAR as it really is.
-struct LidarErrors {
-  Utime clock = 0;   ///< device clock minus the cell's
-  double range = 0;  ///< m in every range
-};
-
-/// The same seed draws the same errors.
-LidarErrors draw_lidar_errors(const PerturbationSizes& sizes, std::uint64_t seed);
-
-/// What was drawn, as YAML for tests and reports.
-std::string text_of(const ArmErrors& replica, const ArmErrors& sensor, const LidarErrors& lidar);
-
-/// The cell as it really is: bases, tools and link geometry with their errors. Its kinematics take
-/// true joints.
-Cell perturbed_cell(const Cell& nominal, const ArmErrors& replica, const ArmErrors& sensor);
+/// The cell as it really is: bases, tools and link geometry with their errors, and the true target.
+/// Its kinematics take true joints.
+Cell perturbed_cell(const Cell& nominal, const Target& target, const ArmErrors& replica,
+                    const ArmErrors& sensor);
 
 }  // namespace berth

@@ -22,9 +22,9 @@ std::string text_of(const std::vector<std::string>& faults) {
 /// The LIDAR with what the world has made of it.
 SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
   SimulatedLidarSettings lidar = setup.lidar;
-  const LidarErrors errors = draw_lidar_errors(setup.settings.perturbation, setup.seed);
+  const LidarErrors errors = draw_lidar_errors(setup.settings.world, setup.seed);
   lidar.clock_offset += errors.clock;
-  lidar.receiver.errors.range_bias += errors.range;
+  lidar.receiver.errors = errors.scanner;
   return lidar;
 }
 
@@ -32,9 +32,10 @@ SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
 
 SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop& loop)
     : Node(std::move(node), bus, loop),
-      replica_errors_(draw_errors(setup.settings.perturbation, setup.cell.replica, setup.seed)),
-      sensor_errors_(draw_errors(setup.settings.perturbation, setup.cell.sensor, setup.seed)),
-      world_(perturbed_cell(setup.cell, replica_errors_, sensor_errors_)),
+      replica_errors_(draw_errors(setup.settings.world.cell, setup.cell.replica, setup.seed)),
+      sensor_errors_(draw_errors(setup.settings.world.cell, setup.cell.sensor, setup.seed)),
+      target_(draw_true_target(setup.cell.target, setup.settings.world.target, setup.seed)),
+      world_(perturbed_cell(setup.cell, target_.target, replica_errors_, sensor_errors_)),
       relative_pose_(world_),
       replica_(setup.devices.replica_arm.address, setup.replica_map, setup.cell.replica,
                replica_errors_, setup.settings.controller, loop),
@@ -58,8 +59,8 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
                              [this](const injection_t& injection) { on_injection(injection); });
   if (!setup.out.empty()) {
     write_file(setup.out / "world.yaml",
-               text_of(replica_errors_, sensor_errors_,
-                       draw_lidar_errors(setup.settings.perturbation, setup.seed)));
+               text_of(replica_errors_, sensor_errors_, target_,
+                       draw_lidar_errors(setup.settings.world, setup.seed)));
     truth_.emplace(setup.out / "world_truth.lcm");
     truth_timer_ = loop.every(truth_period, [this] { write_truth(); });
     if (setup.settings.tracker.write) {

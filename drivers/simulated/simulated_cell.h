@@ -70,6 +70,7 @@ class SimulatedCell final : public Node {
 
   ArmErrors replica_errors_;
   ArmErrors sensor_errors_;
+  TrueTarget target_;
   Cell world_;
   RelativePose relative_pose_;
   SimulatedController replica_;

@@ -76,8 +76,7 @@ SimulationSettings load_simulation(const std::filesystem::path& file) {
   SimulationSettings settings;
   settings.controller = read_controller(config.section("controller"));
   settings.plc = read_plc(config.section("plc"));
-  settings.perturbation =
-      load_perturbation(file.parent_path() / "worlds" / (config.text("world") + ".yaml"));
+  settings.world = load_world(file.parent_path(), config.text("world"));
   settings.tracker = read_tracker(config.section("tracker"));
   settings.inertial = read_inertial(config.section("inertial_unit"));
   config.finish();

@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "drivers/simulated/perturbation.h"
 #include "drivers/simulated/simulated_controller.h"
 #include "drivers/simulated/simulated_inertial.h"
 #include "drivers/simulated/simulated_plc.h"
 #include "drivers/simulated/simulated_tracker.h"
+#include "drivers/simulated/world.h"
 
 namespace berth {
 
@@ -15,7 +15,7 @@ namespace berth {
 struct SimulationSettings {
   SimulatedController::Options controller;
   SimulatedPlc::Options plc;
-  PerturbationSizes perturbation;
+  WorldSettings world;
   SimulatedTracker::Options tracker;
   SimulatedInertial::Options inertial;
 };

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/core/ray_caster.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "estimator/model/closest_point_grid.h"
 #include "estimator/model/face_borders.h"
 #include "estimator/model/scan_regions.h"

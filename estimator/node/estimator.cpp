@@ -40,7 +40,6 @@ void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
   planner_ = std::make_unique<ScanPlanner>(*model_, field_of_view(), o.planner);
   ranges_ = std::make_unique<RangeSwitch>(*model_, setup_.lidar, o.ranges);
   long_range_ = std::make_unique<LongRange>(*model_, noise_.beam(), o.ranges.axis_returns);
-  docking_ = docking_region(*model_, o.ranges.docking_share);
   forget_target();
 }
 

@@ -184,7 +184,6 @@ class Estimator {
   SensorMotions sensor_motions_;
   std::unique_ptr<RangeSwitch> ranges_;
   std::unique_ptr<LongRange> long_range_;
-  std::optional<ModelSphere> docking_;
 
   Instructions now_;
   std::deque<Pending> pending_;

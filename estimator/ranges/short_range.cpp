@@ -8,9 +8,15 @@
 
 namespace berth::estimator {
 
-std::optional<ModelSphere> docking_region(const TargetModel& model, double share) {
-  if (!model.target.has_docking_interface) return std::nullopt;
-  return ModelSphere{model.target.docking.position, share * 2 * model.canonical.half_length};
+std::optional<ModelSphere> docking_region(const TargetModel& model, double share,
+                                          const Pose& pose) {
+  const auto& ports = model.target.ports;
+  const auto nearest =
+      std::min_element(ports.begin(), ports.end(), [&](const DockingPort& a, const DockingPort& b) {
+        return (pose * a.pose.position).norm() < (pose * b.pose.position).norm();
+      });
+  if (nearest == ports.end()) return std::nullopt;
+  return ModelSphere{nearest->pose.position, share * 2 * model.canonical.half_length};
 }
 
 std::optional<Window> window_around(const ModelSphere& sphere, const Pose& pose,

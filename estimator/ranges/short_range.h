@@ -13,10 +13,11 @@ struct ModelSphere {
   double radius = 0;  ///< m
 };
 
-/// What is looked at when the whole target no longer fits in the field of view: a sphere about its
-/// docking interface. Nothing when the target names none. share: the radius, of the target's
-/// length.
-std::optional<ModelSphere> docking_region(const TargetModel& model, double share);
+/// What is looked at when the whole target no longer fits in the field of view: a sphere about the
+/// docking port that is nearest to the sensor. Nothing when the target has none.
+/// @param share the radius, of the target's length
+/// @param pose T_sensor_model
+std::optional<ModelSphere> docking_region(const TargetModel& model, double share, const Pose& pose);
 
 /// The window about a sphere in a pose, cut to the field of view. Nothing when none of it is in
 /// view.

@@ -75,8 +75,8 @@ class Accumulator {
     edge_reach_ = options.edge_sigmas * std::sqrt(0.5 * (right2 + up2));
     blurred_ = angles_blur_edges(beam_model, range);
     edge_.footprint = wide_ ? 2 * width2 / (right2 + up2) : 0;
-    edge_.pulse_m = wide_ ? pulse_m : 0;
-    edge_.least_light = least_light;
+    edge_.pulse_m = wide_ ? beam_model.pulse_length_m : 0;
+    edge_.least_light = beam_model.least_echo / (1 + beam_model.least_echo);  // of an even beam
   }
 
   BeamInformation cast(std::span<const std::uint32_t> picks) {
@@ -431,8 +431,6 @@ class Accumulator {
   }
 
   static constexpr double farther = 1.5;  // arms
-  static constexpr double pulse_m = 0.5;
-  static constexpr double least_light = 0.2;  // of an even beam: a quarter of the other echo's
   /// How much light which of several surfaces returns is not known: on the variance of their mean.
   static constexpr double doubtful_shares = 4;
   /// Of the footprint, standard deviation: where edges are is told no better by all of a scan's

@@ -2,9 +2,9 @@
 #include "evaluation/trials/world.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+
+#include "drivers/simulated/true_target.h"
 
 namespace berth::trials {
 namespace {
@@ -23,16 +23,13 @@ BeamStatus status_of(Received::Status status) {
   return BeamStatus::miss;
 }
 
-/// Vertices in one place move together: a mesh does not tear.
-Mesh departed(Mesh mesh, double sigma, Random& random) {
-  if (sigma <= 0) return mesh;
-  std::map<std::array<double, 3>, Vector3d> shifts;
-  for (Vector3d& v : mesh.vertices) {
-    const auto [place, fresh] = shifts.try_emplace({v.x(), v.y(), v.z()});
-    if (fresh) place->second = random.normal_vector(sigma);
-    v += place->second;
-  }
-  return mesh;
+/// A bare mesh as it might really be.
+Mesh departed(const Mesh& mesh, double sigma, Random& random) {
+  Target target;
+  target.mesh = mesh;
+  TargetDepartures departures;
+  departures.rigid_surface = sigma;
+  return draw_true_target(target, departures, random.bits()).target.mesh;
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct Physics {
   BeamModel noise;
   double rate_hz = 2000;    ///< beams per second
   ScannerErrors scanner;    ///< outliers lie up to 3 m behind the target, whatever it says
-  double mesh_sigma_m = 0;  ///< of the true surface's vertices about the model's
+  double mesh_sigma_m = 0;  ///< of the true surface about the model's, alike over 0.3 m
   double clutter = 0;       ///< share of the returns that come from scattered points
 };
 

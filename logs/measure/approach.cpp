@@ -9,6 +9,8 @@
 namespace berth::logs {
 namespace {
 
+constexpr char no_port[] = "the target has no such docking port";
+
 Series surface_range(const Measurer& measurer, const Phase& phase) {
   Series series;
   series.reason = "the target's surface is not at hand";
@@ -26,9 +28,10 @@ Series surface_range(const Measurer& measurer, const Phase& phase) {
 /// along the axes that count.
 Series docking_series(const Measurer& measurer, const Phase& phase, const Vector3d& axes) {
   Series series;
-  series.reason = "the target has no docking interface";
-  if (!measurer.docking()) return series;
-  const Vector3d interface = measurer.docking()->position;
+  series.reason = no_port;
+  const DockingPort* port = measurer.port(phase);
+  if (port == nullptr) return series;
+  const Vector3d interface = port->pose.position;
   const Matrix3d keep = axes.asDiagonal();
   return truth_series(
       [&](const TruthSample& truth) {
@@ -60,11 +63,11 @@ Uncertain axis_angle(const TruthSample& truth, const Pose& docking) {
 
 Series docking_angle(const Measurer& measurer, const Phase& phase) {
   Series series;
-  series.reason = "the target has no docking interface";
-  if (!measurer.docking()) return series;
-  return truth_series(
-      [&](const TruthSample& truth) { return axis_angle(truth, *measurer.docking()); }, measurer,
-      phase);
+  series.reason = no_port;
+  const DockingPort* port = measurer.port(phase);
+  if (port == nullptr) return series;
+  return truth_series([&](const TruthSample& truth) { return axis_angle(truth, port->pose); },
+                      measurer, phase);
 }
 
 /// The interface at the moment of the phase in which it was nearest to the sensor's origin.
@@ -74,14 +77,14 @@ struct Contact {
   double range = std::numeric_limits<double>::infinity();
 };
 
-Contact closest(const Measurer& measurer, const Phase& phase) {
+Contact closest(const Measurer& measurer, const Phase& phase, const Pose& docking) {
   Contact contact;
   const auto& samples = measurer.record().truth().samples();
   for (const Phase::Stretch& stretch : phase.stretches) {
     auto sample = std::lower_bound(samples.begin(), samples.end(), stretch.start,
                                    [](const TruthSample& s, Utime t) { return s.utime < t; });
     for (; sample != samples.end() && sample->utime <= stretch.end; ++sample) {
-      const Vector3d lever = sample->pose.rotation * measurer.docking()->position;
+      const Vector3d lever = sample->pose.rotation * docking.position;
       const double range = (sample->pose.position + lever).norm();
       if (range < contact.range) contact = {&*sample, lever, range};
     }
@@ -93,10 +96,11 @@ using OfContact = Uncertain (*)(const Contact&, const Pose& docking);
 
 template <OfContact value>
 Measured at_contact(const Measurer& measurer, const Phase& phase) {
-  if (!measurer.docking()) return {nan, 0, 0, "the target has no docking interface"};
-  const Contact contact = closest(measurer, phase);
+  const DockingPort* port = measurer.port(phase);
+  if (port == nullptr) return {nan, 0, 0, no_port};
+  const Contact contact = closest(measurer, phase, port->pose);
   if (contact.truth == nullptr) return {nan, 0, 0, "there is no ground truth"};
-  const Uncertain v = value(contact, *measurer.docking());
+  const Uncertain v = value(contact, port->pose);
   return {v.value, v.truth_sigma, 1, ""};
 }
 

@@ -4,21 +4,29 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/core/target.h"
+#include "common/targets/target_file.h"
 #include "logs/measure/truth_velocity.h"
 #include "logs/run/target_surface.h"
 
 namespace berth::logs {
 namespace {
 
-/// The docking interface of a run's target. Only the replica has one: a mesh by itself names none.
-std::optional<Pose> docking_of(const RunRecord& record) {
-  if (!record.info() || record.info()->target != "radarsat2") return std::nullopt;
+/// As RUN_INFO has the target's description; in a log of before that did, of a target known by
+/// name.
+std::vector<DockingPort> ports_of(const RunRecord& record) {
+  if (!record.info()) return {};
+  const run_info_t& info = *record.info();
   try {
-    const Target target = load_target("radarsat2", record.info()->target_length_m);
-    return target.has_docking_interface ? std::optional(target.docking) : std::nullopt;
+    for (const attachment_t& attachment : info.attachments) {
+      if (attachment.name != target_file) continue;
+      return read_ports(attachment.content, std::string(target_file) + " in RUN_INFO",
+                        info.target_length_m);
+    }
+    const std::filesystem::path name(info.target);
+    if (name != name.filename() || name.has_extension()) return {};
+    return load_target(info.target, info.target_length_m).ports;
   } catch (const std::exception&) {
-    return std::nullopt;  // a length that is none, in a damaged log
+    return {};  // a damaged log, or a target that is not known here
   }
 }
 
@@ -52,7 +60,7 @@ std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const Tr
 }
 
 Measurer::Measurer(const RunRecord& record, NearestPoint nearest)
-    : record_(record), nearest_(std::move(nearest)), docking_(docking_of(record)) {
+    : record_(record), nearest_(std::move(nearest)), ports_(ports_of(record)) {
   if (record.info()) symmetry_ = symmetry_of_run(*record.info());
   for (const EstimateSample& estimate : record.estimates()) {
     if (!estimate.ok()) continue;
@@ -69,6 +77,14 @@ const ComparedEstimate* Measurer::compared_at(Utime utime) const {
       std::lower_bound(compared_.begin(), compared_.end(), utime,
                        [](const ComparedEstimate& c, Utime t) { return c.estimate.utime < t; });
   return found != compared_.end() && found->estimate.utime == utime ? &*found : nullptr;
+}
+
+const DockingPort* Measurer::port(const Phase& phase) const {
+  const std::string name = record_.docking_port(phase.end());
+  for (const DockingPort& port : ports_) {
+    if (name.empty() || port.name == name) return &port;
+  }
+  return nullptr;
 }
 
 Vector3d Measurer::surface_lever(const TruthSample& truth) const {

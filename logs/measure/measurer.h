@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/meshes/symmetry.h"
+#include "common/targets/target.h"
 #include "logs/measure/measurement.h"
 
 namespace berth::logs {
@@ -55,8 +56,9 @@ class Measurer {
   /// The estimate of that time beside truth; nullptr where there is none.
   const ComparedEstimate* compared_at(Utime utime) const;
   const NearestPoint& nearest() const { return nearest_; }
-  /// T_model_docking of the run's target; nothing when it has no docking interface.
-  const std::optional<Pose>& docking() const { return docking_; }
+  /// The docking port of the run's target that the phase is about: of the last approach that began
+  /// by its end, else the first one. nullptr when the target has none.
+  const DockingPort* port(const Phase& phase) const;
 
   /// From the model's origin to the target's point that is nearest to the sensor, where it truly
   /// was, sensor frame; only with nearest(). Each is looked up once.
@@ -74,7 +76,7 @@ class Measurer {
  private:
   const RunRecord& record_;
   NearestPoint nearest_;
-  std::optional<Pose> docking_;
+  std::vector<DockingPort> ports_;
   SymmetryGroup symmetry_;
   std::vector<ComparedEstimate> compared_;
   std::vector<Utime> without_truth_;

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "common/core/error.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "logs/report/axis.h"
 #include "logs/report/scan_picture.h"
 #include "logs/report/sections.h"

@@ -118,6 +118,16 @@ void RunRecord::add(const testbed_state_t& message) {
                          message.state == testbed_state_t::CLOSED_LOOP});
 }
 
+void RunRecord::add(const testbed_command2_t& message) {
+  if (message.command != testbed_command2_t::APPROACH || message.dock == 0) return;
+  docking_ports_.emplace(message.utime, message.port);
+}
+
+std::string RunRecord::docking_port(Utime until) const {
+  const auto after = docking_ports_.upper_bound(until);
+  return after == docking_ports_.begin() ? "" : std::prev(after)->second;
+}
+
 void RunRecord::add(const scan_packet_t& message) {
   constexpr std::size_t max_kept = 100;
   const auto [place, is_new] = returns_.try_emplace({message.scan_id, message.packet});
@@ -329,6 +339,11 @@ class Filler {
       add<event_t>(event);
     } else if (event.channel == channels::testbed_state) {
       add<testbed_state_t>(event);
+    } else if (event.channel == channels::testbed_command) {
+      // testbed_command_t of older logs names no port
+      if (std::get<ReusedMessage<testbed_command2_t>>(messages_).decode(event.data) == nullptr)
+        return;
+      add<testbed_command2_t>(event);
     } else if (event.channel == channels::setpoint_latency) {
       add<setpoint_latency_t>(event);
     } else if (event.channel == channels::injection) {
@@ -391,9 +406,9 @@ class Filler {
   std::tuple<ReusedMessage<ground_truth_t>, ReusedMessage<pose_estimate_t>,
              ReusedMessage<estimator_diagnostics_t>, ReusedMessage<procedure_state_t>,
              ReusedMessage<run_info_t>, ReusedMessage<event_t>, ReusedMessage<testbed_state_t>,
-             ReusedMessage<setpoint_latency_t>, ReusedMessage<verdict_basis_t>,
-             ReusedMessage<injection_t>, ReusedMessage<injection_state_t>,
-             ReusedMessage<scan_packet_t>>
+             ReusedMessage<testbed_command2_t>, ReusedMessage<setpoint_latency_t>,
+             ReusedMessage<verdict_basis_t>, ReusedMessage<injection_t>,
+             ReusedMessage<injection_state_t>, ReusedMessage<scan_packet_t>>
       messages_;
 };
 

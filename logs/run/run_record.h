@@ -11,6 +11,7 @@
 #include <berth/run_info_t.hpp>
 #include <berth/scan_packet_t.hpp>
 #include <berth/setpoint_latency_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <berth/verdict_basis_t.hpp>
 #include <filesystem>
@@ -115,6 +116,8 @@ class RunRecord {
   void add(const injection_state_t& message);
   void add(const verdict_basis_t& message);
   void add(const testbed_state_t& message);
+  /// Keeps which docking port an approach was for.
+  void add(const testbed_command2_t& message);
   /// Keeps some of its returns, evenly: as many as tell how they scatter.
   void add(const scan_packet_t& message);
 
@@ -134,6 +137,8 @@ class RunRecord {
   const TruthTrack& truth() const { return truth_; }
   /// What truth rested on; more than one where the calibration changed within a session.
   std::vector<TruthBasis> truth_bases() const;
+  /// The docking port that the last approach begun until then was for; empty: the target's first.
+  std::string docking_port(Utime until) const;
   /// Whether guidance went after the estimates at that time.
   bool steered(Utime utime) const;
   const std::vector<event_t>& events() const { return events_; }
@@ -154,6 +159,7 @@ class RunRecord {
   std::vector<EstimateSample> estimates_;
   std::vector<LatencySample> latencies_;
   std::vector<CommandedSample> commanded_;
+  std::map<Utime, std::string> docking_ports_;  // by the time of the command
   std::map<std::pair<std::int64_t, std::int32_t>, std::vector<ScanReturn>>
       returns_;  // scan, packet
   TruthTrack truth_;

@@ -8,10 +8,15 @@
 
 namespace berth::logs {
 
-Target target_of_run(const run_info_t& info, const std::filesystem::path& directory) {
+std::string target_name_of_run(const run_info_t& info, const std::filesystem::path& directory) {
   const std::filesystem::path kept = directory / info.target;
-  return load_target(std::filesystem::exists(kept) ? kept.string() : info.target,
-                     info.target_length_m);
+  if (std::filesystem::exists(kept)) return kept.string();
+  const std::string name = std::filesystem::path(info.target).filename().string();
+  return is_target_name(name) ? name : info.target;
+}
+
+Target target_of_run(const run_info_t& info, const std::filesystem::path& directory) {
+  return load_target(target_name_of_run(info, directory), info.target_length_m);
 }
 
 SymmetryGroup symmetry_of_run(const run_info_t& info, std::string* why) {

@@ -4,10 +4,14 @@
 #include <filesystem>
 #include <string>
 
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "logs/measure/measurer.h"
 
 namespace berth::logs {
+
+/// The target that RUN_INFO names, for load_target(): the run's own copy, or, where that is not
+/// there, the shipped one of that name.
+std::string target_name_of_run(const run_info_t& info, const std::filesystem::path& directory);
 
 /// The target that RUN_INFO names; a relative name counts from the directory of the run's log.
 /// @throws InputError when it cannot be loaded.

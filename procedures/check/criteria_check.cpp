@@ -123,9 +123,9 @@ class CriteriaCheck {
 
   void cannot_be_measured(const logs::Criterion& criterion, const criterion_result_t& result) {
     const std::string& name = criterion.measurement->name;
-    if (name.rfind("docking", 0) == 0 && !rig_.cell.target.has_docking_interface) {
+    if (name.rfind("docking", 0) == 0 && rig_.cell.target.ports.empty()) {
       return add(criterion, Severity::error,
-                 "target '" + rig_.cell.target.name + "' names no docking interface",
+                 "target '" + rig_.cell.target.name + "' has no docking port",
                  "another target or measurement");
     }
     if (!anything_tracked(criterion.phase)) {

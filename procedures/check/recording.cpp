@@ -79,9 +79,24 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
   settings.name = "testbed.yaml";
   settings.content = read_file(rig.setup.config / settings.name);
   info.attachments = {settings};
-  info.attachment_count = 1;
+  if (const Target& target = rig.cell.target; !target.description_hash.empty()) {
+    attachment_t description{};
+    description.name = target_file;
+    description.content = read_file(target.files.front());
+    info.attachments.push_back(description);
+  }
+  info.attachment_count = static_cast<std::int32_t>(info.attachments.size());
   record.add(info);
   record.add(state_of(rehearsal));
+  for (const StepForecast& forecast : rehearsal.steps()) {
+    if (!forecast.docking_port) continue;
+    testbed_command2_t command{};
+    command.utime = utime_of(forecast.start);
+    command.command = testbed_command2_t::APPROACH;
+    command.dock = 1;
+    command.port = *forecast.docking_port;
+    record.add(command);
+  }
 
   testbed::TruthCovariance doubt(rig.cell, rig.calibration);
   const auto& moments = rehearsal.moments();

@@ -118,8 +118,8 @@ void Rehearsal::stay(double duration) {
 }
 
 std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
-    const testbed_command_t& command) {
-  if (command.command == testbed_command_t::RETREAT) {
+    const testbed_command2_t& command) {
+  if (command.command == testbed_command2_t::RETREAT) {
     auto way_back = rig_.commands.way_back(command, trail_, rig_.path_check, now_.joints);
     trail_.clear();
     return way_back;
@@ -134,8 +134,9 @@ std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
   return std::get<testbed::CommandPlanner::Plan>(std::move(result)).arms.motion;
 }
 
-void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
+void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) {
   forecast.from_afar = lost_;
+  if (command.dock != 0) forecast.docking_port = command.port;
   const auto result = motion_of(command);
   if (const auto* refusal = std::get_if<std::string>(&result)) {
     forecast.refusal = *refusal;
@@ -159,7 +160,7 @@ void Rehearsal::move(const testbed_command_t& command, StepForecast& forecast) {
     if (!joints) break;  // the check has seen that there are some
     now_.time = start + t;
     now_.joints = *joints;
-    if (command.command != testbed_command_t::RETREAT) trail_.add(now_.joints);
+    if (command.command != testbed_command2_t::RETREAT) trail_.add(now_.joints);
     now_.pose = rig_.cell.relative_pose(joints->replica, joints->sensor);
     if (motion.duration() > 0) moments_.push_back(now_);
     if (i % between_looks == 0 || i == count) look_around(now_.joints, forecast);

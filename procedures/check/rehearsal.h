@@ -30,10 +30,11 @@ struct StepForecast {
   bool moves = false;      ///< a motion that will be carried out
   std::string refusal;     ///< of its motion, in the testbed's own words; empty: none
   bool from_afar = false;  ///< looked at from where a motion refused before begins
-  double clearance = 0;    ///< m, least between two bodies of different parties,
-  std::string near_a, near_b;                     ///< these; empty: nothing comes near
-  double joint_margin = 0;                        ///< rad, least of a rotary joint to its limit
-  std::string joint;                              ///< that joint; empty: the arms have none
+  std::optional<std::string> docking_port;  ///< that it approaches; empty: the target's first
+  double clearance = 0;                     ///< m, least between two bodies of different parties,
+  std::string near_a, near_b;               ///< these; empty: nothing comes near
+  double joint_margin = 0;                  ///< rad, least of a rotary joint to its limit
+  std::string joint;                        ///< that joint; empty: the arms have none
   std::size_t first_moment = 0, last_moment = 0;  ///< of the rehearsal
   std::string remark;                             ///< what was assumed
 };
@@ -60,8 +61,8 @@ class Rehearsal {
  private:
   using Motion = std::shared_ptr<const testbed::ArmMotion>;
 
-  void move(const testbed_command_t& command, StepForecast& forecast);
-  std::variant<Motion, std::string> motion_of(const testbed_command_t& command);
+  void move(const testbed_command2_t& command, StepForecast& forecast);
+  std::variant<Motion, std::string> motion_of(const testbed_command2_t& command);
   void look_around(const testbed::ArmPair& joints, StepForecast& forecast);
   void stay(double duration);
 

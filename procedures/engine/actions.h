@@ -4,7 +4,7 @@
 #include <berth/estimator_command_t.hpp>
 #include <berth/facility_command_t.hpp>
 #include <berth/injection_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/verdict_basis_t.hpp>
 #include <string>
 
@@ -16,7 +16,7 @@ namespace berth::procedures {
 class Actions {
  public:
   virtual ~Actions() = default;
-  virtual void send(const testbed_command_t& command) = 0;
+  virtual void send(const testbed_command2_t& command) = 0;
   virtual void send(const estimator_command_t& command) = 0;
   virtual void send(const facility_command_t& command) = 0;
   virtual void send(const injection_t& injection) = 0;

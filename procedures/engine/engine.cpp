@@ -257,7 +257,7 @@ void Engine::wait_until_clear(Utime now) {
   if (!reset_sent_ &&
       (testbed.state == testbed_state_t::FAULT || testbed.state == testbed_state_t::HELD)) {
     reset_sent_ = true;
-    bench_.testbed.order(testbed_command_t::RESET, now);
+    bench_.testbed.order(testbed_command2_t::RESET, now);
   }
   const std::string wrong = unmet(state_.preconditions);
   if (wrong.empty()) {

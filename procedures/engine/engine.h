@@ -58,6 +58,8 @@ class Engine {
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
   void on(const scan_packet_t& message) { record_.add(message); }
   void on(const setpoint_latency_t& message) { record_.add(message); }
+  /// What it commands itself.
+  void on(const testbed_command2_t& message) { record_.add(message); }
   void on(const injection_t& message) { record_.add(message); }
   void on(const event_t& message) { record_.add(message); }
   void on(const node_status_t& message, Utime now);

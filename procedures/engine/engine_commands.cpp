@@ -115,14 +115,14 @@ void Engine::abort(const std::string& reason, Utime now) {
   }
   hurry_ = true;
   // A motion of the teardown does not go on when nobody waits for its end.
-  if (stage_ == Stage::teardown) bench_.testbed.order(testbed_command_t::STOP, now);
+  if (stage_ == Stage::teardown) bench_.testbed.order(testbed_command2_t::STOP, now);
 }
 
 void Engine::hold(Hold how, const std::string& reason, Utime now) {
   hold_ = how;
   held_since_ = now;
   rest_.begin();
-  if (how == Hold::in_step) bench_.testbed.order(testbed_command_t::HOLD, now);
+  if (how == Hold::in_step) bench_.testbed.order(testbed_command2_t::HOLD, now);
   state_.reason = reason;
   show(procedure_state_t::HELD);
 }
@@ -174,7 +174,7 @@ std::string Engine::ask_resume(bool one_step, Utime now) {
   }
   // Steps that move nothing were held by us alone.
   if (bench_.testbed.state()->state != testbed_state_t::IDLE) {
-    bench_.testbed.order(testbed_command_t::RESUME, now);
+    bench_.testbed.order(testbed_command2_t::RESUME, now);
   }
   show_prompt(now);
   return "";

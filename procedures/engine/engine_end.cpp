@@ -36,7 +36,7 @@ void Engine::conclude(std::int8_t outcome, const std::string& reason, Utime now)
   }
   show(procedure_state_t::TEARDOWN);
   if (outcome == procedure_state_t::NONE || state_.current_step < 0) return begin_teardown(now);
-  bench_.testbed.order(testbed_command_t::STOP, now);
+  bench_.testbed.order(testbed_command2_t::STOP, now);
   enter(Stage::stopping, now);
 }
 

@@ -164,7 +164,7 @@ void Engine::step_failed(std::int8_t step_state, const std::string& reason, Utim
     return stop_and_begin(index + 1, now);
   }
   actions_.event(event_t::WARNING, "step-failed", reason);
-  bench_.testbed.order(testbed_command_t::STOP, now);
+  bench_.testbed.order(testbed_command2_t::STOP, now);
   hold(Hold::failed, reason + ". Retry, skip or abort", now);
 }
 
@@ -179,7 +179,7 @@ void Engine::leave_step(const std::string& reason, Utime now) {
 
 void Engine::stop_and_begin(int index, Utime now) {
   next_ = index;
-  bench_.testbed.order(testbed_command_t::STOP, now);
+  bench_.testbed.order(testbed_command2_t::STOP, now);
   enter(Stage::stopping_step, now);
 }
 

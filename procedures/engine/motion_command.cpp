@@ -13,14 +13,14 @@ namespace {
 constexpr double turn = radians(5.0);
 constexpr double keeping_speed = 0.05;
 
-testbed_command_t command_of(std::int8_t what) {
-  testbed_command_t command{};
+testbed_command2_t command_of(std::int8_t what) {
+  testbed_command2_t command{};
   command.command = what;
   command.q_wxyz[0] = 1;
   return command;
 }
 
-void set_waypoints(const testbed::Waypoints& waypoints, testbed_command_t& command) {
+void set_waypoints(const testbed::Waypoints& waypoints, testbed_command2_t& command) {
   for (const auto& w : waypoints) {
     waypoint_t waypoint{};
     waypoint.time_s = w.time;
@@ -31,15 +31,15 @@ void set_waypoints(const testbed::Waypoints& waypoints, testbed_command_t& comma
 }
 
 /// The target's own motion begins in the frame that the model has at the start.
-void set_target_motion(const std::optional<Trajectory>& motion, testbed_command_t& command) {
+void set_target_motion(const std::optional<Trajectory>& motion, testbed_command2_t& command) {
   if (motion) set_waypoints(motion->waypoints(Pose{}), command);
 }
 
 struct Maker {
   const Pose& here;
 
-  std::optional<testbed_command_t> operator()(const Move& move) const {
-    testbed_command_t command = command_of(testbed_command_t::MOVE);
+  std::optional<testbed_command2_t> operator()(const Move& move) const {
+    testbed_command2_t command = command_of(testbed_command2_t::MOVE);
     set_pose(move.to, command.position_m, command.q_wxyz);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
@@ -47,22 +47,23 @@ struct Maker {
     return command;
   }
 
-  std::optional<testbed_command_t> operator()(const Retreat& retreat) const {
-    testbed_command_t command = command_of(testbed_command_t::RETREAT);
+  std::optional<testbed_command2_t> operator()(const Retreat& retreat) const {
+    testbed_command2_t command = command_of(testbed_command2_t::RETREAT);
     command.speed_m_s = retreat.speed;
     return command;
   }
 
-  std::optional<testbed_command_t> operator()(const Trajectory& trajectory) const {
-    testbed_command_t command = command_of(testbed_command_t::TRAJECTORY);
+  std::optional<testbed_command2_t> operator()(const Trajectory& trajectory) const {
+    testbed_command2_t command = command_of(testbed_command2_t::TRAJECTORY);
     set_waypoints(trajectory.waypoints(here), command);
     return command;
   }
 
-  std::optional<testbed_command_t> operator()(const Approach& approach) const {
-    testbed_command_t command = command_of(testbed_command_t::APPROACH);
+  std::optional<testbed_command2_t> operator()(const Approach& approach) const {
+    testbed_command2_t command = command_of(testbed_command2_t::APPROACH);
     command.standoff_m = approach.standoff;
-    if (approach.dock) command.position_m[2] = approach.standoff;
+    command.dock = approach.port ? 1 : 0;
+    command.port = approach.port.value_or("");
     command.speed_m_s = approach.speed;
     command.angular_speed_rad_s = turn;
     command.guidance = approach.loop.guidance;
@@ -70,9 +71,9 @@ struct Maker {
     return command;
   }
 
-  std::optional<testbed_command_t> operator()(const Hold& hold) const {
+  std::optional<testbed_command2_t> operator()(const Hold& hold) const {
     if (!hold.closed_loop) return std::nullopt;
-    testbed_command_t command = command_of(testbed_command_t::STATION_KEEP);
+    testbed_command2_t command = command_of(testbed_command2_t::STATION_KEEP);
     set_pose(here, command.position_m, command.q_wxyz);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
@@ -81,8 +82,8 @@ struct Maker {
     return command;
   }
 
-  std::optional<testbed_command_t> operator()(const Guided& guided) const {
-    testbed_command_t command = command_of(testbed_command_t::GUIDED);
+  std::optional<testbed_command2_t> operator()(const Guided& guided) const {
+    testbed_command2_t command = command_of(testbed_command2_t::GUIDED);
     command.speed_m_s = guided.speed;
     command.angular_speed_rad_s = guided.angular_speed;
     command.guidance = guided.by;
@@ -91,14 +92,14 @@ struct Maker {
   }
 
   template <class Other>
-  std::optional<testbed_command_t> operator()(const Other&) const {
+  std::optional<testbed_command2_t> operator()(const Other&) const {
     return std::nullopt;
   }
 };
 
 }  // namespace
 
-std::optional<testbed_command_t> motion_command(const Verb& verb, const Pose& here) {
+std::optional<testbed_command2_t> motion_command(const Verb& verb, const Pose& here) {
   return std::visit(Maker{here}, verb);
 }
 

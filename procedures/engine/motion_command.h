@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <optional>
 
 #include "procedures/language/procedure.h"
@@ -10,6 +10,6 @@ namespace berth::procedures {
 
 /// What a step asks of the testbed; nothing when it asks for no motion. here: where the replica is
 /// commanded to be as the step begins (T_sensor_model), for a step that keeps it there.
-std::optional<testbed_command_t> motion_command(const Verb& verb, const Pose& here);
+std::optional<testbed_command2_t> motion_command(const Verb& verb, const Pose& here);
 
 }  // namespace berth::procedures

@@ -103,8 +103,8 @@ class StoppedRunner final : public StepRunner {
       }
       if (seconds(active) < duration_ && !is_met(bench, now)) return StepResult::running;
       stopping_ = true;
-      testbed_command_t command{};
-      command.command = testbed_command_t::STOP;
+      testbed_command2_t command{};
+      command.command = testbed_command2_t::STOP;
       command.q_wxyz[0] = 1;
       bench.testbed.command(command, now);
       return StepResult::running;

@@ -161,8 +161,9 @@ void ProcedureNode::publish_control() {
   bus().publish(channels::operator_control, engine_.control(now()));
 }
 
-void ProcedureNode::send(const testbed_command_t& command) {
+void ProcedureNode::send(const testbed_command2_t& command) {
   bus().publish(channels::testbed_command, command);
+  engine_.on(command);
 }
 void ProcedureNode::send(const estimator_command_t& command) {
   bus().publish(channels::estimator_command, command);

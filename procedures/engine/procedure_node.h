@@ -47,7 +47,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
   int exit_code() const { return logs::exit_code_of_outcome(published_.outcome); }
 
  private:
-  void send(const testbed_command_t& command) override;
+  void send(const testbed_command2_t& command) override;
   void send(const estimator_command_t& command) override;
   void send(const facility_command_t& command) override;
   void send(const injection_t& injection) override;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/core/run_setup.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::procedures {

@@ -8,8 +8,8 @@ namespace {
 /// once in ten million.
 constexpr Utime lease_period = 200 * millisecond;
 
-testbed_command_t order_of(std::int8_t what) {
-  testbed_command_t command{};
+testbed_command2_t order_of(std::int8_t what) {
+  testbed_command2_t command{};
   command.command = what;
   command.q_wxyz[0] = 1;
   return command;
@@ -20,23 +20,23 @@ testbed_command_t order_of(std::int8_t what) {
 TestbedLink::TestbedLink(Actions& actions, Commander commander)
     : actions_(actions),
       commander_(std::move(commander)),
-      motion_([&actions](const testbed_command_t& command) { actions.send(command); }),
-      order_([&actions](const testbed_command_t& command) { actions.send(command); }) {}
+      motion_([&actions](const testbed_command2_t& command) { actions.send(command); }),
+      order_([&actions](const testbed_command2_t& command) { actions.send(command); }) {}
 
-void TestbedLink::command(testbed_command_t command, Utime now) {
+void TestbedLink::command(testbed_command2_t command, Utime now) {
   command.speed_override = override_;
   refusal_.clear();
   motion_.send(std::move(command), commander_, now);
 }
 
 void TestbedLink::order(std::int8_t what, Utime now) {
-  testbed_command_t command = order_of(what);
+  testbed_command2_t command = order_of(what);
   command.speed_override = override_;
   order_.send(std::move(command), commander_, now);
 }
 
 void TestbedLink::send_lease(std::int8_t what, Utime now) {
-  testbed_command_t command = order_of(what);
+  testbed_command2_t command = order_of(what);
   command.speed_override = override_;
   complete(command, commander_, now);
   lease_sent_ = now;
@@ -44,7 +44,7 @@ void TestbedLink::send_lease(std::int8_t what, Utime now) {
 }
 
 void TestbedLink::keep_lease(Utime now) {
-  send_lease(holds_lease_ ? testbed_command_t::KEEP_LEASE : testbed_command_t::TAKE_LEASE, now);
+  send_lease(holds_lease_ ? testbed_command2_t::KEEP_LEASE : testbed_command2_t::TAKE_LEASE, now);
 }
 
 void TestbedLink::set_override(double override, Utime now) {
@@ -60,7 +60,7 @@ void TestbedLink::take_lease(Utime now) {
 void TestbedLink::release_lease(Utime now) {
   if (!wants_lease_) return;
   wants_lease_ = false;
-  send_lease(testbed_command_t::RELEASE_LEASE, now);
+  send_lease(testbed_command2_t::RELEASE_LEASE, now);
 }
 
 void TestbedLink::on(const testbed_state_t& state) {

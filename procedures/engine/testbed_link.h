@@ -15,7 +15,7 @@ class TestbedLink {
   TestbedLink(Actions& actions, Commander commander);
 
   /// Starts a motion; fills in all but what it asks for.
-  void command(testbed_command_t command, Utime now);
+  void command(testbed_command2_t command, Utime now);
   CommandStatus status() const { return motion_.status(); }
   /// Why the motion was refused, or given up; a sentence.
   const std::string& refusal() const { return refusal_; }
@@ -49,8 +49,8 @@ class TestbedLink {
 
   Actions& actions_;
   Commander commander_;
-  CommandClient<testbed_command_t> motion_;
-  CommandClient<testbed_command_t> order_;
+  CommandClient<testbed_command2_t> motion_;
+  CommandClient<testbed_command2_t> order_;
   std::string refusal_;
   double override_ = 1;
   bool wants_lease_ = false;

@@ -54,7 +54,11 @@ Read read_approach(Config& config) {
   Approach approach;
   approach.standoff = positive(config, "standoff", Dimension::length);
   approach.speed = positive(config, "speed", Dimension::speed);
-  config.optional("dock", approach.dock);
+  if (config.has("dock")) {
+    const std::string port = config.text("dock");
+    if (port == "true") approach.port = "";
+    if (port != "true" && port != "false") approach.port = port;
+  }
   approach.loop = read_loop(config);
   return {approach, 600};
 }
@@ -118,8 +122,9 @@ std::vector<VerbInfo> motion_verbs() {
        "10 min",
        {{"standoff", Kind::length, true, "", "from the sensor to the nearest surface"},
         {"speed", Kind::speed, true, "", "of the approach"},
-        {"dock", Kind::boolean, false, "false",
-         "the docking interface on the boresight, at the standoff"},
+        {"dock", Kind::text, false, "false",
+         "name of the docking port that comes to lie on the boresight, at the standoff; true: the "
+         "target's first"},
         guidance_key,
         target_motion_key},
        read_approach},

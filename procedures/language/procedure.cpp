@@ -161,8 +161,11 @@ const std::vector<KeyInfo>& procedure_keys() {
       {"name", Kind::text, true, "", "of the procedure"},
       {"description", Kind::text, false, "", "for a person"},
       {"layout", Kind::text, false, "the operator's choice", "of config/layouts"},
-      {"target", Kind::text, false, "the operator's choice", "radarsat2, or a mesh"},
+      {"target", Kind::text, false, "the operator's choice",
+       "a name of targets/, a folder with a target.yaml, or a mesh"},
       {"target_length", Kind::length, false, "as it is", "longest side of the target"},
+      {"world", Kind::text, false, "the operator's choice",
+       "of config/worlds, of the simulated cell"},
       {"parameters", Kind::assignments, false, "none", "names and values, ${name} in the text"},
       {"lost_for", Kind::time, false, "15 s",
        "without a good estimate, while tracking, after which the run has failed"},
@@ -204,8 +207,10 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   config.optional("description", procedure.description);
   config.optional("layout", procedure.layout);
   config.optional("target", procedure.target);
+  config.optional("world", procedure.world);
   if (config.has("layout")) procedure.layout_line = config.raw("layout").line();
   if (config.has("target")) procedure.target_line = config.raw("target").line();
+  if (config.has("world")) procedure.world_line = config.raw("world").line();
   config.optional("target_length", Dimension::length, procedure.target_length);
   config.optional("lost_for", Dimension::time, procedure.lost_for);
   if (procedure.lost_for <= 0) throw config.error("lost_for", "must be greater than zero");

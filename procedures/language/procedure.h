@@ -23,6 +23,8 @@ struct Procedure {
   std::string target;   ///< empty: the operator's choice
   int target_line = 0;
   double target_length = 0;  ///< m; 0: as it is
+  std::string world;         ///< of the simulated cell; empty: the operator's choice
+  int world_line = 0;
   /// s without a good estimate, while tracking, after which the run has failed
   double lost_for = 15;
   std::vector<Step> steps;

@@ -22,7 +22,7 @@ std::optional<Condition> read_if(Config& step);
 
 /// The words for an arm that stands still: none, replica, sensor.
 const std::vector<std::string>& frozen_arms();
-/// As in testbed_command_t::frozen_arm; -1: no such word.
+/// As in testbed_command2_t::frozen_arm; -1: no such word.
 int frozen_arm_of(const std::string& word);
 
 }  // namespace berth::procedures

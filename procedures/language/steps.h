@@ -28,7 +28,7 @@ struct Move {
   Pose to;
   double speed = 0;
   double angular_speed = 0;
-  int frozen_arm = 0;  ///< as in testbed_command_t: 0 none, 1 replica, 2 sensor
+  int frozen_arm = 0;  ///< as in testbed_command2_t: 0 none, 1 replica, 2 sensor
 };
 
 /// Back along the way that the arms came by the last motion, to where it began.
@@ -63,7 +63,9 @@ struct ClosedLoop {
 struct Approach {
   double standoff = 0;
   double speed = 0;
-  bool dock = false;  ///< the docking interface on the boresight, at the standoff
+  /// That comes to lie on the boresight, at the standoff; empty: the target's first. Nothing: the
+  /// standoff is of the nearest surface.
+  std::optional<std::string> port = std::nullopt;
   ClosedLoop loop = {};
 };
 

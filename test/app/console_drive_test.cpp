@@ -44,9 +44,9 @@ class Pages {
     bus.subscribe<procedure_command_t>(
         channels::procedure_command, Queue::fifo(),
         [this](const procedure_command_t& c) { commands.push_back(c); });
-    bus.subscribe<testbed_command_t>(
+    bus.subscribe<testbed_command2_t>(
         channels::testbed_command, Queue::fifo(),
-        [this](const testbed_command_t& c) { orders_sent.push_back(c); });
+        [this](const testbed_command2_t& c) { orders_sent.push_back(c); });
     loop.every(50 * millisecond, [this] { driver.tick(); });
     loop.every(500 * millisecond, [this] {
       if (!page_alive.empty() && driver.control().viewer == page_alive) {
@@ -84,7 +84,7 @@ class Pages {
   std::vector<Told> events;
   std::vector<RunOrder> orders;
   std::vector<procedure_command_t> commands;
-  std::vector<testbed_command_t> orders_sent;
+  std::vector<testbed_command2_t> orders_sent;
   std::string run_refusal;
   std::string page_alive;  ///< the viewer whose page keeps control, when it has it
   std::int64_t id = 0;
@@ -327,19 +327,19 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
   CHECK(w.testbed.speed_override == Approx(0.3));
   CHECK(w.ask("viewer-1", "resume").text == "no procedure runs");
   CHECK(w.ask("viewer-2", "hold").accepted);
-  CHECK(w.testbed.obeyed.back().command == testbed_command_t::HOLD);
+  CHECK(w.testbed.obeyed.back().command == testbed_command2_t::HOLD);
   CHECK(w.testbed.obeyed.back().commander == "me@console viewer-2");
   w.simulation.run_for(3 * second);
   CHECK(w.pages.driver.control().viewer == "viewer-1");
   SECTION("given back") {
     CHECK(w.ask("viewer-1", "release_control").accepted);
-    CHECK(w.testbed.obeyed.back().command == testbed_command_t::RELEASE_LEASE);
+    CHECK(w.testbed.obeyed.back().command == testbed_command2_t::RELEASE_LEASE);
     CHECK(w.pages.driver.control().holder.empty());
   }
   SECTION("lost") {
     w.pages.page_alive.clear();
     w.simulation.run_for(2 * second);
-    CHECK(w.testbed.obeyed.back().command == testbed_command_t::RELEASE_LEASE);
+    CHECK(w.testbed.obeyed.back().command == testbed_command2_t::RELEASE_LEASE);
     CHECK(w.pages.told("control-lapsed", "me@console viewer-1 is no longer heard"));
     CHECK(w.pages.driver.control().holder.empty());
   }
@@ -370,7 +370,7 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
     w.simulation.run_for(500 * millisecond);
     CHECK(w.pages.last("viewer-1").accepted);
     REQUIRE(w.testbed.obeyed.size() == 1);
-    CHECK(w.testbed.obeyed[0].command == testbed_command_t::HOLD);
+    CHECK(w.testbed.obeyed[0].command == testbed_command2_t::HOLD);
     const std::size_t sent = w.pages.orders_sent.size();
     w.simulation.run_for(second);
     CHECK(w.pages.orders_sent.size() == sent);
@@ -394,7 +394,7 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
     w.bench.run_for(2.1);
     w.bench.simulation.set_bus_loss(0);
     w.bench.run_for(0.3);
-    CHECK(w.bench.told_testbed(testbed_command_t::HOLD));
+    CHECK(w.bench.told_testbed(testbed_command2_t::HOLD));
     CHECK_THAT(w.pages.last("viewer-1").text,
                Contains("the procedure does not answer; the testbed holds"));
   }
@@ -446,8 +446,8 @@ TEST_CASE("lamps and speed of a cell without a procedure are accepted when the c
 
 TEST_CASE("who commands the testbed from elsewhere keeps it") {
   CellAlone w;
-  testbed_command_t take{};
-  take.command = testbed_command_t::TAKE_LEASE;
+  testbed_command2_t take{};
+  take.command = testbed_command2_t::TAKE_LEASE;
   take.session = fake::session;
   take.commander = "gnc";
   take.utime_expires = w.simulation.now() + second;

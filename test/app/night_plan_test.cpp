@@ -67,6 +67,25 @@ procedures:
   CHECK(plan.cases[2].fresh == 0);
 }
 
+TEST_CASE("each world is a case of its own; measurements are compared in exact alone") {
+  const PlanFile plan_file;
+  Plan plan = plan_file.load(R"(
+seeds: {fixed: 2}
+procedures:
+  - procedure: approach.yaml
+    worlds: [exact, lab]
+)");
+  REQUIRE(plan.cases.size() == 2);
+  CHECK(plan.cases[0].name == "approach");
+  CHECK(plan.cases[0].parameters.at("simulation.yaml:world") == "exact");
+  CHECK(plan.cases[0].is_compared());
+  CHECK(plan.cases[1].name == "approach in lab");
+  CHECK(plan.cases[1].parameters.at("simulation.yaml:world") == "lab");
+  CHECK_FALSE(plan.cases[1].is_compared());
+  plan.baseline.build = "/old/berth";
+  CHECK(runs_of_night(plan, 1).size() == 6);  // the baseline need not fly in lab
+}
+
 TEST_CASE("mistakes in a plan are told with file, line and key") {
   const PlanFile plan_file;
   const auto has = [&](const std::string& text, const std::string& expected) {

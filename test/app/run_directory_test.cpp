@@ -13,10 +13,11 @@
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
 #include "app/runs/verdict.h"
+#include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/mesh.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_writer.h"
 #include "logs/run/target_surface.h"
@@ -146,6 +147,27 @@ TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_
   request.target.clear();  // the replica has none
   CHECK(read_symmetry(read_file(RunFiles::create(request).directory / logs::symmetry_file), "kept")
             .trivial());
+}
+
+TEST_CASE("a run's world: the operator's, else the procedure's, else simulation.yaml's") {
+  const TemporaryDirectory folder;
+  RunRequest request = twin_of(folder / "runs");
+  const auto world = [&] {
+    const fs::path config = RunFiles::create(request).directory / "config" / "simulation.yaml";
+    return Config::load(config).text("world");
+  };
+  CHECK(world() == "exact");
+  std::string text = read_file(request.procedure);
+  text.insert(text.find("\nsteps:") + 1, "world: lab\n");
+  request.procedure = folder / "in_lab.yaml";
+  write_file(request.procedure, text);
+  CHECK(world() == "lab");
+  request.parameters["simulation.yaml:world"] = "wrong";
+  CHECK(world() == "wrong");
+  request.world = "harsh";
+  CHECK(world() == "harsh");
+  request.world = "mars";
+  CHECK_THROWS_WITH(world(), Catch::Contains("--world: found 'mars', expected one of"));
 }
 
 TEST_CASE("everything known before the start is in the run's directory, and a mesh goes with it") {

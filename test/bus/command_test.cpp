@@ -126,19 +126,19 @@ TEST_CASE("a command without an answer is repeated until its time limit, or for 
 }
 
 TEST_CASE("a stop is repeated faster than a motion") {
-  testbed_command_t command{};
-  command.command = testbed_command_t::MOVE;
+  testbed_command2_t command{};
+  command.command = testbed_command2_t::MOVE;
   CHECK(repeat_period_of(command) == 500 * millisecond);
-  for (const std::int8_t stop : {testbed_command_t::HOLD, testbed_command_t::STOP}) {
+  for (const std::int8_t stop : {testbed_command2_t::HOLD, testbed_command2_t::STOP}) {
     command.command = stop;
     CHECK(repeat_period_of(command) == 100 * millisecond);
   }
 }
 
 TEST_CASE("a motion that was accepted may still be finished, or given up with a reason") {
-  std::vector<testbed_command_t> sent;
-  CommandClient<testbed_command_t> client(
-      [&sent](const testbed_command_t& command) { sent.push_back(command); });
+  std::vector<testbed_command2_t> sent;
+  CommandClient<testbed_command2_t> client(
+      [&sent](const testbed_command2_t& command) { sent.push_back(command); });
   Commander me{"me", 7, 100};
   client.send({}, me, second);
   REQUIRE(sent.size() == 1);

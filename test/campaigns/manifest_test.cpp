@@ -5,7 +5,7 @@
 #include "app/campaigns/campaign.h"
 #include "app/campaigns/results.h"
 #include "common/core/error.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 

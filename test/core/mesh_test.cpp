@@ -5,9 +5,10 @@
 
 #include "common/core/error.h"
 #include "common/core/ray_caster.h"
-#include "common/core/target.h"
 #include "common/meshes/mesh_file.h"
+#include "common/targets/target.h"
 #include "test/catch.h"
+#include "test/core/radarsat2.h"
 #include "test/core/temporary_directory.h"
 
 using namespace berth;
@@ -137,27 +138,28 @@ TEST_CASE("degenerate triangles are dropped, the others stay") {
   CHECK(load_mesh(directory / "mixed.obj").triangles.size() == 1);
 }
 
-TEST_CASE("a target is the replica or a mesh file, scaled when asked") {
+TEST_CASE("a target is a folder or a mesh file, scaled when asked") {
   TemporaryDirectory directory;
   const Target replica = load_target("radarsat2", 0);
   CHECK(replica.length == Approx(3.0));
-  CHECK(replica.has_docking_interface);
-  CHECK((replica.docking.rotation * Vector3d::UnitZ()).isApprox(-Vector3d::UnitZ()));
+  REQUIRE(replica.port() != nullptr);
+  CHECK((replica.port()->pose.rotation * Vector3d::UnitZ()).isApprox(-Vector3d::UnitZ()));
 
   const Target half = load_target("radarsat2", 1.5);
   CHECK(half.length == Approx(1.5));
-  CHECK(half.docking.position.isApprox(0.5 * replica.docking.position));
+  CHECK(half.port()->pose.position.isApprox(0.5 * replica.port()->pose.position));
   CHECK(half.hash != replica.hash);
 
   write(directory / "plate.ply", square_ply);
   const Target plate = load_target((directory / "plate.ply").string(), 3);
   CHECK(plate.name == "plate");
   CHECK(plate.length == Approx(3));
-  CHECK_FALSE(plate.has_docking_interface);
+  CHECK(plate.port() == nullptr);
   CHECK(bounding_box(plate.mesh).low.isApprox(Vector3d::Zero()));  // its own origin
 
   CHECK_THROWS_AS(load_target("radarsat2", -1), InputError);
-  CHECK_THROWS_WITH(load_target("radarsat3", 0), Catch::Matchers::Contains("radarsat2 or a mesh"));
+  CHECK_THROWS_WITH(load_target("radarsat3", 0),
+                    Catch::Matchers::Contains("a name of targets/ (radarsat2"));
 }
 
 TEST_CASE("a mesh far from its origin is taken about its centre, exactly, and that is told") {

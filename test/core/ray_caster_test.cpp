@@ -5,8 +5,9 @@
 #include <limits>
 
 #include "common/core/random.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "test/catch.h"
+#include "test/core/radarsat2.h"
 
 using namespace berth;
 

@@ -18,16 +18,15 @@ namespace berth {
 
 /// The simulated cell of a layout with its three Modbus drivers, in the twin.
 struct Rig {
-  explicit Rig(const std::string& layout, std::uint64_t seed = 1,
-               const PerturbationSizes& perturbation = {}, const std::filesystem::path& out = {},
-               bool tracker = false) {
+  explicit Rig(const std::string& layout, std::uint64_t seed = 1, const WorldSettings& world = {},
+               const std::filesystem::path& out = {}, bool tracker = false) {
     run.config = "config";
     run.layout = layout;
     run.seed = seed;
     run.session = 5;
     run.out = out;
     SimulatedCell::Setup setup = load_simulated_cell(run);
-    setup.settings.perturbation = perturbation;
+    setup.settings.world = world;
     setup.settings.tracker.write = tracker;
     cell = std::make_unique<SimulatedCell>(NodeSetup{"simulated-cell", 5, ""}, setup,
                                            simulation.make_bus(), simulation.make_loop());

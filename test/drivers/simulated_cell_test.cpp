@@ -56,9 +56,9 @@ TEST_CASE("each kind of perturbation moves the truth by its size, and only the t
   Rig exact("range");
   const Pose there = exact.cell->true_relative_pose(exact.simulation.now());
   const auto moved_by = [&](auto member, double size) {
-    PerturbationSizes sizes;
-    sizes.*member = size;
-    Rig rig("range", 3, sizes);
+    WorldSettings world;
+    world.cell.*member = size;
+    Rig rig("range", 3, world);
     CHECK(rig.reported(ArmRole::replica) == exact.reported(ArmRole::replica));
     const Pose pose = rig.cell->true_relative_pose(rig.simulation.now());
     CHECK(distance(there, rig.nominal.relative_pose(rig.nominal.replica.home,
@@ -76,10 +76,10 @@ TEST_CASE("each kind of perturbation moves the truth by its size, and only the t
 }
 
 TEST_CASE("the same seed draws the same errors, another seed others") {
-  PerturbationSizes sizes;
-  sizes.base_position = 0.005;
+  WorldSettings departs;
+  departs.cell.base_position = 0.005;
   const auto pose = [&](std::uint64_t seed) {
-    Rig rig("contact", seed, sizes);
+    Rig rig("contact", seed, departs);
     return rig.cell->true_relative_pose(rig.simulation.now());
   };
   const Pose first = pose(4);
@@ -92,11 +92,11 @@ TEST_CASE("two runs of one seed give the same messages and the same truth, to th
   std::string logs[2];
   std::string truths[2];
   for (int i : {0, 1}) {
-    PerturbationSizes sizes;
-    sizes.controller_clock = 1;
-    sizes.controller_drift = 2e-5;
+    WorldSettings departs;
+    departs.cell.controller_clock = 1;
+    departs.cell.controller_drift = 2e-5;
     {
-      Rig rig("range", 8, sizes, directory.path);
+      Rig rig("range", 8, departs, directory.path);
       rig.move(2);
       logs[i] = rig.log;
     }
@@ -139,11 +139,11 @@ TEST_CASE("the world's truth is a stock log at 100 Hz, and none of it is on the 
 
 TEST_CASE("what the world drew stands beside the run, and what a tracker saw of it") {
   TemporaryDirectory directory;
-  PerturbationSizes sizes;
-  sizes.base_position = 0.005;
-  sizes.lidar_range = 0.005;
+  WorldSettings departs;
+  departs.cell.base_position = 0.005;
+  departs.scanner.range_bias = 0.005;
   {
-    Rig rig("range", 4, sizes, directory.path, true);
+    Rig rig("range", 4, departs, directory.path, true);
     rig.move(1);
   }
   const std::string world = bytes_of(directory.path / "world.yaml");

@@ -179,9 +179,10 @@ TEST_CASE("What little or nothing comes back is not a fix") {
 
 TEST_CASE("The docking interface's window follows it and ends with the field of view") {
   const auto model = replica_model();
-  const auto region = docking_region(*model, 0.12);
+  const Pose near{Vector3d(0, 0, 0.5) - model->target.port()->pose.position,
+                  Quaterniond::Identity()};
+  const auto region = docking_region(*model, 0.12, near);
   REQUIRE(region);
-  const Pose near{Vector3d(0, 0, 0.5) - model->target.docking.position, Quaterniond::Identity()};
   const auto window = window_around(*region, near, {}, 500, "docking interface");
   REQUIRE(window);
   CHECK(window->width <= radians(40) + 1e-9);
@@ -190,7 +191,7 @@ TEST_CASE("The docking interface's window follows it and ends with the field of 
   CHECK_FALSE(window_around(*region, behind, {}, 500, ""));
   const Pose aside{Vector3d(50, 0, 5), Quaterniond::Identity()};
   CHECK_FALSE(window_around(*region, aside, {}, 500, ""));
-  CHECK_FALSE(docking_region(*cube_model(), 0.12));
+  CHECK_FALSE(docking_region(*cube_model(), 0.12, near));
 }
 
 TEST_CASE("An approach passes from long to medium range without a gap or a jump") {
@@ -221,7 +222,7 @@ TEST_CASE("An approach passes from long to medium range without a gap or a jump"
 }
 
 TEST_CASE("Near the target only its docking interface is scanned") {
-  const Vector3d docking = replica().docking.position;
+  const Vector3d docking = replica().port()->pose.position;
   Flight flight({{-docking.x(), -docking.y(), 5.5}, Quaterniond::Identity()}, {0, 0, -0.1});
   flight.fly_to(3);
   for (std::size_t i = 0; i < flight.estimates.size(); ++i) {

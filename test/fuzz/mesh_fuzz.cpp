@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "common/core/error.h"
-#include "common/core/target.h"
 #include "common/meshes/mesh_file.h"
+#include "common/targets/target.h"
 
 using namespace berth;
 

@@ -59,11 +59,12 @@ Vector3d towards(double x, double y, double z) { return Vector3d(x, y, z).normal
 TEST_CASE("the scene shows target, mount, arms and room, each with its distance") {
   const auto still = [](Utime) { return Joints{}; };
   SceneSettings settings;
-  settings.target.reflectivity = 0.1;
   settings.mount.reflectivity = 0.2;
   settings.arm.reflectivity = 0.3;
   settings.room.reflectivity = 0.4;
-  CellScene scene(small_cell(), still, still, settings);
+  Cell cell = small_cell();
+  cell.target.parts.front().material.reflectivity = 0.1;
+  CellScene scene(cell, still, still, settings);
   SceneHit hit;
 
   // Straight ahead: no housing, no keep-out volume, not the hand that holds the sensor.

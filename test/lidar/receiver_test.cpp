@@ -5,6 +5,7 @@
 
 #include "drivers/simulated/lidar/mirror.h"
 #include "test/catch.h"
+#include "test/lidar/wall_scene.h"
 
 using namespace berth;
 
@@ -24,9 +25,12 @@ std::vector<SceneHit> split(int near_rays, double near, double far, double far_w
   return hits;
 }
 
-std::optional<Echo> received(const std::vector<SceneHit>& hits, EchoSettings settings = {}) {
+std::optional<Echo> received(const std::vector<SceneHit>& hits, const BeamModel& beam = {},
+                             bool last = false) {
   Random glitter(1, "test");
-  const Echoes echoes = received_echoes(settings, hits, glitter);
+  EchoSettings settings;
+  settings.last_return = last;
+  const Echoes echoes = received_echoes(settings, beam, hits, glitter);
   return echoes.count > 0 ? std::optional(echoes.echo[0]) : std::nullopt;
 }
 
@@ -71,11 +75,9 @@ TEST_CASE("two surfaces nearer than a pulse give one range between them, by thei
 TEST_CASE("farther apart they give two echoes: the first or the last, as selected") {
   const auto hits = split(4, 5.0, 6.0);
   CHECK(received(hits)->range == Approx(5.0));
-  EchoSettings last;
-  last.last_return = true;
-  CHECK(received(hits, last)->range == Approx(6.0));
-  CHECK(received(hits, last)->hit.range == 6.0);
-  EchoSettings sharp;
+  CHECK(received(hits, {}, true)->range == Approx(6.0));
+  CHECK(received(hits, {}, true)->hit.range == 6.0);
+  BeamModel sharp;
   sharp.pulse_length_m = 0.1;
   CHECK(received(split(4, 5.0, 5.2), sharp)->range == Approx(5.0));
 }
@@ -83,7 +85,7 @@ TEST_CASE("farther apart they give two echoes: the first or the last, as selecte
 TEST_CASE(
     "an echo that is weak beside the strongest is not seen; a beam that meets nothing is a miss") {
   CHECK(received(split(1, 5.0, 6.0))->range == Approx(6.0));
-  EchoSettings keen;
+  BeamModel keen;
   keen.least_echo = 0.05;
   CHECK(received(split(1, 5.0, 6.0), keen)->range == Approx(5.0));
   CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing beside it
@@ -115,11 +117,81 @@ TEST_CASE(
   double most = 0;
   for (int i = 0; i < 1000; ++i) {
     const SceneHit hit{5, 1, -Vector3d::UnitZ(), foil, true};
-    const double power = received_echoes({}, {&hit, 1}, glitter).echo[0].power;
+    const double power = received_echoes({}, {}, {&hit, 1}, glitter).echo[0].power;
     least = std::min(least, power);
     most = std::max(most, power);
   }
   CHECK(most > 100 * least);
+}
+
+TEST_CASE("a scanner's errors: bias, steps, walk, drop-outs and outliers, and the others as were") {
+  WallScene wall(0);
+  const auto measured = [&](const ScannerErrors& errors, double azimuth = 0) {
+    ReceiverSettings settings;
+    settings.errors = errors;
+    Receiver receiver({}, settings, 3);
+    std::vector<Received> beams;
+    for (int i = 0; i < 4000; ++i) beams.push_back(receiver.measure(wall, i, azimuth, 0));
+    return beams;
+  };
+  wall.half_width = 1000;
+  const auto exact = measured({});
+  ScannerErrors errors;
+  errors.range_bias = 0.02;
+  CHECK(measured(errors)[5].range == Approx(exact[5].range + 0.02));
+  errors = {};
+  errors.range_step = 0.003;
+  for (const Received& beam : measured(errors)) {
+    CHECK(std::remainder(beam.range, 0.003) == Approx(0).margin(1e-9));
+  }
+  errors = {};
+  errors.range_walk = 0.01;  // 0.5 of white at 5 m: twice full scale
+  CHECK(measured(errors)[5].range == Approx(exact[5].range - 0.01 * std::log10(2.0)));
+
+  errors = {};
+  errors.drop_out = 0.02;
+  errors.drop_out_grazing = 0.5;
+  errors.outliers = 0.01;
+  const auto count = [&](double azimuth, auto what) {
+    const auto beams = measured(errors, azimuth);
+    const auto as_were = measured({}, azimuth);
+    int found = 0;
+    for (std::size_t i = 0; i < beams.size(); ++i) {
+      found += what(beams[i], as_were[i]) ? 1 : 0;
+    }
+    return found / 4000.0;
+  };
+  const auto lost = [](const Received& is, const Received&) {
+    return is.status == Received::Status::miss;
+  };
+  const auto stray = [](const Received& is, const Received& was) {
+    return is.status == Received::Status::hit && is.range != was.range && !is.surface.met();
+  };
+  const auto same = [](const Received& is, const Received& was) { return is.range == was.range; };
+  CHECK(count(0, lost) == Approx(0.02).margin(0.008));
+  CHECK(count(radians(60), lost) == Approx(0.02 + 0.48 * 0.134).margin(0.015));
+  CHECK(count(radians(80), lost) == Approx(0.5).margin(0.03));
+  CHECK(count(0, stray) == Approx(0.01).margin(0.005));
+  CHECK(count(0, same) > 0.96);
+}
+
+TEST_CASE("of a beam that meets two surfaces a scanner of two returns reports both") {
+  WallScene scene(0);
+  scene.wall_behind = 1;
+  ReceiverSettings settings;
+  settings.noise_scale = 0;
+  settings.errors.footprint = true;
+  const auto at_edge = [&](int returns) {
+    settings.errors.returns = returns;
+    scene.half_width = 1;
+    return Receiver({}, settings, 1).measure(scene, 0, std::atan(1.0 / 5), 0);
+  };
+  CHECK(at_edge(1).second_range == 0);
+  const Received two = at_edge(2);
+  const double along = std::hypot(1.0, 5.0) / 5;
+  CHECK(two.range == Approx(5 * along).margin(0.01));
+  CHECK(two.second_range == Approx(6 * along).margin(0.01));
+  CHECK(two.second_power > 0);
 }
 
 TEST_CASE("the mirror takes longer the farther it goes") {

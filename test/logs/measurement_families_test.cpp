@@ -5,7 +5,7 @@
 
 #include "common/core/file.h"
 #include "common/core/random.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "logs/measure/measurer.h"
 #include "logs/measure/uncertainty.h"
 #include "test/catch.h"
@@ -228,13 +228,13 @@ TEST_CASE("wrong estimates that say ok are counted, doubtful ones half") {
 
 TEST_CASE("the miss distance is that of the interface at closest approach") {
   const Target replica = load_target("radarsat2", 3);
-  REQUIRE(replica.has_docking_interface);
+  REQUIRE(replica.port() != nullptr);
   // Turned by 2 deg about y, the interface passes 30 mm below the sensor's axis, 0.4 m away at t
   // = 5.
   const Quaterniond turn = rotation_from_vector({0, radians(2.0), 0});
   const auto path = [&](double t) {
     const Vector3d interface(0, 30 * mm, 0.4 + 0.1 * std::abs(t - 5));
-    return Pose{interface - turn * replica.docking.position, turn};
+    return Pose{interface - turn * replica.port()->pose.position, turn};
   };
   RunRecord record = flown(path, 8);
   CHECK(measured(record, "contact_offset").reason == "the target has no docking interface");

@@ -5,7 +5,7 @@
 
 #include "common/core/beam_model.h"
 #include "common/core/file.h"
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_writer.h"
 #include "logs/report/report.h"

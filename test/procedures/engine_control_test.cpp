@@ -163,7 +163,7 @@ TEST_CASE("control that is not kept lapses, and holds the procedure where that w
     two.bench.run_for(2);
     CHECK(two.state() == procedure_state_t::HELD);
     CHECK(two.bench.node->state().reason == "alice had control and is no longer heard");
-    CHECK(two.bench.told_testbed(testbed_command_t::HOLD));
+    CHECK(two.bench.told_testbed(testbed_command2_t::HOLD));
     two.ask("bob", Command::RESUME);
     CHECK(two.state() == procedure_state_t::RUNNING);
   }
@@ -202,7 +202,7 @@ TEST_CASE("the speed asked for goes to the motion under way and to later ones") 
   CHECK(one.bench.testbed->speed_override == Approx(0.2));
   one.bench.run_for(3);  // to rest
   one.ask("alice", Command::RESUME);
-  CHECK(one.bench.testbed->obeyed.back().command == testbed_command_t::RESUME);
+  CHECK(one.bench.testbed->obeyed.back().command == testbed_command2_t::RESUME);
   CHECK(one.bench.testbed->obeyed.back().speed_override == Approx(0.2));
   for (const char* wrong : {"0 %", "101 %", "-5 %", "fast", "", "50 mm/s", "nan"}) {
     one.ask("alice", Command::SPEED, wrong);

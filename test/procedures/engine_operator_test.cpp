@@ -91,7 +91,7 @@ TEST_CASE("nothing goes on after a hold when something has changed") {
   CHECK(bench.node->state().state == procedure_state_t::HELD);
   CHECK_FALSE(bench.precondition(red).met);
   CHECK(bench.event_text("command-refused").find("no resume: " + red) == 0);
-  CHECK_FALSE(bench.told_testbed(testbed_command_t::RESUME));
+  CHECK_FALSE(bench.told_testbed(testbed_command2_t::RESUME));
 
   bench.script.moved_on_hold_m = 0;
   bench.script.estop_closed = true;
@@ -147,7 +147,7 @@ TEST_CASE("a running step is tried again from its start") {
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.step("move").attempts == 2);
   int moves = 0;
-  for (const auto& c : bench.testbed->obeyed) moves += c.command == testbed_command_t::MOVE;
+  for (const auto& c : bench.testbed->obeyed) moves += c.command == testbed_command2_t::MOVE;
   CHECK(moves == 2);
 }
 

@@ -72,8 +72,8 @@ TEST_CASE("every command is obeyed once, in the order of the steps") {
   CHECK(bench.run() == procedure_state_t::PASS);
   std::vector<int> testbed;
   for (const auto& c : bench.testbed->obeyed) testbed.push_back(c.command);
-  CHECK(testbed == std::vector<int>{testbed_command_t::MOVE, testbed_command_t::APPROACH,
-                                    testbed_command_t::RELEASE_LEASE});
+  CHECK(testbed == std::vector<int>{testbed_command2_t::MOVE, testbed_command2_t::APPROACH,
+                                    testbed_command2_t::RELEASE_LEASE});
   std::vector<int> estimator;
   for (const auto& c : bench.estimator->obeyed) estimator.push_back(c.command);
   CHECK(estimator == std::vector<int>{estimator_command_t::ACQUIRE, estimator_command_t::TRACK,
@@ -130,7 +130,7 @@ TEST_CASE("an estimator that loses the target fails the run") {
   CHECK(bench.node->state().reason.find(
             "the estimator lost the target: no good estimate for 5 s") == 0);
   CHECK(bench.step("approach").state == procedure_step_t::FAILED);
-  CHECK(bench.told_testbed(testbed_command_t::STOP));
+  CHECK(bench.told_testbed(testbed_command2_t::STOP));
 }
 
 TEST_CASE("an estimate that says ok without a covariance is no good estimate") {
@@ -192,7 +192,7 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
   EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == reason);
-  CHECK_FALSE(bench.told_testbed(testbed_command_t::MOVE));
+  CHECK_FALSE(bench.told_testbed(testbed_command2_t::MOVE));
   for (const auto& step : bench.node->state().steps) CHECK(step.state == procedure_step_t::PENDING);
 }
 
@@ -266,7 +266,7 @@ TEST_CASE("abort stops the arms, tears down and keeps its reason") {
   CHECK(bench.node->state().reason == "smoke");
   CHECK(bench.step("move").state == procedure_step_t::ABORTED);
   CHECK(bench.step("lights off").state == procedure_step_t::PASSED);
-  CHECK(bench.testbed->obeyed[1].command == testbed_command_t::STOP);
+  CHECK(bench.testbed->obeyed[1].command == testbed_command2_t::STOP);
   CHECK(logs::compare_log(bench.log).outcome == procedure_state_t::ABORTED);
 }
 
@@ -376,7 +376,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_to(procedure_state_t::HELD);
     bench.run_for(0.2);  // until the testbed has heard it
     const auto told = bench.testbed->obeyed.back();
-    CHECK(told.command == testbed_command_t::HOLD);
+    CHECK(told.command == testbed_command2_t::HOLD);
     bench.run_for(2);
     CHECK(bench.node->state().state == procedure_state_t::HELD);
     bench.command(procedure_command_t::RESUME);
@@ -393,7 +393,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
     bench.run_for(0.2);  // until the testbed has heard it
-    CHECK(bench.testbed->obeyed.back().command == testbed_command_t::HOLD);
+    CHECK(bench.testbed->obeyed.back().command == testbed_command2_t::HOLD);
   }
   SECTION("in the teardown: its motion is stopped, the rest is left out") {
     EngineBench bench(script,
@@ -404,11 +404,11 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_for(1);
     bench.command(procedure_command_t::HOLD);
     bench.run_for(0.3);
-    CHECK(bench.told_testbed(testbed_command_t::STOP));
+    CHECK(bench.told_testbed(testbed_command2_t::STOP));
     bench.run(8);
     CHECK(std::count_if(bench.testbed->obeyed.begin(), bench.testbed->obeyed.end(),
-                        [](const testbed_command_t& c) {
-                          return c.command == testbed_command_t::MOVE;
+                        [](const testbed_command2_t& c) {
+                          return c.command == testbed_command2_t::MOVE;
                         }) == 1);
   }
 }
@@ -450,7 +450,7 @@ TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
   bench.run_for(0.5);
   CHECK(bench.step("move").state == procedure_step_t::SKIPPED);
   CHECK(bench.step("move").detail == "is there already");
-  CHECK(bench.told_testbed(testbed_command_t::STOP));
+  CHECK(bench.told_testbed(testbed_command2_t::STOP));
   CHECK(bench.step("acquire").state == procedure_step_t::RUNNING);
 
   bench.command(procedure_command_t::HOLD);

@@ -10,7 +10,7 @@
 #include <berth/injection_t.hpp>
 #include <berth/lidar_state_t.hpp>
 #include <berth/procedure_state_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <set>
 #include <vector>
@@ -76,8 +76,8 @@ class Testbed final : public Clocked {
  public:
   Testbed(const Script& script, Bus& the_bus, Loop& the_loop)
       : Clocked("testbed", script, the_bus, the_loop) {
-    bus().subscribe<testbed_command_t>(channels::testbed_command, Queue::fifo(),
-                                       [this](const testbed_command_t& c) { take(c); });
+    bus().subscribe<testbed_command2_t>(channels::testbed_command, Queue::fifo(),
+                                        [this](const testbed_command2_t& c) { take(c); });
     state_.session = fake::session;
     state_.state = testbed_state_t::IDLE;
     state_.clearance_m = 1;
@@ -89,11 +89,11 @@ class Testbed final : public Clocked {
     if (script.truth) loop().every(8 * millisecond, [this] { publish_truth(); });
   }
 
-  std::vector<testbed_command_t> obeyed;
+  std::vector<testbed_command2_t> obeyed;
   double speed_override = 1;  ///< as last said, with whatever command
 
  private:
-  void take(const testbed_command_t& c) {
+  void take(const testbed_command2_t& c) {
     if (lost_ < script_.commands_lost) {
       ++lost_;
       return;
@@ -101,7 +101,7 @@ class Testbed final : public Clocked {
     if (c.session != fake::session || now() > c.utime_expires) return;
     state_.speed_override = speed_override = c.speed_override;
     switch (c.command) {
-      case testbed_command_t::TAKE_LEASE:
+      case testbed_command2_t::TAKE_LEASE:
         if (!script_.other_holder.empty()) {
           state_.lease_holder = script_.other_holder;
         } else {
@@ -109,10 +109,10 @@ class Testbed final : public Clocked {
         }
         lease_kept_ = now();
         return publish();
-      case testbed_command_t::KEEP_LEASE:
+      case testbed_command2_t::KEEP_LEASE:
         lease_kept_ = now();
         return;
-      case testbed_command_t::RELEASE_LEASE:
+      case testbed_command2_t::RELEASE_LEASE:
         state_.lease_holder.clear();
         obeyed.push_back(c);
         return publish();
@@ -126,26 +126,26 @@ class Testbed final : public Clocked {
     publish();
   }
 
-  void begin(const testbed_command_t& c) {
+  void begin(const testbed_command2_t& c) {
     switch (c.command) {
-      case testbed_command_t::HOLD:
+      case testbed_command2_t::HOLD:
         if (state_.state == testbed_state_t::IDLE) break;
         state_.state = testbed_state_t::HELD;
         report(node_status_t::DEGRADED, "held");
         break;
-      case testbed_command_t::RESUME:
+      case testbed_command2_t::RESUME:
         if (state_.state != testbed_state_t::HELD) return refuse(c, "nothing is held");
         state_.state = testbed_state_t::MOVING;
         report(node_status_t::RUNNING);
         break;
-      case testbed_command_t::STOP:
+      case testbed_command2_t::STOP:
         if (script_.stop_takes_s > 0 && state_.state == testbed_state_t::MOVING) {
           motion_seq_ = c.seq;
           motion_left_ = utime_from_seconds(script_.stop_takes_s);
           break;
         }
         [[fallthrough]];
-      case testbed_command_t::RESET:
+      case testbed_command2_t::RESET:
         state_.state = testbed_state_t::IDLE;
         motion_seq_ = 0;
         state_.finished_seq = c.seq;
@@ -160,7 +160,7 @@ class Testbed final : public Clocked {
     state_.command_seq = c.seq;
   }
 
-  void refuse(const testbed_command_t& c, const std::string& why) {
+  void refuse(const testbed_command2_t& c, const std::string& why) {
     state_.refused_seq = c.seq;
     state_.refusal = why;
   }

@@ -11,8 +11,8 @@ namespace {
 constexpr std::int8_t held = testbed_state_t::HELD;
 constexpr std::int8_t holding = testbed_state_t::HOLDING;
 constexpr std::int8_t fault = testbed_state_t::FAULT;
-constexpr std::int8_t resume = testbed_command_t::RESUME;
-constexpr std::int8_t reset = testbed_command_t::RESET;
+constexpr std::int8_t resume = testbed_command2_t::RESUME;
+constexpr std::int8_t reset = testbed_command2_t::RESET;
 
 std::function<void(World&)> injected(const std::string& device, const std::string& name,
                                      double value = 0) {

@@ -43,17 +43,17 @@ TEST_CASE("with a fifth of all packets lost the arms hold or go on, and nothing 
   CHECK(world.least_clearance() > 0.1);
   world.simulation.set_bus_loss(0);
   world.run_for(1);
-  if (world.state.state == testbed_state_t::HELD) world.send(testbed_command_t::RESUME);
+  if (world.state.state == testbed_state_t::HELD) world.send(testbed_command2_t::RESUME);
   CHECK(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
 }
 
 TEST_CASE("of two commanders the second is refused, and may stop all the same") {
   World world({});
   world.begin_move();
-  world.send(world.command(testbed_command_t::TAKE_LEASE, "another"));
+  world.send(world.command(testbed_command2_t::TAKE_LEASE, "another"));
   world.run_for(0.1);
   CHECK_THAT(world.state.refusal, Contains("held by 'drill'"));
-  testbed_command_t other = world.move_to({0, 0, 5000, 0, 0, 0}, 0.1);
+  testbed_command2_t other = world.move_to({0, 0, 5000, 0, 0, 0}, 0.1);
   other.commander = "another";
   world.send(other);
   world.run_for(0.2);
@@ -61,7 +61,7 @@ TEST_CASE("of two commanders the second is refused, and may stop all the same") 
   CHECK(world.saw("command-refused"));
   CHECK(world.state.state == testbed_state_t::MOVING);
   CHECK(world.state.lease_holder == "drill");
-  world.send(world.command(testbed_command_t::HOLD, "another"));
+  world.send(world.command(testbed_command2_t::HOLD, "another"));
   world.run_for(1.5);
   CHECK(world.state.state == testbed_state_t::HELD);
   CHECK_THAT(world.state.reason, Contains("another"));
@@ -114,7 +114,7 @@ TEST_CASE("yesterday's log, played into the live cell, moves nothing; its stops 
     CHECK(world.saw("unusual-stop"));
     CHECK(world.state.state == testbed_state_t::HELD);
     CHECK(world.motion.back().speed[0] < 1e-6);
-    world.send(testbed_command_t::RESUME);
+    world.send(testbed_command2_t::RESUME);
     CHECK(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
     CHECK(distance(world.cell().true_relative_pose(world.now()),
                    pose_from_xyzwpr({200, -150, 4200, 5, 15, -10})) < 1e-3);
@@ -201,7 +201,7 @@ TEST_CASE("an approach does not begin by an estimate that truth contradicts") {
   World world(options);
   world.estimate_falsely({0.4, 0, 0});
   world.run_for(2);
-  world.send(testbed_command_t::TAKE_LEASE);
+  world.send(testbed_command2_t::TAKE_LEASE);
   world.run_for(0.1);
   world.approach();
   world.run_for(0.5);

@@ -116,7 +116,7 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
   loop_->every(250 * millisecond, [this] {
     if (!keep_lease_) return;
     const bool holds = state.lease_holder == "drill";
-    send(holds ? testbed_command_t::KEEP_LEASE : testbed_command_t::TAKE_LEASE);
+    send(holds ? testbed_command2_t::KEEP_LEASE : testbed_command2_t::TAKE_LEASE);
   });
   run_for(2.0);
 }
@@ -178,8 +178,8 @@ void World::on_arm(ArmRole role, const arm_state_t& message) {
   greatest_lag = std::max(greatest_lag, lag_);
 }
 
-testbed_command_t World::command(std::int8_t what, const std::string& commander) {
-  testbed_command_t message{};
+testbed_command2_t World::command(std::int8_t what, const std::string& commander) {
+  testbed_command2_t message{};
   message.utime = now();
   message.seq = ++seq_;
   message.session = options_.session;
@@ -191,13 +191,13 @@ testbed_command_t World::command(std::int8_t what, const std::string& commander)
   return message;
 }
 
-std::int64_t World::send(const testbed_command_t& message) {
+std::int64_t World::send(const testbed_command2_t& message) {
   bus_->publish(channels::testbed_command, message);
   return message.seq;
 }
 
-testbed_command_t World::move_to(const Xyzwpr& goal, double speed) {
-  testbed_command_t message = command(testbed_command_t::MOVE);
+testbed_command2_t World::move_to(const Xyzwpr& goal, double speed) {
+  testbed_command2_t message = command(testbed_command2_t::MOVE);
   testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
   message.speed_m_s = speed;
   message.angular_speed_rad_s = radians(10.0);
@@ -207,14 +207,14 @@ testbed_command_t World::move_to(const Xyzwpr& goal, double speed) {
 void World::move(double speed) { send(move_to({200, -150, 4200, 5, 15, -10}, speed)); }
 
 void World::approach(double speed) {
-  testbed_command_t message = command(testbed_command_t::APPROACH);
+  testbed_command2_t message = command(testbed_command2_t::APPROACH);
   message.standoff_m = 3.2;
   message.speed_m_s = speed;
   send(message);
 }
 
 void World::begin_move(double speed) {
-  send(testbed_command_t::TAKE_LEASE);
+  send(testbed_command2_t::TAKE_LEASE);
   keep_lease_ = true;
   run_for(0.1);
   move(speed);
@@ -241,7 +241,7 @@ void World::track() {
 }
 
 void World::begin_approach(double speed) {
-  send(testbed_command_t::TAKE_LEASE);
+  send(testbed_command2_t::TAKE_LEASE);
   keep_lease_ = true;
   run_for(0.1);
   const std::int64_t there = send(move_to({100, -100, 5500, 10, 8, -12}, 0.2));

@@ -7,7 +7,7 @@
 #include <berth/injection_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/setpoint_latency_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <deque>
 #include <filesystem>
@@ -52,11 +52,11 @@ class World {
     return simulation.run_until(done, now() + utime_from_seconds(limit_s));
   }
 
-  testbed_command_t command(std::int8_t what, const std::string& commander = "drill");
+  testbed_command2_t command(std::int8_t what, const std::string& commander = "drill");
   /// @return its seq.
-  std::int64_t send(const testbed_command_t& command);
+  std::int64_t send(const testbed_command2_t& command);
   std::int64_t send(std::int8_t what) { return send(command(what)); }
-  testbed_command_t move_to(const Xyzwpr& goal, double speed);
+  testbed_command2_t move_to(const Xyzwpr& goal, double speed);
   /// Takes the lease within a quarter of a second, and keeps it.
   void keep_lease() { keep_lease_ = true; }
   /// Takes the lease and goes to the goal; runs until the arms have come to speed.

@@ -10,7 +10,7 @@ trap 'rm -rf "$work"' EXIT
 # world, basis, options of the calibration, median mm and degrees and ms that truth must keep within
 part() {
   local world=$1 basis=$2 most_mm=$3 most_deg=$4 most_ms=$5
-  local options=("--set" "simulation.yaml:world=$world")
+  local options=("--world" "$world")
   shift 5
   for seed in ${SEEDS:-1 2 3 4 5}; do
     local at=$work/$world-$basis-$seed

@@ -28,19 +28,15 @@ from fast_trajectory import fly
 SPEEDS = (20, 50, 220)  # mm/s
 EXACT = {"base_position": "0.0001 mm", "base_rotation": "0.000001 deg", "length": "0.0001 mm", "tilt": "0.000001 deg"}
 EXACT_TOO = {"mount_position": "0.0001 mm", "mount_rotation": "0.000001 deg", "zero": "0.000001 deg"}
-WORLD = """base_position: 0 mm
-base_rotation: 0 deg
-tool_position: {mount_position}
-tool_rotation: {mount_rotation}
-rotary_zero: {zero}
-linear_zero: 0 mm
-link_position: 0 mm
-link_rotation: 0 deg
-controller_clock: 20 ms
-controller_drift: 2e-5
-report_lag: {arm_time}
-lidar_clock: 20 ms
-lidar_range: 0 mm
+WORLD = """geometry:
+  tool_position: {mount_position}
+  tool_rotation: {mount_rotation}
+  rotary_zero: {zero}
+clocks:
+  controller: 20 ms
+  controller_drift: 2e-5
+  report_lag: {arm_time}
+  lidar: 20 ms
 """
 
 

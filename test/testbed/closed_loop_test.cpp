@@ -41,24 +41,24 @@ struct GuidedCell : FakeCell {
     Vector3d::Map(message.angular_velocity_rad_s) = turning;
     bus->publish(channels::guidance_setpoint, message);
   }
-  testbed_command_t guided() {
-    testbed_command_t message = command(testbed_command_t::GUIDED);
+  testbed_command2_t guided() {
+    testbed_command2_t message = command(testbed_command2_t::GUIDED);
     message.speed_m_s = 0.05;
     message.angular_speed_rad_s = radians(2.0);
     message.guidance = "gnc";
     return message;
   }
-  testbed_command_t approach(const std::string& guidance) {
-    testbed_command_t message = command(testbed_command_t::APPROACH);
+  testbed_command2_t approach(const std::string& guidance) {
+    testbed_command2_t message = command(testbed_command2_t::APPROACH);
     message.standoff_m = 3.8;
-    message.position_m[2] = 3.8;
+    message.dock = 1;
     message.speed_m_s = 0.05;
     message.angular_speed_rad_s = radians(5.0);
     message.guidance = guidance;
     return message;
   }
   /// Turns the model about an axis of its own frame, at rest at both ends.
-  static void turn_target(testbed_command_t& message, const Vector3d& by, double duration) {
+  static void turn_target(testbed_command2_t& message, const Vector3d& by, double duration) {
     for (int i = 0; i <= 40; ++i) {
       const double x = i / 40.0;
       const Quaterniond q = rotation_from_vector(x * x * x * (10 - 15 * x + 6 * x * x) * by);
@@ -101,13 +101,13 @@ TEST_CASE("an approach by a profile ends before the docking interface, told 10 t
   REQUIRE(cell.finished(seq, 120));
   CHECK(cell.states.back().phase == guidance_state_t::INACTIVE);
   cell.run_for(0.5);
-  const Vector3d interface = cell.relative() * cell.cell.target.docking.position;
+  const Vector3d interface = cell.relative() * cell.cell.target.port()->pose.position;
   CHECK(distance({interface, {}}, {Vector3d(0, 0, 3.8), {}}) < 0.03);
 }
 
 TEST_CASE("a target that turns during the approach is followed; the arms deliver the sum") {
   GuidedCell cell;
-  testbed_command_t command = cell.approach("docking_axis");
+  testbed_command2_t command = cell.approach("docking_axis");
   GuidedCell::turn_target(command, radians(25.0) * Vector3d(0.3, 1, 0.2).normalized(), 20);
   const std::int64_t seq = cell.send(command);
   cell.run_for(6.0);
@@ -116,7 +116,7 @@ TEST_CASE("a target that turns during the approach is followed; the arms deliver
   CHECK(seen > radians(0.5));
   REQUIRE(cell.finished(seq, 120));
   cell.run_for(0.5);
-  const Vector3d interface = cell.relative() * cell.cell.target.docking.position;
+  const Vector3d interface = cell.relative() * cell.cell.target.port()->pose.position;
   CHECK(distance({interface, {}}, {Vector3d(0, 0, 3.8), {}}) < 0.03);
   CHECK(degrees(angle_between(cell.relative(), Pose{})) < 1.0);
 
@@ -128,7 +128,7 @@ TEST_CASE("a target that turns during the approach is followed; the arms deliver
 
 TEST_CASE("the testbed's own guidance, too, flies with a target that moves") {
   GuidedCell cell;
-  testbed_command_t command = cell.approach("");
+  testbed_command2_t command = cell.approach("");
   GuidedCell::turn_target(command, Vector3d(0, radians(6.0), 0), 10);
   const std::int64_t seq = cell.send(command);
   REQUIRE(cell.finished(seq, 120));
@@ -138,7 +138,7 @@ TEST_CASE("the testbed's own guidance, too, flies with a target that moves") {
 
 TEST_CASE("what the arms cannot deliver is refused before anything moves") {
   GuidedCell cell;
-  testbed_command_t command = cell.approach("line_of_sight");
+  testbed_command2_t command = cell.approach("line_of_sight");
   GuidedCell::turn_target(command, Vector3d(0, radians(170.0), 0), 20);
   const std::int64_t seq = cell.send(command);
   cell.run_for(1.0);
@@ -213,18 +213,18 @@ TEST_CASE("a retreat that would lead beyond the arms' reach ends there, at rest"
 
 TEST_CASE("hold and resume stop the flight's time, the target's too") {
   GuidedCell cell;
-  testbed_command_t command = cell.approach("docking_axis");
+  testbed_command2_t command = cell.approach("docking_axis");
   GuidedCell::turn_target(command, radians(20.0) * Vector3d::UnitY(), 20);
   const std::int64_t seq = cell.send(command);
   cell.run_for(8.0);
-  cell.send(testbed_command_t::HOLD);
+  cell.send(testbed_command2_t::HOLD);
   cell.run_for(3.0);
   CHECK(cell.state.state == testbed_state_t::HELD);
   const Pose held = cell.relative();
   cell.run_for(3.0);
   CHECK(distance(held, cell.relative()) < 1e-6);
   CHECK(angle_between(held, cell.relative()) < 1e-6);
-  cell.send(testbed_command_t::RESUME);
+  cell.send(testbed_command2_t::RESUME);
   REQUIRE(cell.finished(seq, 120));
 }
 
@@ -268,7 +268,7 @@ TEST_CASE("an outside GNC steers by set-points, and only as long as they last") 
     cell.run_for(6.0);
     CHECK(rotation_vector(cell.relative().rotation).y() < radians(-3.5));
   }
-  cell.send(testbed_command_t::STOP);
+  cell.send(testbed_command2_t::STOP);
   cell.run_for(3.0);
   CHECK(cell.state.state == testbed_state_t::IDLE);
 }
@@ -291,7 +291,7 @@ TEST_CASE("set-points of another session, of somebody else, or late ones move no
     cell.send(cell.guided());
   }
   SECTION("the commander does not hold the lease") {
-    testbed_command_t command = cell.guided();
+    testbed_command2_t command = cell.guided();
     command.commander = "gnc";
     cell.send(command);
   }

@@ -27,16 +27,16 @@ struct Commands : Bench {
   CommandPlanner commands{cell, settings, limited_planner, surface};
 
   /// Empty: it may start.
-  std::string refusal(const testbed_command_t& command) {
+  std::string refusal(const testbed_command2_t& command) {
     const auto result = commands.plan(command, home, 0, guidance);
     const auto* text = std::get_if<std::string>(&result);
     return text == nullptr ? "" : *text;
   }
 };
 
-testbed_command_t move_to(const Pose& goal, double speed, double angular_speed) {
-  testbed_command_t command{};
-  command.command = testbed_command_t::MOVE;
+testbed_command2_t move_to(const Pose& goal, double speed, double angular_speed) {
+  testbed_command2_t command{};
+  command.command = testbed_command2_t::MOVE;
   Vector3d::Map(command.position_m) = goal.position;
   command.q_wxyz[0] = goal.rotation.w();
   Vector3d::Map(command.q_wxyz + 1) = goal.rotation.vec();
@@ -75,8 +75,8 @@ TEST_CASE("a move that is only too fast passes at the speed that its refusal nam
 
 TEST_CASE("a trajectory that is only too fast passes when it lasts as much longer as told") {
   Commands bench(0.8);
-  testbed_command_t command{};
-  command.command = testbed_command_t::TRAJECTORY;
+  testbed_command2_t command{};
+  command.command = testbed_command2_t::TRAJECTORY;
   const auto waypoints = [&](double stretch) {
     command.waypoints.clear();
     for (int i = 0; i <= 40; ++i) {

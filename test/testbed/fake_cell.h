@@ -8,7 +8,7 @@
 #include <berth/ground_truth_t.hpp>
 #include <berth/node_status_t.hpp>
 #include <berth/pose_estimate_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <deque>
 #include <map>
@@ -246,7 +246,7 @@ class FakeCell {
     own_bus_->subscribe<event_t>(channels::event, Queue::fifo(),
                                  [this](const event_t& m) { ++events[m.code]; });
     own_loop_->every(500 * millisecond, [this] {
-      if (keep_lease) send(testbed_command_t::KEEP_LEASE);
+      if (keep_lease) send(testbed_command2_t::KEEP_LEASE);
     });
     run_for(1.0);
   }
@@ -256,8 +256,8 @@ class FakeCell {
     return simulation.run_until(done, simulation.now() + utime_from_seconds(limit_s));
   }
 
-  testbed_command_t command(std::int8_t what) {
-    testbed_command_t message{};
+  testbed_command2_t command(std::int8_t what) {
+    testbed_command2_t message{};
     message.utime = simulation.now();
     message.seq = ++seq_;
     message.session = test_session;
@@ -268,20 +268,20 @@ class FakeCell {
     message.speed_override = speed_override;
     return message;
   }
-  std::int64_t send(const testbed_command_t& message) {
+  std::int64_t send(const testbed_command2_t& message) {
     own_bus_->publish(channels::testbed_command, message);
     return message.seq;
   }
   std::int64_t send(std::int8_t what) { return send(command(what)); }
-  testbed_command_t move_to(const Xyzwpr& goal, double speed = 0.1) {
-    testbed_command_t message = command(testbed_command_t::MOVE);
+  testbed_command2_t move_to(const Xyzwpr& goal, double speed = 0.1) {
+    testbed_command2_t message = command(testbed_command2_t::MOVE);
     testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
     message.speed_m_s = speed;
     message.angular_speed_rad_s = radians(10.0);
     return message;
   }
   void take_lease() {
-    send(testbed_command_t::TAKE_LEASE);
+    send(testbed_command2_t::TAKE_LEASE);
     run_for(0.1);
     keep_lease = true;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/guidance/guidance.h"
 
-#include "common/core/target.h"
+#include "common/targets/target.h"
 #include "test/catch.h"
 
 namespace berth::testbed {

@@ -39,7 +39,7 @@ TEST_CASE("a move brings the replica where it was asked, with both arms, and say
 TEST_CASE("what cannot be done is refused with where, when and which limit") {
   FakeCell cell;
   cell.take_lease();
-  const auto refusal = [&](const testbed_command_t& command) {
+  const auto refusal = [&](const testbed_command2_t& command) {
     const std::int64_t seq = cell.send(command);
     cell.run_for(0.2);
     CHECK(cell.state.refused_seq == seq);
@@ -50,14 +50,14 @@ TEST_CASE("what cannot be done is refused with where, when and which limit") {
              Contains("relative pose") && Contains("arm"));
   CHECK_THAT(refusal(cell.move_to({0, 1250, 5500, 0, 0, 90})), Contains("comes within"));
   CHECK_THAT(refusal(cell.move_to(start_pose, 2.0)), Contains("2000.0 mm/s"));
-  testbed_command_t broken = cell.move_to(start_pose);
+  testbed_command2_t broken = cell.move_to(start_pose);
   broken.q_wxyz[0] = std::nan("");
   CHECK_THAT(refusal(broken), Contains("not a pose"));
-  CHECK_THAT(refusal(cell.command(testbed_command_t::TRAJECTORY)), Contains("waypoint"));
-  CHECK_THAT(refusal(cell.command(testbed_command_t::RETREAT)), Contains("no way back"));
-  CHECK_THAT(refusal(cell.command(testbed_command_t::RESUME)), Contains("nothing is held"));
+  CHECK_THAT(refusal(cell.command(testbed_command2_t::TRAJECTORY)), Contains("waypoint"));
+  CHECK_THAT(refusal(cell.command(testbed_command2_t::RETREAT)), Contains("no way back"));
+  CHECK_THAT(refusal(cell.command(testbed_command2_t::RESUME)), Contains("nothing is held"));
   CHECK_THAT(refusal(cell.command(99)), Contains("99"));
-  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  testbed_command2_t approach = cell.command(testbed_command2_t::APPROACH);
   approach.standoff_m = 3.2;
   CHECK_THAT(refusal(approach), Contains("no estimate"));
   CHECK(cell.state.state == testbed_state_t::IDLE);
@@ -67,7 +67,7 @@ TEST_CASE("what cannot be done is refused with where, when and which limit") {
 TEST_CASE("a path that is only too fast is refused with the speed at which it passes") {
   FakeCell cell;
   cell.take_lease();
-  testbed_command_t trajectory = cell.command(testbed_command_t::TRAJECTORY);
+  testbed_command2_t trajectory = cell.command(testbed_command2_t::TRAJECTORY);
   waypoint_t waypoint{};
   waypoint.time_s = 0.3;
   waypoint.position_m[2] = 4.5;
@@ -88,7 +88,7 @@ TEST_CASE("hold brings the arms to rest on the path, resume goes on to the same 
   const Xyzwpr goal{0, 0, 4500, 0, 0, 0};
   const std::int64_t seq = cell.send(cell.move_to(goal));
   cell.run_for(5.0);
-  const std::int64_t hold = cell.send(testbed_command_t::HOLD);
+  const std::int64_t hold = cell.send(testbed_command2_t::HOLD);
   cell.run_for(1.5);
   CHECK(cell.state.command_seq == hold);
   CHECK(cell.state.state == testbed_state_t::HELD);
@@ -99,7 +99,7 @@ TEST_CASE("hold brings the arms to rest on the path, resume goes on to the same 
   const Vector3d line = (pose_from_xyzwpr(goal).position - from.position).normalized();
   CHECK((held.position - from.position).cross(line).norm() < 1e-5);
   CHECK(cell.replica->holds == 0);
-  cell.send(testbed_command_t::RESUME);
+  cell.send(testbed_command2_t::RESUME);
   REQUIRE(cell.finished(seq, 60));
   cell.run_for(0.5);
   CHECK(distance(cell.relative(), pose_from_xyzwpr(goal)) < 1e-6);
@@ -109,7 +109,7 @@ TEST_CASE("speed override changes the time and not the path") {
   FakeCell slow;
   slow.take_lease();
   slow.speed_override = 0.5;
-  const testbed_command_t move = slow.move_to({0, 0, 5000, 0, 0, 0});
+  const testbed_command2_t move = slow.move_to({0, 0, 5000, 0, 0, 0});
   const Utime begun = slow.now();
   const std::int64_t seq = slow.send(move);
   REQUIRE(slow.finished(seq, 60));
@@ -134,7 +134,7 @@ TEST_CASE(
   const auto speed = [&] { return Vector3d::Map(cell.state.commanded_velocity_m_s).norm(); };
   const double full = speed();
   cell.keep_lease = false;
-  testbed_command_t keep = cell.command(testbed_command_t::KEEP_LEASE);
+  testbed_command2_t keep = cell.command(testbed_command2_t::KEEP_LEASE);
   keep.commander = "somebody else";
   keep.speed_override = 0.1;
   cell.send(keep);
@@ -143,7 +143,7 @@ TEST_CASE(
 
   cell.keep_lease = true;
   cell.speed_override = 0.25;
-  cell.send(testbed_command_t::KEEP_LEASE);
+  cell.send(testbed_command2_t::KEEP_LEASE);
   double fastest_change = 0;
   for (int i = 0; i < 20; ++i) {
     const double before = speed();
@@ -158,12 +158,12 @@ TEST_CASE(
   CHECK((cell.relative().position - from.position).cross(line).norm() < 1e-5);
 
   SECTION("held, it stays held") {
-    cell.send(testbed_command_t::HOLD);
+    cell.send(testbed_command2_t::HOLD);
     cell.speed_override = 1;
     cell.run_for(2.0);
     CHECK(cell.state.state == testbed_state_t::HELD);
     CHECK(speed() < 1e-9);
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
   }
   cell.speed_override = 1;
   REQUIRE(cell.finished(seq, 60));
@@ -177,13 +177,13 @@ TEST_CASE("stop abandons a motion; retreat goes back along where it came from") 
   const Joints replica_home = cell.replica->joints();
   const std::int64_t seq = cell.send(cell.move_to({200, 100, 4800, 5, 5, 5}));
   cell.run_for(5.0);
-  const std::int64_t stop = cell.send(testbed_command_t::STOP);
+  const std::int64_t stop = cell.send(testbed_command2_t::STOP);
   REQUIRE(cell.finished(stop, 3));
   CHECK(cell.state.state == testbed_state_t::IDLE);
   CHECK(cell.state.finished_seq != seq);
   cell.run_for(0.5);
   CHECK(distance(cell.relative(), pose_from_xyzwpr({200, 100, 4800, 5, 5, 5})) > 0.1);
-  const std::int64_t retreat = cell.send(testbed_command_t::RETREAT);
+  const std::int64_t retreat = cell.send(testbed_command2_t::RETREAT);
   REQUIRE(cell.finished(retreat, 60));
   cell.run_for(0.5);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -216,7 +216,7 @@ TEST_CASE("while a motion is planned the testbed watches, and obeys HOLD and STO
     CHECK_THAT(cell.state.refusal, Contains("is still being planned"));
   }
   SECTION("a hold holds it at its start") {
-    const std::int64_t hold = cell.send(testbed_command_t::HOLD);
+    const std::int64_t hold = cell.send(testbed_command2_t::HOLD);
     cell.run_for(0.2);
     CHECK(cell.state.command_seq == hold);
     cell.simulation.go_on_with_work(*cell.node_loop);
@@ -224,11 +224,11 @@ TEST_CASE("while a motion is planned the testbed watches, and obeys HOLD and STO
     cell.run_for(3.0);
     CHECK(cell.state.state == testbed_state_t::HELD);
     CHECK(distance(cell.relative(), before) < 1e-9);
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     REQUIRE(cell.finished(seq, 60));
   }
   SECTION("a stop abandons it, whatever comes of the plan") {
-    const std::int64_t stop = cell.send(testbed_command_t::STOP);
+    const std::int64_t stop = cell.send(testbed_command2_t::STOP);
     cell.run_for(0.2);
     CHECK(cell.state.finished_seq == stop);
     CHECK(cell.state.refused_seq == seq);
@@ -266,7 +266,7 @@ TEST_CASE("while a motion is planned the testbed watches, and obeys HOLD and STO
 TEST_CASE("a trajectory goes through its waypoints at their times") {
   FakeCell cell;
   cell.take_lease();
-  testbed_command_t trajectory = cell.command(testbed_command_t::TRAJECTORY);
+  testbed_command2_t trajectory = cell.command(testbed_command2_t::TRAJECTORY);
   const std::vector<Xyzwpr> poses{
       {0, 0, 5300, 0, 5, 0}, {100, 0, 5100, 5, 5, 10}, {100, 50, 5000, 0, 0, 0}};
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -303,7 +303,7 @@ TEST_CASE("an approach by the estimate alone ends at the standoff, whatever the 
   cell.estimator->offset << 0.005, -0.004, 0.006, 0.002, -0.002, 0.003;
   cell.estimator->silent = false;
   cell.run_for(3.0);
-  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  testbed_command2_t approach = cell.command(testbed_command2_t::APPROACH);
   approach.standoff_m = 4.5;
   approach.speed_m_s = 0.04;
   const std::int64_t seq = cell.send(approach);
@@ -331,8 +331,8 @@ TEST_CASE("an estimate that drifts from the commanded pose is followed") {
   REQUIRE(cell.finished(cell.send(cell.move_to({0, 0, 5500, 0, 0, 0})), 30));
   cell.estimator->silent = false;
   cell.run_for(3.0);
-  testbed_command_t keep = cell.move_to({0, 0, 5500, 0, 0, 0});
-  keep.command = testbed_command_t::STATION_KEEP;
+  testbed_command2_t keep = cell.move_to({0, 0, 5500, 0, 0, 0});
+  keep.command = testbed_command2_t::STATION_KEEP;
   cell.send(keep);
   cell.run_for(3.0);
   cell.estimator->offset << 0.05, 0, -0.03, 0, 0, 0;
@@ -341,7 +341,7 @@ TEST_CASE("an estimate that drifts from the commanded pose is followed") {
   // the arms have worked the difference off
   CHECK(cell.relative().position.x() == Approx(-0.05).margin(0.006));
   CHECK(cell.relative().position.z() == Approx(5.53).margin(0.006));
-  const std::int64_t stop = cell.send(testbed_command_t::STOP);
+  const std::int64_t stop = cell.send(testbed_command2_t::STOP);
   CHECK(cell.finished(stop, 3));
 }
 
@@ -351,7 +351,7 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
   REQUIRE(cell.finished(cell.send(cell.move_to(start_pose)), 30));
   cell.estimator->silent = false;
   cell.run_for(3.0);
-  testbed_command_t approach = cell.command(testbed_command_t::APPROACH);
+  testbed_command2_t approach = cell.command(testbed_command2_t::APPROACH);
   approach.standoff_m = 4.8;
   approach.speed_m_s = 0.04;
   const std::int64_t seq = cell.send(approach);
@@ -371,7 +371,7 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     cell.estimator->silent = false;
     cell.run_for(5.0);
     CHECK(cell.state.state == testbed_state_t::HELD);  // a person must say so
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     REQUIRE(cell.finished(seq, 60));
   }
   SECTION("lost: held at once") {
@@ -403,13 +403,13 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     CHECK(cell.events["estimate-wrong"] == 1);
     CHECK_THAT(cell.state.reason, Contains("away from ground truth"));
     CHECK(distance(before, cell.relative()) < 0.06);  // the way until the estimate came
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     cell.run_for(1.0);
     CHECK_THAT(cell.state.refusal, Contains("away from ground truth"));
     cell.estimator->offset.setZero();
     cell.run_for(3.0);
     CHECK(cell.state.state == testbed_state_t::HELD);
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     cell.run_for(3.0);
     CHECK(cell.state.state == testbed_state_t::CLOSED_LOOP);
   }
@@ -434,12 +434,12 @@ TEST_CASE("only the holder of the lease moves the arms") {
   }
   SECTION("somebody else holds it") {
     cell.take_lease();
-    testbed_command_t other = cell.move_to(start_pose);
+    testbed_command2_t other = cell.move_to(start_pose);
     other.commander = "other";
     cell.send(other);
     cell.run_for(0.5);
     CHECK_THAT(cell.state.refusal, Contains("'test'"));
-    testbed_command_t take = cell.command(testbed_command_t::TAKE_LEASE);
+    testbed_command2_t take = cell.command(testbed_command2_t::TAKE_LEASE);
     take.commander = "other";
     cell.send(take);
     cell.run_for(0.5);
@@ -450,7 +450,7 @@ TEST_CASE("only the holder of the lease moves the arms") {
     const std::int64_t move = cell.send(cell.move_to({0, 0, 5000, 0, 0, 0}));
     cell.run_for(2.0);
     CHECK(cell.state.command_seq == move);
-    testbed_command_t hold = cell.command(testbed_command_t::HOLD);
+    testbed_command2_t hold = cell.command(testbed_command2_t::HOLD);
     hold.commander = "other";
     cell.send(hold);
     cell.run_for(2.0);
@@ -473,7 +473,7 @@ TEST_CASE("only the holder of the lease moves the arms") {
     cell.take_lease();
     REQUIRE(cell.finished(cell.send(cell.move_to({0, 0, 5400, 0, 0, 0})), 30));
     cell.keep_lease = false;
-    cell.send(testbed_command_t::RELEASE_LEASE);
+    cell.send(testbed_command2_t::RELEASE_LEASE);
     cell.run_for(0.5);
     CHECK(cell.state.lease_holder.empty());
     CHECK(cell.replica->state == arm_state_t::HELD);
@@ -486,7 +486,8 @@ TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and to
   const std::int64_t move = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
   cell.run_for(3.0);
   const bool holds = GENERATE(true, false);
-  testbed_command_t stop = cell.command(holds ? testbed_command_t::HOLD : testbed_command_t::STOP);
+  testbed_command2_t stop =
+      cell.command(holds ? testbed_command2_t::HOLD : testbed_command2_t::STOP);
   stop.commander = "somebody";
   std::string commander = "somebody";
   SECTION("of another session") { stop.session = test_session - 1; }
@@ -498,7 +499,7 @@ TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and to
   }
   SECTION("from a script that fills in nothing") {
     stop = {};
-    stop.command = holds ? testbed_command_t::HOLD : testbed_command_t::STOP;
+    stop.command = holds ? testbed_command2_t::HOLD : testbed_command2_t::STOP;
   }
   cell.send(stop);
   cell.run_for(1.5);
@@ -510,7 +511,7 @@ TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and to
 
   // what goes on does not stop for a repetition, but for the next one
   if (holds) {
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
   } else {
     cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
   }
@@ -556,25 +557,25 @@ TEST_CASE("a hold is obeyed on the way back to the path, and before a retreat") 
     REQUIRE(cell.run_until([&] { return cell.replica->starts > starts; }, 5));
     REQUIRE(cell.run_until([&] { return cell.replica->state == arm_state_t::RUNNING; }, 5));
     cell.run_for(0.05);
-    cell.send(testbed_command_t::HOLD);
+    cell.send(testbed_command2_t::HOLD);
     cell.run_for(0.5);
     CHECK(cell.state.state == testbed_state_t::HELD);
     const Pose held = cell.relative();
     cell.run_for(3.0);
     CHECK(distance(held, cell.relative()) < 1e-6);
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     CHECK(cell.finished(move, 60));
   }
   SECTION("before a retreat") {
-    const std::int64_t retreat = cell.send(testbed_command_t::RETREAT);
+    const std::int64_t retreat = cell.send(testbed_command2_t::RETREAT);
     cell.run_for(0.1);
-    cell.send(testbed_command_t::HOLD);
+    cell.send(testbed_command2_t::HOLD);
     cell.run_for(2.0);
     CHECK(cell.state.state == testbed_state_t::HELD);
     const Pose held = cell.relative();
     cell.run_for(2.0);
     CHECK(distance(held, cell.relative()) < 1e-6);
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     CHECK(cell.finished(retreat, 60));
   }
 }
@@ -582,12 +583,12 @@ TEST_CASE("a hold is obeyed on the way back to the path, and before a retreat") 
 TEST_CASE("commands of yesterday and late ones move nothing; a repeated one moves once") {
   FakeCell cell;
   cell.take_lease();
-  testbed_command_t old = cell.move_to(start_pose);
+  testbed_command2_t old = cell.move_to(start_pose);
   old.session = test_session - 1;
   cell.send(old);
   cell.run_for(1.0);
   CHECK(cell.events["command-of-another-session"] == 1);
-  testbed_command_t late = cell.move_to(start_pose);
+  testbed_command2_t late = cell.move_to(start_pose);
   late.utime_expires = cell.now() - second;
   cell.send(late);
   cell.run_for(1.0);
@@ -596,7 +597,7 @@ TEST_CASE("commands of yesterday and late ones move nothing; a repeated one move
   CHECK(cell.state.command_seq == 0);
   CHECK(cell.state.refused_seq == 0);
 
-  const testbed_command_t move = cell.move_to({0, 0, 5400, 0, 0, 0});
+  const testbed_command2_t move = cell.move_to({0, 0, 5400, 0, 0, 0});
   cell.send(move);
   REQUIRE(cell.finished(move.seq, 30));
   const int begun = cell.events["motion-begins"];
@@ -609,8 +610,8 @@ TEST_CASE("commands of yesterday and late ones move nothing; a repeated one move
 TEST_CASE("a motion that comes for the first time behind a later command is refused") {
   FakeCell cell;
   cell.take_lease();
-  const testbed_command_t lost = cell.move_to({100, -100, 4500, 10, 8, -12});
-  cell.send(testbed_command_t::HOLD);
+  const testbed_command2_t lost = cell.move_to({100, -100, 4500, 10, 8, -12});
+  cell.send(testbed_command2_t::HOLD);
   cell.run_for(0.2);
   cell.send(lost);  // its first datagram did not arrive
   cell.run_for(0.2);
@@ -626,7 +627,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
   cell.run_for(4.0);
   REQUIRE(cell.state.state == testbed_state_t::MOVING);
   const auto goes_on_after_resume = [&] {
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     const bool done = cell.finished(seq, 60);
     cell.run_for(0.5);
     return done && distance(cell.relative(), pose_from_xyzwpr({0, 0, 4500, 0, 0, 0})) < 1e-6;
@@ -642,7 +643,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.replica->last_hold - pressed < 50 * millisecond);
     CHECK(cell.state.state == testbed_state_t::FAULT);
     CHECK_THAT(cell.state.reason, Contains("emergency stop"));
-    cell.send(testbed_command_t::RESUME);
+    cell.send(testbed_command2_t::RESUME);
     cell.run_for(0.5);
     CHECK_THAT(cell.state.refusal, Contains("emergency stop"));
     cell.facility->estop_closed = true;
@@ -662,7 +663,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.replica->state == arm_state_t::HELD);
     CHECK(cell.state.state == testbed_state_t::FAULT);
     CHECK_THAT(cell.state.reason, Contains("sensor arm"));
-    const std::int64_t reset = cell.send(testbed_command_t::RESET);
+    const std::int64_t reset = cell.send(testbed_command2_t::RESET);
     cell.run_for(0.5);
     CHECK(cell.state.finished_seq == reset);
     CHECK(cell.state.state == testbed_state_t::IDLE);
@@ -721,7 +722,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.events["arm-jumped"] == 1);
   }
   SECTION("an arm moves although it was told to stand") {
-    cell.send(testbed_command_t::HOLD);
+    cell.send(testbed_command2_t::HOLD);
     cell.facility->estop_closed = false;
     cell.run_for(2.0);
     for (int i = 0; i < 20; ++i) {
@@ -762,7 +763,7 @@ TEST_CASE("ground truth runs at 125 Hz, 20 ms behind, and is where the arms are"
 TEST_CASE("in free space the replica flies by itself") {
   FakeCell cell("free");
   cell.take_lease();
-  testbed_command_t move = cell.move_to({100, -230, 8000, 25, 20, -30}, 0.5);
+  testbed_command2_t move = cell.move_to({100, -230, 8000, 25, 20, -30}, 0.5);
   const std::int64_t seq = cell.send(move);
   REQUIRE(cell.finished(seq, 60));
   cell.run_for(0.5);

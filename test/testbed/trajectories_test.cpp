@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <cmath>
 #include <limits>
 
@@ -50,7 +50,7 @@ void check_common(const Waypoints& waypoints) {
   for (std::size_t i = 1; i < waypoints.size(); ++i) {
     REQUIRE(waypoints[i].time > waypoints[i - 1].time);
   }
-  testbed_command_t command{};
+  testbed_command2_t command{};
   command.commander = "procedure";
   command.waypoint_count = static_cast<std::int32_t>(waypoints.size());
   command.waypoints.resize(waypoints.size());

@@ -7,8 +7,10 @@
 #include <optional>
 
 #include "common/core/random.h"
+#include "drivers/simulated/world.h"
 #include "test/catch.h"
 #include "testbed/truth/ground_truth.h"
+#include "testbed/truth/truth_covariance.h"
 
 namespace berth::testbed {
 namespace {
@@ -167,6 +169,37 @@ TEST_CASE("a truth that leaves a part of its doubt out is found out") {
   claimed = world;
   claimed.geometry = 0.05;
   CHECK(mean(claimed, 0) > 10);
+}
+
+TEST_CASE("a cell as of the world `lab` is as wrong as truth claims without a calibration") {
+  const PerturbationSizes sizes = load_world("config", "lab").cell;
+  const Calibration belief = calibration_with(
+      {"nominal", 1,
+       load_calibration_settings("config/calibration.yaml").nominal[ParameterKind::arm_time]});
+  TruthCovariance claimed(cell(), belief);
+  constexpr int worlds = 300;
+  double mean = 0;
+  for (std::uint64_t seed = 1; seed <= worlds; ++seed) {
+    Random random(seed, "places in lab");
+    const ArmErrors replica = draw_errors(sizes, cell().replica, seed);
+    const ArmErrors sensor = draw_errors(sizes, cell().sensor, seed);
+    const Cell world = perturbed_cell(cell(), cell().target, replica, sensor);
+    ArmPair reported{cell().replica.home, cell().sensor.home};
+    ArmPair real = reported;
+    for (std::size_t i = 0; i < 6; ++i) {
+      reported.replica[i] += random.uniform(-0.2, 0.2);
+      reported.sensor[i] += random.uniform(-0.2, 0.2);
+      real.replica[i] = reported.replica[i] - replica.zero[i];
+      real.sensor[i] = reported.sensor[i] - sensor.zero[i];
+    }
+    const Vector6d error = difference(world.relative_pose(real.replica, real.sensor),
+                                      cell().relative_pose(reported.replica, reported.sensor));
+    const Matrix6d covariance = claimed.at({reported.replica}, {reported.sensor});
+    mean += error.dot(covariance.ldlt().solve(error)) / worlds;
+  }
+  INFO(mean);
+  CHECK(mean < 6.6);  // 6, and what 300 worlds may be above it once in a thousand
+  CHECK(mean > 4.5);  // nor far less than it says
 }
 
 }  // namespace

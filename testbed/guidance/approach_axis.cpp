@@ -6,10 +6,10 @@ namespace berth::testbed {
 ApproachAxis::ApproachAxis(const ApproachTarget& target, GuidanceProfile::Align align, bool dock,
                            const Pose& sensor, const Pose& model)
     : target_(target), align_(align), dock_(dock) {
-  if (dock_ || turning()) aim_ = target_.docking.position;
+  if (dock_ || turning()) aim_ = target_.port->pose.position;
   if (turning()) {
-    axis_ = target_.docking.rotation * Vector3d::UnitZ();
-    attitude_ = target_.docking.rotation * Quaterniond(0, 1, 0, 0);  // z inwards
+    axis_ = target_.port->pose.rotation * Vector3d::UnitZ();
+    attitude_ = target_.port->pose.rotation * Quaterniond(0, 1, 0, 0);  // z inwards
     return;
   }
   axis_ = (sensor.position - model * aim_).normalized();

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "common/core/ray_caster.h"
+#include "common/targets/target.h"
 #include "testbed/guidance/profile.h"
 #include "testbed/guidance/steering.h"
 
 namespace berth::testbed {
 
-/// What an approach has to do with its target: the surface that is come to, and the interface.
+/// What an approach has to do with its target: the surface that is come to, and the docking port.
 struct ApproachTarget {
   const RayCaster* surface = nullptr;  ///< model frame; must outlive the flight
-  bool has_docking_interface = false;
-  Pose docking;  ///< T_model_docking, z outwards
+  std::optional<DockingPort> port = std::nullopt;
 };
 
 /// The line along which a target is approached, and the pose wanted at a distance along it.
@@ -42,6 +44,8 @@ class ApproachAxis {
   Place place(const Pose& sensor, const Pose& model) const;
   /// Frame N, unit, away from the target.
   Vector3d direction(const Pose& model) const;
+  /// rad off the axis within which an approach may begin.
+  double approach_cone() const { return turning() ? target_.port->approach_cone : radians(90); }
 
  private:
   bool turning() const { return align_ == GuidanceProfile::Align::docking_axis; }

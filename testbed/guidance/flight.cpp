@@ -11,7 +11,6 @@ namespace berth::testbed {
 namespace {
 
 /// A chaser farther off the axis is not led back to it.
-constexpr double widest_start = radians(60.0);
 /// Of the greatest acceleration, for speeding up and braking along the corridor.
 constexpr double along_share = 0.4;
 /// Near enough to a stop, m, and slow enough there, m/s.
@@ -43,9 +42,8 @@ Flight::Result Flight::begin(const GuidanceProfile& profile, const ApproachTarge
                              std::int64_t now, const Pose& commanded, const PoseHistory& before,
                              const std::optional<Estimate>& estimate) {
   if (!estimate) return "there is no estimate";
-  if ((order.dock || profile.align == GuidanceProfile::Align::docking_axis) &&
-      !target.has_docking_interface) {
-    return "the target names no docking interface";
+  if ((order.dock || profile.align == GuidanceProfile::Align::docking_axis) && !target.port) {
+    return "the target has no docking port";
   }
   std::shared_ptr<Flight> flight(
       new Flight(profile, target, settings, order, now, commanded, before, *estimate));
@@ -116,9 +114,9 @@ std::string Flight::refusal() const {
            " m already, nearer than the standoff of " + fixed(order_.standoff, 3) + " m";
   }
   const double off_axis = std::atan2(place_.offset, place_.along);
-  if (off_axis > widest_start) {
+  if (const double cone = axis_.approach_cone(); off_axis > cone) {
     return "by the estimate the sensor stands " + deg(off_axis) + " off the docking axis, limit " +
-           deg(widest_start);
+           deg(cone);
   }
   return "";
 }

@@ -30,7 +30,7 @@ Pose Guidance::reference(double travelled) const {
 }
 
 double Guidance::distance_to_go(const Pose& pose) const {
-  if (docking_) return (pose * docking_->point - docking_->place).norm();
+  if (docking_) return (pose * docking_->port.pose.position - docking_->place).norm();
   return surface_distance(pose) - standoff_;
 }
 
@@ -104,7 +104,15 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
     return std::nullopt;
   };
   if (docking_) {
-    const Vector3d way = docking_->place - wanted_start_ * docking_->point;
+    const Vector3d point = wanted_start_ * docking_->port.pose.position;
+    const Vector3d axis = wanted_start_.rotation * docking_->port.pose.rotation * Vector3d::UnitZ();
+    const double off_axis = std::atan2(axis.cross(-point).norm(), axis.dot(-point));
+    if (off_axis > docking_->port.approach_cone) {
+      return "by the estimate the sensor stands " + fixed(degrees(off_axis), 1) +
+             " deg off the axis of docking port '" + docking_->port.name + "', limit " +
+             fixed(degrees(docking_->port.approach_cone), 1) + " deg";
+    }
+    const Vector3d way = docking_->place - point;
     if (way.norm() > 0) direction_ = way.normalized();
     return set_off(way.norm());
   }

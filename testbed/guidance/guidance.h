@@ -8,6 +8,7 @@
 
 #include "common/core/pose.h"
 #include "common/core/ray_caster.h"
+#include "common/targets/target.h"
 #include "testbed/guidance/steering.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/motion_profile.h"
@@ -18,7 +19,7 @@ namespace berth::testbed {
 /// Where an approach is to end other than by the nearest surface: a point of the target, model
 /// frame, at a place in the sensor frame.
 struct Docking {
-  Vector3d point = Vector3d::Zero();
+  DockingPort port;
   Vector3d place = Vector3d::Zero();
 };
 

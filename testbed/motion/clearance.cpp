@@ -142,8 +142,7 @@ struct Clearance::Impl {
   }
 
   void add_target() {
-    const Mesh& mesh = cell->target.mesh;
-    for (const Box& box : cover_with_boxes(mesh, target_slices)) {
+    for (const Box& box : cover_with_boxes(swept_mesh(cell->target), target_slices)) {
       Mesh slice;
       slice.append(make_box(box.size().cwiseMax(least_thickness)),
                    cell->replica.tool * Pose{box.centre(), Quaterniond::Identity()});

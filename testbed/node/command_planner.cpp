@@ -62,14 +62,14 @@ std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
 }
 
 /// The same command at a part of its speed, which is rounded down to what a person would type.
-testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits, double rate) {
+testbed_command2_t slower(testbed_command2_t command, const RelativeLimits& limits, double rate) {
   constexpr double linear = 1e-4;        // m/s
   const double angular = radians(0.01);  // rad/s
   command.speed_m_s = linear * std::max(1.0, std::floor(rate * limits.speed / linear));
   command.angular_speed_rad_s =
       angular * std::max(1.0, std::floor(rate * limits.angular_speed / angular));
   // In a closed loop they are the target's own motion, which no speed of ours changes.
-  if (command.command == testbed_command_t::TRAJECTORY) {
+  if (command.command == testbed_command2_t::TRAJECTORY) {
     for (waypoint_t& waypoint : command.waypoints) waypoint.time_s /= rate;
   }
   return command;
@@ -77,17 +77,18 @@ testbed_command_t slower(testbed_command_t command, const RelativeLimits& limits
 
 }  // namespace
 
-bool is_motion(const testbed_command_t& command) {
-  return command.command >= testbed_command_t::MOVE && command.command <= testbed_command_t::GUIDED;
+bool is_motion(const testbed_command2_t& command) {
+  return command.command >= testbed_command2_t::MOVE &&
+         command.command <= testbed_command2_t::GUIDED;
 }
 
-bool is_closed_loop(const testbed_command_t& command) {
-  return command.command == testbed_command_t::APPROACH ||
-         command.command == testbed_command_t::STATION_KEEP ||
-         command.command == testbed_command_t::GUIDED;
+bool is_closed_loop(const testbed_command2_t& command) {
+  return command.command == testbed_command2_t::APPROACH ||
+         command.command == testbed_command2_t::STATION_KEEP ||
+         command.command == testbed_command2_t::GUIDED;
 }
 
-std::string CommandPlanner::limits_of(const testbed_command_t& command,
+std::string CommandPlanner::limits_of(const testbed_command2_t& command,
                                       RelativeLimits& limits) const {
   limits = settings_.motion;
   if (command.speed_m_s != 0) limits.speed = command.speed_m_s;
@@ -105,11 +106,11 @@ std::string CommandPlanner::limits_of(const testbed_command_t& command,
 }
 
 std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_back(
-    const testbed_command_t& command, const Trail& trail, const PathCheck& check,
+    const testbed_command2_t& command, const Trail& trail, const PathCheck& check,
     const ArmPair& start) const {
   if (trail.empty()) return "there is no way back: nothing has moved since the last retreat";
   RelativeLimits limits;
-  testbed_command_t with_speed = command;
+  testbed_command2_t with_speed = command;
   if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
   std::string wrong = limits_of(with_speed, limits);
   if (!wrong.empty()) return wrong;
@@ -118,7 +119,7 @@ std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_
   return motion;
 }
 
-CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, const ArmPair& start,
+CommandPlanner::Result CommandPlanner::plan(const testbed_command2_t& command, const ArmPair& start,
                                             std::int64_t now, const Guidance& given) const {
   if (command.frozen_arm < 0 || command.frozen_arm > 2) {
     return "frozen_arm is " + std::to_string(command.frozen_arm) +
@@ -140,15 +141,15 @@ CommandPlanner::Result CommandPlanner::plan(const testbed_command_t& command, co
   return refusal.text + passing_speed(command, start, now, guidance, refusal.passing_rate);
 }
 
-CommandPlanner::Path CommandPlanner::path_of(const testbed_command_t& command, const Pose& from,
+CommandPlanner::Path CommandPlanner::path_of(const testbed_command2_t& command, const Pose& from,
                                              std::int64_t now, Guidance& guidance,
                                              Plan& plan) const {
   if (is_closed_loop(command)) return closed_loop(command, from, now, guidance, plan);
-  return command.command == testbed_command_t::MOVE ? move(command, from)
-                                                    : trajectory(command, from);
+  return command.command == testbed_command2_t::MOVE ? move(command, from)
+                                                     : trajectory(command, from);
 }
 
-std::string CommandPlanner::passing_speed(const testbed_command_t& command, const ArmPair& start,
+std::string CommandPlanner::passing_speed(const testbed_command2_t& command, const ArmPair& start,
                                           std::int64_t now, Guidance& guidance, double rate) const {
   RelativeLimits limits;
   if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
@@ -171,18 +172,18 @@ std::string CommandPlanner::passing_speed(const testbed_command_t& command, cons
   if (passing <= 0) return "";
   std::string text =
       "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
-  if (command.command == testbed_command_t::TRAJECTORY) {
+  if (command.command == testbed_command2_t::TRAJECTORY) {
     text += ", all its times " + fixed(std::ceil(1e3 / passing) / 1e3, 3) +
             " times as long, those of ramps too";
   } else {
-    const testbed_command_t passes = slower(command, limits, passing);
+    const testbed_command2_t passes = slower(command, limits, passing);
     text += ", " + fixed(1e3 * passes.speed_m_s, 1) + " mm/s and " +
             fixed(degrees(passes.angular_speed_rad_s), 2) + " deg/s";
   }
   return text;
 }
 
-CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
+CommandPlanner::Path CommandPlanner::move(const testbed_command2_t& command,
                                           const Pose& from) const {
   const auto goal = pose_of(command.position_m, command.q_wxyz);
   if (!goal) return "the goal is not a pose";
@@ -192,7 +193,7 @@ CommandPlanner::Path CommandPlanner::move(const testbed_command_t& command,
   return std::make_shared<const StraightPath>(from, *goal, limits);
 }
 
-CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command,
+CommandPlanner::Path CommandPlanner::trajectory(const testbed_command2_t& command,
                                                 const Pose& from) const {
   auto path = waypoint_path(command.waypoints, from, "the trajectory",
                             "where the arms are: move there first");
@@ -200,7 +201,7 @@ CommandPlanner::Path CommandPlanner::trajectory(const testbed_command_t& command
   return std::get<std::shared_ptr<const WaypointPath>>(path);
 }
 
-CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& command,
+CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command2_t& command,
                                                  const Pose& commanded, std::int64_t now,
                                                  Guidance& guidance, Plan& plan) const {
   RelativeLimits limits;
@@ -216,12 +217,12 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& comman
     if (!plan.target_motion) return path;
     return std::make_shared<const MovingTargetPath>(std::move(path), plan.target_motion);
   };
-  if (command.command == testbed_command_t::GUIDED) {
+  if (command.command == testbed_command2_t::GUIDED) {
     plan.steering = std::make_shared<OutsideFlight>(
         command.guidance.empty() ? command.commander : command.guidance, limits, commanded);
     return with_motion(std::make_shared<const HeldPath>(commanded));
   }
-  const bool keep = command.command == testbed_command_t::STATION_KEEP;
+  const bool keep = command.command == testbed_command2_t::STATION_KEEP;
   if (!keep && !(command.standoff_m > 0)) return "the standoff must be positive";
   if (!command.guidance.empty()) return flight(command, commanded, now, guidance, limits, plan);
   if (keep) {
@@ -230,13 +231,11 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& comman
     if (const auto reason = guidance.keep(now, commanded, *wanted, limits)) return *reason;
     return with_motion(std::make_shared<const HeldPath>(commanded));
   }
-  // A place in front of the sensor is the docking interface's at the end.
   std::optional<Docking> docking;
-  if (command.position_m[2] > 0) {
-    if (!cell_.target.has_docking_interface) {
-      return "target '" + cell_.target.name + "' names no docking interface";
-    }
-    docking = {cell_.target.docking.position, Vector3d::Map(command.position_m)};
+  if (command.dock != 0) {
+    const DockingPort* port = cell_.target.port(command.port);
+    if (port == nullptr) return no_port(command.port);
+    docking = {*port, Vector3d(0, 0, command.standoff_m)};
   }
   if (const auto reason = guidance.approach(now, commanded, command.standoff_m, limits, docking)) {
     return *reason;
@@ -245,9 +244,18 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command_t& comman
       std::make_shared<const StraightPath>(commanded, guidance.predicted_end(), limits));
 }
 
-CommandPlanner::Path CommandPlanner::flight(const testbed_command_t& command, const Pose& commanded,
-                                            std::int64_t now, const Guidance& guidance,
-                                            const RelativeLimits& limits, Plan& plan) const {
+std::string CommandPlanner::no_port(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const DockingPort& port : cell_.target.ports) names.push_back(port.name);
+  return "target '" + cell_.target.name + "' has no docking port" +
+         (name.empty() ? ""
+                       : " '" + name + "'; it has " + (names.empty() ? "none" : joined(names)));
+}
+
+CommandPlanner::Path CommandPlanner::flight(const testbed_command2_t& command,
+                                            const Pose& commanded, std::int64_t now,
+                                            const Guidance& guidance, const RelativeLimits& limits,
+                                            Plan& plan) const {
   const auto profile = settings_.profiles.find(command.guidance);
   if (profile == settings_.profiles.end()) {
     std::vector<std::string> names;
@@ -256,16 +264,21 @@ CommandPlanner::Path CommandPlanner::flight(const testbed_command_t& command, co
   }
   Flight::Order order;
   order.limits = limits;
-  if (command.command == testbed_command_t::STATION_KEEP) {
+  if (command.command == testbed_command2_t::STATION_KEEP) {
     const auto wanted = pose_of(command.position_m, command.q_wxyz);
     if (!wanted) return "the pose to keep is not a pose";
     order.keep = true;
     order.pose = *wanted;
   } else {
     order.standoff = command.standoff_m;
-    order.dock = command.position_m[2] > 0;
+    order.dock = command.dock != 0;
   }
-  const ApproachTarget target{&surface_, cell_.target.has_docking_interface, cell_.target.docking};
+  ApproachTarget target{&surface_};
+  if (const DockingPort* port = cell_.target.port(command.port)) {
+    target.port = *port;
+  } else if (order.dock) {
+    return no_port(command.port);
+  }
   auto begun = Flight::begin(profile->second, target, settings_.guidance, order, now, commanded,
                              guidance.history(), guidance.estimate());
   if (auto* reason = std::get_if<std::string>(&begun)) return std::move(*reason);

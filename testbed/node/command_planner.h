@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,31 +38,33 @@ class CommandPlanner {
   /// copy of it; those by a profile are flown to their end first, with perfect estimates. Their
   /// motion is the one predicted.
   /// @param now us, on guidance's clock
-  Result plan(const testbed_command_t& command, const ArmPair& start, std::int64_t now,
+  Result plan(const testbed_command2_t& command, const ArmPair& start, std::int64_t now,
               const Guidance& guidance) const;
 
   /// A retreat along the trail. @return why there is none otherwise.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
-      const testbed_command_t& command, const Trail& trail, const PathCheck& check,
+      const testbed_command2_t& command, const Trail& trail, const PathCheck& check,
       const ArmPair& start) const;
 
   /// The rates that the command asks for. @return why they cannot be had; empty when they can.
-  std::string limits_of(const testbed_command_t& command, RelativeLimits& limits) const;
+  std::string limits_of(const testbed_command2_t& command, RelativeLimits& limits) const;
 
  private:
+  /// What is said of a docking port that is not there.
+  std::string no_port(const std::string& name) const;
   using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
 
   /// Where the command leads: the path that it asks for, or why there is none.
-  Path path_of(const testbed_command_t& command, const Pose& from, std::int64_t now,
+  Path path_of(const testbed_command2_t& command, const Pose& from, std::int64_t now,
                Guidance& guidance, Plan& plan) const;
   /// What is said of a speed at which the refused command would pass; empty where there is none.
-  std::string passing_speed(const testbed_command_t& command, const ArmPair& start,
+  std::string passing_speed(const testbed_command2_t& command, const ArmPair& start,
                             std::int64_t now, Guidance& guidance, double rate) const;
-  Path move(const testbed_command_t& command, const Pose& from) const;
-  Path trajectory(const testbed_command_t& command, const Pose& from) const;
-  Path closed_loop(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+  Path move(const testbed_command2_t& command, const Pose& from) const;
+  Path trajectory(const testbed_command2_t& command, const Pose& from) const;
+  Path closed_loop(const testbed_command2_t& command, const Pose& commanded, std::int64_t now,
                    Guidance& guidance, Plan& plan) const;
-  Path flight(const testbed_command_t& command, const Pose& commanded, std::int64_t now,
+  Path flight(const testbed_command2_t& command, const Pose& commanded, std::int64_t now,
               const Guidance& guidance, const RelativeLimits& limits, Plan& plan) const;
 
   const Cell& cell_;
@@ -72,8 +74,8 @@ class CommandPlanner {
 };
 
 /// Whether the command is one of those that plan() takes.
-bool is_motion(const testbed_command_t& command);
+bool is_motion(const testbed_command2_t& command);
 /// APPROACH, STATION_KEEP and GUIDED.
-bool is_closed_loop(const testbed_command_t& command);
+bool is_closed_loop(const testbed_command2_t& command);
 
 }  // namespace berth::testbed

@@ -10,14 +10,14 @@ namespace berth {
 using namespace testbed;
 
 /// Whoever sends it. A repetition of one that was obeyed is answered, no more.
-void TestbedNode::on_stop(const testbed_command_t& command) {
+void TestbedNode::on_stop(const testbed_command2_t& command) {
   if (!seen_.add(command)) return publish_state(false);
   const bool own = command.session == session();
   std::int64_t& last = last_seq_[command.commander];
   const std::string unusual = unusual_stop(command, session(), now(), own && command.seq <= last);
   if (!unusual.empty()) {
     event(event_t::WARNING, "unusual-stop",
-          std::string(command.command == testbed_command_t::HOLD ? "HOLD" : "STOP") + " of '" +
+          std::string(command.command == testbed_command2_t::HOLD ? "HOLD" : "STOP") + " of '" +
               command.commander + "' is obeyed, although it " + unusual);
   }
   if (own) last = std::max(last, command.seq);
@@ -25,9 +25,9 @@ void TestbedNode::on_stop(const testbed_command_t& command) {
   publish_state(true);
 }
 
-void TestbedNode::on_command(const testbed_command_t& command) {
+void TestbedNode::on_command(const testbed_command2_t& command) {
   const std::int8_t what = command.command;
-  if (what == testbed_command_t::HOLD || what == testbed_command_t::STOP) return on_stop(command);
+  if (what == testbed_command2_t::HOLD || what == testbed_command2_t::STOP) return on_stop(command);
   if (command.session != session()) {
     event(event_t::WARNING, "command-of-another-session",
           "a command of '" + command.commander + "' belongs to session " +
@@ -53,9 +53,9 @@ void TestbedNode::on_command(const testbed_command_t& command) {
   publish_state(true);
 }
 
-bool TestbedNode::on_lease_command(const testbed_command_t& command) {
+bool TestbedNode::on_lease_command(const testbed_command2_t& command) {
   switch (command.command) {
-    case testbed_command_t::TAKE_LEASE: {
+    case testbed_command2_t::TAKE_LEASE: {
       const bool had = lease_.held_by(command.commander, now());
       if (!lease_.take(command.commander, now())) {
         refuse(command, "the lease is held by '" + lease_.holder() + "'");
@@ -64,11 +64,11 @@ bool TestbedNode::on_lease_command(const testbed_command_t& command) {
       }
       break;
     }
-    case testbed_command_t::KEEP_LEASE:
+    case testbed_command2_t::KEEP_LEASE:
       if (lease_.keep(command.commander, now())) set_override(command.speed_override);
       publish_state(true);
       return true;
-    case testbed_command_t::RELEASE_LEASE:
+    case testbed_command2_t::RELEASE_LEASE:
       if (lease_.release(command.commander, now())) {
         event(event_t::INFO, "lease-released", "nobody commands the testbed");
       }
@@ -81,19 +81,19 @@ bool TestbedNode::on_lease_command(const testbed_command_t& command) {
 }
 
 /// Another session's numbers are not ours to acknowledge.
-void TestbedNode::accept(const testbed_command_t& command) {
+void TestbedNode::accept(const testbed_command2_t& command) {
   if (command.session == session()) command_seq_ = command.seq;
 }
 
-void TestbedNode::refuse(const testbed_command_t& command, const std::string& reason) {
+void TestbedNode::refuse(const testbed_command2_t& command, const std::string& reason) {
   refused_seq_ = command.seq;
   refusal_ = reason;
   event(event_t::WARNING, "command-refused", reason);
 }
 
-void TestbedNode::begin(const testbed_command_t& command) {
+void TestbedNode::begin(const testbed_command2_t& command) {
   const std::int8_t what = command.command;
-  if (what == testbed_command_t::HOLD) {
+  if (what == testbed_command2_t::HOLD) {
     accept(command);
     const std::string reason = "held by '" + command.commander + "'";
     if (planning_) {
@@ -106,7 +106,7 @@ void TestbedNode::begin(const testbed_command_t& command) {
     }
     return;
   }
-  if (what == testbed_command_t::STOP) {
+  if (what == testbed_command2_t::STOP) {
     accept(command);
     give_up_planning("stopped by '" + command.commander + "' while its motion was planned");
     stopping_ = true;
@@ -123,9 +123,9 @@ void TestbedNode::begin(const testbed_command_t& command) {
   if (is_motion(command)) {
     reason = begin_motion(command);
     if (reason.empty()) return;  // answered when it is planned
-  } else if (what == testbed_command_t::RESUME) {
+  } else if (what == testbed_command2_t::RESUME) {
     reason = resume(command);
-  } else if (what == testbed_command_t::RETREAT) {
+  } else if (what == testbed_command2_t::RETREAT) {
     if (mode_ != Mode::idle && engaged_) {
       stopping_ = true;  // first to rest
       held_ = false;
@@ -134,7 +134,7 @@ void TestbedNode::begin(const testbed_command_t& command) {
       reason = retreat(command);
       if (reason.empty()) return;
     }
-  } else if (what == testbed_command_t::RESET) {
+  } else if (what == testbed_command2_t::RESET) {
     give_up_planning("reset by '" + command.commander + "' while its motion was planned");
     stop_arms("reset", "reset by '" + command.commander + "'");
     order(arm_command_t::RESET);
@@ -151,7 +151,7 @@ void TestbedNode::begin(const testbed_command_t& command) {
   }
 }
 
-std::string TestbedNode::resume(const testbed_command_t& command) {
+std::string TestbedNode::resume(const testbed_command2_t& command) {
   if (mode_ == Mode::idle) return "nothing is held";
   if (verdict_.level >= Level::held) return verdict_.reason;
   if (task_.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
@@ -178,7 +178,7 @@ void TestbedNode::set_override(double override) {
   guidance_.set_override(override_);
 }
 
-std::string TestbedNode::begin_motion(const testbed_command_t& command) {
+std::string TestbedNode::begin_motion(const testbed_command2_t& command) {
   if (planning_) {
     return "command " + std::to_string(planning_->command.seq) +
            " is still being planned: STOP it first";
@@ -210,7 +210,7 @@ std::string TestbedNode::begin_motion(const testbed_command_t& command) {
   });
 }
 
-std::string TestbedNode::retreat(const testbed_command_t& command) {
+std::string TestbedNode::retreat(const testbed_command2_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
   const ArmPair start = reference_joints();
   return plan(command, start, [=, this, trail = trail_](Planned& planned) {
@@ -226,7 +226,7 @@ std::string TestbedNode::retreat(const testbed_command_t& command) {
 }
 
 /// @return why it is not planned, or nothing: the command is answered when it is.
-std::string TestbedNode::plan(const testbed_command_t& command, const ArmPair& start,
+std::string TestbedNode::plan(const testbed_command2_t& command, const ArmPair& start,
                               std::function<void(Planned&)> job) {
   planning_ = Planning{command, start, ""};
   const auto planned = std::make_shared<Planned>();
@@ -266,7 +266,7 @@ std::string TestbedNode::why_not_now(const Planning& planning, const Task& task)
 }
 
 void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
-  const testbed_command_t& command = planning.command;
+  const testbed_command2_t& command = planning.command;
   Task& task = planned.task;
   std::string reason = planned.refusal;
   if (reason.empty()) reason = why_not_now(planning, task);

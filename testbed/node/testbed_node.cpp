@@ -92,9 +92,9 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
   bus.subscribe<guidance_setpoint_t>(
       channels::guidance_setpoint, Queue::fifo(),
       [this](const guidance_setpoint_t& setpoint) { on_setpoint(setpoint); });
-  bus.subscribe<testbed_command_t>(
+  bus.subscribe<testbed_command2_t>(
       channels::testbed_command, Queue::fifo(100),
-      [this](const testbed_command_t& command) { on_command(command); });
+      [this](const testbed_command2_t& command) { on_command(command); });
   tick_timer_ = loop.every(settings_.setpoint_period, [this] { tick(); });
   state_timer_ = loop.every(state_period, [this] { publish_state(false); });
   latency_timer_ = loop.every(10 * second, [this] {
@@ -180,7 +180,7 @@ void TestbedNode::run_motion(double dt, bool wait) {
 }
 
 bool TestbedNode::waits_to_retreat() const {
-  return held_ && after_stop_ && after_stop_->command == testbed_command_t::RETREAT;
+  return held_ && after_stop_ && after_stop_->command == testbed_command2_t::RETREAT;
 }
 
 /// finished: carried out to its end; otherwise given up on request.
@@ -212,9 +212,9 @@ void TestbedNode::end_task(bool finished) {
   scale_.stop();
   guidance_.stop();
   if (!after_stop_) return;
-  const testbed_command_t next = *after_stop_;
+  const testbed_command2_t next = *after_stop_;
   after_stop_.reset();
-  if (next.command != testbed_command_t::RETREAT) {
+  if (next.command != testbed_command2_t::RETREAT) {
     finished_seq_ = next.seq;
     return;
   }

@@ -8,7 +8,7 @@
 #include <berth/heartbeat_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/setpoint_latency_t.hpp>
-#include <berth/testbed_command_t.hpp>
+#include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
 #include <map>
 #include <memory>
@@ -75,7 +75,7 @@ class TestbedNode final : public Node {
 
   /// A command whose motion is being planned.
   struct Planning {
-    testbed_command_t command{};
+    testbed_command2_t command{};
     testbed::ArmPair start;
     std::string hold_reason;  // of a HOLD meanwhile
   };
@@ -92,24 +92,24 @@ class TestbedNode final : public Node {
   void on_facility(const facility_state_t& state);
   void on_estimate(const pose_estimate_t& message);
   void on_setpoint(const guidance_setpoint_t& setpoint);
-  void on_command(const testbed_command_t& command);
-  bool on_lease_command(const testbed_command_t& command);
+  void on_command(const testbed_command2_t& command);
+  bool on_lease_command(const testbed_command2_t& command);
 
   // commands
-  void on_stop(const testbed_command_t& command);
-  void begin(const testbed_command_t& command);
-  std::string begin_motion(const testbed_command_t& command);
-  std::string retreat(const testbed_command_t& command);
-  std::string plan(const testbed_command_t& command, const testbed::ArmPair& start,
+  void on_stop(const testbed_command2_t& command);
+  void begin(const testbed_command2_t& command);
+  std::string begin_motion(const testbed_command2_t& command);
+  std::string retreat(const testbed_command2_t& command);
+  std::string plan(const testbed_command2_t& command, const testbed::ArmPair& start,
                    std::function<void(Planned&)> job);
   void begin_planned(const Planning& planning, Planned planned);
   std::string why_not_now(const Planning& planning, const Task& task) const;
   void give_up_planning(const std::string& reason);
-  std::string resume(const testbed_command_t& command);
+  std::string resume(const testbed_command2_t& command);
   void set_override(double override);
   void start_task(Task task, const testbed::ArmPair& start);
-  void accept(const testbed_command_t& command);
-  void refuse(const testbed_command_t& command, const std::string& reason);
+  void accept(const testbed_command2_t& command);
+  void refuse(const testbed_command2_t& command, const std::string& reason);
 
   // motion
   void tick();
@@ -191,9 +191,9 @@ class TestbedNode final : public Node {
   Utime hold_ordered_ = 0;
   Utime looked_ahead_ = 0;
   testbed::ArmPair looked_from_;
-  std::optional<testbed::ArmPair> rest_;         // where the arms came to rest
-  bool stopping_ = false;                        // comes to rest to be abandoned
-  std::optional<testbed_command_t> after_stop_;  // STOP to finish or RETREAT to begin
+  std::optional<testbed::ArmPair> rest_;          // where the arms came to rest
+  bool stopping_ = false;                         // comes to rest to be abandoned
+  std::optional<testbed_command2_t> after_stop_;  // STOP to finish or RETREAT to begin
   std::string hold_reason_;
   std::string guidance_reason_;  // holds by itself
   std::string abort_reason_;     // comes to rest because guidance gave it up

@@ -101,7 +101,7 @@ void CellClient::give_back() {
 void CellClient::hold(const std::string& who, Done done) {
   wait(hold_waiting_, std::move(done));
   hold_.emplace(actions(), commander(who));
-  hold_->order(testbed_command_t::HOLD, loop_.now());
+  hold_->order(testbed_command2_t::HOLD, loop_.now());
 }
 
 void CellClient::set_speed(double override, Done done) {
@@ -116,7 +116,7 @@ void CellClient::set_lamps(const std::string& text, Done done) {
   if (links_) links_->facility.command(command, loop_.now());
 }
 
-void CellClient::send(const testbed_command_t& command) {
+void CellClient::send(const testbed_command2_t& command) {
   bus_.publish(channels::testbed_command, command);
 }
 

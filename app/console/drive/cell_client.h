@@ -65,7 +65,7 @@ class CellClient final : private procedures::Actions {
   static void end(Waiting& waiting, CommandStatus status, const std::string& reason = "");
   procedures::Actions& actions() { return *this; }
   Commander commander(const std::string& who) const;
-  void send(const testbed_command_t& command) override;
+  void send(const testbed_command2_t& command) override;
   void send(const estimator_command_t&) override {}
   void send(const facility_command_t& command) override;
   void send(const injection_t&) override {}

@@ -247,10 +247,6 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
     throw config.error("clock_drift", "expected at most 0.001");
   }
   expect_not_negative(config, "noise_scale", receiver.noise_scale);
-  config.optional("least_echo", receiver.echoes.least_echo);
-  if (!(receiver.echoes.least_echo >= 0 && receiver.echoes.least_echo <= 1)) {
-    throw config.error("least_echo", "expected 0 to 1");
-  }
   config.optional("saturation", receiver.saturation);
   if (!(receiver.saturation > 0)) throw config.error("saturation", "must be greater than zero");
   if (config.has("mirror")) settings.mirror = read_mirror(config.section("mirror"));

@@ -45,8 +45,8 @@ std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const Bea
   return rays;
 }
 
-Echoes received_echoes(const EchoSettings& settings, std::span<const SceneHit> hits,
-                       Random& glitter) {
+Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
+                       std::span<const SceneHit> hits, Random& glitter) {
   std::array<Light, rays_per_beam> lights;
   std::size_t count = 0;
   const double share = 1 / static_cast<double>(hits.size());
@@ -68,7 +68,7 @@ Echoes received_echoes(const EchoSettings& settings, std::span<const SceneHit> h
     double sum = 0;
     double most = -1;
     const double first = lights[i].range;
-    for (; i < count && lights[i].range - first < settings.pulse_length_m; ++i) {
+    for (; i < count && lights[i].range - first < beam.pulse_length_m; ++i) {
       echo.power += lights[i].power;
       sum += lights[i].power * (lights[i].range - first);
       if (lights[i].power > most) {
@@ -84,7 +84,7 @@ Echoes received_echoes(const EchoSettings& settings, std::span<const SceneHit> h
   Echoes echoes;
   for (std::size_t i = 0; i < found && echoes.count < echoes.echo.size(); ++i) {
     const Light& one = all[settings.last_return ? found - 1 - i : i];
-    if (one.power < settings.least_echo * strongest) continue;
+    if (one.power < beam.least_echo * strongest) continue;
     echoes.echo[echoes.count++] = {one.range, one.power, *one.hit};
   }
   return echoes;

@@ -29,8 +29,6 @@ struct Echo {
 /// How light is parted into echoes.
 struct EchoSettings {
   double full_scale_range_m = 10;  ///< see Echo::power
-  double least_echo = 0.25;        ///< of the strongest of a beam: weaker ones are not seen
-  double pulse_length_m = 0.5;     ///< echoes nearer to each other than this are one
   bool last_return = false;        ///< the last echo comes first
 };
 
@@ -44,7 +42,7 @@ struct Echoes {
 /// long; those that are not too weak.
 /// @param glitter draws how the mirrors of rough surfaces happen to lie: exponential, as for few of
 /// many mirrors
-Echoes received_echoes(const EchoSettings& settings, std::span<const SceneHit> hits,
-                       Random& glitter);
+Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
+                       std::span<const SceneHit> hits, Random& glitter);
 
 }  // namespace berth

@@ -4,7 +4,36 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/positive.h"
+
 namespace berth {
+
+ScannerErrors read_scanner_errors(Config config) {
+  ScannerErrors errors;
+  config.optional("footprint", errors.footprint);
+  config.optional("returns", errors.returns);
+  if (errors.returns != 1 && errors.returns != 2) throw config.error("returns", "expected 1 or 2");
+  if (errors.returns == 2 && !errors.footprint) {
+    throw config.error("returns", "expected 1 without `footprint: true`");
+  }
+  const std::pair<const char*, double*> lengths[] = {{"range_bias", &errors.range_bias},
+                                                     {"range_step", &errors.range_step},
+                                                     {"range_walk", &errors.range_walk},
+                                                     {"outlier_range", &errors.outlier_range}};
+  for (const auto& [key, value] : lengths) {
+    config.optional(key, Dimension::length, *value);
+    expect_not_negative(config, key, *value);
+  }
+  const std::pair<const char*, double*> shares[] = {{"drop_out", &errors.drop_out},
+                                                    {"drop_out_grazing", &errors.drop_out_grazing},
+                                                    {"outliers", &errors.outliers}};
+  for (const auto& [key, value] : shares) {
+    config.optional(key, *value);
+    if (!(*value >= 0 && *value <= 1)) throw config.error(key, "expected 0 % to 100 %");
+  }
+  config.finish();
+  return errors;
+}
 
 double drop_out_at(const ScannerErrors& errors, double cosine) {
   static const double grazing = 1 - std::cos(radians(80));
@@ -20,9 +49,8 @@ void read_receiver(const std::filesystem::path& profile, ReceiverSettings& setti
   if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
     throw config.error("range_max_reflectivity", "expected 0 to 1");
   }
-  config.optional("pulse_length", Dimension::length, settings.echoes.pulse_length_m);
-  if (!(settings.echoes.pulse_length_m > 0))
-    throw config.error("pulse_length", "expected more than 0");
+  config.raw("pulse_length");  // of the beam model
+  config.raw("least_echo");
   if (config.has("returns")) {
     settings.echoes.last_return = config.choice("returns", {"first", "last"}) == "last";
   }
@@ -43,11 +71,11 @@ Echoes Receiver::echoes_of(Scene& scene, std::int64_t utime, const Vector3d& dir
     const auto rays = rays_of_beam(direction, beam);
     std::array<SceneHit, rays_per_beam> hits;
     scene.cast(utime, rays, beam.range_max_m, hits);
-    return received_echoes(settings.echoes, hits, glitter_random_);
+    return received_echoes(settings.echoes, beam, hits, glitter_random_);
   }
   SceneHit hit;
   scene.cast(utime, direction, beam.range_max_m, hit);
-  return received_echoes(settings.echoes, {&hit, 1}, glitter_random_);
+  return received_echoes(settings.echoes, beam, {&hit, 1}, glitter_random_);
 }
 
 double Receiver::reported_range(const Echo& echo, double error) const {

@@ -24,6 +24,9 @@ struct ScannerErrors {
   double outlier_range = 15;    ///< m: such ranges lie evenly from the least range to here
 };
 
+/// @throws InputError.
+ScannerErrors read_scanner_errors(Config config);
+
 /// Share of returns lost at an incidence of that cosine c: d0 + (d80 - d0) ((1 - c) / (1 - c80))^4,
 /// at most 1, with d0 square on and d80 at 80 deg. The exponent is an assumption: nearly as square
 /// on up to 45 deg.

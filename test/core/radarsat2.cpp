@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/core/radarsat2.h"
+#include "test/core/radarsat2.h"
 
 #include <cmath>
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/core/target.h"
 #include "common/core/text.h"
+#include "common/targets/target.h"
 
 namespace berth {
 namespace {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "drivers/simulated/perturbation.h"
+#include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/true_target.h"
+
+namespace berth {
+
+/// How the simulated world departs from what the cell's files say: a file of config/worlds. What it
+/// leaves out is exact.
+struct WorldSettings {
+  PerturbationSizes cell;
+  TargetDepartures target;
+  ScannerErrors scanner;  ///< range_bias: 1 sigma of the run's
+};
+
+/// The world of that name in a configuration directory. @throws InputError that lists the names
+/// there are.
+WorldSettings load_world(const std::filesystem::path& config, const std::string& name);
+
+/// The LIDAR as it really is.
+struct LidarErrors {
+  Utime clock = 0;        ///< device clock minus the cell's
+  ScannerErrors scanner;  ///< range_bias: of this run
+};
+
+/// The same seed draws the same errors.
+LidarErrors draw_lidar_errors(const WorldSettings& world, std::uint64_t seed);
+
+/// What was drawn, as YAML for tests and reports: world.yaml beside the run.
+std::string text_of(const ArmErrors& replica, const ArmErrors& sensor, const TrueTarget& target,
+                    const LidarErrors& lidar);
+
+}  // namespace berth

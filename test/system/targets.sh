@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Targets with docking ports, in the twin: the shipped relay docks at both of its ports; spacecraft that others made, in
+# the folder BERTH_TARGETS, are described and docked with where that folder is there.
+. "$(dirname "$0")/common.sh"
+
+expect 0 "$bin/berth" run --twin --out "$work/relay" "$home/procedures/library/two_ports.yaml"
+run=$(only_run "$work/relay")
+[ -f "$run/target/relay/target.yaml" ] || fail "the run keeps no copy of its target"
+expect 0 "$bin/berth" compare "$run"
+
+# A port that is not there is refused by name before anything moves.
+sed 's/dock: grapple/dock: fore/' "$home/procedures/library/two_ports.yaml" >"$work/fore.yaml"
+expect 2 "$bin/berth" check "$work/fore.yaml"
+says "has no docking port 'fore'; it has aft, grapple"
+
+if [ -z "${BERTH_TARGETS:-}" ]; then
+  echo "BERTH_TARGETS names no folder: other people's spacecraft are skipped"
+  exit 0
+fi
+
+# describe NAME FILE LENGTH PORTS: a folder with a copy of the mesh.
+describe() {
+  mkdir -p "$work/$1"
+  cp "$BERTH_TARGETS/$2" "$work/$1/"
+  cat >"$work/$1/target.yaml" <<YAML
+mesh: $2
+length: $3
+docking:
+$4
+default_part: {surface_sigma: 2 mm, correlation_length: 200 mm}
+YAML
+}
+cat >"$work/to_port.yaml" <<'YAML'
+name: to_port
+description: An approach to one port of a target.
+layout: free
+parameters:
+  start: [80, -60, 6500, 4, -3, 5]
+  port: none
+steps:
+  - move: {to: "${start}", speed: 500 mm/s, turn: 30 deg/s}
+  - acquire: {gate: [3 m, 12 m]}
+    timeout: 60 s
+  - track: {gate: [3 m, 12 m], settle: 5}
+  - approach: {standoff: 4 m, speed: 100 mm/s, dock: "${port}"}
+    phase: approach
+  - hold: 3 s
+    phase: docked
+criteria:
+  - {name: sideways, measurement: docking_offset, statistic: final, phase: docked, max: 20 mm}
+  - {name: in range, measurement: docking_range, statistic: final, phase: docked, nominal: 4 m, min: -20 mm, max: 20 mm}
+  - {name: off the axis, measurement: docking_angle, statistic: final, phase: docked, max: 15 deg}
+YAML
+# The shuttle's lies in its open bay, which looks along -z; the orbiter's on the side of its bus that looks along -x.
+describe shuttle shuttle_42.ply "3 m" "  bay: {pose: [0, 0, 490, 180, 0, 0], approach_cone: 40 deg}"
+describe mgs mgs_shrox.ply "3 m" "  side: {pose: [-594, 0, 0, 0, -90, 0], approach_cone: 40 deg}"
+expect 0 "$bin/berth" run --twin --out "$work/run_shuttle" --target "$work/shuttle" --set port=bay "$work/to_port.yaml"
+expect 0 "$bin/berth" run --twin --out "$work/run_mgs" --target "$work/mgs" --set port=side \
+  --set "start=[80, -60, 6500, 4, -86, 5]" "$work/to_port.yaml"
