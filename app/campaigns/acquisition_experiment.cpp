@@ -20,7 +20,10 @@ using trials::AcquisitionScene;
 /// Of every target, unless the manifest says otherwise: the replica's.
 constexpr double standard_length = 3.0;
 
-/// What trials with one configuration share.
+/// Name of the parameter that says which target a trial is of, where there are several.
+constexpr char of_target[] = "target";
+
+/// What trials with one configuration and target share.
 struct Subject {
   estimator::EstimatorOptions options;
   std::shared_ptr<const estimator::TargetModel> model;
@@ -31,7 +34,7 @@ std::map<std::string, std::string> configuration_of(const Trial& trial) {
   std::map<std::string, std::string> keys;
   for (const auto* list : {&trial.fixed, &trial.parameters}) {
     for (const auto& [name, value] : *list) {
-      if (names_configuration(name)) keys[name] = value;
+      if (names_configuration(name) || name == of_target) keys[name] = value;
     }
   }
   return keys;
@@ -42,7 +45,7 @@ AcquisitionParameters parameters_of(const Trial& trial) {
   parameters.scene.physics.noise.range_min_m = 1;  // a target of 3 m comes near
   for (const auto* list : {&trial.fixed, &trial.parameters}) {
     for (const auto& [name, value] : *list) {
-      if (!names_configuration(name)) set_parameter(parameters, name, value);
+      if (!names_configuration(name) && name != of_target) set_parameter(parameters, name, value);
     }
   }
   return parameters;
@@ -151,16 +154,17 @@ class AcquisitionExperiment : public Experiment {
     if (subjects_.size() > static_cast<std::size_t>(manifest_.points())) subjects_.clear();
     Subject subject;
     subject.options = options_with(keys);
-    const Places& places = manifest_.places;
+    const CampaignTarget target = manifest_.target_of({keys.begin(), keys.end()});
     subject.model = estimator::load_target_model(
-        load_target(places.target.empty() ? default_target(places.config) : places.target,
-                    manifest_.target_length > 0 ? manifest_.target_length : standard_length),
+        load_target(target.place.empty() ? default_target(manifest_.places.config) : target.place,
+                    target.length > 0 ? target.length : standard_length),
         subject.options.model, estimator::default_cache_directory());
     subject.judge = std::make_unique<trials::PoseJudge>(*subject.model);
     return subjects_.emplace(keys, std::move(subject)).first->second;
   }
 
-  estimator::EstimatorOptions options_with(const std::map<std::string, std::string>& keys) const {
+  estimator::EstimatorOptions options_with(std::map<std::string, std::string> keys) const {
+    keys.erase(of_target);
     const ChangedConfiguration changed(manifest_.places.config, keys);
     return estimator::load_estimator_options(changed.directory() / "estimator.yaml");
   }

@@ -30,10 +30,13 @@ constexpr char manifest_file[] = "campaign.yaml";
 ordered_json identity_of(const Manifest& manifest) {
   const Places& places = manifest.places;
   std::string target;
-  if (!places.target.empty()) {
-    const Target loaded = load_target(places.target, 0);
-    target = loaded.hash + loaded.description_hash;
-  }
+  const auto add_target = [&target](const std::string& place) {
+    if (place.empty()) return;
+    const Target loaded = load_target(place, 0);
+    target += loaded.hash + loaded.description_hash;
+  };
+  add_target(places.target);
+  for (const CampaignTarget& one : manifest.targets) add_target(one.place);
   return {
       {"manifest", sha256(manifest.text)},
       {"procedure",
@@ -60,6 +63,20 @@ void keep_procedure(const fs::path& procedure, const fs::path& into) {
   }
 }
 
+/// Copies a target. @return where it is then; empty where none is named.
+std::string keep_target(const std::string& target, const fs::path& into) {
+  return target.empty() ? "" : copy_target(load_target(target, 0), into).string();
+}
+
+/// A target that was kept, relative to the campaign's directory, and back.
+std::string in_record(const std::string& kept, const fs::path& directory) {
+  return kept.empty() ? "" : fs::path(kept).lexically_relative(fs::absolute(directory)).string();
+}
+std::string in_directory(const std::string& recorded, const fs::path& directory) {
+  const bool there = !recorded.empty() && fs::exists(directory / recorded);
+  return there ? (directory / recorded).string() : recorded;
+}
+
 /// Copies what the manifest names.
 Places keep(const Places& places, const fs::path& directory) {
   Places kept;
@@ -70,8 +87,9 @@ Places keep(const Places& places, const fs::path& directory) {
     keep_procedure(places.procedure, directory / "procedure");
     kept.procedure = directory / "procedure" / places.procedure.filename();
   }
-  if (!places.target.empty()) {
-    kept.target = copy_target(load_target(places.target, 0), directory / "target").string();
+  kept.target = keep_target(places.target, directory / "target");
+  for (const auto& [name, target] : places.targets) {
+    kept.targets[name] = keep_target(target, directory / "target");
   }
   return kept;
 }
@@ -147,23 +165,23 @@ Campaign Campaign::create(const Manifest& manifest, const fs::path& directory,
   if (error) throw InputError("campaign directory " + directory.string() + ": " + error.message());
   write_file(directory / manifest_file, manifest.text);
   const Places kept = keep(manifest.places, fs::absolute(directory));
-  write_record(
-      directory,
-      {{"schema", "berth-campaign-1"},
-       {"name", manifest.name},
-       {"created", utc_text(std::time(nullptr))},
-       {"machine", host_name()},
-       {"trials", trials},
-       {"points", manifest.points()},
-       {"seed", manifest.seed},
-       {"block", block_size(manifest)},
-       {"procedure", kept.procedure.lexically_relative(fs::absolute(directory)).string()},
-       {"target", kept.target.empty()
-                      ? ""
-                      : fs::path(kept.target).lexically_relative(fs::absolute(directory)).string()},
-       {"units", units_of(manifest)},
-       {"identity", identity},
-       {"compiler", __VERSION__}});
+  ordered_json targets = ordered_json::object();
+  for (const auto& [name, target] : kept.targets) targets[name] = in_record(target, directory);
+  write_record(directory,
+               {{"schema", "berth-campaign-1"},
+                {"name", manifest.name},
+                {"created", utc_text(std::time(nullptr))},
+                {"machine", host_name()},
+                {"trials", trials},
+                {"points", manifest.points()},
+                {"seed", manifest.seed},
+                {"block", block_size(manifest)},
+                {"procedure", kept.procedure.lexically_relative(fs::absolute(directory)).string()},
+                {"target", in_record(kept.target, directory)},
+                {"targets", targets},
+                {"units", units_of(manifest)},
+                {"identity", identity},
+                {"compiler", __VERSION__}});
   return open(directory);
 }
 
@@ -180,9 +198,11 @@ Campaign Campaign::open(const fs::path& directory) {
     places.config = at / "config";
     const std::string procedure = record.at("procedure");
     if (!procedure.empty()) places.procedure = at / procedure;
-    places.target = record.at("target");
-    if (!places.target.empty() && fs::exists(at / places.target))
-      places.target = (at / places.target).string();
+    places.target = in_directory(record.at("target"), at);
+    const ordered_json targets = record.value("targets", ordered_json::object());
+    for (const auto& [name, target] : targets.items()) {
+      places.targets[name] = in_directory(target, at);
+    }
     campaign.manifest_ =
         parse_manifest(read_file(at / manifest_file), (at / manifest_file).string(), &places);
     campaign.build_ = record.at("identity").at("berth");

@@ -2,6 +2,8 @@
 #include "app/campaigns/manifest.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <optional>
 #include <set>
 
 #include "app/campaigns/vocabulary.h"
@@ -16,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t most_trials = 1000000000;
+constexpr char target_axis[] = "target";
 
 fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
   const fs::path full =
@@ -43,6 +46,55 @@ Places read_places(Config& config, const Places* given) {
   return given == nullptr ? places : *given;
 }
 
+/// A path may begin with a variable of the environment, "${NAME}/...". Nothing: that is not set.
+std::optional<std::string> expanded(const std::string& path) {
+  if (path.rfind("${", 0) != 0) return path;
+  const auto end = path.find('}');
+  if (end == std::string::npos) return path;
+  const char* value = std::getenv(path.substr(2, end - 2).c_str());
+  if (value == nullptr || *value == '\0') return std::nullopt;
+  return value + path.substr(end + 1);
+}
+
+/// Reads `targets`; its names become the first axis of the grid.
+void read_targets(Config& config, const Places* given, Manifest& manifest) {
+  if (!config.has("targets")) return;
+  for (const char* other : {"target", "target_length"}) {
+    if (config.has(other)) throw config.error(other, "expected either this or 'targets'");
+  }
+  Parameter axis;
+  axis.name = target_axis;
+  for (Config& item : config.sections("targets")) {
+    CampaignTarget target;
+    const std::string path = item.text("target");
+    target.name = fs::path(path).stem().string();
+    item.optional("length", Dimension::length, target.length);
+    if (target.length < 0) throw item.error("length", "found a negative length");
+    item.finish();
+    for (const CampaignTarget& known : manifest.targets) {
+      if (known.name == target.name)
+        throw item.error("target", "'" + target.name + "' is there twice");
+    }
+    if (given != nullptr) {
+      const auto kept = given->targets.find(target.name);
+      if (kept == given->targets.end()) continue;  // was left out
+      target.place = kept->second;
+    } else if (const auto found = expanded(path); !found) {
+      manifest.notes.push_back("target " + path + " is left out: that variable is not set");
+      continue;
+    } else {
+      target.place = is_target_name(*found) ? *found : resolved(item, "target", *found).string();
+    }
+    manifest.places.targets[target.name] = target.place;
+    Draw value;
+    value.texts = {target.name};
+    axis.values.push_back({value});
+    manifest.targets.push_back(target);
+  }
+  if (manifest.targets.empty()) throw config.error("targets", "none of them is there");
+  manifest.grid.insert(manifest.grid.begin(), axis);
+}
+
 std::int64_t positive(Config& config, const std::string& key, std::int64_t otherwise) {
   std::int64_t value = otherwise;
   config.optional(key, value);
@@ -60,6 +112,7 @@ void check_names(const Manifest& manifest, Config& config, const Vocabulary& voc
       if (!names.insert(parameter.name).second) {
         throw section.error(parameter.name, "appears twice among grid, draw and set");
       }
+      if (!manifest.targets.empty() && parameter.name == target_axis) continue;
       for (std::size_t i = 0; i < parameter.values.size(); ++i) {
         Random random(manifest.seed, "check");
         try {
@@ -115,6 +168,16 @@ std::vector<std::size_t> Manifest::place_of(std::int64_t point) const {
   return place;
 }
 
+CampaignTarget Manifest::target_of(
+    const std::vector<std::pair<std::string, std::string>>& parameters) const {
+  for (const CampaignTarget& target : targets) {
+    for (const auto& [parameter, value] : parameters) {
+      if (parameter == target_axis && value == target.name) return target;
+    }
+  }
+  return {"", places.target, target_length};
+}
+
 Manifest parse_manifest(const std::string& text, const std::string& file, const Places* places) {
   Manifest manifest;
   manifest.file = file;
@@ -147,6 +210,7 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
   config.optional("trial_limit", Dimension::time, manifest.trial_limit_s);
   if (manifest.trial_limit_s <= 0) throw config.error("trial_limit", "expected more than nothing");
   manifest.grid = read_grid(config);
+  read_targets(config, places, manifest);
   manifest.drawn = read_drawn(config);
   manifest.fixed = read_fixed(config);
   const auto vocabulary = is_procedure ? vocabulary_of_procedure(manifest.places)

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/campaigns/parameter.h"
@@ -26,6 +28,14 @@ struct Places {
   std::filesystem::path procedure;
   std::filesystem::path config;
   std::string target;
+  std::map<std::string, std::string> targets;  ///< of a list of several: by name
+};
+
+/// A target of some trials.
+struct CampaignTarget {
+  std::string name;   ///< value of the axis `target` of the grid; empty where there is one alone
+  std::string place;  ///< as load_target() takes it; empty: the experiment's own
+  double length = 0;  ///< m; 0: as Manifest::target_length
 };
 
 /// What a campaign is: which experiment, under which conditions, how often. Trial i follows from
@@ -41,22 +51,28 @@ struct Manifest {
   /// "procedure": a procedure in the twin; "acquisition": single scans of a target in empty space.
   std::string experiment;
   Places places;
-  std::string layout;            ///< of a procedure; empty: its own
-  std::string world;             ///< of a procedure; empty: its own
-  double target_length = 0;      ///< m; 0: the procedure's own, of the acquisition 3 m
-  std::uint64_t seed = 1;        ///< of all trials
-  std::int64_t trials = 0;       ///< at each point
-  std::int64_t block = 0;        ///< trials that a worker takes at a time; 0: campaign.h chooses
-  double trial_limit_s = 600;    ///< of processor time; a trial that takes more is ended
-  std::vector<Parameter> fixed;  ///< the same in all trials, one value each
-  std::vector<Parameter> grid;   ///< one value for each place of an axis
-  std::vector<Parameter> drawn;  ///< anew in each trial
+  std::string layout;        ///< of a procedure; empty: its own
+  std::string world;         ///< of a procedure; empty: its own
+  double target_length = 0;  ///< m; 0: the procedure's own, of the acquisition 3 m
+  /// Several targets: the values of the grid's first axis, `target`. Empty: places.target alone.
+  std::vector<CampaignTarget> targets;
+  std::vector<std::string> notes;  ///< what a user should know: a target left out
+  std::uint64_t seed = 1;          ///< of all trials
+  std::int64_t trials = 0;         ///< at each point
+  std::int64_t block = 0;          ///< trials that a worker takes at a time; 0: campaign.h chooses
+  double trial_limit_s = 600;      ///< of processor time; a trial that takes more is ended
+  std::vector<Parameter> fixed;    ///< the same in all trials, one value each
+  std::vector<Parameter> grid;     ///< one value for each place of an axis
+  std::vector<Parameter> drawn;    ///< anew in each trial
   std::vector<KeptMeasurement> measurements;
 
   std::int64_t points() const;
   std::int64_t total() const { return points() * trials; }
   /// Which value of each grid parameter a point has.
   std::vector<std::size_t> place_of(std::int64_t point) const;
+  /// The target of a trial with such parameters.
+  CampaignTarget target_of(
+      const std::vector<std::pair<std::string, std::string>>& parameters) const;
 };
 
 /// Reads and checks a manifest: keys, units, names of parameters and measurements, every value of
@@ -65,6 +81,9 @@ struct Manifest {
 ///     name: approach
 ///     procedure: ../procedures/approach.yaml   # or   experiment: acquisition
 ///     target: radarsat2
+///     # or several, each a value of an axis `target`; one in the folder of a variable of the
+///     # environment is left out, with a note, where that is not set
+///     targets: [{target: radarsat2, length: 3 m}, {target: "${MESHES}/mir.ply", length: 2 m}]
 ///     seed: 1
 ///     trials: 200
 ///     grid:

@@ -121,8 +121,9 @@ class ProcedureExperiment : public Experiment {
     RunRequest request;
     request.procedure = manifest_.places.procedure;
     request.layout = manifest_.layout;
-    request.target = manifest_.places.target;
-    request.target_length = manifest_.target_length;
+    const CampaignTarget target = manifest_.target_of(trial.parameters);
+    request.target = target.place;
+    request.target_length = target.length;
     request.world = manifest_.world;
     request.config = manifest_.places.config;
     request.seed = trial.seed;
@@ -131,6 +132,7 @@ class ProcedureExperiment : public Experiment {
     for (const auto* list : {&trial.fixed, &trial.parameters}) {
       for (const auto& [name, value] : *list) request.parameters[name] = value;
     }
+    if (!target.name.empty()) request.parameters.erase("target");
     return request;
   }
 

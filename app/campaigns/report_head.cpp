@@ -67,6 +67,12 @@ Html measured_facts(const ReportView& view) {
   return facts;
 }
 
+std::string targets_text(const Manifest& manifest) {
+  std::vector<std::string> names;
+  for (const CampaignTarget& target : manifest.targets) names.push_back(target.name);
+  return names.empty() ? manifest.places.target : joined(names);
+}
+
 }  // namespace
 
 Html campaign_head(const ReportView& view) {
@@ -88,7 +94,7 @@ Html campaign_head(const ReportView& view) {
       "h1", "", element("span", "outcome", text(share + " passed")) + text(view.manifest.name));
   const Html facts =
       element("dl", "facts",
-              fact("experiment", subject) + fact("target", view.manifest.places.target) +
+              fact("experiment", subject) + fact("target", targets_text(view.manifest)) +
                   fact("points of the grid", std::to_string(view.manifest.points())) +
                   fact("trials at each", std::to_string(view.manifest.trials)) +
                   fact("seed", std::to_string(view.manifest.seed)) + measured_facts(view) +

@@ -22,7 +22,7 @@ Quaterniond upright_attitude(const Vector3d& on_map) {
 }
 
 report::Html views_of(const Manifest& manifest, const std::vector<NamedDirection>& directions) {
-  if (directions.empty()) return {};
+  if (directions.empty() || !manifest.targets.empty()) return {};  // no view of several
   const Target target = load_target(manifest.places.target, manifest.target_length);
   const RayCaster caster(target.mesh);
   const double away = 2.5 * caster.bounds().size().maxCoeff();

@@ -103,8 +103,12 @@ int run_campaign(const CampaignOptions& options) {
   Campaign::require_place(out);
   std::optional<DirectoryLock> lock(out);
   const Campaign campaign = Campaign::create(manifest, out, options.trials);
-  if (const std::string& target = manifest.places.target; !target.empty()) {
-    print_notes(target_notes(load_target(target, manifest.target_length)), target);
+  print_notes(manifest.notes, options.manifest.string());
+  std::vector<CampaignTarget> targets = manifest.targets;
+  if (targets.empty()) targets = {{"", manifest.places.target, manifest.target_length}};
+  for (const CampaignTarget& target : targets) {
+    if (target.place.empty()) continue;
+    print_notes(target_notes(load_target(target.place, target.length)), target.place);
   }
   std::printf("campaign %s: %lld points, %lld trials each\n", campaign.directory().c_str(),
               static_cast<long long>(campaign.manifest().points()),

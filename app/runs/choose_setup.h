@@ -12,7 +12,7 @@ struct SetupChoice {
   std::string layout;
   std::string target;
   double target_length = 0;
-  std::string world;
+  std::string world = {};
 };
 
 /// The target that a configuration says: key `target` of testbed.yaml. @throws InputError.

@@ -51,16 +51,22 @@ const char* name_of(Verdict verdict) {
   return names[static_cast<int>(verdict)];
 }
 
-Verdict verdict_on(const AcquisitionResult& result, const PoseJudge& judge, const Pose& truth) {
-  const auto& found = result.hypotheses;
-  if (result.status == AcquisitionResult::Status::found) {
-    return judge.right(truth, found.front().pose) ? Verdict::right : Verdict::silently_wrong;
+Verdict verdict_on(AcquisitionResult::Status status, const std::vector<Pose>& poses,
+                   const std::function<bool(const Pose&)>& right) {
+  if (status == AcquisitionResult::Status::found) {
+    return right(poses.front()) ? Verdict::right : Verdict::silently_wrong;
   }
-  if (result.status != AcquisitionResult::Status::ambiguous) return Verdict::lost;
-  const auto end = found.begin() + std::min<std::ptrdiff_t>(4, std::ssize(found));
-  return std::any_of(found.begin(), end, [&](const auto& h) { return judge.right(truth, h.pose); })
-             ? Verdict::ambiguous_with_truth
-             : Verdict::ambiguous_without;
+  if (status != AcquisitionResult::Status::ambiguous) return Verdict::lost;
+  const auto end = poses.begin() + std::min<std::ptrdiff_t>(4, std::ssize(poses));
+  return std::any_of(poses.begin(), end, right) ? Verdict::ambiguous_with_truth
+                                                : Verdict::ambiguous_without;
+}
+
+Verdict verdict_on(const AcquisitionResult& result, const PoseJudge& judge, const Pose& truth) {
+  std::vector<Pose> poses;
+  for (const auto& h : result.hypotheses) poses.push_back(h.pose);
+  return verdict_on(result.status, poses,
+                    [&](const Pose& pose) { return judge.right(truth, pose); });
 }
 
 }  // namespace berth::trials

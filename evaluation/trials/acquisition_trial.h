@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+
 #include "estimator/acquisition/acquisition.h"
 #include "estimator/model/target_model.h"
 #include "evaluation/trials/self_match.h"
@@ -39,6 +41,9 @@ inline bool has_truth(Verdict verdict) {
   return verdict == Verdict::right || verdict == Verdict::ambiguous_with_truth;
 }
 
+/// right: whether a pose is the true one. poses: best first.
+Verdict verdict_on(estimator::AcquisitionResult::Status status, const std::vector<Pose>& poses,
+                   const std::function<bool(const Pose&)>& right);
 Verdict verdict_on(const estimator::AcquisitionResult& result, const PoseJudge& judge,
                    const Pose& truth);
 

@@ -79,7 +79,7 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
   report.file = procedure.file;
   report.name = procedure.name;
   report.layout = setup.layout;
-  report.target = setup.target;
+  report.target = std::filesystem::path(setup.target).filename().string();
   report.criteria = procedure.criteria.size();
   report.main_steps = procedure.steps.size();
 

@@ -7,6 +7,7 @@
 #include "app/reestimation/estimator_fold.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/targets/target.h"
 #include "logs/compare/comparison.h"
 #include "logs/file/log_reader.h"
 #include "test/app/recorded_run.h"
@@ -82,7 +83,9 @@ TEST_CASE("The unchanged estimator gives the recorded estimates, bit for bit") {
   CHECK(new_log.others == old_log.others);
   CHECK(new_log.own.at(channels::scan_request) - old_log.own.at(channels::scan_request) <= 1);
   // A run directory like any other, of which the same is said.
-  CHECK(RunFiles::open(run.again).setup.target == recorded().run.setup.target);
+  const RunSetup again = RunFiles::open(run.again).setup;
+  CHECK(again.target == (run.again / "target" / "radarsat2").string());
+  CHECK(load_target(again.target, 0).hash == load_target(recorded().run.setup.target, 0).hash);
   const auto compared_old = logs::compare_run(recorded().run.log());
   const auto compared_new = logs::compare_run(run.again / "run.lcm");
   REQUIRE(!compared_old.comparison.phases.empty());

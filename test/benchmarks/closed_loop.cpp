@@ -59,15 +59,23 @@ std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams,
 
 }  // namespace
 
+ScanSource source_of(const World& world, const Pose& start, const Velocity& velocity,
+                     Random random) {
+  return [&world, start, velocity, random](const std::vector<Window>& windows,
+                                           std::int64_t utime) mutable {
+    const double elapsed = 1e-6 * static_cast<double>(utime - World::first_utime);
+    return world.sweep(windows, moved(start, velocity, elapsed), velocity, utime, random);
+  };
+}
+
 ClosedLoop::ClosedLoop(const estimator::EstimatorOptions& options,
-                       std::shared_ptr<const estimator::TargetModel> model, const World& world,
-                       const Pose& start, const Velocity& velocity, Random random)
-    : world_(world),
+                       std::shared_ptr<const estimator::TargetModel> model, const BeamModel& noise,
+                       ScanSource source, const Pose& start, const Velocity& velocity)
+    : source_(std::move(source)),
       start_(start),
       velocity_(velocity),
-      random_(random),
       latency_s_(options.request_latency_s),
-      estimator_(setup_of(options, std::move(model), world.physics().noise), *this) {}
+      estimator_(setup_of(options, std::move(model), noise), *this) {}
 
 Pose ClosedLoop::truth_at(std::int64_t utime) const {
   return moved(start_, velocity_, 1e-6 * static_cast<double>(utime - World::first_utime));
@@ -94,7 +102,7 @@ bool ClosedLoop::scan() {
   for (const scan_window_t& w : request.windows) {
     windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
   }
-  const Scan scan = world_.sweep(windows, truth_at(utime_), velocity_, utime_, random_);
+  const Scan scan = source_(windows, utime_);
   if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
   for (const ScanPacket& packet : packets_of(scan.beams, request)) estimator_.take(packet);
   utime_ += static_cast<std::int64_t>(1e6 * latency_s_);
@@ -104,6 +112,11 @@ bool ClosedLoop::scan() {
 void ClosedLoop::run(double seconds) {
   const std::int64_t end = utime_ + static_cast<std::int64_t>(1e6 * seconds);
   while (utime_ < end && scan()) {
+  }
+}
+
+void ClosedLoop::run_scans(int count) {
+  for (int i = 0; i < count && scan(); ++i) {
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "estimator/node/estimator.h"
@@ -27,18 +28,29 @@ struct LoopEstimate {
   Vector6d present_error() const { return difference(present_truth, present); }
 };
 
+/// What the LIDAR returns from windows, the first beam at a time.
+using ScanSource = std::function<Scan(const std::vector<Window>& windows, std::int64_t utime)>;
+
+/// From a world whose target is at start (T_sensor_model) at time 0 and moves evenly. The world
+/// must outlive it.
+ScanSource source_of(const World& world, const Pose& start, const Velocity& velocity,
+                     Random random);
+
 /// The whole estimator, as the rig runs it, in a closed loop with a world: it asks for scans, gets
 /// packets of 50 beams of a target that moves meanwhile, and estimates.
 class ClosedLoop final : public estimator::EstimatorOutput {
  public:
-  /// start: T_sensor_model at time 0. velocity: of the model's origin, sensor frame.
+  /// start: T_sensor_model at time 0. velocity: of the model's origin, sensor frame. Both are for
+  /// the truth of estimates: the source shows the target.
   ClosedLoop(const estimator::EstimatorOptions& options,
-             std::shared_ptr<const estimator::TargetModel> model, const World& world,
-             const Pose& start, const Velocity& velocity, Random random);
+             std::shared_ptr<const estimator::TargetModel> model, const BeamModel& noise,
+             ScanSource source, const Pose& start, const Velocity& velocity);
 
   void track_from(const Pose& initial);
   /// Answers scans until so much time has passed, or nothing is asked for.
   void run(double seconds);
+  /// Answers so many scans, or until nothing is asked for.
+  void run_scans(int count);
   const std::vector<LoopEstimate>& estimates() const { return estimates_; }
 
   void request(const scan_request_t& message) override { request_ = message; }
@@ -51,10 +63,9 @@ class ClosedLoop final : public estimator::EstimatorOutput {
   Pose truth_at(std::int64_t utime) const;
   bool scan();
 
-  const World& world_;
+  ScanSource source_;
   Pose start_;
   Velocity velocity_;
-  Random random_;
   double latency_s_;
   std::int64_t utime_ = World::first_utime;
   scan_request_t request_{};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include "common/core/error.h"
 #include "test/benchmarks/settings.h"
@@ -30,6 +31,8 @@ constexpr Part parts[] = {
     {"paper-strategies", run_paper_strategies},
     {"paper-tracking", run_paper_tracking},
     {"micro", run_micro},
+    {"real", run_real},
+    {"departures", run_departures},
 };
 
 void require_known(const std::vector<std::string>& names, const std::vector<std::string>& known) {
@@ -58,13 +61,18 @@ int run(int argc, char* argv[]) {
       "Exit codes: 0 every target met, 1 some missed, 2 the input was at fault.",
       "berth benchmark");
   app.add_option("PART", wanted, "of: " + names + "; all when none is named");
-  app.add_option("--trials", settings.trials, "of each row")->check(CLI::Range(2, 1000000));
+  app.add_option("--trials", settings.trials,
+                 "of each row (of departures: fewer where scans are dense)")
+      ->check(CLI::Range(2, 1000000));
   app.add_option("--seed", settings.seed, "another one makes fresh trials");
   app.add_option("--jobs", settings.jobs, "threads, for parts that do not measure time")
       ->check(CLI::Range(1, 64));
   app.add_option("--out", settings.out, "directory of tables and pictures");
   app.add_option("--meshes", settings.meshes,
                  "directory of meshes to acquire beside the replica (or BERTH_TARGETS)");
+  app.add_option("--targets", settings.targets,
+                 "of departures: names, meshes, or files of the directory of meshes")
+      ->delimiter(',');
   app.add_option("--config", config, "the methods' settings");
   app.add_option("--acquisition", settings.acquisition_methods, "methods, by name")->delimiter(',');
   app.add_option("--tracking", settings.tracking_methods, "methods, by name")->delimiter(',');
@@ -79,6 +87,11 @@ int run(int argc, char* argv[]) {
     return app.exit(e) == 0 ? 0 : 2;
   }
   settings.yardstick = Yardstick(!check);
+  settings.trials_given = app.count("--trials") > 0;
+  settings.untimed_jobs = app.count("--jobs") > 0
+                              ? settings.jobs
+                              : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  settings.config = config.parent_path();
   settings.options = estimator::load_estimator_options(config);
   if (settings.acquisition_methods.empty()) {
     settings.acquisition_methods = {settings.options.acquisition_method};

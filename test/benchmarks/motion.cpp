@@ -48,7 +48,8 @@ Errors run_once(const Settings& settings, const std::string& method, const Cell&
   Velocity velocity;
   if (cell.moving) velocity = {towards.position, rotation_vector(towards.rotation)};
   const Pose start = moved(passed, velocity, -passing_s);
-  ClosedLoop loop(options, std::move(model), world, start, velocity, random);
+  ClosedLoop loop(options, std::move(model), world.physics().noise,
+                  source_of(world, start, velocity, random), start, velocity);
   loop.track_from(pose_off(start, 0.030, radians(2), random));
   loop.run(duration_s);
   std::map<std::int64_t, const LoopEstimate*> last;

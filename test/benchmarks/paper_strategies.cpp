@@ -70,7 +70,8 @@ std::map<std::string, Bar> compare(const Settings& settings,
   }
   // PCL takes seconds for a dense scan.
   if (strategy == 0) trials.resize(std::min<std::size_t>(trials.size(), 10));
-  for (const auto& [name, outcomes] : reference_registrations(*model, trials, settings.out)) {
+  for (const auto& [name, outcomes] :
+       reference_registrations(points_of(*model), trials, settings.out / "clouds.txt")) {
     bars["PCL " + name] = bar_of(outcomes);
   }
   return bars;

@@ -126,7 +126,8 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
     const Pose start = pose_from_xyzwpr({250, -150, 6500, 25, 20, -30});
     const Velocity velocity{{-0.008, 0.005, -0.036},
                             radians(1.5) * Vector3d(0.2, 0.9, 0.4).normalized()};
-    ClosedLoop loop(options, model, world, start, velocity, random);
+    ClosedLoop loop(options, model, world.physics().noise,
+                    source_of(world, start, velocity, random), start, velocity);
     loop.track_from(pose_off(start, 0.030, radians(2), random));
     loop.run(46 * (2500 / physics.rate_hz + options.request_latency_s));
     std::vector<std::vector<double>> rows;

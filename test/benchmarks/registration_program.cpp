@@ -2,9 +2,12 @@
 // PCL's registrations, in a program of their own: PCL is built for another instruction set than
 // Berth, and Eigen's types are not the same in both.
 //
-// Reads from a file: the model's points and normals, then clouds, each with a first guess of
-// T_model_sensor (16 numbers, row by row). Prints for each cloud and method a line: method, CPU
-// time in ms, the resulting matrix.
+//   berth-benchmark-pcl CLOUDS GATE... [gicp]
+//
+// Reads from the file CLOUDS: the model's points and normals, then clouds, each with a first guess
+// of T_model_sensor (16 numbers, row by row). ICP with normals pairs points within the first GATE
+// (m), and so on from its result with the next; gicp: that method, too, within the first. Prints
+// for each cloud and method a line: method, CPU time in ms, the resulting matrix.
 #include <pcl/point_types.h>
 #include <pcl/registration/gicp.h>
 #include <pcl/registration/icp.h>
@@ -14,6 +17,7 @@
 #include <fstream>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include "test/benchmarks/cpu_time.h"
 
@@ -22,7 +26,6 @@ namespace {
 using Point = pcl::PointNormal;
 using Cloud = pcl::PointCloud<Point>;
 
-constexpr double farthest_pair = 0.1;  // m; beyond what the first guess is off
 constexpr int iterations = 100;
 constexpr double stop = 1e-9;  // squared change of the transformation
 
@@ -47,19 +50,33 @@ void prepare(Registration& registration, const Cloud::Ptr& model,
              const pcl::search::KdTree<Point>::Ptr& tree) {
   registration.setInputTarget(model);
   registration.setSearchMethodTarget(tree, true);
-  registration.setMaxCorrespondenceDistance(farthest_pair);
   registration.setMaximumIterations(iterations);
   registration.setTransformationEpsilon(stop);
 }
 
+/// Normals that look at the sensor, whatever the winding of the faces that they are of.
+void turn_to_sensor(Cloud& model, const Eigen::Matrix4f& guess) {
+  const Eigen::Vector3f sensor = guess.topRightCorner<3, 1>();
+  for (Point& p : model) {
+    if (p.getNormalVector3fMap().dot(sensor - p.getVector3fMap()) < 0) {
+      p.getNormalVector3fMap() *= -1;
+    }
+  }
+}
+
 template <typename Registration>
 void align(const char* method, Registration& registration, const Cloud::Ptr& cloud,
-           const Eigen::Matrix4f& guess) {
+           const std::vector<double>& gates, const Eigen::Matrix4f& guess) {
   Cloud aligned;
+  Eigen::Matrix4f pose = guess;
   const double start = berth::benchmark::cpu_ms();
   registration.setInputSource(cloud);
-  registration.align(aligned, guess);
-  print(method, berth::benchmark::cpu_ms() - start, registration.getFinalTransformation());
+  for (const double gate : gates) {
+    registration.setMaxCorrespondenceDistance(gate);
+    registration.align(aligned, pose);
+    pose = registration.getFinalTransformation();
+  }
+  print(method, berth::benchmark::cpu_ms() - start, pose);
 }
 
 /// As GICP would find them, but from the exact normals: flat across the normal.
@@ -78,7 +95,16 @@ pcl::GeneralizedIterativeClosestPoint<Point, Point>::MatricesVectorPtr covarianc
 }  // namespace
 
 int main(int argc, char* argv[]) {
-  if (argc != 2) return 2;
+  std::vector<double> gates;
+  bool with_gicp = false;
+  for (int i = 2; i < argc; ++i) {
+    if (argv[i] == std::string("gicp")) {
+      with_gicp = true;
+    } else {
+      gates.push_back(std::stod(argv[i]));
+    }
+  }
+  if (gates.empty()) return 2;
   std::ifstream in(argv[1]);
   std::string word;
   std::size_t count = 0;
@@ -95,8 +121,9 @@ int main(int argc, char* argv[]) {
     Eigen::Matrix4f guess;
     for (int i = 0; i < 16; ++i) in >> guess(i / 4, i % 4);
     const Cloud::Ptr cloud = read_cloud(in, count, false);
-    align("icp_with_normals", icp, cloud, guess);
-    align("gicp", gicp, cloud, guess);
+    turn_to_sensor(*model, guess);
+    align("icp_with_normals", icp, cloud, gates, guess);
+    if (with_gicp) align("gicp", gicp, cloud, {gates.front()}, guess);
     std::fflush(stdout);
   }
   return 0;

@@ -19,10 +19,14 @@ using namespace trials;
 /// What the command line says.
 struct Settings {
   int trials = 1000;
+  bool trials_given = false;  ///< rather than the number above
   std::uint64_t seed = 1;
-  int jobs = 1;  ///< threads, in parts that do not measure time
+  int jobs = 1;          ///< threads, in parts that do not measure time
+  int untimed_jobs = 1;  ///< in parts that show no time at all: every core, unless jobs are given
   std::filesystem::path out;
-  std::filesystem::path meshes;  ///< a directory; empty: the replica alone
+  std::filesystem::path meshes;      ///< a directory; empty: the replica alone
+  std::vector<std::string> targets;  ///< by name or mesh; empty: a part's own choice
+  std::filesystem::path config;      ///< directory of the configuration
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
   std::vector<std::string> tracking_methods;
@@ -44,6 +48,8 @@ int run_paper_acquisition(const Settings& settings);
 int run_paper_strategies(const Settings& settings);
 int run_paper_tracking(const Settings& settings);
 int run_micro(const Settings& settings);
+int run_real(const Settings& settings);
+int run_departures(const Settings& settings);
 
 /// "radarsat2" or a mesh file, 3 m long, compiled or from the cache.
 std::shared_ptr<const estimator::TargetModel> model_of(const Settings& settings,

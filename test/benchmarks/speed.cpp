@@ -73,7 +73,8 @@ int run_speed(const Settings& settings) {
                               "speed " + std::to_string(returns) + " " + std::to_string(i));
           return make_tracking_trial(*model, the_case, random);
         });
-    const auto reference = reference_registrations(*model, made, settings.out);
+    const auto reference =
+        reference_registrations(points_of(*model), made, settings.out / "clouds.txt");
     Summary best;  // PCL's, whichever is better in each
     best.ms = best.mm[0] = best.mm[1] = 1e9;
     for (const auto& [method, outcomes] : reference) {

@@ -97,4 +97,37 @@ double growth_exponent(const std::vector<double>& x, const std::vector<double>& 
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
+Reliability::Reliability() {
+  const std::vector<double> edges = {0,   0.01, 0.05, 0.1,  0.2,  0.3, 0.5,
+                                     0.7, 0.8,  0.9,  0.95, 0.99, 1};
+  for (std::size_t i = 1; i < edges.size(); ++i) bins_.push_back({edges[i - 1], edges[i]});
+}
+
+void Reliability::add(double stated, bool came_true) {
+  auto bin = bins_.begin();
+  while (stated >= bin->high && bin + 1 != bins_.end()) ++bin;
+  ++bin->count;
+  bin->came_true += came_true ? 1 : 0;
+  bin->sum += stated;
+}
+
+void Reliability::add(const Reliability& other) {
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    bins_[i].count += other.bins_[i].count;
+    bins_[i].came_true += other.bins_[i].came_true;
+    bins_[i].sum += other.bins_[i].sum;
+  }
+}
+
+double Reliability::calibration_error() const {
+  double sum = 0;
+  int count = 0;
+  for (const Bin& bin : bins_) {
+    if (bin.count == 0) continue;
+    sum += bin.count * std::abs(bin.stated() - bin.observed());
+    count += bin.count;
+  }
+  return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
+}
+
 }  // namespace berth::benchmark

@@ -54,6 +54,7 @@ void Table::publish(const std::filesystem::path& directory) const {
   for (const auto& row : rows_) print_row(row, widths);
   std::fflush(stdout);
   write_csv(directory / (name_ + ".csv"), columns_, rows_);
+  write_markdown(directory / (name_ + ".md"), columns_, rows_);
 }
 
 std::string number(double value, int decimals) {
@@ -79,6 +80,20 @@ void write_csv(const std::filesystem::path& path, const std::vector<std::string>
     out << '\n';
   };
   put(columns);
+  for (const auto& row : rows) put(row);
+  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+}
+
+void write_markdown(const std::filesystem::path& path, const std::vector<std::string>& columns,
+                    const std::vector<std::vector<std::string>>& rows) {
+  std::ofstream out(path);
+  const auto put = [&out](const std::vector<std::string>& cells) {
+    out << '|';
+    for (const std::string& cell : cells) out << ' ' << cell << " |";
+    out << '\n';
+  };
+  put(columns);
+  put(std::vector<std::string>(columns.size(), "---"));
   for (const auto& row : rows) put(row);
   if (!out.flush()) throw InputError(path.string() + ": cannot be written");
 }

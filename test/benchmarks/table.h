@@ -19,7 +19,8 @@ class Table {
   /// A row with a verdict.
   void judge(std::vector<std::string> cells, bool pass);
 
-  /// Prints it and writes <directory>/<name>.csv. @throws InputError when that cannot be written.
+  /// Prints it and writes <directory>/<name>.csv and .md. @throws InputError when that cannot be
+  /// written.
   void publish(const std::filesystem::path& directory) const;
   int missed() const { return missed_; }
 
@@ -40,6 +41,10 @@ std::string with_interval(double value, const Interval& interval, int decimals =
 /// Writes lines of CSV. @throws InputError.
 void write_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                const std::vector<std::vector<std::string>>& rows);
+
+/// The same as a table of Markdown. @throws InputError.
+void write_markdown(const std::filesystem::path& path, const std::vector<std::string>& columns,
+                    const std::vector<std::vector<std::string>>& rows);
 
 /// How far a part is, on standard error.
 void progress(const std::string& what, int done, int of);

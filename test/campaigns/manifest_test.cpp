@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cstdlib>
 #include <set>
 
+#include "app/campaigns/campaign.h"
 #include "app/campaigns/results.h"
 #include "common/core/error.h"
+#include "common/targets/target.h"
 #include "test/catch.h"
+#include "test/core/temporary_directory.h"
 
 using namespace berth;
 using namespace berth::campaigns;
@@ -186,6 +190,50 @@ TEST_CASE("a procedure's campaign knows its parameters, phases and the keys of t
   CHECK_THAT(what("grid:\n  lidars/ilris_3d.yaml:rate: [1 m]\n", "duration"), Contains("1 m"));
   CHECK_THAT(what("", "rms duration"), Contains("no statistic"));
   CHECK_THAT(what("", "position_error in orbit"), Contains("found phase 'orbit'"));
+}
+
+TEST_CASE("several targets are an axis of the grid, each with its length") {
+  const TemporaryDirectory directory;
+  save_ply(make_box({1, 1, 2}), directory / "crate.ply");
+  unsetenv("BERTH_NO_SUCH_FOLDER");
+  const std::string text =
+      replaced(acquisition, "seed: 3\n",
+               "seed: 3\ntargets:\n"
+               "  - {target: radarsat2, length: 3 m}\n"
+               "  - {target: crate.ply, length: 1.5 m}\n"
+               "  - {target: \"${BERTH_NO_SUCH_FOLDER}/mir.ply\", length: 2 m}\n");
+  const Manifest manifest = parse_manifest(text, (directory / "few.yaml").string());
+  CHECK(manifest.points() == 2 * 3 * 2);
+  CHECK_THAT(manifest.notes.at(0), Contains("mir.ply is left out"));
+  const CampaignTarget first = manifest.target_of(trial_of(manifest, 0).parameters);
+  CHECK(first.place == "radarsat2");
+  CHECK(first.length == 3);
+  const CampaignTarget last = manifest.target_of(trial_of(manifest, 11).parameters);
+  CHECK(last.name == "crate");
+  CHECK(last.place == (directory / "crate.ply").string());
+  CHECK(last.length == 1.5);
+
+  // A campaign's directory has them all, whatever becomes of their files and of the environment.
+  const Campaign campaign = Campaign::create(manifest, directory / "campaign", 0);
+  std::filesystem::remove(directory / "crate.ply");
+  setenv("BERTH_NO_SUCH_FOLDER", directory.path().c_str(), 1);
+  const Manifest kept = Campaign::open(directory / "campaign").manifest();
+  unsetenv("BERTH_NO_SUCH_FOLDER");
+  CHECK(kept.points() == manifest.points());
+  const CampaignTarget copy = kept.target_of(trial_of(kept, 11).parameters);
+  CHECK(copy.length == 1.5);
+  CHECK(load_target(copy.place, copy.length).length == Approx(1.5));
+
+  const auto what = [&](const std::string& from, const std::string& to) {
+    try {
+      parse_manifest(replaced(text, from, to), (directory / "few.yaml").string());
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("none");
+  };
+  CHECK_THAT(what("crate.ply", "none.ply"), Contains("few.yaml:6: ") && Contains("none.ply"));
+  CHECK_THAT(what("seed: 3", "target: radarsat2"), Contains("'targets'"));
 }
 
 TEST_CASE("a result is one line, and the line is the result") {

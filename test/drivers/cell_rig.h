@@ -21,6 +21,7 @@ struct Rig {
   explicit Rig(const std::string& layout, std::uint64_t seed = 1, const WorldSettings& world = {},
                const std::filesystem::path& out = {}, bool tracker = false) {
     run.config = "config";
+    run.target = "radarsat2";
     run.layout = layout;
     run.seed = seed;
     run.session = 5;

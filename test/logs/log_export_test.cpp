@@ -13,6 +13,7 @@
 #include "logs/export/csv.h"
 #include "logs/export/json_text.h"
 #include "logs/export/mcap.h"
+#include "logs/file/reused_message.h"
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 #include "test/logs/made_log.h"

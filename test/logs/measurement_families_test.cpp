@@ -237,7 +237,7 @@ TEST_CASE("the miss distance is that of the interface at closest approach") {
     return Pose{interface - turn * replica.port()->pose.position, turn};
   };
   RunRecord record = flown(path, 8);
-  CHECK(measured(record, "contact_offset").reason == "the target has no docking interface");
+  CHECK(measured(record, "contact_offset").reason == "the target has no such docking port");
   run_info_t info{};
   info.utime = made::start;
   info.target = "radarsat2";

@@ -48,7 +48,7 @@ TEST_CASE("a pose is kept for a time alone, or by a profile") {
   CHECK(command.command == testbed_command2_t::STATION_KEEP);
   CHECK(command.guidance == "docking_axis");
   CHECK(command.waypoint_count > 0);
-  CHECK(command.dock == 1);
+  CHECK(command.position_m[2] == Approx(4));
 }
 
 TEST_CASE("an outside GNC steers by its name, within speeds, until something is so") {

@@ -51,6 +51,7 @@ struct Raw {
 
 World::World(const Options& options) : simulation(simulation_options(options)), options_(options) {
   run_.config = options.config;
+  run_.target = "radarsat2";
   run_.seed = options.seed;
   run_.session = options.session;
   host("simulated-cell", [&](NodeSetup setup, Bus& bus, Loop& loop) {

@@ -27,7 +27,7 @@ expect 0 "$bin/berth" target check "$work/measured"
 # A port that is not there is refused by name before anything moves.
 sed 's/dock: grapple/dock: fore/' "$home/procedures/library/two_ports.yaml" >"$work/fore.yaml"
 expect 2 "$bin/berth" check "$work/fore.yaml"
-says "has no docking port 'fore'; it has aft, grapple"
+says "has no docking port 'fore'"
 
 if [ -z "${BERTH_TARGETS:-}" ]; then
   echo "BERTH_TARGETS names no folder: other people's spacecraft are skipped"
@@ -68,8 +68,8 @@ criteria:
   - {name: off the axis, measurement: docking_angle, statistic: final, phase: docked, max: 15 deg}
 YAML
 # The shuttle's lies in its open bay, which looks along -z; the orbiter's on the side of its bus that looks along -x.
-describe shuttle shuttle_42.ply "3 m" "  bay: {pose: [0, 0, 490, 180, 0, 0], approach_cone: 40 deg}"
-describe mgs mgs_shrox.ply "3 m" "  side: {pose: [-594, 0, 0, 0, -90, 0], approach_cone: 40 deg}"
+describe shuttle shuttle_42.ply "2 m" "  bay: {pose: [0, 0, 327, 180, 0, 0], approach_cone: 40 deg}"
+describe mgs mgs_shrox.ply "2 m" "  side: {pose: [-396, 0, 0, 0, -90, 0], approach_cone: 40 deg}"
 expect 0 "$bin/berth" run --twin --out "$work/run_shuttle" --target "$work/shuttle" --set port=bay "$work/to_port.yaml"
 expect 0 "$bin/berth" run --twin --out "$work/run_mgs" --target "$work/mgs" --set port=side \
   --set "start=[80, -60, 6500, 4, -86, 5]" "$work/to_port.yaml"

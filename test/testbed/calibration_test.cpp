@@ -151,6 +151,7 @@ TEST_CASE("a calibration file is read strictly") {
 TEST_CASE("without a file the nominal cell is what truth rests on") {
   RunSetup run;
   run.config = "config";
+  run.target = "radarsat2";
   run.layout = "free";
   const CalibratedCell calibrated = load_calibrated_cell(run);
   CHECK(calibrated.calibration.basis == "nominal");

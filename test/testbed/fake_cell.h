@@ -228,6 +228,7 @@ class FakeCell {
                                         simulation.make_bus(), loop);
     RunSetup run;
     run.config = config;
+    run.target = "radarsat2";
     run.layout = layout;
     run.session = test_session;
     node_loop = &simulation.make_loop();

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/benchmarks/departure_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "common/core/error.h"
+#include "drivers/simulated/cell_scene.h"
+#include "drivers/simulated/receiver/mesh_scene.h"
+
+namespace berth::benchmark {
+namespace {
+
+constexpr double soft = 0.008;      // m rms of blankets
+constexpr double alike_over = 0.3;  // m, of blankets
+constexpr double rate_hz = 2000;
+constexpr double free_length = 3;  // m
+
+/// m, of targets that the arm holds.
+double held_length(const std::string& name) {
+  static const std::map<std::string, double> lengths = {
+      {"radarsat2", 3},        {"arc_target_42", 3}, {"shuttle_42", 2},
+      {"ldef_orbiter", 2},     {"mgs_shrox", 2},     {"mir_orbiter", 1.5},
+      {"carina_orbiter", 1.5}, {"hst_orbiter", 1.5}, {"arc_chaser_42", 1}};
+  const auto known = lengths.find(name);
+  return known == lengths.end() ? 2 : known->second;
+}
+
+/// Shifts what is seen of the target along the rays, as a smooth function of the place on it.
+class Blanket final : public Scene {
+ public:
+  Blanket(Scene& under, const Pose& truth, double sigma, Random& random)
+      : under_(under), to_model_(truth.inverse()) {
+    for (Wave& wave : waves_) {
+      wave.frequency = random.normal_vector(1 / alike_over);
+      wave.phase = random.uniform(0, radians(360));
+      wave.amplitude = random.normal(sigma * std::sqrt(2.0 / count));
+    }
+  }
+  using Scene::cast;
+  void cast(std::int64_t utime, std::span<const Ray> rays, double max_range,
+            std::span<SceneHit> hits) override {
+    under_.cast(utime, rays, max_range, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (!hits[i].met() || !hits[i].target) continue;
+      hits[i].range += at(to_model_ * (rays[i].origin + hits[i].range * rays[i].direction));
+    }
+  }
+
+ private:
+  double at(const Vector3d& place) const {
+    double sum = 0;
+    for (const Wave& w : waves_) sum += w.amplitude * std::cos(w.frequency.dot(place) + w.phase);
+    return sum;
+  }
+
+  // Random Fourier features (Rahimi and Recht, 2007).
+  static constexpr int count = 100;
+  struct Wave {
+    Vector3d frequency;
+    double phase = 0;
+    double amplitude = 0;
+  };
+  std::array<Wave, count> waves_;
+  Scene& under_;
+  Pose to_model_;
+};
+
+class Departed final : public DepartedScene {
+ public:
+  Departed(std::unique_ptr<Scene> scene, const Pose& truth, const Window& window,
+           const BeamModel& noise, const Departures& world, Random& random)
+      : under_(std::move(scene)), truth_(truth), window_(window), noise_(noise) {
+    if (world.blanket > 0)
+      blanket_ = std::make_unique<Blanket>(*under_, truth, world.blanket, random);
+    ReceiverSettings settings;
+    settings.errors = world.scanner;
+    settings.errors.outlier_range = truth.position.norm() + 3;
+    receiver_ = std::make_unique<Receiver>(noise, settings, random.bits());
+  }
+
+  const Pose& truth() const override { return truth_; }
+
+  Scan scan(int returns) override {
+    constexpr int probes = 2000;
+    Window window = window_;
+    window.count = probes;
+    int hits = 0;
+    const auto beams = raster(window);
+    for (const auto& [azimuth, elevation] : beams) {
+      SceneHit hit;
+      scene().cast(World::first_utime, beam_direction(azimuth, elevation), noise_.range_max_m, hit);
+      if (hit.met() && hit.target) ++hits;
+    }
+    window.count = static_cast<int>(
+        std::lround(1.0 * returns * static_cast<double>(beams.size()) / std::max(1, hits)));
+    return sweep({window}, World::first_utime);
+  }
+
+  Scan sweep(const std::vector<Window>& windows, std::int64_t utime) override {
+    return trials::sweep(*receiver_, scene(), windows, utime, rate_hz);
+  }
+
+ private:
+  Scene& scene() { return blanket_ == nullptr ? *under_ : *blanket_; }
+
+  std::unique_ptr<Scene> under_;
+  std::unique_ptr<Scene> blanket_;
+  std::unique_ptr<Receiver> receiver_;
+  Pose truth_;
+  Window window_;
+  BeamModel noise_;
+};
+
+/// Joints of the replica arm, the sensor's at home, that show the target about as
+/// acquisition_survey does. The nearest to home, of all that reach one pose.
+Joints draw_joints(const berth::Cell& cell, Random& random) {
+  const Pose sensor = cell.sensor.tool_pose(cell.sensor.home);
+  const PlacedArm& arm = cell.replica;
+  for (int tries = 0; tries < 1000; ++tries) {
+    const Pose wanted = pose_from_xyzwpr({random.uniform(-100, 100), random.uniform(-100, 100),
+                                          random.uniform(4800, 5500), random.uniform(-5, 15),
+                                          random.uniform(-25, 30), random.uniform(-50, 50)});
+    const Pose flange = arm.base.inverse() * sensor * wanted * arm.tool.inverse();
+    const auto solutions = arm.kinematics->inverse(flange, nullptr);
+    if (solutions.empty()) continue;
+    const auto away = [&arm](const InverseSolution& s) {
+      double sum = 0;
+      for (std::size_t i = 0; i < s.joints.size(); ++i) {
+        sum += std::pow(s.joints[i] - arm.home[i], 2);
+      }
+      return sum;
+    };
+    return std::min_element(solutions.begin(), solutions.end(),
+                            [&away](const auto& a, const auto& b) { return away(a) < away(b); })
+        ->joints;
+  }
+  throw InputError("layout " + cell.layout + ": the arm cannot show " + cell.target.name +
+                   " as acquisition_survey does");
+}
+
+}  // namespace
+
+const std::vector<Departures>& departure_worlds() {
+  static const std::vector<Departures> all = [] {
+    const auto named = [](const char* name, auto&& change) {
+      Departures world;
+      world.name = name;
+      change(world);
+      return world;
+    };
+    const auto footprint = [](Departures& w) { w.scanner.footprint = true; };
+    const auto drop_out = [](Departures& w) {
+      w.scanner.drop_out = 0.02;
+      w.scanner.drop_out_grazing = 0.5;
+    };
+    const auto steps = [](Departures& w) { w.scanner.range_step = 0.003; };
+    const auto outliers = [](Departures& w) { w.scanner.outliers = 0.01; };
+    return std::vector<Departures>{named("as believed", [](Departures&) {}),
+                                   named("blanket", [](Departures& w) { w.blanket = soft; }),
+                                   named("footprint", footprint),
+                                   named("drop-out", drop_out),
+                                   named("steps", steps),
+                                   named("outliers", outliers),
+                                   named("all of it", [&](Departures& w) {
+                                     w.blanket = soft;
+                                     footprint(w);
+                                     drop_out(w);
+                                     steps(w);
+                                     outliers(w);
+                                   })};
+  }();
+  return all;
+}
+
+SceneMaker::SceneMaker(const std::filesystem::path& config, const std::string& target, bool held) {
+  const std::string name = load_target(target, 0).name;
+  target_ = load_target(target, held ? held_length(name) : free_length);
+  noise_.range_min_m = held ? 3 : 1;
+  if (held) {
+    cell_ = std::make_shared<berth::Cell>(load_cell(config / "layouts" / "range.yaml", target_));
+  }
+}
+
+estimator::RangeGate SceneMaker::gate() const {
+  if (cell_ == nullptr) return {1, 15};
+  return {3, 8};  // as acquisition_survey has it
+}
+
+std::unique_ptr<DepartedScene> SceneMaker::make(const Departures& world, Random& random) const {
+  const Mesh& mesh = target_.mesh;
+  if (cell_ != nullptr) {
+    berth::Cell there = *cell_;
+    const Joints joints = draw_joints(there, random);
+    const Joints home = there.sensor.home;
+    const Pose truth = there.relative_pose(joints, home);
+    there.target.mesh = mesh;
+    auto scene = std::make_unique<CellScene>(
+        there, [joints](auto) { return joints; }, [home](auto) { return home; });
+    return std::make_unique<Departed>(
+        std::move(scene), truth, window_around(target_.mesh, truth, 0.3), noise_, world, random);
+  }
+  Pose truth{{random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 5}, random.rotation()};
+  truth.position -= truth.rotation * bounding_box(target_.mesh).centre();
+  auto scene = std::make_unique<MeshScene>(mesh);
+  scene->place(World::first_utime, truth);
+  return std::make_unique<Departed>(
+      std::move(scene), truth, window_around(target_.mesh, truth, 0.05), noise_, world, random);
+}
+
+}  // namespace berth::benchmark

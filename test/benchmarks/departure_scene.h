@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/core/cell.h"
+#include "drivers/simulated/receiver/receiver.h"
+#include "estimator/scan/preprocessing.h"
+#include "evaluation/trials/world.h"
+
+namespace berth::benchmark {
+
+using namespace trials;
+
+/// How a world departs from what the estimator believes.
+struct Departures {
+  std::string name;
+  /// m, 1 sigma: ranges of the target's surface, alike over 0.3 m of it; rims stay in place.
+  double blanket = 0;
+  ScannerErrors scanner;
+};
+
+/// Each departure alone, between the world that is as believed (first) and all of them (last).
+const std::vector<Departures>& departure_worlds();
+
+/// One true world: the target in one pose, at rest, seen by a scanner with its own noise.
+class DepartedScene {
+ public:
+  virtual ~DepartedScene() = default;
+  /// T_sensor_model, of the rigid part.
+  virtual const Pose& truth() const = 0;
+  /// A raster about the target, a margin on every side, of which about so many beams return from
+  /// the target. New noise each time.
+  virtual Scan scan(int returns) = 0;
+  virtual Scan sweep(const std::vector<Window>& windows, std::int64_t utime) = 0;
+};
+
+/// Makes true worlds of one target: in empty space, at any attitude, its middle within 0.1 m of
+/// 5 m before the sensor; or held by the arm of layout `range`, with mount, arms and walls in view,
+/// about as acquisition_survey shows it.
+class SceneMaker {
+ public:
+  /// @param target as load_target() takes it; free it is 3 m long, held as its name says
+  /// @param config directory of the configuration
+  SceneMaker(const std::filesystem::path& config, const std::string& target, bool held);
+
+  /// As the estimator believes it to be.
+  const Target& target() const { return target_; }
+  const BeamModel& noise() const { return noise_; }
+  estimator::RangeGate gate() const;
+  std::unique_ptr<DepartedScene> make(const Departures& world, Random& random) const;
+
+ private:
+  Target target_;
+  BeamModel noise_;
+  std::shared_ptr<const berth::Cell> cell_;  ///< none: free
+};
+
+}  // namespace berth::benchmark

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The estimator where the world departs from what it believes: each departure alone and together.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "test/benchmarks/closed_loop.h"
+#include "test/benchmarks/cpu_time.h"
+#include "test/benchmarks/departure_scene.h"
+#include "test/benchmarks/figure.h"
+#include "test/benchmarks/judge.h"
+#include "test/benchmarks/reference_registration.h"
+#include "test/benchmarks/settings.h"
+#include "test/benchmarks/table.h"
+#include "test/benchmarks/tracking_trial.h"
+#include "test/benchmarks/trials.h"
+
+namespace berth::benchmark {
+namespace {
+
+constexpr double start_m = 0.030;
+constexpr double start_rad = radians(2);
+constexpr int reference_points = 20000;
+constexpr std::array<int, 3> filtered_scans = {5, 50, 200};
+
+/// A target as the estimator believes it to be, free or held by the arm.
+struct Sighting {
+  std::string target;
+  std::string view;  ///< "free", "held"
+  std::shared_ptr<const estimator::TargetModel> model;
+  std::shared_ptr<const PoseJudge> judge;
+  std::vector<SurfacePoint> points;  ///< for the registration that we compare with
+  std::shared_ptr<const SceneMaker> scenes;
+};
+
+struct Cell {
+  const Sighting* sighting = nullptr;
+  const Departures* world = nullptr;
+  int returns = 0;
+  bool filtered = false;  ///< the whole estimator over many scans, instead of single ones
+
+  std::string name() const {
+    return world->name + " " + sighting->target + " " + sighting->view + " " +
+           std::to_string(returns) + (filtered ? " filtered" : "");
+  }
+};
+
+/// Errors of some poses, and how they compare with what was claimed.
+struct Errors {
+  std::vector<double> mm;
+  std::vector<double> deg;
+  std::vector<double> nees;
+  int refused = 0;
+
+  void add(const Vector6d& error) {
+    mm.push_back(1e3 * error.head<3>().norm());
+    deg.push_back(degrees(error.tail<3>().norm()));
+  }
+  void add(const Errors& other) {
+    mm.insert(mm.end(), other.mm.begin(), other.mm.end());
+    deg.insert(deg.end(), other.deg.begin(), other.deg.end());
+    nees.insert(nees.end(), other.nees.begin(), other.nees.end());
+    refused += other.refused;
+  }
+  int count() const { return static_cast<int>(mm.size()) + refused; }
+};
+
+struct CellResult {
+  Tally tally;
+  Reliability reliability;
+  Errors tracking;
+  Errors reference;
+  std::map<int, Errors> filtered;  ///< after so many scans
+
+  void add(const CellResult& other) {
+    tally.add(other.tally);
+    reliability.add(other.reliability);
+    tracking.add(other.tracking);
+    reference.add(other.reference);
+    for (const auto& [scans, errors] : other.filtered) filtered[scans].add(errors);
+  }
+};
+
+/// Of a cell: as many as were asked for, else so many that all of it ends within half an hour on
+/// two cores.
+int trials_of(const Settings& settings, const Cell& cell) {
+  if (settings.trials_given) return settings.trials;
+  if (cell.filtered) return 4;
+  return cell.returns <= 3000 ? 30 : cell.returns <= 10000 ? 12 : 4;
+}
+
+void take_acquisition(const Sighting& sighting, const estimator::AcquisitionResult& found,
+                      const Pose& truth, CellResult& result) {
+  const bool first_right =
+      !found.hypotheses.empty() && sighting.judge->right(truth, found.hypotheses.front().pose);
+  const Verdict verdict = verdict_on(found, *sighting.judge, truth);
+  result.tally.add(verdict, first_right);
+  if (verdict == Verdict::lost) return;
+  for (const estimator::Hypothesis& h : found.hypotheses) {
+    result.reliability.add(h.probability, sighting.judge->right(truth, h.pose));
+  }
+}
+
+/// The beams that ended inside the gate: what both registrations get.
+std::vector<RawBeam> within(std::vector<RawBeam> beams, const estimator::RangeGate& gate) {
+  std::erase_if(beams, [&gate](const RawBeam& beam) {
+    return beam.status != BeamStatus::hit || !gate.contains(beam.range);
+  });
+  return beams;
+}
+
+void single_scans(const Settings& settings, const Cell& cell, CellResult& result) {
+  const Sighting& sighting = *cell.sighting;
+  const auto acquisition = acquisition_named(settings, settings.acquisition_methods.front(),
+                                             sighting.model, sighting.scenes->noise());
+  const auto tracking = tracking_named(settings, settings.tracking_methods.front(), sighting.model,
+                                       sighting.scenes->noise());
+  std::vector<TrackingTrial> clouds;
+  for (int i = 0; i < trials_of(settings, cell); ++i) {
+    Random random(settings.seed, "departures " + cell.name() + " " + std::to_string(i));
+    const auto scene = sighting.scenes->make(*cell.world, random);
+    TrackingTrial trial;
+    trial.truth = scene->truth();
+    trial.scan = scene->scan(cell.returns);
+    trial.predicted.pose = pose_off(trial.truth, start_m, start_rad, random);
+    trial.predicted.covariance = Matrix6d::Zero();
+    trial.predicted.covariance.diagonal().head<3>().setConstant(std::pow(start_m, 2) / 3);
+    trial.predicted.covariance.diagonal().tail<3>().setConstant(std::pow(start_rad, 2) / 3);
+    const estimator::CleanScan clean =
+        estimator::preprocess(trial.scan.beams, sighting.scenes->gate(), sighting.scenes->noise());
+    take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
+    const estimator::TrackingResult tracked = (*tracking)->track(clean, trial.predicted);
+    if (tracked.ok) {
+      const Vector6d error = difference(trial.truth, tracked.pose);
+      result.tracking.add(error);
+      result.tracking.nees.push_back(normalised_error_squared(error, tracked.covariance));
+    } else {
+      ++result.tracking.refused;
+    }
+    trial.scan.beams = within(std::move(trial.scan.beams), sighting.scenes->gate());
+    trial.scan.faces.clear();
+    clouds.push_back(std::move(trial));
+  }
+  std::string file = cell.name() + ".txt";
+  std::replace(file.begin(), file.end(), ' ', '_');
+  const auto registered =
+      reference_registrations(sighting.points, clouds, settings.out / file, {{0.15, 0.05}, false});
+  for (const TrackingOutcome& outcome : registered.at("icp_with_normals")) {
+    result.reference.add(outcome.error);
+  }
+}
+
+/// The whole estimator tracks a target at rest: the same true surface, new noise in each scan.
+void filtered_poses(const Settings& settings, const Cell& cell, CellResult& result) {
+  const Sighting& sighting = *cell.sighting;
+  estimator::EstimatorOptions options = settings.options;
+  options.tracking_method = settings.tracking_methods.front();
+  options.returns_per_scan = cell.returns;
+  options.gate = sighting.scenes->gate();
+  for (int i = 0; i < trials_of(settings, cell); ++i) {
+    Random random(settings.seed, "departures " + cell.name() + " " + std::to_string(i));
+    const auto scene = sighting.scenes->make(*cell.world, random);
+    ClosedLoop loop(options, sighting.model, sighting.scenes->noise(),
+                    [&scene](const std::vector<Window>& windows, std::int64_t utime) {
+                      return scene->sweep(windows, utime);
+                    },
+                    scene->truth(), {});
+    loop.track_from(pose_off(scene->truth(), start_m, start_rad, random));
+    loop.run_scans(filtered_scans.back());
+    for (const int scans : filtered_scans) {
+      Errors& errors = result.filtered[scans];
+      const auto at = static_cast<std::size_t>(scans) - 1;
+      if (at >= loop.estimates().size() || !loop.estimates()[at].ok) {
+        ++errors.refused;
+        continue;
+      }
+      const LoopEstimate& estimate = loop.estimates()[at];
+      errors.add(estimate.error());
+      errors.nees.push_back(normalised_error_squared(estimate.error(), estimate.covariance));
+    }
+  }
+}
+
+CellResult run_cell(const Settings& settings, const Cell& cell) {
+  const double start = cpu_ms();
+  CellResult result;
+  if (cell.filtered) {
+    filtered_poses(settings, cell, result);
+  } else {
+    single_scans(settings, cell, result);
+  }
+  std::fprintf(stderr, "departures: %s, %.1f s\n", cell.name().c_str(), 1e-3 * (cpu_ms() - start));
+  return result;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+double percentile_95(const std::vector<double>& values) { return percentile(values, 0.95); }
+
+void append(std::vector<std::string>& row, const std::vector<std::string>& cells) {
+  row.insert(row.end(), cells.begin(), cells.end());
+}
+
+const std::vector<std::string> error_columns = {"median mm", "p95 mm", "median deg", "p95 deg"};
+std::vector<std::string> cells_of(const Errors& errors) {
+  return {with_interval(median(errors.mm), bootstrap(errors.mm, median), 1),
+          number(percentile_95(errors.mm), 1), number(median(errors.deg)),
+          number(percentile_95(errors.deg))};
+}
+
+const std::vector<std::string> nees_columns = {"NEES mean", "NEES median"};
+std::vector<std::string> nees_of(const Errors& errors) {
+  if (errors.nees.empty()) return {"-", "-"};
+  return {with_interval(mean(errors.nees), bootstrap(errors.nees, mean), 1),
+          number(median(errors.nees), 1)};
+}
+
+std::vector<std::string> with_prefix(const std::string& prefix,
+                                     const std::vector<std::string>& columns) {
+  std::vector<std::string> all;
+  for (const std::string& c : columns) all.push_back(prefix + c);
+  return all;
+}
+
+using Results = std::vector<std::pair<Cell, CellResult>>;
+
+std::vector<std::string> single_columns(std::vector<std::string> first) {
+  append(first, Tally::columns());
+  first.emplace_back("tracking refused");
+  append(first, error_columns);
+  append(first, with_prefix("ICP ", error_columns));
+  append(first, nees_columns);
+  return first;
+}
+
+std::vector<std::string> single_row(std::vector<std::string> first, const CellResult& result) {
+  append(first, result.tally.cells());
+  first.push_back(share(result.tracking.refused, result.tracking.count()));
+  append(first, cells_of(result.tracking));
+  append(first, cells_of(result.reference));
+  append(first, nees_of(result.tracking));
+  return first;
+}
+
+void publish_single(const Settings& settings, const Results& results) {
+  Table table("departures",
+              "Departures, single scans: acquisition without a prior; tracking and PCL's ICP with "
+              "normals from starts 30 mm and 2 deg off; NEES: 6 expected",
+              single_columns({"world", "target", "view", "returns"}));
+  Table pooled("departures_summary", "Departures, single scans, all targets together",
+               single_columns({"world", "view", "returns"}));
+  std::map<std::pair<std::string, int>, CellResult> sums;
+  std::vector<std::pair<std::string, int>> order;
+  std::map<std::pair<std::string, int>, std::vector<std::string>> heads;
+  for (const auto& [cell, result] : results) {
+    if (cell.filtered) continue;
+    table.add(single_row({cell.world->name, cell.sighting->target, cell.sighting->view,
+                          std::to_string(cell.returns)},
+                         result));
+    const std::pair key(cell.world->name + " " + cell.sighting->view, cell.returns);
+    if (sums.count(key) == 0) order.push_back(key);
+    heads[key] = {cell.world->name, cell.sighting->view, std::to_string(cell.returns)};
+    sums[key].add(result);
+  }
+  for (const auto& key : order) pooled.add(single_row(heads[key], sums[key]));
+  table.publish(settings.out);
+  pooled.publish(settings.out);
+}
+
+void publish_filtered(const Settings& settings, const Results& results) {
+  std::vector<std::string> columns = {"world", "target", "view", "scans", "runs", "lost"};
+  append(columns, error_columns);
+  append(columns, nees_columns);
+  Table table("departures_filtered",
+              "Departures, the whole estimator, a target at rest: the filtered pose after so many "
+              "scans of 1,000 returns; NEES: 6 expected",
+              columns);
+  for (const auto& [cell, result] : results) {
+    for (const auto& [scans, errors] : result.filtered) {
+      std::vector<std::string> row = {cell.world->name,
+                                      cell.sighting->target,
+                                      cell.sighting->view,
+                                      std::to_string(scans),
+                                      std::to_string(errors.count()),
+                                      share(errors.refused, errors.count())};
+      append(row, cells_of(errors));
+      append(row, nees_of(errors));
+      table.add(row);
+    }
+  }
+  table.publish(settings.out);
+}
+
+/// Of which worlds together the reliability is shown.
+std::string reliability_group(const Departures& world) {
+  if (world.name == departure_worlds().front().name) return world.name;
+  return world.name == departure_worlds().back().name ? world.name : "one departure";
+}
+
+void publish_reliability(const Settings& settings, const Results& results) {
+  std::map<std::string, Reliability> groups;
+  std::vector<std::string> order;
+  for (const auto& [cell, result] : results) {
+    if (cell.filtered) continue;
+    const std::string group = reliability_group(*cell.world) + ", " + cell.sighting->view;
+    if (groups.count(group) == 0) order.push_back(group);
+    groups[group].add(result.reliability);
+  }
+  Table table("departures_reliability",
+              "Probabilities that acquisition gave to hypotheses (of scans that it did not call "
+              "lost), and how many of these were right; error: mean distance of the two",
+              {"world", "error", "stated", "hypotheses", "mean stated", "right"});
+  Figure figure("departures_reliability", 640, 640);
+  figure.line(
+      "set xlabel 'stated probability'\nset ylabel 'share that is right'\nset xrange [0:1]\n"
+      "set yrange [0:1]\nset key bottom right\nset size square\nset grid");
+  std::string plot = "plot x with lines lc rgb '#909090' dt 2 title 'honest'";
+  for (std::size_t g = 0; g < order.size(); ++g) {
+    const Reliability& reliability = groups[order[g]];
+    std::vector<std::vector<double>> rows;
+    for (const Reliability::Bin& bin : reliability.bins()) {
+      if (bin.count == 0) continue;
+      table.add({order[g], number(reliability.calibration_error(), 3),
+                 number(bin.low, 2) + " to " + number(bin.high, 2), std::to_string(bin.count),
+                 number(bin.stated(), 3), share(bin.came_true, bin.count)});
+      const Interval interval = wilson(bin.came_true, bin.count);
+      rows.push_back({bin.stated(), bin.observed(), interval.low, interval.high});
+    }
+    if (rows.empty()) continue;
+    const std::string block = "g" + std::to_string(g);
+    figure.data(block, rows);
+    plot += ", $" + block + " with yerrorlines lc rgb '" + colour_of(g) + "' pt 7 ps 0.6 title '" +
+            order[g] + "'";
+  }
+  figure.line(plot);
+  table.publish(settings.out);
+  figure.draw(settings.out);
+}
+
+/// By name or path; foreign meshes are looked for in the folder of meshes.
+std::vector<std::string> targets_of(const Settings& settings) {
+  std::vector<std::string> wanted = settings.targets;
+  if (wanted.empty()) wanted = {"radarsat2", "shuttle_42.ply", "mgs_shrox.ply"};
+  std::vector<std::string> found;
+  for (const std::string& name : wanted) {
+    const std::filesystem::path mesh = settings.meshes / name;
+    if (!settings.meshes.empty() && std::filesystem::is_regular_file(mesh)) {
+      found.push_back(mesh.string());
+    } else if (settings.targets.empty() && std::filesystem::path(name).has_extension()) {
+      std::printf("departures: %s skipped, BERTH_TARGETS names no folder that holds it\n",
+                  name.c_str());
+    } else {
+      found.push_back(name);
+    }
+  }
+  return found;
+}
+
+std::vector<Sighting> sightings_of(const Settings& settings) {
+  std::vector<Sighting> sightings;
+  for (const std::string& name : targets_of(settings)) {
+    for (const bool held : {false, true}) {
+      Sighting sighting;
+      sighting.view = held ? "held" : "free";
+      sighting.scenes = std::make_shared<SceneMaker>(settings.config, name, held);
+      const Target& target = sighting.scenes->target();
+      sighting.target = target.name;
+      sighting.model = estimator::load_target_model(target, settings.options.model,
+                                                    estimator::default_cache_directory());
+      sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
+      sighting.points =
+          points_on(target.mesh, reference_points, Random(settings.seed, "registration"));
+      sightings.push_back(std::move(sighting));
+    }
+  }
+  return sightings;
+}
+
+std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting>& sightings) {
+  std::vector<Cell> cells;
+  for (const Departures& world : departure_worlds()) {
+    for (const Sighting& sighting : sightings) {
+      for (const int returns : {200, 1000, 3000, 10000, 50000}) {
+        cells.push_back({&sighting, &world, returns});
+      }
+      cells.push_back({&sighting, &world, 1000, true});
+    }
+  }
+  std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  return cells;
+}
+
+}  // namespace
+
+int run_departures(const Settings& settings) {
+  const std::vector<Sighting> sightings = sightings_of(settings);
+  const std::vector<Cell> cells = all_cells(settings, sightings);
+  // The longest first, so that no thread is left alone with one at the end.
+  std::vector<std::size_t> order(cells.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&cells](std::size_t a, std::size_t b) {
+    return cells[a].returns > cells[b].returns;
+  });
+  const auto done = results_of(
+      "departures", static_cast<int>(cells.size()), settings.untimed_jobs,
+      [&](int i) { return run_cell(settings, cells[order[static_cast<std::size_t>(i)]]); });
+  Results results(cells.size());
+  for (std::size_t i = 0; i < order.size(); ++i) results[order[i]] = {cells[order[i]], done[i]};
+  publish_single(settings, results);
+  publish_filtered(settings, results);
+  publish_reliability(settings, results);
+  return 0;
+}
+
+}  // namespace berth::benchmark
