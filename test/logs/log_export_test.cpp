@@ -104,7 +104,8 @@ TEST_CASE("tables have a file for each channel, units in the header, arrays in c
   const auto scan = lines_of(out.path() / "csv/SCAN_DATA.csv");
   CHECK(scan.size() == 1 + 20 * 150 - 45);
   CHECK(scan[0].rfind("log_utime [us],index,utime [us],", 0) == 0);
-  CHECK(scan[0].find(",time_us [us],range_m [m],azimuth_rad [rad],") != std::string::npos);
+  CHECK(scan[0].find(",time_us [us],origin_x_m [m],") != std::string::npos);
+  CHECK(scan[0].find(",range_m [m],range_sigma_m [m],") != std::string::npos);
   CHECK(scan[100].find(",99,") != std::string::npos);
 }
 
