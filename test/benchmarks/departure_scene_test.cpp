@@ -61,13 +61,14 @@ TEST_CASE("a blanket moves what is seen along the rays and leaves rims where the
   const Compared covered = compared(a, blanket->scan(2000));
   CHECK(covered.rms_m > 0.004);
   CHECK(covered.rms_m < 0.013);
-  CHECK(covered.one < covered.both / 50);
+  const Compared again = compared(a, believed->scan(2000));  // new noise of the angles
+  CHECK(covered.one < 2 * again.one + 10);
   const Window window = window_around(maker.target().mesh, believed->truth(), 0.05);
   const Window counted = {window.azimuth, window.elevation, window.width, window.height, 8000, ""};
   const Compared warped = compared(believed->sweep({counted}, World::first_utime),
                                    warp->sweep({counted}, World::first_utime));
   CHECK(warped.rms_m > 0.004);
-  CHECK(warped.one > 0);
+  CHECK(warped.one > again.one);
 }
 
 TEST_CASE("the appendage is about a fifth of the surface and turns about its inner end",
