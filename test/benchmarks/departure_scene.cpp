@@ -68,6 +68,15 @@ class Blanket final : public Scene {
   Pose to_model_;
 };
 
+/// The believed target as the world has it.
+Target true_target(const Target& believed, const Departures& world, Random& random) {
+  Target target = draw_true_target(believed, world.target, random.bits()).target;
+  if (!world.turned) return target;
+  const double angle = radians(random.uniform(8, 15)) * (random.uniform() < 0.5 ? -1 : 1);
+  target.mesh = turned_mesh(target, std::vector<double>(target.parts.size(), angle));
+  return target;
+}
+
 class Departed final : public DepartedScene {
  public:
   Departed(std::unique_ptr<Scene> scene, const Pose& truth, const Window& window,
@@ -141,6 +150,17 @@ Joints draw_joints(const berth::Cell& cell, Random& random) {
                    " as acquisition_survey does");
 }
 
+double area_of(const Mesh& mesh, std::size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  const Vector3d& a = mesh.vertices[t[0]];
+  return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
+}
+
+Vector3d middle_of(const Mesh& mesh, std::size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
+}
+
 }  // namespace
 
 const std::vector<Departures>& departure_worlds() {
@@ -151,6 +171,10 @@ const std::vector<Departures>& departure_worlds() {
       change(world);
       return world;
     };
+    const auto warp = [](Departures& w) {
+      w.target.rigid_surface = w.target.soft_surface = soft;
+      w.target.surface = 1;
+    };
     const auto footprint = [](Departures& w) { w.scanner.footprint = true; };
     const auto drop_out = [](Departures& w) {
       w.scanner.drop_out = 0.02;
@@ -158,26 +182,71 @@ const std::vector<Departures>& departure_worlds() {
     };
     const auto steps = [](Departures& w) { w.scanner.range_step = 0.003; };
     const auto outliers = [](Departures& w) { w.scanner.outliers = 0.01; };
+    const auto missing = [](Departures& w) { w.target.missing = 1; };
+    const auto extra = [](Departures& w) { w.target.extra = 1; };
+    const auto turned = [](Departures& w) { w.turned = true; };
     return std::vector<Departures>{named("as believed", [](Departures&) {}),
                                    named("blanket", [](Departures& w) { w.blanket = soft; }),
+                                   named("warp", warp),
                                    named("footprint", footprint),
                                    named("drop-out", drop_out),
                                    named("steps", steps),
                                    named("outliers", outliers),
+                                   named("part missing", missing),
+                                   named("part too many", extra),
+                                   named("part turned", turned),
                                    named("all of it", [&](Departures& w) {
-                                     w.blanket = soft;
+                                     warp(w);
                                      footprint(w);
                                      drop_out(w);
                                      steps(w);
                                      outliers(w);
+                                     missing(w);
+                                     extra(w);
+                                     turned(w);
                                    })};
   }();
   return all;
 }
 
+Target with_appendage(Target target) {
+  const Mesh& mesh = target.mesh;
+  const Box box = bounding_box(mesh);
+  int along = 0;
+  box.size().maxCoeff(&along);
+  int across = (along + 1) % 3;
+  if (box.size()[(along + 2) % 3] > box.size()[across]) across = (along + 2) % 3;
+  std::vector<std::size_t> outward(mesh.triangles.size());
+  double area = 0;
+  for (std::size_t i = 0; i < outward.size(); ++i) {
+    outward[i] = i;
+    area += area_of(mesh, i);
+  }
+  std::stable_sort(outward.begin(), outward.end(), [&](std::size_t a, std::size_t b) {
+    return middle_of(mesh, a)[along] > middle_of(mesh, b)[along];
+  });
+  constexpr double share = 0.2;
+  double beyond = 0;
+  std::size_t count = 0;
+  while (beyond < share * area) beyond += area_of(mesh, outward[count++]);
+  TargetPart part = target.parts.front();
+  part.name = "appendage";
+  Joint joint;
+  joint.axis = Vector3d::Unit(across);
+  joint.point = box.centre();
+  joint.point[along] = middle_of(mesh, outward[count - 1])[along];
+  joint.low = -radians(15);
+  joint.high = radians(15);
+  part.joint = joint;
+  target.parts = {target.parts.front(), part};
+  target.part_of.assign(mesh.triangles.size(), 0);
+  for (std::size_t i = 0; i < count; ++i) target.part_of[outward[i]] = 1;
+  return target;
+}
+
 SceneMaker::SceneMaker(const std::filesystem::path& config, const std::string& target, bool held) {
   const std::string name = load_target(target, 0).name;
-  target_ = load_target(target, held ? held_length(name) : free_length);
+  target_ = with_appendage(load_target(target, held ? held_length(name) : free_length));
   noise_.range_min_m = held ? 3 : 1;
   if (held) {
     cell_ = std::make_shared<berth::Cell>(load_cell(config / "layouts" / "range.yaml", target_));
@@ -190,13 +259,13 @@ estimator::RangeGate SceneMaker::gate() const {
 }
 
 std::unique_ptr<DepartedScene> SceneMaker::make(const Departures& world, Random& random) const {
-  const Mesh& mesh = target_.mesh;
+  const Target real = true_target(target_, world, random);
   if (cell_ != nullptr) {
     berth::Cell there = *cell_;
     const Joints joints = draw_joints(there, random);
     const Joints home = there.sensor.home;
     const Pose truth = there.relative_pose(joints, home);
-    there.target.mesh = mesh;
+    there.target = real;
     auto scene = std::make_unique<CellScene>(
         there, [joints](auto) { return joints; }, [home](auto) { return home; });
     return std::make_unique<Departed>(
@@ -204,7 +273,7 @@ std::unique_ptr<DepartedScene> SceneMaker::make(const Departures& world, Random&
   }
   Pose truth{{random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 5}, random.rotation()};
   truth.position -= truth.rotation * bounding_box(target_.mesh).centre();
-  auto scene = std::make_unique<MeshScene>(mesh);
+  auto scene = std::make_unique<MeshScene>(real.mesh);
   scene->place(World::first_utime, truth);
   return std::make_unique<Departed>(
       std::move(scene), truth, window_around(target_.mesh, truth, 0.05), noise_, world, random);

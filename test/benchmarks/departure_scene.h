@@ -8,6 +8,7 @@
 
 #include "common/core/cell.h"
 #include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/true_target.h"
 #include "estimator/scan/preprocessing.h"
 #include "evaluation/trials/world.h"
 
@@ -18,13 +19,20 @@ using namespace trials;
 /// How a world departs from what the estimator believes.
 struct Departures {
   std::string name;
+  /// Of the target itself: the mesh displaced, a part missing or too many.
+  TargetDepartures target;
   /// m, 1 sigma: ranges of the target's surface, alike over 0.3 m of it; rims stay in place.
   double blanket = 0;
+  bool turned = false;  ///< the appendage, by 8 to 15 deg, either way
   ScannerErrors scanner;
 };
 
 /// Each departure alone, between the world that is as believed (first) and all of them (last).
 const std::vector<Departures>& departure_worlds();
+
+/// The target with its outer end as a part of its own that turns about a hinge: of the side of the
+/// longest axis where a fifth of the surface is farther out, from there on. What "turned" turns.
+Target with_appendage(Target target);
 
 /// One true world: the target in one pose, at rest, seen by a scanner with its own noise.
 class DepartedScene {

@@ -362,23 +362,23 @@ std::vector<std::string> targets_of(const Settings& settings) {
 }
 
 std::vector<Sighting> sightings_of(const Settings& settings) {
-  std::vector<Sighting> sightings;
-  for (const std::string& name : targets_of(settings)) {
-    for (const bool held : {false, true}) {
-      Sighting sighting;
-      sighting.view = held ? "held" : "free";
-      sighting.scenes = std::make_shared<SceneMaker>(settings.config, name, held);
-      const Target& target = sighting.scenes->target();
-      sighting.target = target.name;
-      sighting.model = estimator::load_target_model(target, settings.options.model,
-                                                    estimator::default_cache_directory());
-      sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
-      sighting.points =
-          points_on(target.mesh, reference_points, Random(settings.seed, "registration"));
-      sightings.push_back(std::move(sighting));
-    }
-  }
-  return sightings;
+  const std::vector<std::string> targets = targets_of(settings);
+  return results_of(
+      "targets", static_cast<int>(2 * targets.size()), settings.untimed_jobs, [&](int i) {
+        const bool held = i % 2 == 1;
+        Sighting sighting;
+        sighting.view = held ? "held" : "free";
+        sighting.scenes = std::make_shared<SceneMaker>(
+            settings.config, targets[static_cast<std::size_t>(i / 2)], held);
+        const Target& target = sighting.scenes->target();
+        sighting.target = target.name;
+        sighting.model = estimator::load_target_model(target, settings.options.model,
+                                                      estimator::default_cache_directory());
+        sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
+        sighting.points =
+            points_on(target.mesh, reference_points, Random(settings.seed, "registration"));
+        return sighting;
+      });
 }
 
 std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting>& sightings) {
