@@ -47,7 +47,8 @@ std::string content_hash(const Mesh& mesh);
 /// A comment in the header of a PLY: its vertices are not joined by place when it is read.
 inline constexpr char vertices_as_numbered[] = "vertices are joined as numbered";
 
-/// Binary little-endian PLY, in doubles; read again it is the same mesh, to the bit. @throws InputError when the file cannot be written.
+/// Binary little-endian PLY, in doubles; read again it is the same mesh, to the bit. @throws
+/// InputError when the file cannot be written.
 void save_ply(const Mesh& mesh, const std::filesystem::path& path);
 
 /// Building blocks, centred at the origin.

@@ -29,7 +29,7 @@ estimator::EstimatorSetup setup_of(const estimator::EstimatorOptions& options,
 }
 
 std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams,
-                                      const scan_request_t& request) {
+                                   const scan_request_t& request) {
   constexpr std::size_t most = 50;
   std::vector<ScanPacket> packets;
   for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {

@@ -84,7 +84,7 @@ TEST_CASE("messages of another type, cut short or with a wild length never reach
   SimulatedBus& receiver = simulation.make_bus();
   int handled = 0;
   receiver.subscribe<ScanPacket>(channels::scan_data, Queue::fifo(),
-                                    [&](const ScanPacket&) { ++handled; });
+                                 [&](const ScanPacket&) { ++handled; });
   sender.publish(channels::scan_data, heartbeat_t{});
   simulation.run_for(second);
   CHECK(handled == 0);

@@ -94,7 +94,9 @@ struct TrackedScene {
   ScanMaker lidar;
   Pose start = paper_pose;
 
-  explicit TrackedScene(std::uint64_t seed = 1) : lidar(replica().mesh, seed) { lidar.pose = paper_pose; }
+  explicit TrackedScene(std::uint64_t seed = 1) : lidar(replica().mesh, seed) {
+    lidar.pose = paper_pose;
+  }
   std::vector<RawBeam> scan(int count) { return lidar.sweep(around(*model, start, count)); }
   TrackingResult track(const std::vector<RawBeam>& raw, const Velocity& velocity = {}) const {
     return BeamTracking(*model, noise, options)

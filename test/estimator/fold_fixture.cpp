@@ -59,7 +59,7 @@ std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request) 
 }
 
 ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
-                        std::int64_t utime) {
+                     std::int64_t utime) {
   ScanPacket p{};
   p.utime = utime;
   p.scan_id = scan_id;

@@ -38,7 +38,7 @@ std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64
 /// Sweeps a request's windows.
 std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request);
 ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
-                        std::int64_t utime);
+                     std::int64_t utime);
 
 estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t first_scan_id);
 

@@ -49,7 +49,7 @@ pose_estimate_t estimate_off(int i, const Vector6d& error, const Pose& motion) {
 
 /// A scan of the target at one time: rays over all of it, with range noise.
 ScanPacket scan_of(const RayCaster& target, const Pose& pose, std::int64_t id, Utime utime,
-                      double sigma_m) {
+                   double sigma_m) {
   ScanPacket packet{};
   packet.utime = utime;
   packet.session = made::session;

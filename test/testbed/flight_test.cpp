@@ -138,7 +138,8 @@ TEST_CASE("a flight ends in front of the docking interface, by each law") {
     CHECK(fastest < 0.06);
     CHECK(bench.interface().z() == Approx(3.2).margin(0.03));
     CHECK(bench.interface().head<2>().norm() < 0.03);
-    const Vector3d out = bench.truth().rotation * radarsat().port()->pose.rotation * Vector3d::UnitZ();
+    const Vector3d out =
+        bench.truth().rotation * radarsat().port()->pose.rotation * Vector3d::UnitZ();
     CHECK(degrees(std::acos(-out.z())) < 1.0);
     const GuidanceReport report = bench.flight->report();
     CHECK((report.delta_v_orbit > 0) == (report.law == "clohessy_wiltshire"));
@@ -157,7 +158,8 @@ TEST_CASE("a turning target is followed in front of its docking face") {
     while (bench.output.phase == Steering::Phase::flying && bench.time < 58) {
       bench.fly(0.2);
       worst_offset = std::max(worst_offset, bench.interface().head<2>().norm());
-      const Vector3d out = bench.truth().rotation * radarsat().port()->pose.rotation * Vector3d::UnitZ();
+      const Vector3d out =
+          bench.truth().rotation * radarsat().port()->pose.rotation * Vector3d::UnitZ();
       worst_angle = std::max(worst_angle, std::acos(std::min(1.0, -out.z())));
     }
     CHECK(worst_offset < 0.06);
@@ -279,8 +281,8 @@ TEST_CASE("what cannot be flown is refused: too near, off the axis, no estimate"
              Contains("nearer than the standoff"));
   CHECK_THAT(FlightBench(by, pose_from_xyzwpr({0, 0, 4800, 0, 75, 0}), dock_at(3.2, 0.05)).refusal,
              Contains("off the docking axis"));
-  auto none = Flight::begin(by, {&surface(), *radarsat().port()}, {}, dock_at(3, 0.05), 0,
-                            askew, PoseHistory{}, std::nullopt);
+  auto none = Flight::begin(by, {&surface(), *radarsat().port()}, {}, dock_at(3, 0.05), 0, askew,
+                            PoseHistory{}, std::nullopt);
   CHECK(std::get<std::string>(none) == "there is no estimate");
 }
 
