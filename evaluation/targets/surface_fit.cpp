@@ -168,20 +168,33 @@ SurfaceFit fit_surface(const SurfaceData& data) {
   const double middle = score(best, &ln_sigma);
   fit.correlation_length.value = std::exp(best);
   fit.sigma.value = std::exp(ln_sigma);
-  // Curvatures: of the profile over the length, and over s at the best length.
+  // The length's from the curvature of its profile.
   constexpr double h = 0.1;
-  double s_less = 0;
-  double s_more = 0;
   const double curvature =
-      (score(best - h, &s_less) + score(best + h, &s_more) - 2 * middle) / (h * h);
+      (score(best - h, nullptr) + score(best + h, nullptr) - 2 * middle) / (h * h);
   const double length_variance = curvature < -1 ? -1 / curvature : 1;
   fit.correlation_length.sigma = fit.correlation_length.value * std::sqrt(length_variance);
-  const Likelihood likelihood(data.places, information, vector, fit.correlation_length.value);
-  const auto at = [&](double ln_s) { return likelihood.at(std::exp(ln_s)); };
-  const double bend = (at(ln_sigma - h) + at(ln_sigma + h) - 2 * at(ln_sigma)) / (h * h);
-  const double slope = (s_more - s_less) / (2 * h);  // of the best s as the length changes
-  const double sigma_variance = (bend < -1e-3 ? -1 / bend : 1e3) + slope * slope * length_variance;
-  fit.sigma.sigma = fit.sigma.value * std::sqrt(std::min(sigma_variance, 1.0));
+  // Up to where the likelihood of any length has fallen by a half: as far as one standard deviation
+  // of a normal one, and right also where the best s is none, or long lengths allow of more.
+  double greatest = fit.sigma.value;
+  for (int i = 0; i <= tries; ++i) {
+    const double ln_length = i < tries ? shortest + i * step : best;
+    const Likelihood of_length(data.places, information, vector, std::exp(ln_length));
+    const double prior = 0.5 * (ln_length - usual) * (ln_length - usual);
+    const auto allowed = [&](double ln_s) {
+      return of_length.at(std::exp(ln_s)) - prior > middle - 0.5;
+    };
+    double inside =
+        argmax(ln_low, ln_high, 1e-2, [&](double ln_s) { return of_length.at(std::exp(ln_s)); });
+    if (!allowed(inside)) continue;
+    double outside = ln_high;
+    while (outside - inside > 1e-2) {
+      const double ln_s = 0.5 * (inside + outside);
+      (allowed(ln_s) ? inside : outside) = ln_s;
+    }
+    greatest = std::max(greatest, std::exp(outside));
+  }
+  fit.sigma.sigma = greatest - fit.sigma.value;
 
   if (data.angle_sigma > 0) {
     const auto n = static_cast<Eigen::Index>(data.places.size());

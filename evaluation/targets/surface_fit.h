@@ -52,10 +52,11 @@ struct SurfaceFit {
 ///
 ///     log p = -1/2 [log |I + K L| - b' (K^-1 + L)^-1 b] + const
 ///
-/// is greatest over s in closed search for each l. Standard deviations are from its curvature in
-/// ln s and ln l. What it cannot do: lengths below the distance of cells or above the part's size
-/// are not told apart from those; a part that departs by less than its means' noise has s = 0
-/// within its sigma, and its l is of the prior ln l ~ N(ln of a third of the part's size, 1).
+/// is greatest over s in closed search for each l. The standard deviation of l is from its
+/// curvature in ln l, that of s from where it has fallen by a half. What it cannot do: lengths
+/// below the distance of cells or above the part's size are not told apart from those; a part that
+/// departs by less than its means' noise has s = 0 within its sigma, and its l is of the prior ln l
+/// ~ N(ln of a third of the part's size, 1).
 /// @param data at least 10 cells; several hundred cells take a second
 SurfaceFit fit_surface(const SurfaceData& data);
 
