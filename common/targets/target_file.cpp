@@ -224,14 +224,14 @@ Target read_target_folder(const std::filesystem::path& folder, double length) {
     target.name = std::filesystem::absolute(folder).lexically_normal().parent_path().filename();
   }
   target.description_hash = sha256(text);
-  target.files = {file, folder / config.text("mesh")};
 
   const std::filesystem::path mesh = config.text("mesh");
   if (mesh != mesh.filename()) {
     throw config.error("mesh", "found '" + mesh.string() + "', expected a file beside " +
                                    target_file + ": both go with a run");
   }
-  target.mesh = load_mesh(folder / mesh);
+  target.files = {file, folder / mesh};
+  target.mesh = load_mesh(target.files.back());
   const double size = positive(config, "length", Dimension::length);
   if (!nearly(bounding_box(target.mesh).size().maxCoeff(), size)) {
     target.mesh = scaled_to_length(target.mesh, size);
