@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t most_trials = 1000000000;
-constexpr char target_axis[] = "target";
 
 fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
   const fs::path full =

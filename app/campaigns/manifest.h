@@ -31,6 +31,8 @@ struct Places {
   std::map<std::string, std::string> targets;  ///< of a list of several: by name
 };
 
+inline constexpr char target_axis[] = "target";  ///< of the grid, where there are several targets
+
 /// A target of some trials.
 struct CampaignTarget {
   std::string name;   ///< value of the axis `target` of the grid; empty where there is one alone

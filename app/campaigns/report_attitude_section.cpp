@@ -110,11 +110,11 @@ Html coverage(const TrialTable& table) {
                              std::to_string(empty) + " of them without a trial."));
 }
 
-/// Cells that surely fail most, and what the target looks like from there.
-Html worst_views(const ReportView& view) {
+/// Cells that surely fail most of the trials with a target, and what it looks like from there.
+Html worst_views(const ReportView& view, const CampaignTarget& target, const Rows& rows) {
   constexpr std::size_t pictures = 4;
-  const SphereGrid grid = grid_for(view.table.size());
-  const auto cells = rows_by_cell(view.table, grid, all_rows(view.table));
+  const SphereGrid grid = grid_for(rows.size());
+  const auto cells = rows_by_cell(view.table, grid, rows);
   struct Place {
     std::size_t cell;
     Estimated failed;
@@ -144,8 +144,28 @@ Html worst_views(const ReportView& view) {
                                          std::to_string(cells[place.cell].size()) + " failed"});
   }
   if (directions.empty()) return {};
-  return element("h3", "", text("Where most fail, and what is seen from there")) +
-         views_of(view.manifest, directions);
+  const std::string whose = target.name.empty() ? "" : " of " + target.name;
+  return element("h3", "", text("Where most fail" + whose + ", and what is seen from there")) +
+         views_of(target, directions);
+}
+
+/// The same of each target.
+Html worst_views(const ReportView& view) {
+  const auto& parameters = view.table.parameters;
+  const auto axis = std::find_if(parameters.begin(), parameters.end(),
+                                 [](const auto& p) { return p.on_grid && p.name == target_axis; });
+  if (view.manifest.targets.empty() || axis == parameters.end()) {
+    return worst_views(view, view.manifest.target_of({}), all_rows(view.table));
+  }
+  Html html;
+  for (std::size_t i = 0; i < axis->levels.size(); ++i) {
+    Rows rows;
+    for (std::size_t row = 0; row < view.table.size(); ++row) {
+      if (axis->level[row] == i) rows.push_back(row);
+    }
+    html += worst_views(view, view.manifest.target_of({{target_axis, axis->levels[i]}}), rows);
+  }
+  return html;
 }
 
 Sweep roll_sweep(const TrialTable& table, double& chance) {

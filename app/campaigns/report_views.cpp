@@ -21,9 +21,9 @@ Quaterniond upright_attitude(const Vector3d& on_map) {
   return Quaterniond(rotation);
 }
 
-report::Html views_of(const Manifest& manifest, const std::vector<NamedDirection>& directions) {
-  if (directions.empty() || !manifest.targets.empty()) return {};  // no view of several
-  const Target target = load_target(manifest.places.target, manifest.target_length);
+report::Html views_of(const CampaignTarget& seen, const std::vector<NamedDirection>& directions) {
+  if (directions.empty()) return {};
+  const Target target = load_target(seen.place, seen.length);
   const RayCaster caster(target.mesh);
   const double away = 2.5 * caster.bounds().size().maxCoeff();
   report::Html html;

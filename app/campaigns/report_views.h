@@ -14,7 +14,7 @@ struct NamedDirection {
 /// The attitude (model to sensor frame) in which the target is seen from there, upright.
 Quaterniond upright_attitude(const Vector3d& on_map);
 
-/// Pictures of the campaign's target from some directions. @throws InputError without its mesh.
-report::Html views_of(const Manifest& manifest, const std::vector<NamedDirection>& directions);
+/// Pictures of a target from some directions. @throws InputError without its mesh.
+report::Html views_of(const CampaignTarget& target, const std::vector<NamedDirection>& directions);
 
 }  // namespace berth::campaigns

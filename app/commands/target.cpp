@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -10,13 +11,13 @@
 #include "app/targets/new_target.h"
 #include "app/targets/target_picture.h"
 #include "app/targets/target_report.h"
+#include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/lidar_profile.h"
 #include "common/core/shared_files.h"
 #include "common/core/text.h"
 #include "drivers/devices.h"
-#include "drivers/simulated/lidar/simulated_lidar.h"
 #include "evaluation/targets/run_returns.h"
 #include "evaluation/targets/write_measured.h"
 
@@ -71,17 +72,24 @@ int measure(const TargetOptions& options) {
   const Target target = load_target(options.target, 0);
   targets::MeasurementSettings settings;
   std::vector<targets::TrueReturn> returns;
+  std::size_t run_count = 0;
+  double reach = 0;
+  for (const Vector3d& vertex : target.mesh.vertices) reach = std::max(reach, vertex.norm());
+  reach *= 1.2;  // a surface departs, and parts turn
   for (const std::string& run : options.runs) {
     const RunFiles files = RunFiles::open(directory_of_run(run));
     settings.beam =
         load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model).beam;
-    settings.full_scale_range = load_simulated_lidar(files.setup.config / "simulation_lidar.yaml")
-                                    .receiver.echoes.full_scale_range_m;
-    targets::RunReturns read = targets::read_returns(files.log());
+    // This key alone: runs of before may have others under former names.
+    Config::load(files.setup.config / "simulation_lidar.yaml")
+        .optional("full_scale_range", Dimension::length, settings.full_scale_range);
+    targets::RunReturns read = targets::read_returns(files.log(), reach);
     if (read.target_hash != target.hash) {
       throw InputError(run + ": was flown with another mesh than that of target '" + target.name +
                        "' at " + shown(target.length) + " m");
     }
+    for (targets::TrueReturn& seen : read.returns) seen.run = run_count;
+    if (!read.returns.empty()) ++run_count;
     returns.insert(returns.end(), read.returns.begin(), read.returns.end());
   }
   if (options.full_scale_range > 0) settings.full_scale_range = options.full_scale_range;
@@ -92,7 +100,7 @@ int measure(const TargetOptions& options) {
   for (const targets::PartMeasurement& part : parts) {
     lines.push_back(
         {part.part, std::to_string(part.returns), shown_measured(part.surface_sigma, 1e3, 2),
-         shown_measured(part.correlation_length, 1e3, 0), shown_measured(part.reflectivity, 1, 3),
+         shown_measured(part.correlation_length, 1e3, 0), shown_measured(part.reflectivity, 1, 4),
          shown_measured(part.joint_angle, degrees(1), 2)});
   }
   std::fputs(text_table(lines, 1).c_str(), stdout);

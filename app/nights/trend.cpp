@@ -33,7 +33,7 @@ std::string title_of(const TrendSubject& subject) {
   return "criterion: " + subject.statistic;
 }
 
-double mean_of(const std::vector<double>& values) {
+double plain_mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v;
   return sum / static_cast<double>(values.size());
@@ -61,7 +61,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   for (auto [night, values] : tonight) {
     std::sort(values.begin(), values.end());
     const auto x = static_cast<double>(night);
-    const double middle = is_share ? mean_of(values) : logs::quantile(values, 0.5);
+    const double middle = is_share ? plain_mean(values) : logs::quantile(values, 0.5);
     band.x.push_back(x);
     band.y.push_back(logs::quantile(values, 0.9));
     band.low.push_back(logs::quantile(values, 0.1));
@@ -75,7 +75,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   for (auto [night, values] : baseline) {
     std::sort(values.begin(), values.end());
     old.x.push_back(static_cast<double>(night));
-    old.y.push_back(is_share ? mean_of(values) : logs::quantile(values, 0.5));
+    old.y.push_back(is_share ? plain_mean(values) : logs::quantile(values, 0.5));
   }
   report::Chart chart;
   chart.title = title_of(subject);

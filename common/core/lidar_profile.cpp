@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/lidar_profile.h"
 
+#include "common/core/renamed_key.h"
+
 namespace berth {
 
 LidarProfile load_lidar_profile(const std::filesystem::path& path) {
@@ -28,9 +30,10 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
     if (!(profile.beam.pulse_length_m > 0)) {
       throw receiver.error("pulse_length", "expected more than 0");
     }
-    receiver.optional("least_echo", profile.beam.least_echo);
+    expect_new_name(receiver, "least_echo", "min_echo");
+    receiver.optional("min_echo", profile.beam.least_echo);
     if (!(profile.beam.least_echo >= 0 && profile.beam.least_echo <= 1)) {
-      throw receiver.error("least_echo", "expected 0 % to 100 %");
+      throw receiver.error("min_echo", "expected 0 % to 100 %");
     }
   }
   config.finish();

@@ -140,18 +140,26 @@ Mesh swept_mesh(const Target& target) {
   for (std::size_t part = 1; part < target.parts.size(); ++part) {
     if (!target.parts[part].joint) continue;
     const Joint& joint = *target.parts[part].joint;
+    Mesh own;  // the part alone
+    std::map<std::uint32_t, std::uint32_t> places;
+    for (std::size_t i = 0; i < target.mesh.triangles.size(); ++i) {
+      if (target.part_index(i) != part) continue;
+      auto triangle = target.mesh.triangles[i];
+      for (std::uint32_t& v : triangle) {
+        const auto next = static_cast<std::uint32_t>(own.vertices.size());
+        const auto [place, is_new] = places.try_emplace(v, next);
+        if (is_new) own.vertices.push_back(target.mesh.vertices[v]);
+        v = place->second;
+      }
+      own.triangles.push_back(triangle);
+    }
     const int steps = static_cast<int>(std::ceil((joint.high - joint.low) / step));
     for (int i = 0; i <= steps; ++i) {
       const double angle =
           steps == 0 ? joint.low : joint.low + (joint.high - joint.low) * i / steps;
-      std::vector<double> angles(target.parts.size(), 0);
-      angles[part] = angle - joint.rest;
-      const Mesh turned = turned_mesh(target, angles);
-      Mesh moved;
-      moved.vertices = turned.vertices;
-      for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
-        if (target.part_index(t) == part) moved.triangles.push_back(turned.triangles[t]);
-      }
+      const Quaterniond turn = rotation_from_vector(joint.axis * (angle - joint.rest));
+      Mesh moved = own;
+      for (Vector3d& v : moved.vertices) v = joint.point + turn * (v - joint.point);
       swept.append(moved);
     }
   }

@@ -10,6 +10,7 @@
 #include "common/core/positive.h"
 #include "common/core/random.h"
 #include "common/core/ray_caster.h"
+#include "drivers/simulated/smooth_field.h"
 
 namespace berth {
 namespace {
@@ -31,32 +32,6 @@ std::vector<std::uint32_t> merged_vertices(const Mesh& mesh) {
   }
   return merged;
 }
-
-/// A smooth random field of unit variance in each of three independent components.
-class SmoothField {
- public:
-  SmoothField(Random random, double length) {
-    for (Feature& f : features_) {
-      f.frequency = random.normal_vector(1 / length);
-      f.phase = random.uniform(0, radians(360));
-      f.amplitude = random.normal_vector(std::sqrt(2.0 / count));
-    }
-  }
-  Vector3d at(const Vector3d& x) const {
-    Vector3d sum = Vector3d::Zero();
-    for (const Feature& f : features_) sum += std::cos(f.frequency.dot(x) + f.phase) * f.amplitude;
-    return sum;
-  }
-
- private:
-  static constexpr int count = 200;
-  struct Feature {
-    Vector3d frequency;
-    double phase = 0;
-    Vector3d amplitude;
-  };
-  std::array<Feature, count> features_;
-};
 
 /// Parts triangles at the middle of their longest edge until no edge is longer than this, m: both
 /// sides of an edge alike, so that no gap opens. part_of goes along.

@@ -10,73 +10,76 @@
 namespace berth::targets {
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Information on the departures at the cells, all else marginalised.
-struct Information {
-  MatrixXd matrix;
-  VectorXd vector;
-  VectorXd by_angle;    ///< information between cells and angle
-  double of_angle = 0;  ///< of the angle, cells given
-  double angle_vector = 0;
+/// What the means tell of the departures at the cells (first), and of errors and angle (last).
+struct NormalEquations {
+  VectorXd cells;  ///< the diagonal; nothing joins two cells
+  MatrixXd cross;  ///< cells x errors
+  MatrixXd errors;
+  VectorXd cell_vector;
+  VectorXd error_vector;
 };
 
-Information information_of(const SurfaceData& data) {
-  const auto n = static_cast<Eigen::Index>(data.places.size());
-  Information info{MatrixXd::Zero(n, n), VectorXd::Zero(n), VectorXd::Zero(n), 0, 0};
-  for (const SurfaceView& view : data.views) {
-    // Columns: 7 errors. Rows: cells, then the angle.
-    MatrixXd cross = MatrixXd::Zero(n + 1, 7);
-    Eigen::Matrix<double, 7, 7> own = Eigen::Matrix<double, 7, 7>::Zero();
-    ViewErrors vector = ViewErrors::Zero();
-    for (const CellMean& mean : view.means) {
-      const auto cell = static_cast<Eigen::Index>(mean.cell);
-      const double weight = 1 / mean.variance;
-      const double a = mean.by_angle;
-      info.matrix(cell, cell) += weight;
-      info.vector[cell] += weight * mean.departure;
-      info.by_angle[cell] += weight * a;
-      info.of_angle += weight * a * a;
-      info.angle_vector += weight * a * mean.departure;
-      cross.row(cell) += weight * mean.by_error.transpose();
-      cross.row(n) += weight * a * mean.by_error.transpose();
-      own += weight * mean.by_error * mean.by_error.transpose();
-      vector += weight * mean.departure * mean.by_error;
+NormalEquations equations_of(const SurfaceData& data, Index errors) {
+  const auto n = static_cast<Index>(data.places.size());
+  const Index all = errors + 1;  // the angle is the last
+  NormalEquations sums{VectorXd::Zero(n), MatrixXd::Zero(n, all), MatrixXd::Zero(all, all),
+                       VectorXd::Zero(n), VectorXd::Zero(all)};
+  const Index runs = run_errors * static_cast<Index>(data.runs);
+  Eigen::Matrix<Index, view_errors + run_errors + 1, 1> at;
+  Eigen::Matrix<double, view_errors + run_errors + 1, 1> by;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    const SurfaceView& view = data.views[v];
+    for (Index i = 0; i < view_errors; ++i) at[i] = runs + view_errors * static_cast<Index>(v) + i;
+    for (Index i = 0; i < run_errors; ++i) {
+      at[view_errors + i] = run_errors * static_cast<Index>(view.run) + i;
     }
-    // (C^-1 + G'WG)^-1 without inverting C, which may be singular.
-    const Eigen::Matrix<double, 7, 7> spread =
-        (Eigen::Matrix<double, 7, 7>::Identity() + view.covariance * own)
-            .partialPivLu()
-            .solve(view.covariance);
-    const MatrixXd lost = cross * spread;
-    info.matrix -= lost.topRows(n) * cross.topRows(n).transpose();
-    info.vector -= lost.topRows(n) * vector;
-    info.by_angle -= lost.topRows(n) * cross.row(n).transpose();
-    info.of_angle -= (lost.row(n) * cross.row(n).transpose()).value();
-    info.angle_vector -= (lost.row(n) * vector).value();
+    at[view_errors + run_errors] = errors;
+    for (const CellMean& mean : view.means) {
+      const auto cell = static_cast<Index>(mean.cell);
+      const double weight = 1 / mean.variance;
+      by << mean.by_error, mean.by_angle;
+      sums.cells[cell] += weight;
+      sums.cell_vector[cell] += weight * mean.departure;
+      for (Index i = 0; i < at.size(); ++i) {
+        sums.cross(cell, at[i]) += weight * by[i];
+        sums.error_vector[at[i]] += weight * by[i] * mean.departure;
+        for (Index j = 0; j < at.size(); ++j) {
+          sums.errors(at[i], at[j]) += weight * by[i] * by[j];
+        }
+      }
+    }
   }
-  return info;
+  return sums;
+}
+
+/// Of a field of unit variance at the cells, along their normals.
+MatrixXd correlation_of(const SurfaceData& data, double length) {
+  const auto n = static_cast<Index>(data.places.size());
+  MatrixXd correlation(n, n);
+  for (Index i = 0; i < n; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    for (Index j = 0; j <= i; ++j) {
+      const auto b = static_cast<std::size_t>(j);
+      const double d2 = (data.places[a] - data.places[b]).squaredNorm();
+      correlation(i, j) = correlation(j, i) =
+          data.normals[a].dot(data.normals[b]) * std::exp(-0.5 * d2 / (length * length));
+    }
+    correlation(i, i) += 1e-6;  // for its factor to exist
+  }
+  return correlation;
 }
 
 /// The likelihood of one correlation length as a function of the standard deviation: in the
-/// eigenvectors of L' C L it is a sum.
+/// eigenvectors of C' L C it is a sum, C C' the correlation.
 class Likelihood {
  public:
-  Likelihood(const std::vector<Vector3d>& places, const MatrixXd& information,
-             const VectorXd& vector, double length) {
-    const auto n = static_cast<Eigen::Index>(places.size());
-    MatrixXd correlation(n, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) {
-        const double d2 =
-            (places[static_cast<std::size_t>(i)] - places[static_cast<std::size_t>(j)])
-                .squaredNorm();
-        correlation(i, j) = correlation(j, i) = std::exp(-0.5 * d2 / (length * length));
-      }
-      correlation(i, i) += 1e-6;  // for the factor to exist
-    }
-    const MatrixXd factor = correlation.llt().matrixL();
+  Likelihood(const SurfaceData& data, const MatrixXd& information, const VectorXd& vector,
+             double length) {
+    const MatrixXd factor = correlation_of(data, length).llt().matrixL();
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(factor.transpose() * information * factor);
     values_ = solver.eigenvalues().cwiseMax(0);
     const VectorXd projected = solver.eigenvectors().transpose() * (factor.transpose() * vector);
@@ -120,15 +123,27 @@ double argmax(double low, double high, double tolerance, Function f) {
 
 }  // namespace
 
-SurfaceFit fit_surface(const SurfaceData& data) {
-  const Information info = information_of(data);
-  MatrixXd information = info.matrix;
-  VectorXd vector = info.vector;
-  if (data.angle_sigma > 0) {
-    const double spread = 1 / (1 / (data.angle_sigma * data.angle_sigma) + info.of_angle);
-    information -= spread * info.by_angle * info.by_angle.transpose();
-    vector -= spread * info.angle_vector * info.by_angle;
-  }
+ErrorInformation& ErrorInformation::operator+=(const ErrorInformation& other) {
+  matrix += other.matrix;
+  vector += other.vector;
+  return *this;
+}
+
+SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
+  const Index errors = known.vector.size();
+  const NormalEquations sums = equations_of(data, errors);
+  // A joint that there is not is known well.
+  const double of_angle = 1 / std::max(data.angle_sigma * data.angle_sigma, 1e-18);
+  MatrixXd prior = MatrixXd::Zero(errors + 1, errors + 1);
+  prior.topLeftCorner(errors, errors) = known.matrix;
+  prior(errors, errors) = of_angle;
+  VectorXd prior_vector = VectorXd::Zero(errors + 1);
+  prior_vector.head(errors) = known.vector;
+  const Eigen::LLT<MatrixXd> given_cells(prior + sums.errors);
+  MatrixXd information = -sums.cross * given_cells.solve(sums.cross.transpose());
+  information.diagonal() += sums.cells;
+  const VectorXd vector =
+      sums.cell_vector - sums.cross * given_cells.solve(prior_vector + sums.error_vector);
   Vector3d low = data.places.front();
   Vector3d high = low;
   for (const Vector3d& place : data.places) {
@@ -140,7 +155,7 @@ SurfaceFit fit_surface(const SurfaceData& data) {
   const double ln_low = std::log(1e-5);  // 10 um
   const double ln_high = std::log(0.5 * size);
   const auto score = [&](double ln_length, double* ln_sigma) {
-    const Likelihood likelihood(data.places, information, vector, std::exp(ln_length));
+    const Likelihood likelihood(data, information, vector, std::exp(ln_length));
     const double best =
         argmax(ln_low, ln_high, 1e-3, [&](double ln_s) { return likelihood.at(std::exp(ln_s)); });
     if (ln_sigma != nullptr) *ln_sigma = best;
@@ -179,10 +194,10 @@ SurfaceFit fit_surface(const SurfaceData& data) {
   double greatest = fit.sigma.value;
   for (int i = 0; i <= tries; ++i) {
     const double ln_length = i < tries ? shortest + i * step : best;
-    const Likelihood of_length(data.places, information, vector, std::exp(ln_length));
-    const double prior = 0.5 * (ln_length - usual) * (ln_length - usual);
+    const Likelihood of_length(data, information, vector, std::exp(ln_length));
+    const double length_prior = 0.5 * (ln_length - usual) * (ln_length - usual);
     const auto allowed = [&](double ln_s) {
-      return of_length.at(std::exp(ln_s)) - prior > middle - 0.5;
+      return of_length.at(std::exp(ln_s)) - length_prior > middle - 0.5;
     };
     double inside =
         argmax(ln_low, ln_high, 1e-2, [&](double ln_s) { return of_length.at(std::exp(ln_s)); });
@@ -196,28 +211,25 @@ SurfaceFit fit_surface(const SurfaceData& data) {
   }
   fit.sigma.sigma = greatest - fit.sigma.value;
 
+  // What the part tells of errors and angle, whatever its surface is: with (K^-1 + N)^-1 =
+  // (I + K N)^-1 K, N diagonal.
+  const MatrixXd covariance =
+      fit.sigma.value * fit.sigma.value * correlation_of(data, fit.correlation_length.value);
+  MatrixXd gained = covariance * sums.cells.asDiagonal();
+  gained.diagonal().array() += 1;
+  const MatrixXd surface = gained.partialPivLu().solve(covariance);
+  const MatrixXd told = sums.errors - sums.cross.transpose() * surface * sums.cross;
+  const VectorXd told_vector =
+      sums.error_vector - sums.cross.transpose() * surface * sums.cell_vector;
   if (data.angle_sigma > 0) {
-    const auto n = static_cast<Eigen::Index>(data.places.size());
-    MatrixXd covariance(n, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j) {
-        const double d2 =
-            (data.places[static_cast<std::size_t>(i)] - data.places[static_cast<std::size_t>(j)])
-                .squaredNorm();
-        covariance(i, j) =
-            fit.sigma.value * fit.sigma.value *
-            (std::exp(-0.5 * d2 / std::pow(fit.correlation_length.value, 2)) + (i == j ? 1e-6 : 0));
-      }
-    }
-    // (K^-1 + L)^-1 = (I + K L)^-1 K
-    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(n, n) + covariance * info.matrix);
-    const VectorXd by_angle = lu.solve(covariance * info.by_angle);
-    const VectorXd by_vector = lu.solve(covariance * info.vector);
-    const double precision =
-        1 / (data.angle_sigma * data.angle_sigma) + info.of_angle - info.by_angle.dot(by_angle);
-    fit.angle.value = (info.angle_vector - info.by_angle.dot(by_vector)) / precision;
-    fit.angle.sigma = 1 / std::sqrt(precision);
+    const Eigen::LLT<MatrixXd> all(prior + told);
+    fit.angle.value = all.solve(prior_vector + told_vector)[errors];
+    fit.angle.sigma = std::sqrt(all.solve(VectorXd::Unit(errors + 1, errors))[errors]);
   }
+  const VectorXd with_angle = told.col(errors).head(errors) / (of_angle + told(errors, errors));
+  fit.errors.matrix =
+      told.topLeftCorner(errors, errors) - with_angle * told.col(errors).head(errors).transpose();
+  fit.errors.vector = told_vector.head(errors) - with_angle * told_vector[errors];
   return fit;
 }
 

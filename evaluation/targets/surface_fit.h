@@ -13,29 +13,43 @@ struct Measured {
   double sigma = 0;
 };
 
-/// Errors that all means of a view share: of the truth's pose (m, rad, sensor frame, left
-/// perturbation t + p, Exp(r) R), and of the scanner's range (m).
-using ViewErrors = Eigen::Matrix<double, 7, 1>;
+/// Errors behind a mean. Of its view alone: of truth's pose. Of all views of its run: of truth's
+/// pose as constant in the sensor frame, as constant in the model frame, and the range's bias.
+/// Poses are six numbers each, m and rad.
+inline constexpr Eigen::Index view_errors = 6;
+inline constexpr Eigen::Index run_errors = 13;
+using ErrorGradient = Eigen::Matrix<double, view_errors + run_errors, 1>;
+
+/// Information (inverse covariance, and that times the mean) on the errors of all runs, then of all
+/// views, which every part of a target shares.
+struct ErrorInformation {
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd vector;
+
+  ErrorInformation& operator+=(const ErrorInformation& other);
+};
 
 /// The mean departure of some returns from the mesh, along its normal, outwards positive.
 struct CellMean {
-  std::size_t cell = 0;                      ///< index into SurfaceData::places
-  double departure = 0;                      ///< m
-  double variance = 0;                       ///< m^2, of the returns' noise
-  ViewErrors by_error = ViewErrors::Zero();  ///< d departure / d error of its view
-  double by_angle = 0;                       ///< m/rad, d departure / d joint angle
+  std::size_t cell = 0;    ///< index into SurfaceData::places
+  double departure = 0;    ///< m
+  double variance = 0;     ///< m^2, of the returns' noise
+  ErrorGradient by_error;  ///< d departure / d errors of its view and run
+  double by_angle = 0;     ///< m/rad, d departure / d joint angle
 };
 
 /// What scans from about one place tell of a part.
 struct SurfaceView {
+  std::size_t run = 0;
   std::vector<CellMean> means;
-  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();  ///< of its errors
 };
 
 /// A part's surface as it was seen.
 struct SurfaceData {
-  std::vector<Vector3d> places;  ///< of the cells, model frame, m
+  std::vector<Vector3d> places;   ///< of the cells, model frame, m
+  std::vector<Vector3d> normals;  ///< of the mesh there, unit
   std::vector<SurfaceView> views;
+  std::size_t runs = 1;
   double angle_sigma = 0;  ///< rad, a priori, of the joint's angle; 0: there is no joint
 };
 
@@ -43,12 +57,14 @@ struct SurfaceFit {
   Measured sigma;               ///< m
   Measured correlation_length;  ///< m
   Measured angle;               ///< rad, beyond where the mesh has the part
+  ErrorInformation errors;      ///< that the part adds to what was known of them
 };
 
-/// Maximum likelihood of a Gaussian process (Rasmussen and Williams 2006, 5.4.1): departures
-/// h ~ N(0, s^2 exp(-d^2 / 2 l^2)) at the cells, d_k = h_cell + by_error . e_view + by_angle a +
-/// noise. Errors of views and the joint's angle are marginalised in closed form, which leaves
-/// information L and vector b of h; then
+/// Maximum likelihood of a Gaussian process (Rasmussen and Williams 2006, 5.4.1). The surface is
+/// displaced by a field whose components are alike and independent, so that departures along the
+/// normals n_i have the covariance K_ij = s^2 n_i . n_j exp(-d^2 / 2 l^2), d_k = h_cell + by_error
+/// . e + by_angle a + noise. Errors e and the joint's angle a are marginalised in closed form,
+/// which leaves information L and vector b of h; then
 ///
 ///     log p = -1/2 [log |I + K L| - b' (K^-1 + L)^-1 b] + const
 ///
@@ -58,6 +74,7 @@ struct SurfaceFit {
 /// departs by less than its means' noise has s = 0 within its sigma, and its l is of the prior ln l
 /// ~ N(ln of a third of the part's size, 1).
 /// @param data at least 10 cells; several hundred cells take a second
-SurfaceFit fit_surface(const SurfaceData& data);
+/// @param known of the errors, from elsewhere: a priori, and from other parts
+SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known);
 
 }  // namespace berth::targets

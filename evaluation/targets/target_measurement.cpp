@@ -36,28 +36,73 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Places from which scans were made: truth's error is alike within each.
+/// Places from which the scans of a run were made.
 class Views {
  public:
-  std::size_t of(const TrueReturn& seen) {
-    for (std::size_t i = 0; i < views_.size(); ++i) {
+  explicit Views(const std::vector<TrueReturn>& returns) {
+    for (const TrueReturn& seen : returns) of_.push_back(place_of(seen));
+  }
+  std::size_t of(std::size_t index) const { return of_[index]; }
+  const std::vector<const TrueReturn*>& firsts() const { return firsts_; }
+  std::size_t runs() const { return firsts_.empty() ? 0 : firsts_.back()->run + 1; }
+
+ private:
+  std::size_t place_of(const TrueReturn& seen) {
+    for (std::size_t i = 0; i < firsts_.size(); ++i) {
       // The last one most often.
-      const std::size_t at = (last_ + i) % views_.size();
-      if (distance(views_[at]->pose, seen.pose) < 0.1 &&
-          angle_between(views_[at]->pose, seen.pose) < radians(5)) {
+      const std::size_t at = (last_ + i) % firsts_.size();
+      if (firsts_[at]->run == seen.run && distance(firsts_[at]->pose, seen.pose) < 0.1 &&
+          angle_between(firsts_[at]->pose, seen.pose) < radians(5)) {
         return last_ = at;
       }
     }
-    views_.push_back(&seen);
-    return last_ = views_.size() - 1;
+    firsts_.push_back(&seen);
+    return last_ = firsts_.size() - 1;
   }
-  const TrueReturn& first(std::size_t view) const { return *views_[view]; }
-  std::size_t size() const { return views_.size(); }
 
- private:
-  std::vector<const TrueReturn*> views_;
+  std::vector<std::size_t> of_;
+  std::vector<const TrueReturn*> firsts_;
   std::size_t last_ = 0;
 };
+
+/// What is known of all errors a priori.
+ErrorInformation prior_of(const Views& views, const BeamModel& beam) {
+  const auto runs = run_errors * static_cast<Eigen::Index>(views.runs());
+  const auto all = runs + view_errors * static_cast<Eigen::Index>(views.firsts().size());
+  ErrorInformation prior{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all)};
+  const auto put = [&](Eigen::Index at, const Matrix6d& covariance) {
+    const Matrix6d third = covariance / 3 + 1e-14 * Matrix6d::Identity();  // it may be singular
+    prior.matrix.block<6, 6>(at, at) = third.llt().solve(Matrix6d::Identity());
+  };
+  std::size_t run = views.runs();
+  for (std::size_t v = 0; v < views.firsts().size(); ++v) {
+    const TrueReturn& seen = *views.firsts()[v];
+    put(runs + view_errors * static_cast<Eigen::Index>(v), seen.covariance);
+    if (seen.run == run) continue;
+    run = seen.run;
+    const auto at = run_errors * static_cast<Eigen::Index>(run);
+    Matrix6d to_sensor = Matrix6d::Identity();  // p - r x t: of the sensor's own origin
+    to_sensor.topRightCorner<3, 3>() = skew(seen.pose.position);
+    put(at, to_sensor * seen.covariance * to_sensor.transpose());
+    Matrix6d to_model = Matrix6d::Zero();
+    to_model.topLeftCorner<3, 3>() = seen.pose.rotation.conjugate().toRotationMatrix();
+    to_model.bottomRightCorner<3, 3>() = to_model.topLeftCorner<3, 3>();
+    put(at + 6, to_model * seen.covariance * to_model.transpose());
+    prior.matrix(at + 12, at + 12) = 1 / (beam.range_sigma_m * beam.range_sigma_m);
+  }
+  return prior;
+}
+
+/// Of a departure, by the errors of its view and its run.
+ErrorGradient gradient_of(const Departure& departure, const Pose& pose) {
+  const Vector3d shift = departure.by_error.head<3>();
+  const Vector3d turn = departure.by_error.segment<3>(3);
+  const Quaterniond back = pose.rotation.conjugate();
+  ErrorGradient by;
+  by << shift, turn, shift, turn + pose.position.cross(shift), back * shift, back * turn,
+      departure.by_error[6];
+  return by;
+}
 
 /// Whether all of a beam's light, and all that lies a margin about it, meets one plane of one part.
 bool is_inside_face(const Target& target, const RayCaster& caster, const TrueReturn& seen,
@@ -83,11 +128,12 @@ bool is_inside_face(const Target& target, const RayCaster& caster, const TrueRet
 /// Returns of each part, by truth and a mesh.
 std::vector<std::vector<Met>> met_parts(const Target& target, const Mesh& mesh,
                                         const std::vector<TrueReturn>& returns,
-                                        const BeamModel& beam, Views& views) {
+                                        const BeamModel& beam, const Views& views) {
   const RayCaster caster(mesh);
   const double reach = 0.05 * bounding_box(mesh).size().maxCoeff();
   std::vector<std::vector<Met>> met(target.parts.size());
-  for (const TrueReturn& seen : returns) {
+  for (std::size_t i = 0; i < returns.size(); ++i) {
+    const TrueReturn& seen = returns[i];
     Met m;
     m.seen = &seen;
     const Ray ray = ray_of(seen, seen.direction);
@@ -101,7 +147,7 @@ std::vector<std::vector<Met>> met_parts(const Target& target, const Mesh& mesh,
     m.variance = m.cosine * m.cosine * sigma * sigma +
                  m.hit.range * m.hit.range * (1 - m.cosine * m.cosine) * beam.angle_variance();
     m.variance = std::max(m.variance, 1e-10);
-    m.view = views.of(seen);
+    m.view = views.of(i);
     met[target.part_index(m.hit.triangle)].push_back(m);
   }
   return met;
@@ -172,19 +218,20 @@ Cells finer(const std::vector<Met>& met, double size, std::size_t most) {
 }
 
 SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views& views,
-                    const BeamModel& beam, const Joint* joint) {
+                    const Joint* joint) {
   struct Sum {
     double weight = 0;
     std::size_t count = 0;
     double departure = 0;
     double squares = 0;
-    ViewErrors by_error = ViewErrors::Zero();
+    ErrorGradient by_error = ErrorGradient::Zero();
     double by_angle = 0;
   };
   SurfaceData data;
   std::map<CellKey, std::size_t> index;
   for (const auto& [key, count] : cells.count) index.emplace(key, index.size());
   data.places.assign(index.size(), Vector3d::Zero());
+  data.normals.assign(index.size(), Vector3d::Zero());
   std::vector<double> seen(index.size(), 0);
   std::map<std::pair<std::size_t, std::size_t>, Sum> sums;  // view, cell
   for (const Met& m : met) {
@@ -196,13 +243,17 @@ SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views
     ++sum.count;
     sum.departure += weight * m.departure.value;
     sum.squares += weight * m.departure.value * m.departure.value;
-    sum.by_error += weight * m.departure.by_error;
+    sum.by_error += weight * gradient_of(m.departure, m.seen->pose);
     sum.by_angle += weight * m.departure.by_angle;
     const Ray ray = ray_of(*m.seen, m.seen->direction);
     data.places[place->second] += ray.origin + m.hit.range * ray.direction;
+    data.normals[place->second] += m.hit.normal;
     seen[place->second] += 1;
   }
-  for (std::size_t i = 0; i < data.places.size(); ++i) data.places[i] /= seen[i];
+  for (std::size_t i = 0; i < data.places.size(); ++i) {
+    data.places[i] /= seen[i];
+    data.normals[i].normalize();
+  }
   // The noise that there is, over that of the beam model: scatter within a cell as seen from one
   // place.
   double scatter = 0;
@@ -212,17 +263,13 @@ SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views
     freedom += static_cast<double>(sum.count - 1);
   }
   const double scale = freedom > 30 ? std::max(scatter / freedom, 0.01) : 1;
-  data.views.resize(views.size());
+  data.runs = views.runs();
+  for (const TrueReturn* first : views.firsts()) data.views.push_back({first->run, {}});
   for (const auto& [where, sum] : sums) {
     data.views[where.first].means.push_back({where.second, sum.departure / sum.weight,
                                              scale / sum.weight, sum.by_error / sum.weight,
                                              sum.by_angle / sum.weight});
   }
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    data.views[i].covariance.topLeftCorner<6, 6>() = views.first(i).covariance;
-    data.views[i].covariance(6, 6) = beam.range_sigma_m * beam.range_sigma_m;
-  }
-  std::erase_if(data.views, [](const SurfaceView& view) { return view.means.empty(); });
   if (joint != nullptr) data.angle_sigma = std::max(joint->high - joint->low, radians(1));
   return data;
 }
@@ -295,44 +342,58 @@ double coarse_angle(const Target& target, std::size_t part,
 }
 
 std::optional<SurfaceFit> fit_part(const std::vector<Met>& met, const Views& views,
-                                   const BeamModel& beam, const Joint* joint, double size,
+                                   const ErrorInformation& known, const Joint* joint, double size,
                                    std::size_t cell_count) {
   if (met.size() < min_returns) return std::nullopt;
   Cells cells = cells_of(met, 0.004 * size, cell_count);
   std::optional<SurfaceFit> fit;
   for (int round = 0; round < 4; ++round) {
     if (cells.count.size() < 10) break;
-    fit = fit_surface(data_of(met, cells, views, beam, joint));
+    fit = fit_surface(data_of(met, cells, views, joint), known);
     if (fit->correlation_length.value > 2 * cells.size) break;
     cells = finer(met, cells.size, cell_count);
   }
   return fit;
 }
 
+/// @param turn_sigma rad, of the surface against the beam
 std::optional<Measured> reflectivity_of(const std::vector<Met>& met, const Material& material,
-                                        const MeasurementSettings& settings, std::string& note) {
+                                        const MeasurementSettings& settings, double turn_sigma,
+                                        double patch, std::string& note) {
   const double beyond = std::cos(std::max(3 * material.roughness, radians(10)));
-  const auto values = [&](bool all) {
-    std::vector<double> found;
+  using Patches = std::map<std::pair<std::size_t, CellKey>, std::vector<double>>;
+  std::vector<double> found;
+  Patches patches;  // of each view
+  double slope = 0;
+  const auto look = [&](bool all) {
     for (const Met& m : met) {
       if (m.seen->power >= 1 || (!all && m.cosine > beyond)) continue;
       const double distance = m.hit.range / settings.full_scale_range;
       found.push_back(m.seen->power * distance * distance / m.cosine);
+      patches[{m.view, key_of(m, patch)}].push_back(found.back());
+      slope += std::sqrt(1 - std::min(1.0, m.cosine * m.cosine)) / m.cosine;
     }
-    return found;
+    return found.size() >= min_returns;
   };
-  std::vector<double> found = values(material.specular <= 0);
-  if (found.size() < min_returns) {
-    found = values(true);
-    if (found.size() < min_returns) return std::nullopt;
+  if (!look(material.specular <= 0)) {
+    found.clear();
+    patches.clear();
+    slope = 0;
+    if (!look(true)) return std::nullopt;
     note = "seen only where its mirrors may be: reflectivity too high";
   }
-  const double middle = median(found);
-  std::vector<double> apart = found;
-  for (double& value : apart) value = std::abs(value - middle);
-  // 1.25 / sqrt(n): of a median over a mean.
-  return Measured{middle,
-                  1.25 * 1.4826 * median(apart) / std::sqrt(static_cast<double>(found.size()))};
+  const auto count = static_cast<double>(found.size());
+  const double middle = median(std::move(found));
+  double scatter = 0;  // of the weighted mean of patches
+  for (const auto& [where, values] : patches) {
+    const double share = static_cast<double>(values.size()) / count;
+    scatter += share * share * std::pow(median(values) - middle, 2);
+  }
+  const auto number = static_cast<double>(patches.size());
+  if (number > 1) scatter *= number / (number - 1);
+  // Lambert's cosine: d ln value / d incidence is its tangent.
+  const double by_turn = middle * slope / count * turn_sigma;
+  return Measured{middle, std::sqrt(scatter + by_turn * by_turn)};
 }
 
 }  // namespace
@@ -364,28 +425,34 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
     angles[i] = coarse_angle(target, i, returns);
     any_joint = true;
   }
+  const Views views(returns);
   std::vector<PartMeasurement> found(target.parts.size());
-  const int rounds = any_joint ? 3 : 1;
+  std::vector<ErrorInformation> told(target.parts.size());  // by each part, of errors
+  // What a part tells of the errors depends on how smooth it was found to be, and that on what the
+  // others tell.
+  const int rounds = any_joint || target.parts.size() > 1 ? 3 : 1;
   for (int round = 0; round < rounds; ++round) {
-    Views views;
     auto met = met_parts(target, turned_mesh(target, angles), returns, settings.beam, views);
     const bool is_last = round + 1 == rounds;
     for (std::size_t i = 0; i < target.parts.size(); ++i) {
       const TargetPart& part = target.parts[i];
       const Joint* joint = part.joint ? &*part.joint : nullptr;
-      if (!is_last && joint == nullptr) continue;
       gate(met[i]);
       PartMeasurement& result = found[i];
       result = {};
       result.part = part.name;
       result.returns = met[i].size();
-      const auto fit =
-          fit_part(met[i], views, settings.beam, joint, size, is_last ? max_cells : some_cells);
+      ErrorInformation known = prior_of(views, settings.beam);
+      for (std::size_t k = 0; k < told.size(); ++k) {
+        if (k != i && told[k].vector.size() > 0) known += told[k];
+      }
+      auto fit = fit_part(met[i], views, known, joint, size, is_last ? max_cells : some_cells);
       if (!fit) {
         result.note = "too few returns away from edges: at least " + std::to_string(min_returns) +
                       " are needed";
         continue;
       }
+      told[i] = std::move(fit->errors);
       if (joint != nullptr) {
         angles[i] = std::clamp(angles[i] + fit->angle.value, joint->low - joint->rest,
                                joint->high - joint->rest);
@@ -393,7 +460,10 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
       }
       result.surface_sigma = fit->sigma;
       result.correlation_length = fit->correlation_length;
-      result.reflectivity = reflectivity_of(met[i], part.material, settings, result.note);
+      const double truth =
+          std::sqrt(met[i].front().seen->covariance(3, 3) + fit->angle.sigma * fit->angle.sigma);
+      result.reflectivity =
+          reflectivity_of(met[i], part.material, settings, truth, 0.1 * size, result.note);
     }
   }
   return found;

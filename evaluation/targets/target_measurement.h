@@ -21,6 +21,7 @@ struct TrueReturn {
   double power = 0;                        ///< intensity over its full scale, 0..1; 1: saturated
   Pose pose;                               ///< T_sensor_model, truth
   Matrix6d covariance = Matrix6d::Zero();  ///< of truth: m, rad; sensor frame
+  std::size_t run = 0;                     ///< of which it is: 0, 1, ... in order
 };
 
 struct MeasurementSettings {
@@ -43,7 +44,8 @@ struct PartMeasurement {
 /// A return's departure from a plane of the mesh and how it depends on all else.
 struct Departure {
   double value = 0;  ///< m, along the normal, outwards positive
-  ViewErrors by_error = ViewErrors::Zero();
+  /// d value / d truth's pose (m, rad, sensor frame, left perturbation t + p, Exp(r) R) and range.
+  Eigen::Matrix<double, 7, 1> by_error = Eigen::Matrix<double, 7, 1>::Zero();
   double by_angle = 0;  ///< m/rad
 };
 /// e = n . (R' (q - t) - x), q = origin + range direction: linear in errors of the pose (t + p,
@@ -54,10 +56,16 @@ Departure departure_of(const TrueReturn& seen, const RayHit& hit, const Joint* j
 
 /// Surface sigma, correlation length, reflectivity and joint angle of each part, in the order of
 /// Target::parts. Returns are laid on the mesh by truth; those that may have met an edge or another
-/// surface are left out; truth's error is one for all scans from about one place (0.1 m, 5 deg),
-/// with truth's covariance, beside a range bias of the beam model's sigma. The angle of a joint is
-/// searched for over its range first. Reflectivity: the median of power (range / full-scale
-/// range)^2 / cosine, at incidences beyond the part's mirrors where there are such.
+/// surface are left out. What errs for all parts alike is estimated from all of them, with the
+/// surfaces: of each run a range bias (beam model's range sigma), and truth's pose, whose
+/// covariance is taken to be a third of what is constant in the sensor frame (its mount), a third
+/// of what is constant in the model frame (the target's), and a third of each view, that is of all
+/// scans of a run from about one place (0.1 m, 5 deg). The angle of a joint is searched for over
+/// its range first. Reflectivity: the median of power (range / full-scale range)^2 / cosine, at
+/// incidences beyond the part's mirrors where there are such; its sigma is that of the mean of
+/// patches as seen from each view, and of the incidence, of which truth's and the joint's rotation
+/// are not known better than so.
+/// @param returns in the order of their runs
 std::vector<PartMeasurement> measure_parts(const Target& target,
                                            const std::vector<TrueReturn>& returns,
                                            const MeasurementSettings& settings);

@@ -7,7 +7,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr Utime longest_gap = 100 * millisecond;  // between set-points of one motion
+constexpr Utime max_gap = 100 * millisecond;  // between set-points of one motion
 constexpr Utime rate_window = 50 * millisecond;
 constexpr std::size_t most_samples = 2000;
 constexpr double zero_sigma = 0.02;   // rad or m: of a reported joint against the commanded
@@ -39,7 +39,7 @@ std::optional<Vector6d> ArmTrack::commanded(Utime utime) const {
                                       [](const Point& point, Utime t) { return point.utime < t; });
   if (after == commands_.end() || after == commands_.begin()) return std::nullopt;
   const Point& before = *std::prev(after);
-  if (after->utime - before.utime > longest_gap) return std::nullopt;
+  if (after->utime - before.utime > max_gap) return std::nullopt;
   const double s =
       static_cast<double>(utime - before.utime) / static_cast<double>(after->utime - before.utime);
   return Vector6d(before.joints + s * (after->joints - before.joints));

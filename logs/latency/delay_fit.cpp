@@ -13,7 +13,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unlimited = std::numeric_limits<double>::infinity();
 constexpr int rounds = 6;              // of weights, scale and a new linearisation
 constexpr double huber = 1.5;          // standard deviations from which a sample weighs less
 constexpr double chi2_median = 5.348;  // of six degrees of freedom
@@ -67,7 +67,7 @@ class Fit {
 
   DelayFit refused() {
     result_.delay = nan;
-    result_.sigma = result_.half_width = infinity;
+    result_.sigma = result_.half_width = unlimited;
     return result_;
   }
 

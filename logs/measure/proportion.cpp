@@ -12,7 +12,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 /// The highest rank (from 1) whose value is above the quantile with no more than this chance: the
 /// number of values below the quantile is binomial. 0: there is none.
@@ -44,7 +44,7 @@ Bounds quantile_interval(const std::vector<double>& sorted, double share, double
   const double tail = (1 - confidence) / 2;
   const std::size_t below = rank_below(n, share, tail);
   const std::size_t above = rank_below(n, 1 - share, tail);  // counted from the end
-  return {below == 0 ? -infinity : sorted[below - 1], above == 0 ? infinity : sorted[n - above]};
+  return {below == 0 ? -unbounded : sorted[below - 1], above == 0 ? unbounded : sorted[n - above]};
 }
 
 double quantile(const std::vector<double>& sorted, double share) {
@@ -56,7 +56,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 }
 
 Bounds mean_interval(const std::vector<double>& values, double confidence) {
-  if (values.size() < 2) return {-infinity, infinity};
+  if (values.size() < 2) return {-unbounded, unbounded};
   const auto n = static_cast<double>(values.size());
   double mean = 0;
   for (const double v : values) mean += v / n;

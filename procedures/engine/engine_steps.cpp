@@ -7,8 +7,6 @@
 namespace berth::procedures {
 namespace {
 
-std::string in_seconds(Utime t) { return std::to_string(t / second) + " s"; }
-
 /// Steps that last as long as their motion does.
 bool lasts_as_its_motion(const Verb& verb) {
   return std::holds_alternative<Move>(verb) || std::holds_alternative<Trajectory>(verb) ||
@@ -128,8 +126,9 @@ void Engine::poll_step(Utime now) {
       if (const Prompt* prompt = runner_->prompt(); prompt && !prompt->standard.empty()) {
         return runner_->answer(prompt->standard, "nobody answered in time");
       }
-      return step_failed(procedure_step_t::TIMEOUT,
-                         label + " is not done after " + in_seconds(active) + because, now);
+      return step_failed(
+          procedure_step_t::TIMEOUT,
+          label + " is not done after " + std::to_string(active / second) + " s" + because, now);
   }
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double turn = radians(5.0);
 constexpr double keeping_speed = 0.05;
 
-testbed_command2_t command_of(std::int8_t what) {
+testbed_command2_t motion_command_of(std::int8_t what) {
   testbed_command2_t command{};
   command.command = what;
   command.q_wxyz[0] = 1;
@@ -39,7 +39,7 @@ struct Maker {
   const Pose& here;
 
   std::optional<testbed_command2_t> operator()(const Move& move) const {
-    testbed_command2_t command = command_of(testbed_command2_t::MOVE);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::MOVE);
     set_pose(move.to, command.position_m, command.q_wxyz);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
@@ -48,19 +48,19 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Retreat& retreat) const {
-    testbed_command2_t command = command_of(testbed_command2_t::RETREAT);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::RETREAT);
     command.speed_m_s = retreat.speed;
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Trajectory& trajectory) const {
-    testbed_command2_t command = command_of(testbed_command2_t::TRAJECTORY);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::TRAJECTORY);
     set_waypoints(trajectory.waypoints(here), command);
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Approach& approach) const {
-    testbed_command2_t command = command_of(testbed_command2_t::APPROACH);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::APPROACH);
     command.standoff_m = approach.standoff;
     command.dock = approach.port ? 1 : 0;
     command.port = approach.port.value_or("");
@@ -73,7 +73,7 @@ struct Maker {
 
   std::optional<testbed_command2_t> operator()(const Hold& hold) const {
     if (!hold.closed_loop) return std::nullopt;
-    testbed_command2_t command = command_of(testbed_command2_t::STATION_KEEP);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::STATION_KEEP);
     set_pose(here, command.position_m, command.q_wxyz);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
@@ -83,7 +83,7 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Guided& guided) const {
-    testbed_command2_t command = command_of(testbed_command2_t::GUIDED);
+    testbed_command2_t command = motion_command_of(testbed_command2_t::GUIDED);
     command.speed_m_s = guided.speed;
     command.angular_speed_rad_s = guided.angular_speed;
     command.guidance = guided.by;

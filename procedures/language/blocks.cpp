@@ -27,14 +27,14 @@ struct Surroundings {
   std::optional<WhenLost> when_lost;
 };
 
-std::string joined(const std::string& a, const std::string& b) {
+std::string appended(const std::string& a, const std::string& b) {
   return a + (a.empty() || b.empty() ? "" : ", ") + b;
 }
 
 std::string list_of_verbs() {
   std::string list;
   for (const auto* table : {&verbs(), &blocks()}) {
-    for (const VerbInfo& verb : *table) list = joined(list, verb.name);
+    for (const VerbInfo& verb : *table) list = appended(list, verb.name);
   }
   return list;
 }
@@ -99,7 +99,7 @@ class Unroller {
       simple(config, verb, inside);
     } else {
       ++inside.depth;
-      if (config.has("name")) inside.label = joined(around.label, config.text("name"));
+      if (config.has("name")) inside.label = appended(around.label, config.text("name"));
       if (verb.name == "repeat") repeat(config, inside);
       if (verb.name == "sweep") sweep(config, inside);
       if (verb.name == "call") call(config, inside);
@@ -153,7 +153,7 @@ class Unroller {
     finish_keys(block, find_in(blocks(), "repeat")->keys, "repeat");
     for (std::int64_t i = 1; i <= times; ++i) {
       Surroundings inside = around;
-      inside.label = joined(around.label, std::to_string(i) + " of " + std::to_string(times));
+      inside.label = appended(around.label, std::to_string(i) + " of " + std::to_string(times));
       list(block, "steps", inside);
     }
   }
@@ -170,9 +170,9 @@ class Unroller {
     for (std::size_t i = 0; i < axes[axis].values.size(); ++i) {
       const YamlNode& value = axes[axis].values[i];
       Surroundings inside = around;
-      inside.label =
-          joined(around.label, axes[axis].name + " " +
-                                   (value.is_list() ? "#" + std::to_string(i + 1) : value.text()));
+      inside.label = appended(
+          around.label,
+          axes[axis].name + " " + (value.is_list() ? "#" + std::to_string(i + 1) : value.text()));
       sweep_axis(axes, axis + 1, block.holding(fill(block.node(), {{axes[axis].name, value}})),
                  inside);
     }
@@ -271,7 +271,7 @@ class Unroller {
     double timeout = 180;
     config.optional("timeout", Dimension::time, timeout);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      const std::string which = joined(
+      const std::string which = appended(
           around.label, "pose " + std::to_string(i + 1) + " of " + std::to_string(poses.size()));
       move.to = poses[i];
       move.frozen_arm = frozen[i];

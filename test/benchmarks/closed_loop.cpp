@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "estimator/node/messages.h"
+#include "test/estimator/packets.h"
 
 namespace berth::benchmark {
 namespace {
@@ -26,35 +27,6 @@ estimator::EstimatorSetup setup_of(const estimator::EstimatorOptions& options,
   setup.find_model = [model](const std::string&) { return model; };
   setup.stopwatch = [] { return std::int64_t{0}; };
   return setup;
-}
-
-std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams,
-                                   const scan_request_t& request) {
-  constexpr std::size_t most = 50;
-  std::vector<ScanPacket> packets;
-  for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
-    const std::size_t end = std::min(beams.size(), start + most);
-    ScanPacket p{};
-    p.session = request.session;
-    p.scan_id = request.scan_id;
-    p.packet = static_cast<std::int32_t>(packets.size());
-    p.seq = p.packet;
-    p.beams_before = static_cast<std::int32_t>(start);
-    p.utime = start < end ? beams[start].utime : 0;
-    p.resize(end - start);
-    for (std::size_t i = start; i < end; ++i) {
-      const std::size_t k = i - start;
-      p.time_us[k] = static_cast<std::int32_t>(beams[i].utime - p.utime);
-      p.range_m[k] = static_cast<float>(beams[i].range);
-      p.azimuth_rad[k] = static_cast<float>(beams[i].azimuth);
-      p.elevation_rad[k] = static_cast<float>(beams[i].elevation);
-      p.intensity[k] = 1000;
-      p.status[k] = static_cast<std::int8_t>(beams[i].status);
-    }
-    p.scan_status = end == beams.size() ? ScanPacket::COMPLETE : ScanPacket::RUNNING;
-    packets.push_back(p);
-  }
-  return packets;
 }
 
 }  // namespace
@@ -104,7 +76,9 @@ bool ClosedLoop::scan() {
   }
   const Scan scan = source_(windows, utime_);
   if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
-  for (const ScanPacket& packet : packets_of(scan.beams, request)) estimator_.take(packet);
+  for (const ScanPacket& packet :
+       estimator::packets_of(scan.beams, request.scan_id, request.session))
+    estimator_.take(packet);
   utime_ += static_cast<std::int64_t>(1e6 * latency_s_);
   return true;
 }

@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "drivers/simulated/cell_scene.h"
 #include "drivers/simulated/receiver/mesh_scene.h"
+#include "drivers/simulated/smooth_field.h"
 
 namespace berth::benchmark {
 namespace {
@@ -32,38 +33,24 @@ double held_length(const std::string& name) {
 class Blanket final : public Scene {
  public:
   Blanket(Scene& under, const Pose& truth, double sigma, Random& random)
-      : under_(under), to_model_(truth.inverse()) {
-    for (Wave& wave : waves_) {
-      wave.frequency = random.normal_vector(1 / alike_over);
-      wave.phase = random.uniform(0, radians(360));
-      wave.amplitude = random.normal(sigma * std::sqrt(2.0 / count));
-    }
-  }
+      : field_(Random(random.bits(), "blanket"), alike_over),
+        sigma_(sigma),
+        under_(under),
+        to_model_(truth.inverse()) {}
   using Scene::cast;
   void cast(std::int64_t utime, std::span<const Ray> rays, double max_range,
             std::span<SceneHit> hits) override {
     under_.cast(utime, rays, max_range, hits);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i].met() || !hits[i].target) continue;
-      hits[i].range += at(to_model_ * (rays[i].origin + hits[i].range * rays[i].direction));
+      const Vector3d place = rays[i].origin + hits[i].range * rays[i].direction;
+      hits[i].range += sigma_ * field_.at(to_model_ * place).x();
     }
   }
 
  private:
-  double at(const Vector3d& place) const {
-    double sum = 0;
-    for (const Wave& w : waves_) sum += w.amplitude * std::cos(w.frequency.dot(place) + w.phase);
-    return sum;
-  }
-
-  // Random Fourier features (Rahimi and Recht, 2007).
-  static constexpr int count = 100;
-  struct Wave {
-    Vector3d frequency;
-    double phase = 0;
-    double amplitude = 0;
-  };
-  std::array<Wave, count> waves_;
+  SmoothField field_;
+  double sigma_;  // m
   Scene& under_;
   Pose to_model_;
 };

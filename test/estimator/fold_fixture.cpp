@@ -20,32 +20,6 @@ EstimatorSetup test_setup(const std::string& file) {
   return setup;
 }
 
-std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id) {
-  constexpr std::size_t most = 50;
-  std::vector<ScanPacket> packets;
-  for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
-    ScanPacket p{};
-    p.scan_id = scan_id;
-    p.packet = static_cast<std::int32_t>(packets.size());
-    p.beams_before = static_cast<std::int32_t>(start);
-    const std::size_t end = std::min(beams.size(), start + most);
-    p.utime = start < end ? beams[start].utime : 0;
-    p.resize(end - start);
-    for (std::size_t i = start; i < end; ++i) {
-      const std::size_t k = i - start;
-      p.time_us[k] = static_cast<std::int32_t>(beams[i].utime - p.utime);
-      p.range_m[k] = static_cast<float>(beams[i].range);
-      p.azimuth_rad[k] = static_cast<float>(beams[i].azimuth);
-      p.elevation_rad[k] = static_cast<float>(beams[i].elevation);
-      p.intensity[k] = 1000;
-      p.status[k] = static_cast<std::int8_t>(beams[i].status);
-    }
-    p.scan_status = end == beams.size() ? ScanPacket::COMPLETE : ScanPacket::RUNNING;
-    packets.push_back(p);
-  }
-  return packets;
-}
-
 std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request) {
   lidar.utime += 50000;
   lidar.pose = moved(lidar.pose, lidar.velocity, 0.05);
@@ -53,9 +27,7 @@ std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request) 
   for (const scan_window_t& w : request.windows) {
     windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
   }
-  std::vector<ScanPacket> packets = packets_of(lidar.sweep(windows), request.scan_id);
-  for (ScanPacket& packet : packets) packet.session = request.session;
-  return packets;
+  return packets_of(lidar.sweep(windows), request.scan_id, request.session);
 }
 
 ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,

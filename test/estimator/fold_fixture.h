@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "estimator/node/estimator.h"
+#include "test/estimator/packets.h"
 #include "test/estimator/scan_maker.h"
 
 namespace berth::estimator {
@@ -33,8 +34,6 @@ inline const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
 /// With the shipped configuration, or another file of its kind.
 EstimatorSetup test_setup(const std::string& file = "config/estimator.yaml");
 
-/// Packets of at most 50 beams, as the LIDAR driver would send them.
-std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id);
 /// Sweeps a request's windows.
 std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request);
 ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,

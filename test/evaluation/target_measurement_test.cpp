@@ -41,9 +41,10 @@ MeasurementSettings settings() {
   return settings;
 }
 
-/// Scans of the true target from around, as a LIDAR returns them, and truth that errs by so much in
-/// each view.
-std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed) {
+/// Scans of the true target from around, as a LIDAR with a range bias returns them, and truth that
+/// errs by so much in each view.
+std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed, double bias = 0,
+                              std::size_t run = 0) {
   const RayCaster caster(truth.mesh);
   Random random(seed, "scans");
   std::vector<TrueReturn> returns;
@@ -67,7 +68,8 @@ std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed) {
       const double stray = random.uniform(3, 5);
       if (!caster.cast({sensor.position, ray}, 20, hit)) continue;
       const double cosine = -hit.normal.dot(ray);
-      seen.range = outlier ? stray : hit.range + noise;
+      seen.range = outlier ? stray : hit.range + noise + bias;
+      seen.run = run;
       seen.power = truth.part(hit.triangle).material.reflectivity * cosine *
                    std::pow(settings().full_scale_range / hit.range, 2);
       seen.pose = told;
@@ -91,9 +93,11 @@ TEST_CASE("a world's surfaces, reflectivities and joint angle are found") {
   REQUIRE(found.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
     const TargetPart& part = target.parts[i];
-    INFO(found[i].part << ": " << found[i].note);
+    INFO(found[i].part << ": " << found[i].note << ", came out as " << truth.parts[i].rms << " m, "
+                       << found[i].surface_sigma->value << " +- " << found[i].surface_sigma->sigma
+                       << ", l " << found[i].correlation_length->value);
     REQUIRE(found[i].surface_sigma);
-    CHECK(found[i].surface_sigma->value == Approx(part.surface_sigma).epsilon(0.25));
+    CHECK(found[i].surface_sigma->value == Approx(truth.parts[i].rms).epsilon(0.25));
     CHECK(found[i].correlation_length->value == Approx(part.correlation_length).epsilon(0.25));
     CHECK(found[i].reflectivity->value == Approx(part.material.reflectivity).epsilon(0.25));
   }
@@ -113,6 +117,27 @@ TEST_CASE("a rigid surface is not taken for soft because truth errs") {
     CHECK(part.surface_sigma->value < 0.001);
   }
   CHECK(std::abs(found[1].joint_angle->value) < radians(0.2));
+}
+
+TEST_CASE("a run's range bias is not taken for a surface, nor for a joint's angle") {
+  const Target target = body_with_panel(0.0003, 0.1, 0.0003, 0.1);
+  TargetDepartures departures;
+  departures.surface = 1;
+  departures.joints = radians(15);
+  const TrueTarget truth = draw_true_target(target, departures, 6);
+  auto returns = scans(truth.target, 7, 0.005, 0);
+  const auto others = scans(truth.target, 8, -0.003, 1);
+  returns.insert(returns.end(), others.begin(), others.end());
+  const auto found = measure_parts(target, returns, settings());
+  for (const PartMeasurement& part : found) {
+    REQUIRE(part.surface_sigma);
+    CHECK(part.surface_sigma->value < 0.001);
+    REQUIRE(part.reflectivity);
+    CHECK(part.reflectivity->sigma > 0);
+  }
+  const double error = found[1].joint_angle->value - truth.parts[1].angle;
+  CHECK(std::abs(error) < radians(0.2));
+  CHECK(std::abs(error) < 4 * found[1].joint_angle->sigma);
 }
 
 TEST_CASE("a part that was not seen says so") {

@@ -6,7 +6,9 @@
 #include <type_traits>
 
 #include "common/bus/simulation.h"
+#include "common/core/file.h"
 #include "test/catch.h"
+#include "test/core/temporary_directory.h"
 #include "test/lidar/lidar_fixture.h"
 #include "test/lidar/wall_scene.h"
 
@@ -295,7 +297,7 @@ TEST_CASE("weak returns drop out when the device is so set") {
   SimulatedLidarSettings settings = perfect();
   settings.receiver.echoes.full_scale_range_m =
       5;  // the plate, half as bright as white: 2048 on the boresight
-  settings.receiver.least_power = 2000.0 / 4095;
+  settings.receiver.min_power = 2000.0 / 4095;
   Bench bench(settings);
   bench.greet();
   bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
@@ -383,6 +385,14 @@ TEST_CASE("its configuration file is read strictly") {
     CHECK_NOTHROW(read_receiver(file.path(), receiver));
     CHECK_NOTHROW(load_lidar_profile(file.path()));
   }
+  // A key under its former name says what it is called.
+  TemporaryDirectory directory;
+  const auto old = directory.path() / "old.yaml";
+  write_file(old, read_file("config/simulation_lidar.yaml") + "least_intensity: 10\n");
+  CHECK_THROWS_WITH(load_simulated_lidar(old),
+                    Contains("least_intensity") && Contains("min_intensity"));
+  write_file(old, read_file("config/lidars/short_range.yaml") + "  least_echo: 20 %\n");
+  CHECK_THROWS_WITH(load_lidar_profile(old), Contains("least_echo") && Contains("min_echo"));
 }
 
 TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 template <class Message>
-void write(logs::LogWriter& log, const char* channel, const Message& message) {
+void record(logs::LogWriter& log, const char* channel, const Message& message) {
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   log.write(message.utime, channel, bytes);
@@ -48,7 +48,7 @@ ScanPacket packet_of(std::int64_t scan, Utime utime, const RayCaster& target, co
 }
 
 /// Two phases; in the second the target is lost for a while. Its texts try to become markup.
-void write_run(const fs::path& directory) {
+void make_run(const fs::path& directory) {
   const Target target = load_target("radarsat2", 0);
   const RayCaster caster(target.mesh);
   logs::LogWriter log(directory / "run.lcm");
@@ -75,11 +75,11 @@ void write_run(const fs::path& directory) {
       "      - {draw: [x, y, z], phase: go}\n";
   info.attachments = {procedure};
   info.attachment_count = 1;
-  write(log, channels::run_info, info);
+  record(log, channels::run_info, info);
   for (int i = 0; i <= 200; ++i) {
     const double t = 0.1 * i;
     const Utime utime = made::start + i * 100 * millisecond;
-    write(log, channels::ground_truth, made::truth(utime, made::flight(t)));
+    record(log, channels::ground_truth, made::truth(utime, made::flight(t)));
     if (i % 5 != 0) continue;
     const bool lost = i > 140 && i < 160;
     Pose pose = made::flight(t);
@@ -87,8 +87,8 @@ void write_run(const fs::path& directory) {
     auto estimate = made::estimate(utime, pose, lost ? pose_estimate_t::LOST : pose_estimate_t::OK);
     estimate.scan_id = i;
     estimate.reason = lost ? "<script>alert(1)</script>" : "";
-    write(log, channels::scan_data, packet_of(i, utime, caster, made::flight(t)));
-    write(log, channels::pose_estimate, estimate);
+    record(log, channels::scan_data, packet_of(i, utime, caster, made::flight(t)));
+    record(log, channels::pose_estimate, estimate);
   }
   event_t event{};
   event.utime = made::start + 15 * second;
@@ -97,7 +97,7 @@ void write_run(const fs::path& directory) {
   event.severity = event_t::WARNING;
   event.code = "lost";
   event.text = "\"><img src=x onerror=alert(1)>";
-  write(log, channels::event, event);
+  record(log, channels::event, event);
   node_status_t status{};
   status.session = made::session;
   status.node = "estimator";
@@ -106,11 +106,11 @@ void write_run(const fs::path& directory) {
     status.state = state;
     status.reason = state == node_status_t::READY ? "" : "target lost";
     status.overflowed = 3;
-    write(log, channels::node_status, status);
+    record(log, channels::node_status, status);
   }
   auto state = made::state({{"go", 0, 10}, {"hold", 10, 20}});
   state.outcome = procedure_state_t::FAIL;
-  write(log, channels::procedure_state, state);
+  record(log, channels::procedure_state, state);
 }
 
 std::string section_of(const std::string& page, const std::string& id) {
@@ -119,7 +119,7 @@ std::string section_of(const std::string& page, const std::string& id) {
   return page.substr(begin, page.find("</section>", begin) - begin);
 }
 
-bool has(const std::string& where, const std::string& what) {
+bool shows(const std::string& where, const std::string& what) {
   return where.find(what) != std::string::npos;
 }
 
@@ -127,54 +127,54 @@ bool has(const std::string& where, const std::string& what) {
 
 TEST_CASE("a run's report shows what was, and nothing of its log becomes markup", "[report]") {
   const TemporaryDirectory folder;
-  write_run(folder.path());
+  make_run(folder.path());
   const ReportedRun run = read_reported_runs(folder / "run.lcm", folder.path()).front();
   const fs::path file = folder / "report.html";
   write_report({&run, 1}, file);
   const std::string page = read_file(file);
 
-  CHECK_FALSE(has(page, "<script>alert"));
-  CHECK_FALSE(has(page, "<img"));
-  CHECK_FALSE(has(page, "<b>run</b>"));
-  CHECK(has(page, "<title>FAIL made &amp; &lt;b&gt;run&lt;/b&gt;</title>"));
-  CHECK(has(page, "class=\"verdict bad\""));
-  CHECK(has(page, "1 of 2 claims met</b>: A &amp; B"));
+  CHECK_FALSE(shows(page, "<script>alert"));
+  CHECK_FALSE(shows(page, "<img"));
+  CHECK_FALSE(shows(page, "<b>run</b>"));
+  CHECK(shows(page, "<title>FAIL made &amp; &lt;b&gt;run&lt;/b&gt;</title>"));
+  CHECK(shows(page, "class=\"verdict bad\""));
+  CHECK(shows(page, "1 of 2 claims met</b>: A &amp; B"));
   const std::string claims = section_of(page, "claims");
-  CHECK(has(claims, "&lt;b&gt;below&lt;/b&gt; 2 mm"));
-  CHECK(has(claims, "\xE2\x9C\x97 not met"));
-  CHECK(has(claims, "\xE2\x9C\x93 met"));
-  CHECK(has(claims, "Figure &lt;3&gt;"));
-  CHECK(has(claims, "claimed: at most 2 mm"));
-  CHECK(has(claims, "peak position_error"));
-  CHECK(has(claims, "x, line: truth"));
-  CHECK(has(section_of(page, "criteria"), "&lt;i&gt;z&lt;/i&gt;"));
-  CHECK(has(section_of(page, "criteria"), "value bad"));
-  CHECK(has(section_of(page, "errors"), "span trouble"));
-  CHECK(has(section_of(page, "errors"), "lost: &lt;script&gt;"));
-  CHECK(has(section_of(page, "errors"), "mark\" data-x=\"15\""));
-  CHECK(has(section_of(page, "scans"), "the first lost"));
-  CHECK(has(section_of(page, "scans"), "amid go"));
-  CHECK(has(section_of(page, "events"), "&quot;&gt;&lt;img"));
-  CHECK(has(section_of(page, "nodes"), "DEGRADED"));
-  CHECK(has(section_of(page, "nodes"), ">3</b>"));
-  CHECK(has(section_of(page, "files"), "href=\"./run.lcm\""));
+  CHECK(shows(claims, "&lt;b&gt;below&lt;/b&gt; 2 mm"));
+  CHECK(shows(claims, "\xE2\x9C\x97 not met"));
+  CHECK(shows(claims, "\xE2\x9C\x93 met"));
+  CHECK(shows(claims, "Figure &lt;3&gt;"));
+  CHECK(shows(claims, "claimed: at most 2 mm"));
+  CHECK(shows(claims, "peak position_error"));
+  CHECK(shows(claims, "x, line: truth"));
+  CHECK(shows(section_of(page, "criteria"), "&lt;i&gt;z&lt;/i&gt;"));
+  CHECK(shows(section_of(page, "criteria"), "value bad"));
+  CHECK(shows(section_of(page, "errors"), "span trouble"));
+  CHECK(shows(section_of(page, "errors"), "lost: &lt;script&gt;"));
+  CHECK(shows(section_of(page, "errors"), "mark\" data-x=\"15\""));
+  CHECK(shows(section_of(page, "scans"), "the first lost"));
+  CHECK(shows(section_of(page, "scans"), "amid go"));
+  CHECK(shows(section_of(page, "events"), "&quot;&gt;&lt;img"));
+  CHECK(shows(section_of(page, "nodes"), "DEGRADED"));
+  CHECK(shows(section_of(page, "nodes"), ">3</b>"));
+  CHECK(shows(section_of(page, "files"), "href=\"./run.lcm\""));
   CHECK(page.size() < 400000);
 }
 
 TEST_CASE("several runs are laid beside each other with links to their own reports", "[report]") {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "a");
-  write_run(folder / "a");
+  make_run(folder / "a");
   std::vector<ReportedRun> runs;
   runs.push_back(read_reported_runs(folder / "a" / "run.lcm", folder / "a").front());
   write_report({&runs.front(), 1}, folder / "a/report.html");
   runs.push_back(read_reported_runs(folder / "a" / "run.lcm").front());
   write_report(runs, folder / "both.html");
   const std::string page = read_file(folder / "both.html");
-  CHECK(has(page, "href=\"./a/report.html\""));
-  CHECK(has(section_of(page, "curves"), "go: position_error"));
-  CHECK(has(section_of(page, "measurements"), "rms z_error"));
-  CHECK(has(section_of(page, "figures"), "run 2 x, line: truth"));
+  CHECK(shows(page, "href=\"./a/report.html\""));
+  CHECK(shows(section_of(page, "curves"), "go: position_error"));
+  CHECK(shows(section_of(page, "measurements"), "rms z_error"));
+  CHECK(shows(section_of(page, "figures"), "run 2 x, line: truth"));
   CHECK_THROWS_AS(write_report(runs, folder / "none/both.html"), InputError);
 }
 

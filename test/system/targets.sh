@@ -24,6 +24,25 @@ expect 0 "$bin/berth" target measure "$work/measured" "$run" --write
 says "array"
 expect 0 "$bin/berth" target check "$work/measured"
 
+# Scans of all sides find what the world lab drew: surfaces as they came out and reflectivities to 25 %, the joint to 1 deg.
+expect 0 "$bin/berth" run --twin --world lab --seed 2 --out "$work/sides" "$home/procedures/library/measure_target.yaml"
+run=$(only_run "$work/sides")
+expect 0 "$bin/berth" target measure relay "$run"
+# found PART COLUMN EXPECTED TOLERANCE: of the table, in which each value stands with +- and its sigma.
+found() {
+  awk -v part="$1" -v column="$2" -v wanted="$3" -v tolerance="$4" \
+    '$1 == part { d = $column - wanted; exit !(d < tolerance && -d < tolerance) }' "$work/out.txt" ||
+    { cat "$work/out.txt" "$run/world.yaml"; fail "$1, column $2: expected $3 within $4"; }
+}
+drawn() { sed -n "s/.*name: '$1'.*$2: \([-0-9.]*\) .*/\1/p" "$run/world.yaml"; }
+for part in default array dish; do
+  rms=$(drawn $part surface_rms)
+  found $part 3 "$rms" "$(awk "BEGIN { print 0.25 * $rms }")"
+done
+found default 9 0.5 0.125
+found dish 9 0.7 0.175
+found array 12 "$(awk "BEGIN { print 20 + $(drawn array joint) }")" 1
+
 # A port that is not there is refused by name before anything moves.
 sed 's/dock: grapple/dock: fore/' "$home/procedures/library/two_ports.yaml" >"$work/fore.yaml"
 expect 2 "$bin/berth" check "$work/fore.yaml"

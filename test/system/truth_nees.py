@@ -3,7 +3,8 @@
 """truth_nees.py BERTH [SEEDS]: is ground truth as wrong as it says, against the simulated world itself?
 
 Flies procedures/library/fast_trajectory.yaml in the twin and divides the squared error of GROUND_TRUTH against
-world_truth.lcm by truth's covariance: chi squared, 6 per sample. In cells of two kinds:
+world_truth.lcm by truth's covariance: chi squared, 6 per sample. In cells of three kinds:
+- lab: the world that users are in, geometry and clocks both, with truth as it is configured.
 - claimed: mounts, joint zeros and reports wrong by what config/calibration.yaml claims of a nominal cell, and
   controllers whose clocks are off and drift. The mounts outweigh the rest.
 - motion: the geometry is exact and truth knows it. What is left are the encoders, as coarse as config/devices.yaml
@@ -67,12 +68,19 @@ def changed_config(work, name, exact):
     return config
 
 
+def lab_config(work):
+    config = work / "lab"
+    shutil.copytree("config", config)
+    replaced(config / "simulation.yaml", "world", "lab")
+    return config
+
+
 def configs(work):
     motion = changed_config(work, "motion", EXACT | EXACT_TOO)
     for sigma, quantum in (("rotary_sigma", "rotary_quantum"), ("linear_sigma", "linear_quantum")):
         value, unit = claim(motion / "devices.yaml", sigma)
         replaced(motion / "simulation.yaml", quantum, f"{math.sqrt(12) * float(value):.6f} {unit}")
-    return {"claimed": changed_config(work, "claimed", EXACT), "motion": motion}
+    return {"lab": lab_config(work), "claimed": changed_config(work, "claimed", EXACT), "motion": motion}
 
 
 def rows(berth, log, channel, directory):

@@ -9,7 +9,7 @@ namespace berth::testbed {
 namespace {
 
 constexpr double orbits = 2;
-constexpr int samples = 720;
+constexpr int orbit_samples = 720;
 constexpr double speeds[] = {1, 1.5, 2, 3, 5};
 
 /// Least distance in the free drift over that at the burn's end; below 1: it comes nearer.
@@ -17,9 +17,9 @@ double nearest_share(const HillState& burnt, double n) {
   const double start = burnt.position.norm();
   const double horizon = orbits * 2 * std::numbers::pi / n;
   double least = std::numeric_limits<double>::infinity();
-  for (int i = 1; i <= samples; ++i) {
+  for (int i = 1; i <= orbit_samples; ++i) {
     // close together at first, where it is near
-    const double s = static_cast<double>(i) / samples;
+    const double s = static_cast<double>(i) / orbit_samples;
     const HillState later = propagated(burnt, Vector3d::Zero(), n, horizon * s * s);
     least = std::min(least, later.position.norm());
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/positive.h"
+#include "common/core/renamed_key.h"
 #include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 
@@ -249,9 +250,10 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   ReceiverSettings& receiver = settings.receiver;
   config.optional("noise_scale", receiver.noise_scale);
   config.optional("full_scale_range", Dimension::length, receiver.echoes.full_scale_range_m);
-  int least_intensity = 0;
-  config.optional("least_intensity", least_intensity);
-  receiver.least_power = (least_intensity - 0.5) / full_scale;
+  expect_new_name(config, "least_intensity", "min_intensity");
+  int min_intensity = 0;
+  config.optional("min_intensity", min_intensity);
+  receiver.min_power = (min_intensity - 0.5) / full_scale;
   expect_not_negative(config, "start_delay", settings.start_delay);
   if (settings.beams_per_packet < 1 ||
       settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {

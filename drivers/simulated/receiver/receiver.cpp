@@ -50,7 +50,7 @@ void read_receiver(const std::filesystem::path& profile, ReceiverSettings& setti
     throw config.error("range_max_reflectivity", "expected 0 to 1");
   }
   config.raw("pulse_length");  // of the beam model
-  config.raw("least_echo");
+  config.raw("min_echo");
   if (config.has("returns")) {
     settings.echoes.last_return = config.choice("returns", {"first", "last"}) == "last";
   }
@@ -100,11 +100,11 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
   const Echoes echoes = echoes_of(scene, utime, direction);
   const Echo* echo = echoes.count > 0 ? &echoes.echo[0] : nullptr;
   const double falloff = settings.echoes.full_scale_range_m / beam.range_max_m;
-  const double least_power =
-      std::max(settings.range_max_reflectivity * falloff * falloff, settings.least_power);
+  const double min_power =
+      std::max(settings.range_max_reflectivity * falloff * falloff, settings.min_power);
   if (echo != nullptr && echo->range < beam.range_min_m) {
     received.status = Status::too_near;
-  } else if (echo != nullptr && echo->power >= least_power) {
+  } else if (echo != nullptr && echo->power >= min_power) {
     const double distance = echo->range / settings.echoes.full_scale_range_m;
     const bool dazzles = echo->power * distance * distance > settings.saturation;
     received.status = dazzles ? Status::saturated : Status::hit;
@@ -137,7 +137,7 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
   if (errors.returns > 1) {
     const double error =
         error_random_.normal(settings.noise_scale * range_noise * received.range_sigma);
-    if (received.surface.met() && echoes.count > 1 && echoes.echo[1].power >= least_power) {
+    if (received.surface.met() && echoes.count > 1 && echoes.echo[1].power >= min_power) {
       received.second_range = reported_range(echoes.echo[1], error);
       received.second_power = echoes.echo[1].power;
     }

@@ -36,7 +36,7 @@ struct ReceiverSettings {
   double noise_scale = 1;  ///< on the beam model's three sigmas; 0: none
   EchoSettings echoes;
   double range_max_reflectivity = 0;  ///< of a surface just seen at the greatest range; 0: all are
-  double least_power = 0;  ///< see Echo::power; weaker returns are lost, besides those just named
+  double min_power = 0;  ///< see Echo::power; weaker returns are lost, besides those just named
   /// Times as bright as a white surface in its place: no range.
   double saturation = 20;
   SunGlareSettings sun;
