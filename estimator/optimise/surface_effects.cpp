@@ -1,81 +1,110 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/optimise/surface_effects.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace berth::estimator {
 
-Eigen::MatrixXd offset_covariance(const std::vector<SurfacePatch>& a,
-                                  const std::vector<SurfacePatch>& b) {
-  Eigen::MatrixXd k(a.size(), b.size());
-  for (std::size_t j = 0; j < b.size(); ++j) {
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const double la = a[i].correlation_length;
-      const double lb = b[j].correlation_length;
-      const double l2 = la * la + lb * lb;
-      const double far = (a[i].place - b[j].place).squaredNorm() / l2;
-      double value =
-          a[i].sigma * b[j].sigma * a[i].direction.dot(b[j].direction) * std::exp(-far);
-      if (la != lb) value *= std::pow(2 * la * lb / l2, 1.5);
-      k(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = value;
-    }
+double offset_covariance(const SurfacePatch& a, const SurfacePatch& b) {
+  const double la = a.correlation_length;
+  const double lb = b.correlation_length;
+  const double l2 = la * la + lb * lb;
+  const double value = a.sigma * b.sigma * a.direction.dot(b.direction) *
+                       std::exp(-(a.place - b.place).squaredNorm() / l2);
+  return la == lb ? value : value * std::pow(2 * la * lb / l2, 1.5);
+}
+
+OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance) {
+  const auto n = static_cast<Eigen::Index>(patches.size());
+  factor.resize(n, n);
+  rest.resize(n);
+  Eigen::VectorXd left(n);  // of 1
+  for (Eigen::Index i = 0; i < n; ++i) {
+    rest[i] = std::pow(patches[static_cast<std::size_t>(i)].sigma, 2);
+    left[i] = 1;
   }
-  return k;
+  const Eigen::VectorXd variance = rest;
+  Eigen::Index rank = 0;
+  for (; rank < n; ++rank) {
+    Eigen::Index pivot = 0;
+    if (!(left.maxCoeff(&pivot) > tolerance)) break;
+    auto column = factor.col(rank);
+    const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
+    for (Eigen::Index i = 0; i < n; ++i) {
+      column[i] = offset_covariance(patches[static_cast<std::size_t>(i)], p);
+    }
+    column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
+    column /= std::sqrt(rest[pivot]);
+    rest = (rest - column.cwiseAbs2()).cwiseMax(0);
+    rest[pivot] = 0;
+    left = rest.cwiseQuotient(variance.cwiseMax(1e-300));
+  }
+  factor.conservativeResize(n, rank);
 }
 
 MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
-                                             const Eigen::MatrixXd& covariance)
-    : equations_(equations) {
-  const Eigen::Index n = covariance.rows();
-  const Eigen::Index d = equations.information.rows();
-  if (n == 0) {
-    s_coupling_ = Eigen::MatrixXd::Zero(0, d);
-    s_gradient_ = Eigen::VectorXd::Zero(0);
-    information_ = equations.information;
-    gradient_ = equations.gradient;
-    return;
-  }
-  const Eigen::VectorXd root = equations.patch_information.cwiseSqrt();
-  Eigen::MatrixXd b = root.asDiagonal() * covariance * root.asDiagonal();
-  b.diagonal().array() += 1;
+                                             const OffsetCovariance& covariance, double scale)
+    : equations_(equations), covariance_(covariance), scale_(scale) {
+  const Eigen::MatrixXd& h = equations.coupling;
+  const Eigen::VectorXd& n = equations.patch_information;
+  const Eigen::VectorXd rest = scale * scale * covariance.rest;
+  const Eigen::VectorXd kept = (1 + n.array() * rest.array()).inverse();
+  own_ = rest.cwiseProduct(kept);
+  const Eigen::MatrixXd root =
+      n.cwiseProduct(kept).cwiseSqrt().asDiagonal() * (scale * covariance.factor);
+  Eigen::MatrixXd b = Eigen::MatrixXd::Identity(root.cols(), root.cols());
+  b.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   factor_.compute(b);
-  Eigen::MatrixXd sides(n, d + 1);
-  sides << equations.coupling, equations.patch_gradient;
-  const Eigen::MatrixXd k_sides = covariance * sides;
-  Eigen::MatrixXd solved = root.asDiagonal() * k_sides;
-  factor_.solveInPlace(solved);
-  const Eigen::MatrixXd s = k_sides - covariance * (root.asDiagonal() * solved);
-  s_coupling_ = s.leftCols(d);
-  s_gradient_ = s.col(d);
-  information_ = equations.information - equations.coupling.transpose() * s_coupling_;
+  const Eigen::MatrixXd l = kept.asDiagonal() * (scale * covariance.factor);
+  coupling_ = l.transpose() * h;
+  patch_gradient_ = l.transpose() * equations.patch_gradient;
+  Eigen::MatrixXd half = coupling_;
+  factor_.matrixL().solveInPlace(half);
+  Eigen::VectorXd half_gradient = patch_gradient_;
+  factor_.matrixL().solveInPlace(half_gradient);
+  const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
+  information_ = equations.information - h.transpose() * own_h - half.transpose() * half;
   information_ = (0.5 * (information_ + information_.transpose())).eval();
-  gradient_ = equations.gradient - equations.coupling.transpose() * s_gradient_;
+  gradient_ = equations.gradient - own_h.transpose() * equations.patch_gradient -
+              half.transpose() * half_gradient;
 }
 
-void MarginalisedEquations::offsets(const Eigen::VectorXd& x, Eigen::VectorXd& delta,
-                                    Eigen::VectorXd& alpha) const {
-  delta = s_gradient_ - s_coupling_ * x;
-  alpha = equations_.patch_gradient - equations_.coupling * x -
-          equations_.patch_information.cwiseProduct(delta);
+/// The factor's coordinates of the most probable offsets.
+Eigen::MatrixXd MarginalisedEquations::whitened(const Eigen::VectorXd& x) const {
+  return factor_.solve(patch_gradient_ - coupling_ * x);
+}
+
+Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd common = scale_ * (covariance_.factor * whitened(x));
+  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
+                               equations_.patch_information.cwiseProduct(common);
+  return common + own_.cwiseProduct(left);
+}
+
+double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd z = whitened(x);
+  const Eigen::VectorXd common = scale_ * (covariance_.factor * z);
+  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
+                               equations_.patch_information.cwiseProduct(common);
+  const Eigen::ArrayXd own = own_.array() * left.array();
+  const Eigen::ArrayXd rest = scale_ * scale_ * covariance_.rest.array();
+  return z.squaredNorm() + (rest > 1e-20).select(own.square() / rest.max(1e-20), 0).sum();
 }
 
 double MarginalisedEquations::determined(const Eigen::MatrixXd& p) const {
-  const Eigen::Index n = s_gradient_.size();
-  if (n == 0) return 0;
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
+  const Eigen::Index rank = covariance_.factor.cols();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(rank, rank);
   factor_.matrixL().solveInPlace(inverse);
-  const double all = static_cast<double>(n) - inverse.squaredNorm();
-  // tr (P H' S (I - N S) H)
-  const Eigen::MatrixXd inner =
-      equations_.coupling.transpose() * s_coupling_ -
-      s_coupling_.transpose() * equations_.patch_information.asDiagonal() * s_coupling_;
-  return all - (p * inner).trace();
+  const double all = static_cast<double>(rank) - inverse.squaredNorm() +
+                     own_.dot(equations_.patch_information);
+  // tr (P H' S (1 - N S) H) = tr (P (c' B^-1 c - c' B^-1 (B - 1) B^-1 c)), c = q L' H
+  const Eigen::MatrixXd solved = factor_.solve(coupling_);
+  return all - (p * (solved.transpose() * solved)).trace();
 }
 
 Eigen::MatrixXd MarginalisedEquations::sensitivity(const Eigen::MatrixXd& p) const {
-  const Eigen::MatrixXd h = equations_.coupling - equations_.patch_information.asDiagonal() *
-                                                      s_coupling_;
-  return p * h.transpose();
+  return p * factor_.solve(coupling_).transpose();
 }
 
 }  // namespace berth::estimator

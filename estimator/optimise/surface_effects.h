@@ -17,48 +17,67 @@ struct SurfacePatch {
   double correlation_length = 1;          ///< m
 };
 
-/// Covariance (m^2) of the offsets of patches a (rows) and b (columns): the mesh is displaced by a
-/// vector field whose components are independent Gaussian processes; an offset is its component
-/// along the patch's direction n:
+/// Covariance (m^2) of the offsets of two patches: the mesh is displaced by a vector field whose
+/// components are independent Gaussian processes; an offset is its component along the patch's
+/// direction n:
 ///   K_ab = s_a s_b (2 l_a l_b / (l_a^2 + l_b^2))^1.5 exp(-|x_a - x_b|^2 / (l_a^2 + l_b^2)) n_a.n_b
 /// [Paciorek, Schervish, NIPS 2004], which for equal lengths is s^2 exp(-d^2 / 2 l^2) n_a.n_b.
-Eigen::MatrixXd offset_covariance(const std::vector<SurfacePatch>& a,
-                                  const std::vector<SurfacePatch>& b);
+double offset_covariance(const SurfacePatch& a, const SurfacePatch& b);
 
-/// Weighted least squares of observations e = J x + a delta + noise, with J of D columns and
-/// delta ~ N(0, K) one offset of each patch: sums of them.
+/// The covariance K (n x n) of all patches' offsets as factor factor' + diag(rest): Cholesky
+/// decomposition with pivots, stopped when no rest is above `tolerance` of its variance [Harbrecht,
+/// Peters, Schneider, Applied Numerical Mathematics 62 (2012) 428]. A smooth field has far fewer
+/// degrees of freedom than patches; what is left out counts as independent of all else.
+struct OffsetCovariance {
+  Eigen::MatrixXd factor;  ///< n x rank, m
+  Eigen::VectorXd rest;    ///< n, m^2
+
+  OffsetCovariance() = default;
+  OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance);
+};
+
+/// Weighted least squares of observations e = J x + a delta + noise, with J of D columns and one
+/// offset delta for each of n patches: sums of them.
 struct NormalEquations {
   Eigen::MatrixXd information;        ///< D x D: sum w J J'
   Eigen::VectorXd gradient;           ///< D: sum w J e
-  Eigen::VectorXd patch_information;  ///< n: sum w a^2
-  Eigen::VectorXd patch_gradient;     ///< n: sum w a e
-  Eigen::MatrixXd coupling;           ///< n x D: sum w a J'
+  Eigen::VectorXd patch_information;  ///< n: N = sum w a^2
+  Eigen::VectorXd patch_gradient;     ///< n: g = sum w a e
+  Eigen::MatrixXd coupling;           ///< n x D: H = sum w a J'
 };
 
-/// The same with the offsets marginalised, in closed form:
-///   S = (K^-1 + N)^-1 = K - K N^.5 (I + N^.5 K N^.5)^-1 N^.5 K,
+/// The same with offsets of covariance q^2 (L L' + diag(rest)) marginalised, in closed form: first
+/// the rest, each patch alone, by which N, g and H shrink by 1 + N q^2 rest; then
+///   S = (K^-1 + N)^-1 = q^2 L (1 + q^2 L' N L)^-1 L',
 ///   information = sum w J J' - H' S H,  gradient = sum w J e - H' S g.
-/// Cost: one Cholesky decomposition of n x n.
 class MarginalisedEquations {
  public:
-  /// @param covariance K, n x n
-  MarginalisedEquations(const NormalEquations& equations, const Eigen::MatrixXd& covariance);
+  /// @param scale q, on all sigmas
+  MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
+                        double scale);
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
-  /// The offsets' most probable values for a given x (D): S (g - H x), and their K^-1 times.
-  void offsets(const Eigen::VectorXd& x, Eigen::VectorXd& delta, Eigen::VectorXd& alpha) const;
-  /// How many offsets the observations determine: n - tr (I + N^.5 K N^.5)^-1 [MacKay, Neural
-  /// Computation 4 (1992) 415], less those that x could make up for; P: covariance of x.
+  /// The offsets' most probable values for a given x (D).
+  Eigen::VectorXd offsets(const Eigen::VectorXd& x) const;
+  /// delta' K^-1 delta of those.
+  double offsets_squared(const Eigen::VectorXd& x) const;
+  /// How many offsets the observations determine: tr (S N) [MacKay, Neural Computation 4 (1992)
+  /// 415], less those that x could make up for; p: covariance of x.
   double determined(const Eigen::MatrixXd& p) const;
-  /// By how much x moves for each offset (D x n): P H' (I - S N).
+  /// By how much x errs for each unit of the factor's columns (D x rank): P H' (1 - S N) q L.
   Eigen::MatrixXd sensitivity(const Eigen::MatrixXd& p) const;
 
  private:
+  Eigen::MatrixXd whitened(const Eigen::VectorXd& x) const;
+
+  Eigen::VectorXd own_;       // q^2 rest / (1 + N q^2 rest): of what each patch takes alone
   const NormalEquations& equations_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;
-  Eigen::MatrixXd s_coupling_;  // S H
-  Eigen::VectorXd s_gradient_;  // S g
+  const OffsetCovariance& covariance_;
+  double scale_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;  // of 1 + q^2 L' N L
+  Eigen::MatrixXd coupling_;            // q L' H, rank x D
+  Eigen::VectorXd patch_gradient_;      // q L' g
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
 };

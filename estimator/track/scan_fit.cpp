@@ -43,6 +43,10 @@ std::uint64_t interleaved(std::uint32_t x, std::uint32_t y) {
 double normal_below(double x) { return 0.5 * std::erfc(-x * 0.7071067811865476); }
 double normal_at(double x) { return 0.3989422804014327 * std::exp(-0.5 * x * x); }
 
+bool stands_still(const ScanState& state) {
+  return state.motion.velocity.linear.isZero(0) && state.motion.velocity.angular.isZero(0);
+}
+
 /// Two directions across another.
 std::pair<Vector3d, Vector3d> across(const Vector3d& axis) {
   const Vector3d x = axis.unitOrthogonal();
@@ -97,9 +101,8 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
 }
 
 Pose ScanFit::pose_of(const FitBeam& beam, const ScanState& state) const {
-  const Velocity& v = state.motion.velocity;
-  if (v.linear.isZero(0) && v.angular.isZero(0)) return state.motion.pose;
-  return berth::moved(state.motion.pose, v, beam.tau);
+  if (stands_still(state)) return state.motion.pose;
+  return berth::moved(state.motion.pose, state.motion.velocity, beam.tau);
 }
 
 Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
@@ -116,8 +119,10 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
 
   std::vector<Ray> rays(beams_.size());
   std::vector<SurfaceHit> hits(beams_.size());
+  const Pose at_rest = state.motion.pose.inverse();
+  const bool still = stands_still(state);
   for (std::size_t i = 0; i < beams_.size(); ++i) {
-    rays[i] = ray_of(beams_[i], pose_of(beams_[i], state).inverse());
+    rays[i] = ray_of(beams_[i], still ? at_rest : pose_of(beams_[i], state).inverse());
   }
   scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
 
@@ -171,7 +176,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   const auto patch_at = [&](const Vector3d& place, const Vector3d& direction, std::uint32_t face) {
     if (!stage.patches) return -1;
     const Surface& surface = surface_of_face_[face];
-    const std::uint64_t key = cell_of(place, options_.cell) * 4099 + side_of(direction) * 0x9e3779b97f4a7c15ULL;
+    const std::uint64_t key = cell_of(place, surface.correlation_length / options_.cells) * 4099 + side_of(direction) * 0x9e3779b97f4a7c15ULL;
     const auto [entry, fresh] = patch_index.try_emplace(key, static_cast<int>(patches_.size()));
     if (fresh) {
       patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0});
@@ -324,9 +329,11 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   const auto patch_count = static_cast<Eigen::Index>(patches_.size());
   std::vector<Ray> rays(active_.size());
   std::vector<SurfaceHit> hits(active_.size());
+  const Pose at_rest = state.motion.pose.inverse();
+  const bool still = stands_still(state);
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const FitBeam& beam = beams_[active_[i].beam];
-    rays[i] = ray_of(beam, pose_of(beam, state).inverse());
+    rays[i] = ray_of(beam, still ? at_rest : pose_of(beam, state).inverse());
   }
   scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
 
@@ -357,10 +364,12 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   struct Kept {
     BeamTerm term;
     double coverage;
+    double drop_out;
     int piece;
     int bin;
     bool returned;
-    double normalised_square;
+    double square;
+    double variance;
   };
   std::vector<Kept> kept;
   kept.reserve(active_.size());
@@ -481,9 +490,10 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         beam_term(returned, coverage, f.expected, g_expected, shares, options_.extent);
 
     // What shares and pieces are made of.
-    kept.push_back({term, behind.met() ? 1.0 : coverage, active.piece,
+    kept.push_back({term, behind.met() ? 1.0 : coverage, f.expected.drop_out, active.piece,
                     static_cast<int>(std::clamp(4 * f.cosine, 0.0, 3.0)), returned,
-                    term.front * f.expected.residual * f.expected.residual / f.expected.variance});
+                    term.front * f.expected.residual * f.expected.residual,
+                    term.front * (f.expected.variance - std::pow(stage_.annealing.range, 2))});
     if (active.piece >= 0) {
       auto& [modelled, elsewhere] = piece_sums[static_cast<std::size_t>(active.piece)];
       modelled += term.log_likelihood;
@@ -568,7 +578,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     counts.bin_missed[bin] += share * k.term.missed;
     counts.passed += k.term.passed;
     if (k.returned) counts.passed_returned += k.term.passed;
-    result.expected += k.coverage;
+    result.expected += k.coverage * (1 - std::min(0.5, k.drop_out));
     const double as_modelled = share * (k.term.front + k.term.behind);
     result.fit += k.coverage * as_modelled;
     if (k.returned) {
@@ -577,7 +587,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       result.outliers += share * k.term.outlier + (1 - share);
       stray += share * k.term.outlier;
       stray_beams += share;
-      result.square_sum += share * k.normalised_square;
+      result.square_sum += share * k.square;
+      result.variance_sum += share * k.variance;
     }
   }
   // Each share as if some beams had been seen before that were as is usual.

@@ -46,7 +46,7 @@ struct Annealing {
 class ScanFit {
  public:
   struct Options {
-    double cell = 0.1;              ///< m, of patches
+    double cells = 3;               ///< patches along a correlation length
     double part_cell = 0.4;         ///< m, of pieces that are as modelled, or elsewhere
     double elsewhere = 0.02;        ///< probability of that
     double extent = 3;              ///< m, of the target: over which stray ranges are spread
@@ -81,7 +81,8 @@ class ScanFit {
     double outliers = 0;
     double expected = 0;    ///< beams that should return from the target
     double fit = 0;         ///< of `expected`, those that did, as modelled
-    double square_sum = 0;  ///< sum of (e / sigma)^2 over `explained`, offsets taken off
+    double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
+    double variance_sum = 0;  ///< m^2: of what that should be, without annealing
     BeamShares shares;      ///< as these beams say (one step of expectation maximisation)
   };
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
