@@ -45,7 +45,7 @@ struct BeamTerm {
 ///   L = c A + (1 - c) G,
 ///   A = (1 - p_d - p_o) N(z; r_f, s_f^2) + p_o / U,   G the same of g,
 ///       or (1 - p_o) p_b / 2U + p_o / U for the background;
-///   nothing returned: A = p_d, G the same of g, or 1 - p_b for the background.
+///   nothing returned: A = p_d, G the same of g, or (1 - p_o) (1 - p_b) for the background.
 /// @param depth U, m: over which ranges of nothing in particular are spread
 inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& front,
                           const std::optional<ExpectedReturn>& behind, const BeamShares& shares,
@@ -59,7 +59,7 @@ inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& 
   BeamTerm term;
   if (!returned) {
     const double a = front.drop_out;
-    const double g = behind ? behind->drop_out : 1 - shares.background;
+    const double g = behind ? behind->drop_out : (1 - shares.outlier) * (1 - shares.background);
     const double sum = coverage * a + (1 - coverage) * g + least;
     term.log_likelihood = std::log(sum);
     term.coverage_score = (a - g) / sum;

@@ -23,10 +23,10 @@ struct SurfaceHit {
 /// A place on an occluding edge: on one side of it a ray meets the front face, on the other it
 /// passes. Model frame, joints as they stood when it was found.
 struct RimSample {
-  Vector3d point;    ///< m
-  Vector3d outward;  ///< unit, across edge and line of sight, away from the front face
-  SurfaceHit front;          ///< just inside
-  SurfaceHit behind;         ///< just outside: not met where a ray that passes meets nothing
+  Vector3d point;     ///< m
+  Vector3d outward;   ///< unit, across edge and line of sight, away from the front face
+  SurfaceHit front;   ///< just inside
+  SurfaceHit behind;  ///< just outside: not met where a ray that passes meets nothing
 };
 
 /// A target whose jointed parts can be turned: ray casting and occluding edges. Faces are numbered
@@ -59,8 +59,8 @@ class TargetScene {
 
  private:
   struct Edge {
-    std::uint32_t from, to;           // vertices
-    std::uint32_t first, count;       // of its triangles' third corners, in thirds_
+    std::uint32_t from, to;      // vertices
+    std::uint32_t first, count;  // of its triangles' third corners, in thirds_
   };
   struct Body {
     int joint = -1;

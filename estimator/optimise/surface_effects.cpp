@@ -96,8 +96,8 @@ double MarginalisedEquations::determined(const Eigen::MatrixXd& p) const {
   const Eigen::Index rank = covariance_.factor.cols();
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(rank, rank);
   factor_.matrixL().solveInPlace(inverse);
-  const double all = static_cast<double>(rank) - inverse.squaredNorm() +
-                     own_.dot(equations_.patch_information);
+  const double all =
+      static_cast<double>(rank) - inverse.squaredNorm() + own_.dot(equations_.patch_information);
   // tr (P H' S (1 - N S) H) = tr (P (c' B^-1 c - c' B^-1 (B - 1) B^-1 c)), c = q L' H
   const Eigen::MatrixXd solved = factor_.solve(coupling_);
   return all - (p * (solved.transpose() * solved)).trace();

@@ -52,6 +52,7 @@ struct NormalEquations {
 ///   information = sum w J J' - H' S H,  gradient = sum w J e - H' S g.
 class MarginalisedEquations {
  public:
+  /// @param equations, covariance must outlive it
   /// @param scale q, on all sigmas
   MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
                         double scale);
@@ -71,7 +72,7 @@ class MarginalisedEquations {
  private:
   Eigen::MatrixXd whitened(const Eigen::VectorXd& x) const;
 
-  Eigen::VectorXd own_;       // q^2 rest / (1 + N q^2 rest): of what each patch takes alone
+  Eigen::VectorXd own_;  // q^2 rest / (1 + N q^2 rest): of what each patch takes alone
   const NormalEquations& equations_;
   const OffsetCovariance& covariance_;
   double scale_;

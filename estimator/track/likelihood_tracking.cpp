@@ -16,7 +16,10 @@ class Fit {
  public:
   Fit(ScanFit& scan, const ScanStateLayout& layout, const ScanState& prior_state,
       const Eigen::MatrixXd& prior)
-      : scan_(scan), layout_(layout), prior_state_(prior_state), prior_(prior),
+      : scan_(scan),
+        layout_(layout),
+        prior_state_(prior_state),
+        prior_(prior),
         state_(prior_state) {}
 
   void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
@@ -82,8 +85,7 @@ class Fit {
     constexpr double before = 20;
     const double free = std::max(1.0, at_.explained - determined_ - layout_.size());
     const double ratio = at_.square_sum / std::max(1e-300, at_.variance_sum);
-    scan_.noise_scale *=
-        std::sqrt((ratio * at_.explained + before) / (free + before));
+    scan_.noise_scale *= std::sqrt((ratio * at_.explained + before) / (free + before));
   }
 
   /// Of the whole state, prior included (Laplace's approximation).
@@ -203,7 +205,8 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   const int stages = 2 + static_cast<int>(std::ceil(std::log2(wide / narrow)));
   for (int s = 0; s < stages; ++s) {
     const bool last = s == stages - 1;
-    const double width = last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
+    const double width =
+        last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
     const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3};
     // What beams may meet is decided where a stage begins: again, where that has moved away.
     constexpr int max_repeats = 4;
@@ -227,8 +230,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.iterations = fit.evaluations();
   result.used = static_cast<int>(std::lround(at.explained));
   result.near = static_cast<int>(std::lround(at.returns));
-  result.residual_rms =
-      std::sqrt(at.square_sum / std::max(1.0, at.explained));
+  result.residual_rms = std::sqrt(at.square_sum / std::max(1.0, at.explained));
   result.spread = scan_fit.noise_scale * scan_fit.noise_scale;
   result.confidence = at.fit / std::max(1.0, at.expected);
   if (!is_covariance(result.covariance)) return lost("the covariance is none");

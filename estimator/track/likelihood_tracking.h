@@ -35,7 +35,7 @@ class LikelihoodTracking final : public Tracking {
  private:
   const TargetModel& model_;
   const BeamModel& beam_model_;
-  const LikelihoodTrackingOptions& options_;
+  LikelihoodTrackingOptions options_;
   TargetScene scene_;
   std::vector<ScanFit::Surface> surface_of_face_;
   double scale_prior_ = 1;  // of the logarithm of the scale on all sigmas, 1 sigma

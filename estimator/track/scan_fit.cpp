@@ -8,7 +8,7 @@
 namespace berth::estimator {
 namespace {
 
-constexpr double grazing = 0.03;       // cosine, below which a range's slope is taken for this
+constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
 
 /// A number of a cell of a grid of that size, and of the side that a direction faces.
 std::uint64_t cell_of(const Vector3d& place, double size) {
@@ -112,6 +112,7 @@ Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
 void ScanFit::prepare(const ScanState& state, const Stage& stage,
                       const std::vector<Surface>& surface_of_face) {
   stage_ = stage;
+  angles_ = state.angles;
   surface_of_face_ = surface_of_face;
   patches_.clear();
   active_.clear();
@@ -176,7 +177,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   const auto patch_at = [&](const Vector3d& place, const Vector3d& direction, std::uint32_t face) {
     if (!stage.patches) return -1;
     const Surface& surface = surface_of_face_[face];
-    const std::uint64_t key = cell_of(place, surface.correlation_length / options_.cells) * 4099 + side_of(direction) * 0x9e3779b97f4a7c15ULL;
+    const std::uint64_t key = cell_of(place, surface.correlation_length / options_.cells) * 4099 +
+                              side_of(direction) * 0x9e3779b97f4a7c15ULL;
     const auto [entry, fresh] = patch_index.try_emplace(key, static_cast<int>(patches_.size()));
     if (fresh) {
       patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0});
@@ -251,9 +253,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
       }
     }
     if (!hits[i].met() && active.near < 0) continue;
-    const Vector3d place = hits[i].met()
-                               ? Vector3d(ray.origin + hits[i].range * ray.direction)
-                               : rims_[static_cast<std::size_t>(active.near)].point;
+    const Vector3d place = hits[i].met() ? Vector3d(ray.origin + hits[i].range * ray.direction)
+                                         : rims_[static_cast<std::size_t>(active.near)].point;
     if (hits[i].met()) active.patch = patch_at(place, hits[i].normal, hits[i].face);
     for (const int r : {active.near, active.across}) {
       if (r < 0 || rim_patches_[static_cast<std::size_t>(r)].made) continue;
@@ -299,10 +300,10 @@ void ScanFit::look_at_footprints(const ScanState& state, const std::vector<Surfa
     const auto [x, y] = across(beam.direction);
     for (int k = 0; k < about; ++k) {
       const double angle = radians(360.0 * k / about);
-      const Vector3d aside = (0.7 * radius / hits[active.beam].range) *
-                             (std::cos(angle) * x + std::sin(angle) * y);
-      rays.push_back({model_sensor.position,
-                      model_sensor.rotation * (beam.direction + aside).normalized()});
+      const Vector3d aside =
+          (0.7 * radius / hits[active.beam].range) * (std::cos(angle) * x + std::sin(angle) * y);
+      rays.push_back(
+          {model_sensor.position, model_sensor.rotation * (beam.direction + aside).normalized()});
     }
     whose.push_back(&active);
   }
@@ -336,6 +337,12 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     rays[i] = ray_of(beam, still ? at_rest : pose_of(beam, state).inverse());
   }
   scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
+
+  std::vector<Pose> turned_since;
+  for (std::size_t j = 0; j < state.angles.size(); ++j) {
+    const Joint& joint = scene_.joints()[j];
+    turned_since.push_back(turned(joint, state.angles[j]) * turned(joint, angles_[j]).inverse());
+  }
 
   struct Observation {
     double weight;
@@ -385,6 +392,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     // Occluding edges.
     struct Rim {
       double away = 0;
+      Vector3d point, outward;  // of the sample, as its part has turned since
       Vector3d q, across;
       const RimSample* sample = nullptr;
       int patch = -1;
@@ -397,16 +405,22 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     const auto place_rim = [&](int r, Rim& rim) {
       rim.sample = &rims_[static_cast<std::size_t>(r)];
       rim.patch = rim_patches_[static_cast<std::size_t>(r)].rim;
-      const Vector3d to = rim.sample->point - ray.origin;
+      rim.point = rim.sample->point;
+      rim.outward = rim.sample->outward;
+      const int joint = scene_.joint_of(rim.sample->front.face);
+      if (joint >= 0) {
+        const Pose& since = turned_since[static_cast<std::size_t>(joint)];
+        rim.point = since * rim.point;
+        rim.outward = since.rotation * rim.outward;
+      }
+      const Vector3d to = rim.point - ray.origin;
       rim.q = to - to.dot(ray.direction) * ray.direction;
-      rim.across = rim.sample->outward - rim.sample->outward.dot(ray.direction) * ray.direction;
-      rim.away = rim.sample->outward.dot(rim.q);
+      rim.across = rim.outward - rim.outward.dot(ray.direction) * ray.direction;
+      rim.away = rim.outward.dot(rim.q);
       double variance = rim_width_ * rim_width_;
       if (stage_.patches) {
         const double sigma = surface_scale * surface_of_face_[rim.sample->front.face].sigma;
-        rim.effect = rim.patch < 0 ? 0
-                                   : correlation(rim.patch, rim.sample->point - rim.q,
-                                                 rim.sample->outward);
+        rim.effect = rim.patch < 0 ? 0 : correlation(rim.patch, rim.point - rim.q, rim.outward);
         variance += sigma * sigma * (1 - rim.effect * rim.effect);
       }
       rim.width = std::sqrt(variance);
@@ -440,7 +454,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         behind_patch = active.patch;
         front = scene_.meet(state.angles, ray, rim.front.face);
         front_patch = patches.front;
-        const double at = (rim.point - ray.origin).norm();
+        const double at = (rims[0].point - ray.origin).norm();
         if (!(std::abs(front.range - at) < 10 * rim_width_ + 0.1)) front.range = at;  // oblique
       }
       if (behind.met() && !(behind.range > front.range)) behind = {};
@@ -472,10 +486,10 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const double mixed = middle ? active.mixed_mean : 0;
       met.expected.residual =
           beam.range - (hit.range + mixed + state.range_bias) - met.effect * offset_of(patch);
-      met.expected.variance =
-          std::pow(noise_scale * beam.sigma, 2) + std::pow(stage_.annealing.range, 2) +
-          beam_model_.angle_variance() * hit.range * hit.range * tan2 +
-          surface_variance + (middle ? active.mixed_square : 0);
+      met.expected.variance = std::pow(noise_scale * beam.sigma, 2) +
+                              std::pow(stage_.annealing.range, 2) +
+                              beam_model_.angle_variance() * hit.range * hit.range * tan2 +
+                              surface_variance + (middle ? active.mixed_square : 0);
       met.expected.drop_out = shares.drop_out_at(met.cosine);
       return met;
     };
@@ -524,11 +538,10 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const int joint = scene_.joint_of(face);
       if (joint >= 0 && joint < layout_.joints) {
         const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
-        j[layout_.joints_at() + joint] =
-            hinge.axis.dot(joint_torque - hinge.point.cross(force));
+        j[layout_.joints_at() + joint] = hinge.axis.dot(joint_torque - hinge.point.cross(force));
       }
-      observations.push_back({weight, residual + effect * offset_of(patch), effect, patch,
-                              active.piece});
+      observations.push_back(
+          {weight, residual + effect * offset_of(patch), effect, patch, active.piece});
     };
     const auto add_range = [&](const SurfaceHit& hit, const Met& met, double probability,
                                int patch) {
@@ -550,8 +563,9 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const double weight = rim.density * rim.density / spread * term.coverage_certainty;
       if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const double score = rim.density * term.coverage_score;
-      const Vector3d torque = rim.sample->point.cross(rim.across) + rim.sample->outward.cross(rim.q);
-      add(rim.across, torque, 0, torque, rim.sample->front.face, weight, score / weight, rim.effect, rim.patch);
+      const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
+      add(rim.across, torque, 0, torque, rim.sample->front.face, weight, score / weight, rim.effect,
+          rim.patch);
     }
   }
 
@@ -597,14 +611,12 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   result.shares.outlier =
       std::clamp((stray + before * usual.outlier) / (stray_beams + before), 1e-3, 0.5);
   for (std::size_t b = 0; b < 4; ++b) {
-    result.shares.drop_out[b] =
-        std::clamp((counts.bin_missed[b] + before * usual.drop_out[b]) /
-                       (counts.bin_met[b] + before),
-                   2e-3, 0.9);
+    result.shares.drop_out[b] = std::clamp(
+        (counts.bin_missed[b] + before * usual.drop_out[b]) / (counts.bin_met[b] + before), 2e-3,
+        0.9);
   }
-  result.shares.background =
-      std::clamp((counts.passed_returned + before * usual.background) / (counts.passed + before),
-                 0.01, 0.99);
+  result.shares.background = std::clamp(
+      (counts.passed_returned + before * usual.background) / (counts.passed + before), 0.01, 0.99);
 
   // Sums.
   const auto n = static_cast<Eigen::Index>(observations.size());

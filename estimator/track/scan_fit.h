@@ -16,8 +16,8 @@ namespace berth::estimator {
 /// range bias (1, where the scanner may have one); joint angles], pose and velocity as
 /// berth::perturbed(Motion).
 struct ScanState {
-  Motion motion;  ///< T_sensor_model and its velocity at the scan's mean time, sensor frame
-  double range_bias = 0;       ///< m, in every range
+  Motion motion;          ///< T_sensor_model and its velocity at the scan's mean time, sensor frame
+  double range_bias = 0;  ///< m, in every range
   std::vector<double> angles;  ///< rad, of TargetScene::joints()
 };
 
@@ -46,11 +46,11 @@ struct Annealing {
 class ScanFit {
  public:
   struct Options {
-    double cells = 3;               ///< patches along a correlation length
-    double part_cell = 0.4;         ///< m, of pieces that are as modelled, or elsewhere
-    double elsewhere = 0.02;        ///< probability of that
-    double extent = 3;              ///< m, of the target: over which stray ranges are spread
-    double depth = 0.03;            ///< m: an edge occludes what is so much farther
+    double cells = 3;         ///< patches along a correlation length
+    double part_cell = 0.4;   ///< m, of pieces that are as modelled, or elsewhere
+    double elsewhere = 0.02;  ///< probability of that
+    double extent = 3;        ///< m, of the target: over which stray ranges are spread
+    double depth = 0.03;      ///< m: an edge occludes what is so much farther
   };
   /// What patches are asked of the surface.
   struct Surface {
@@ -76,14 +76,14 @@ class ScanFit {
     double log_likelihood = 0;
     NormalEquations sums;  ///< e is at zero offsets
     // Expected numbers of beams.
-    double returns = 0;     ///< inside the gate, of beams that may meet the target
-    double explained = 0;   ///< of those, from a face as modelled
+    double returns = 0;    ///< inside the gate, of beams that may meet the target
+    double explained = 0;  ///< of those, from a face as modelled
     double outliers = 0;
-    double expected = 0;    ///< beams that should return from the target
-    double fit = 0;         ///< of `expected`, those that did, as modelled
+    double expected = 0;      ///< beams that should return from the target
+    double fit = 0;           ///< of `expected`, those that did, as modelled
     double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
     double variance_sum = 0;  ///< m^2: of what that should be, without annealing
-    BeamShares shares;      ///< as these beams say (one step of expectation maximisation)
+    BeamShares shares;        ///< as these beams say (one step of expectation maximisation)
   };
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
 
@@ -91,7 +91,7 @@ class ScanFit {
   std::size_t beams() const { return beams_.size(); }
   double spacing() const { return spacing_; }
   BeamShares shares;
-  double noise_scale = 1;  ///< on the range sigma
+  double noise_scale = 1;    ///< on the range sigma
   double surface_scale = 1;  ///< on the sigmas of all surfaces
 
  private:
@@ -136,6 +136,7 @@ class ScanFit {
   double rim_width_ = 0;
   double rim_reach_ = 0;
   std::vector<Surface> surface_of_face_;
+  std::vector<double> angles_;  // as rims_ have them
   std::vector<RimSample> rims_;
   std::vector<RimPatches> rim_patches_;
   std::vector<SurfacePatch> patches_;
