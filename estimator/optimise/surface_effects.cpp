@@ -44,67 +44,53 @@ OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches, dou
 }
 
 MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
-                                             const OffsetCovariance& covariance, double scale)
-    : equations_(equations), covariance_(covariance), scale_(scale) {
+                                             const OffsetCovariance& covariance,
+                                             const Eigen::VectorXd& scale)
+    : equations_(equations), l_(scale.asDiagonal() * covariance.factor) {
   const Eigen::MatrixXd& h = equations.coupling;
   const Eigen::VectorXd& n = equations.patch_information;
-  const Eigen::VectorXd rest = scale * scale * covariance.rest;
-  const Eigen::VectorXd kept = (1 + n.array() * rest.array()).inverse();
-  own_ = rest.cwiseProduct(kept);
-  const Eigen::MatrixXd root =
-      n.cwiseProduct(kept).cwiseSqrt().asDiagonal() * (scale * covariance.factor);
+  const Eigen::VectorXd rest = scale.cwiseAbs2().cwiseProduct(covariance.rest);
+  kept_ = (1 + n.array() * rest.array()).inverse();
+  own_ = rest.cwiseProduct(kept_);
+  const Eigen::MatrixXd root = n.cwiseProduct(kept_).cwiseSqrt().asDiagonal() * l_;
   Eigen::MatrixXd b = Eigen::MatrixXd::Identity(root.cols(), root.cols());
   b.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   factor_.compute(b);
-  const Eigen::MatrixXd l = kept.asDiagonal() * (scale * covariance.factor);
-  coupling_ = l.transpose() * h;
-  patch_gradient_ = l.transpose() * equations.patch_gradient;
+  const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
+  coupling_ = l_.transpose() * (kept_.asDiagonal() * h);
+  patch_gradient_ = l_.transpose() * kept_.cwiseProduct(equations.patch_gradient);
   Eigen::MatrixXd half = coupling_;
   factor_.matrixL().solveInPlace(half);
   Eigen::VectorXd half_gradient = patch_gradient_;
   factor_.matrixL().solveInPlace(half_gradient);
-  const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
   information_ = equations.information - h.transpose() * own_h - half.transpose() * half;
   information_ = (0.5 * (information_ + information_.transpose())).eval();
   gradient_ = equations.gradient - own_h.transpose() * equations.patch_gradient -
               half.transpose() * half_gradient;
 }
 
-/// The factor's coordinates of the most probable offsets.
-Eigen::MatrixXd MarginalisedEquations::whitened(const Eigen::VectorXd& x) const {
-  return factor_.solve(patch_gradient_ - coupling_ * x);
-}
-
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd common = scale_ * (covariance_.factor * whitened(x));
+  const Eigen::VectorXd common = l_ * factor_.solve(patch_gradient_ - coupling_ * x);
   const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
                                equations_.patch_information.cwiseProduct(common);
   return common + own_.cwiseProduct(left);
 }
 
-double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd z = whitened(x);
-  const Eigen::VectorXd common = scale_ * (covariance_.factor * z);
-  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
-                               equations_.patch_information.cwiseProduct(common);
-  const Eigen::ArrayXd own = own_.array() * left.array();
-  const Eigen::ArrayXd rest = scale_ * scale_ * covariance_.rest.array();
-  return z.squaredNorm() + (rest > 1e-20).select(own.square() / rest.max(1e-20), 0).sum();
+Eigen::VectorXd MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd delta = offsets(x);
+  return delta.cwiseProduct(equations_.patch_gradient - equations_.coupling * x -
+                            equations_.patch_information.cwiseProduct(delta));
 }
 
-double MarginalisedEquations::determined(const Eigen::MatrixXd& p) const {
-  const Eigen::Index rank = covariance_.factor.cols();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(rank, rank);
-  factor_.matrixL().solveInPlace(inverse);
-  const double all =
-      static_cast<double>(rank) - inverse.squaredNorm() + own_.dot(equations_.patch_information);
-  // tr (P H' S (1 - N S) H) = tr (P (c' B^-1 c - c' B^-1 (B - 1) B^-1 c)), c = q L' H
-  const Eigen::MatrixXd solved = factor_.solve(coupling_);
-  return all - (p * (solved.transpose() * solved)).trace();
-}
-
-Eigen::MatrixXd MarginalisedEquations::sensitivity(const Eigen::MatrixXd& p) const {
-  return p * factor_.solve(coupling_).transpose();
+Eigen::VectorXd MarginalisedEquations::determined(const Eigen::MatrixXd& p) const {
+  // S, of its diagonal; V = S H; U = (1 - N S) H
+  Eigen::MatrixXd half = (kept_.asDiagonal() * l_).transpose();
+  factor_.matrixL().solveInPlace(half);
+  const Eigen::VectorXd s = half.colwise().squaredNorm().transpose() + own_;
+  const Eigen::MatrixXd v = kept_.asDiagonal() * (l_ * factor_.solve(coupling_)) +
+                            own_.asDiagonal() * equations_.coupling;
+  const Eigen::MatrixXd u = equations_.coupling - equations_.patch_information.asDiagonal() * v;
+  return s.cwiseProduct(equations_.patch_information) - (v * p).cwiseProduct(u).rowwise().sum();
 }
 
 }  // namespace berth::estimator

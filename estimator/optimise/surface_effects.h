@@ -15,6 +15,7 @@ struct SurfacePatch {
   Vector3d direction = Vector3d::Zero();  ///< unit: normal of a face, outward of a rim
   double sigma = 0;                       ///< m, of the offset
   double correlation_length = 1;          ///< m
+  bool rim = false;                       ///< of an occluding edge, not of a face
 };
 
 /// Covariance (m^2) of the offsets of two patches: the mesh is displaced by a vector field whose
@@ -46,39 +47,37 @@ struct NormalEquations {
   Eigen::MatrixXd coupling;           ///< n x D: H = sum w a J'
 };
 
-/// The same with offsets of covariance q^2 (L L' + diag(rest)) marginalised, in closed form: first
-/// the rest, each patch alone, by which N, g and H shrink by 1 + N q^2 rest; then
-///   S = (K^-1 + N)^-1 = q^2 L (1 + q^2 L' N L)^-1 L',
+/// The same with the offsets marginalised, in closed form. Their covariance is K = L L' +
+/// diag(rest), patch by patch scaled by q. First the rest, each patch alone, by which N, g and H
+/// shrink by 1 + N rest; then
+///   S = (K^-1 + N)^-1 = L (1 + L' N L)^-1 L',
 ///   information = sum w J J' - H' S H,  gradient = sum w J e - H' S g.
 class MarginalisedEquations {
  public:
-  /// @param equations, covariance must outlive it
-  /// @param scale q, on all sigmas
+  /// @param equations, must outlive it
+  /// @param scale q: n factors on the sigmas of the patches
   MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
-                        double scale);
+                        const Eigen::VectorXd& scale);
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
-  /// The offsets' most probable values for a given x (D).
+  /// Of each patch, the offset's most probable value for a given x (D).
   Eigen::VectorXd offsets(const Eigen::VectorXd& x) const;
-  /// delta' K^-1 delta of those.
-  double offsets_squared(const Eigen::VectorXd& x) const;
-  /// How many offsets the observations determine: tr (S N) [MacKay, Neural Computation 4 (1992)
-  /// 415], less those that x could make up for; p: covariance of x.
-  double determined(const Eigen::MatrixXd& p) const;
-  /// By how much x errs for each unit of the factor's columns (D x rank): P H' (1 - S N) q L.
-  Eigen::MatrixXd sensitivity(const Eigen::MatrixXd& p) const;
+  /// Of each patch, delta (K^-1 delta) of those: their sum is delta' K^-1 delta.
+  Eigen::VectorXd offsets_squared(const Eigen::VectorXd& x) const;
+  /// Of each patch, how much of its offset the observations determine, 0 to 1: (S N)_kk [MacKay,
+  /// Neural Computation 4 (1992) 415], less what x could make up for. p: covariance of x.
+  /// offsets_squared() less this is the slope of the log evidence with the logarithm of the scale.
+  Eigen::VectorXd determined(const Eigen::MatrixXd& p) const;
 
  private:
-  Eigen::MatrixXd whitened(const Eigen::VectorXd& x) const;
-
-  Eigen::VectorXd own_;  // q^2 rest / (1 + N q^2 rest): of what each patch takes alone
   const NormalEquations& equations_;
-  const OffsetCovariance& covariance_;
-  double scale_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;  // of 1 + q^2 L' N L
-  Eigen::MatrixXd coupling_;            // q L' H, rank x D
-  Eigen::VectorXd patch_gradient_;      // q L' g
+  Eigen::MatrixXd l_;                   // q L
+  Eigen::VectorXd own_;                 // q^2 rest / (1 + N q^2 rest): what a patch takes alone
+  Eigen::VectorXd kept_;                // 1 / (1 + N q^2 rest)
+  Eigen::LLT<Eigen::MatrixXd> factor_;  // of 1 + L' N L
+  Eigen::MatrixXd coupling_;            // L' H, rank x D
+  Eigen::VectorXd patch_gradient_;      // L' g
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
 };

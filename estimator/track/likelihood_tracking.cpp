@@ -24,14 +24,13 @@ class Fit {
 
   void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
            int iterations) {
-    scan_.surface_scale = scale_;
     scan_.prepare(state_, stage, surfaces);
     covariance_ = OffsetCovariance(scan_.patches(), 0.02);
     at_ = scan_.linearise(state_, Eigen::VectorXd::Zero(covariance_.factor.rows()));
     double cost = cost_of(at_, state_, 0);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
-      const MarginalisedEquations equations(at_.sums, covariance_, scale_);
+      const MarginalisedEquations equations(at_.sums, covariance_, scales());
       const Eigen::VectorXd off = from_prior(state_);
       const Eigen::MatrixXd information = equations.information() + prior_;
       const Eigen::VectorXd gradient = equations.gradient() - prior_ * off;
@@ -44,7 +43,7 @@ class Fit {
         gain = gradient.dot(step);
         const ScanState trial = layout_.moved(state_, step);
         ScanFit::Linearised there = scan_.linearise(trial, equations.offsets(step));
-        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step));
+        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step).sum());
         ++evaluations_;
         if (trial_cost < cost + 0.01) {
           better = true;
@@ -62,20 +61,34 @@ class Fit {
     scan_.shares = at_.shares;
   }
 
-  /// The most probable scale of the surface's sigma: evidence, by MacKay's fixed point.
-  void learn_scale(double prior_sigma) {
+  /// The most probable scales of the sigmas of faces and of rims: evidence, by MacKay's fixed
+  /// point.
+  void learn_scales(double prior_sigma) {
     if (covariance_.factor.rows() == 0) return;
     const double weight = 1 / (prior_sigma * prior_sigma);
     for (int i = 0; i < 20; ++i) {
-      const MarginalisedEquations equations(at_.sums, covariance_, scale_);
+      const MarginalisedEquations equations(at_.sums, covariance_, scales());
       const Eigen::MatrixXd p = (equations.information() + prior_).inverse();
       const Eigen::VectorXd step = p * (equations.gradient() - prior_ * from_prior(state_));
-      determined_ = std::max(0.0, equations.determined(p));
-      const double slope =
-          equations.offsets_squared(step) - determined_ - weight * std::log(scale_);
-      const double change = std::clamp(slope / (2 * determined_ + weight), -1.0, 1.0);
-      scale_ *= std::exp(change);
-      if (std::abs(change) < 0.05) break;
+      const Eigen::VectorXd squared = equations.offsets_squared(step);
+      const Eigen::VectorXd determined = equations.determined(p);
+      determined_ = std::max(0.0, determined.sum());
+      double largest = 0;
+      for (const bool rim : {false, true}) {
+        double slope = 0;
+        double count = 0;
+        for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
+          if (scan_.patches()[k].rim != rim) continue;
+          slope += squared[static_cast<Eigen::Index>(k)] - determined[static_cast<Eigen::Index>(k)];
+          count += std::max(0.0, determined[static_cast<Eigen::Index>(k)]);
+        }
+        double& scale = rim ? scan_.rim_scale : scan_.face_scale;
+        const double change =
+            std::clamp((slope - weight * std::log(scale)) / (2 * count + weight), -1.0, 1.0);
+        scale *= std::exp(change);
+        largest = std::max(largest, std::abs(change));
+      }
+      if (largest < 0.05) break;
     }
   }
 
@@ -90,12 +103,13 @@ class Fit {
 
   /// Of the whole state, prior included (Laplace's approximation).
   Eigen::MatrixXd covariance() const {
-    return (MarginalisedEquations(at_.sums, covariance_, scale_).information() + prior_).inverse();
+    return (MarginalisedEquations(at_.sums, covariance_, scales()).information() + prior_)
+        .inverse();
   }
 
   /// What the scan alone says of pose and velocity: all else that is unknown marginalised.
   MeasuredMotion measured() const {
-    const MarginalisedEquations equations(at_.sums, covariance_, scale_);
+    const MarginalisedEquations equations(at_.sums, covariance_, scales());
     const Eigen::Index rest = layout_.size() - 12;
     const Eigen::MatrixXd& information = equations.information();
     MeasuredMotion motion;
@@ -118,6 +132,15 @@ class Fit {
   int evaluations() const { return evaluations_; }
 
  private:
+  /// Of each patch, on its sigma.
+  Eigen::VectorXd scales() const {
+    Eigen::VectorXd scale(scan_.patches().size());
+    for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
+      scale[static_cast<Eigen::Index>(k)] =
+          scan_.patches()[k].rim ? scan_.rim_scale : scan_.face_scale;
+    }
+    return scale;
+  }
   Eigen::VectorXd from_prior(const ScanState& state) const {
     Eigen::VectorXd off = Eigen::VectorXd::Zero(layout_.size());
     const Vector12d d = difference(prior_state_.motion, state.motion);
@@ -142,7 +165,6 @@ class Fit {
   Eigen::MatrixXd prior_;
   ScanState state_;
   OffsetCovariance covariance_;
-  double scale_ = 1;
   ScanFit::Linearised at_;
   double determined_ = 0;
   int evaluations_ = 0;
@@ -212,13 +234,13 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
     constexpr int max_repeats = 4;
     for (int i = 0; i < (last ? max_repeats : 1); ++i) {
       const Pose before = fit.state().motion.pose;
-      fit.run(stage, surface_of_face_, last ? 6 : 2);
+      fit.run(stage, surface_of_face_, last ? 6 : 3);
       const double moved = distance(before, fit.state().motion.pose) +
                            model_.radius * angle_between(before, fit.state().motion.pose);
       if (moved < narrow) break;
     }
     if (!stage.patches) continue;
-    fit.learn_scale(scale_prior_);
+    fit.learn_scales(scale_prior_);
     if (!last) fit.learn_noise();
   }
 

@@ -139,7 +139,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   double rim_sigma = 0;
   if (stage.patches) {
     for (const RimSample& rim : rims_) {
-      rim_sigma = std::max(rim_sigma, surface_scale * surface_of_face_[rim.front.face].sigma);
+      rim_sigma = std::max(rim_sigma, rim_scale * surface_of_face_[rim.front.face].sigma);
     }
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
@@ -174,14 +174,17 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
 
   std::unordered_map<std::uint64_t, int> patch_index;
   std::vector<int> members;
-  const auto patch_at = [&](const Vector3d& place, const Vector3d& direction, std::uint32_t face) {
+  const auto patch_at = [&](const Vector3d& place, const Vector3d& direction, std::uint32_t face,
+                            bool rim) {
     if (!stage.patches) return -1;
     const Surface& surface = surface_of_face_[face];
-    const std::uint64_t key = cell_of(place, surface.correlation_length / options_.cells) * 4099 +
-                              side_of(direction) * 0x9e3779b97f4a7c15ULL;
+    const double size = std::clamp(3 * spacing_ * range, surface.correlation_length / 10,
+                                   surface.correlation_length / options_.cells);
+    const std::uint64_t key = cell_of(place, size) * 4099 +
+                              (2 * side_of(direction) + (rim ? 1 : 0)) * 0x9e3779b97f4a7c15ULL;
     const auto [entry, fresh] = patch_index.try_emplace(key, static_cast<int>(patches_.size()));
     if (fresh) {
-      patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0});
+      patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0, rim});
       members.push_back(0);
     }
     SurfacePatch& patch = patches_[static_cast<std::size_t>(entry->second)];
@@ -255,18 +258,18 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     if (!hits[i].met() && active.near < 0) continue;
     const Vector3d place = hits[i].met() ? Vector3d(ray.origin + hits[i].range * ray.direction)
                                          : rims_[static_cast<std::size_t>(active.near)].point;
-    if (hits[i].met()) active.patch = patch_at(place, hits[i].normal, hits[i].face);
+    if (hits[i].met()) active.patch = patch_at(place, hits[i].normal, hits[i].face, false);
     for (const int r : {active.near, active.across}) {
       if (r < 0 || rim_patches_[static_cast<std::size_t>(r)].made) continue;
       const RimSample& rim = rims_[static_cast<std::size_t>(r)];
       RimPatches& of_rim = rim_patches_[static_cast<std::size_t>(r)];
       of_rim.made = true;
-      of_rim.rim = patch_at(rim.point, rim.outward, rim.front.face);
-      of_rim.front = patch_at(rim.point, rim.front.normal, rim.front.face);
+      of_rim.rim = patch_at(rim.point, rim.outward, rim.front.face, true);
+      of_rim.front = patch_at(rim.point, rim.front.normal, rim.front.face, false);
       if (!rim.behind.met()) continue;
       const Vector3d sight = (rim.point - model_sensor.position).normalized();
       of_rim.behind = patch_at(model_sensor.position + rim.behind.range * sight, rim.behind.normal,
-                               rim.behind.face);
+                               rim.behind.face, false);
     }
     if (stage.pieces && hits[i].met()) {
       const auto [entry, fresh] =
@@ -419,7 +422,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       rim.away = rim.outward.dot(rim.q);
       double variance = rim_width_ * rim_width_;
       if (stage_.patches) {
-        const double sigma = surface_scale * surface_of_face_[rim.sample->front.face].sigma;
+        const double sigma = rim_scale * surface_of_face_[rim.sample->front.face].sigma;
         rim.effect = rim.patch < 0 ? 0 : correlation(rim.patch, rim.point - rim.q, rim.outward);
         variance += sigma * sigma * (1 - rim.effect * rim.effect);
       }
@@ -473,7 +476,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const double c2 = met.slope_cosine * met.slope_cosine;
       const double tan2 = (1 - c2) / c2;
       const Surface& surface = surface_of_face_[hit.face];
-      const double sigma = surface_scale * surface.sigma;
+      const double sigma = face_scale * surface.sigma;
       double surface_variance = 0;
       met.effect = 0;
       if (stage_.patches) {
