@@ -338,7 +338,7 @@ const std::vector<std::string>& acquisition_names() {
 }
 
 const std::vector<std::string>& tracking_names() {
-  static const std::vector<std::string> names = {"beam", "icp", "bounded_hough"};
+  static const std::vector<std::string> names = {"beam", "likelihood", "icp", "bounded_hough"};
   return names;
 }
 

@@ -12,6 +12,7 @@
 #include "estimator/likelihood/noise_scale.h"
 #include "estimator/planning/scan_planner.h"
 #include "estimator/ranges/operating_range.h"
+#include "estimator/track/likelihood_tracking.h"
 #include "estimator/tracking/beam_tracking.h"
 #include "estimator/tracking/bounded_hough_tracking.h"
 #include "estimator/tracking/icp_tracking.h"
@@ -42,6 +43,7 @@ struct EstimatorOptions {
   IcpTrackingOptions icp_tracking;
   BoundedHoughOptions bounded_hough;
   BeamTrackingOptions beam_tracking;
+  LikelihoodTrackingOptions likelihood_tracking;
   ScanStrategy strategy = ScanStrategy::corners_sparse;
   int returns_per_scan = 1000;     ///< beams of a tracking scan, unless a command says how many,
   double longest_scan_s = 0.5;     ///< or so many are longer than this

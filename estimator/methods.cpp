@@ -18,6 +18,9 @@ std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const T
     return std::make_unique<BoundedHoughTracking>(model, beam_model, options.bounded_hough,
                                                   options.icp_tracking);
   }
+  if (options.tracking_method == "likelihood") {
+    return std::make_unique<LikelihoodTracking>(model, beam_model, options.likelihood_tracking);
+  }
   if (options.tracking_method == "beam") {
     return std::make_unique<BeamTracking>(model, beam_model, options.beam_tracking);
   }

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace berth::estimator {
+
+/// Shares of beams, as a mixture has them: nuisances of a scan.
+struct BeamShares {
+  double outlier = 0.02;  ///< of beams with a range of nothing in particular
+  /// Of beams that meet the target and do not return, by the cosine of incidence in quarters.
+  std::array<double, 4> drop_out = {0.1, 0.05, 0.03, 0.03};
+  double background = 0.5;  ///< of beams that pass the target and return from behind it
+
+  double drop_out_at(double cosine) const {
+    return drop_out[static_cast<std::size_t>(std::fmin(3.0, std::fmax(0.0, 4 * cosine)))];
+  }
+};
+
+/// What one beam may meet: a face, as far as its range tells. Nothing: the background.
+struct ExpectedReturn {
+  double residual = 0;  ///< m: range read, less the range expected
+  double variance = 1;  ///< m^2, of residual
+  double drop_out = 0;  ///< probability that nothing returns
+};
+
+/// The likelihood of one beam and what it says of its parts; log L and its derivatives.
+struct BeamTerm {
+  double log_likelihood = 0;
+  double front = 0;   ///< probability that the range is the front face's
+  double behind = 0;  ///< ... the face's behind it
+  double missed = 0;  ///< probability that it met a face and did not return
+  double passed = 0;  ///< probability that it met the background
+  double outlier = 0;
+  double coverage_score = 0;      ///< d log L / d c
+  double coverage_certainty = 0;  ///< ((A - G) / (A + G))^2: 1 where front and behind differ
+};
+
+/// The mixture of a beam range finder [Thrun, Burgard, Fox, Probabilistic Robotics, ch. 6] at an
+/// occluding edge: with coverage c (probability that the beam meets the front face f, not what is
+/// behind, g), range z or nothing,
+///   L = c A + (1 - c) G,
+///   A = (1 - p_d - p_o) N(z; r_f, s_f^2) + p_o / U,   G the same of g,
+///       or (1 - p_o) p_b / 2U + p_o / U for the background;
+///   nothing returned: A = p_d, G the same of g, or (1 - p_o) (1 - p_b) for the background.
+/// @param depth U, m: over which ranges of nothing in particular are spread
+inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& front,
+                          const std::optional<ExpectedReturn>& behind, const BeamShares& shares,
+                          double depth) {
+  constexpr double least = 1e-300;
+  const auto normal = [](const ExpectedReturn& r) {
+    return std::exp(-0.5 * r.residual * r.residual / r.variance) /
+           std::sqrt(6.283185307179586 * r.variance);
+  };
+  const double stray = shares.outlier / depth;
+  BeamTerm term;
+  if (!returned) {
+    const double a = front.drop_out;
+    const double g = behind ? behind->drop_out : (1 - shares.outlier) * (1 - shares.background);
+    const double sum = coverage * a + (1 - coverage) * g + least;
+    term.log_likelihood = std::log(sum);
+    term.coverage_score = (a - g) / sum;
+    term.coverage_certainty = (a - g) * (a - g) / ((a + g) * (a + g) + least);
+    term.missed = (coverage * a + (behind ? (1 - coverage) * g : 0)) / sum;
+    term.passed = behind ? 0 : (1 - coverage) * g / sum;
+    return term;
+  }
+  const double from_front = std::fmax(0.0, 1 - front.drop_out - shares.outlier) * normal(front);
+  const double from_behind =
+      behind ? std::fmax(0.0, 1 - behind->drop_out - shares.outlier) * normal(*behind)
+             : (1 - shares.outlier) * shares.background / (2 * depth);
+  const double a = from_front + stray;
+  const double g = from_behind + stray;
+  const double sum = coverage * a + (1 - coverage) * g + least;
+  term.log_likelihood = std::log(sum);
+  term.coverage_score = (a - g) / sum;
+  term.coverage_certainty = (a - g) * (a - g) / ((a + g) * (a + g) + least);
+  term.front = coverage * from_front / sum;
+  (behind ? term.behind : term.passed) = (1 - coverage) * from_behind / sum;
+  term.outlier = stray / sum;
+  return term;
+}
+
+}  // namespace berth::estimator

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/track/likelihood_tracking.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/covariance.h"
+#include "common/core/text.h"
+
+namespace berth::estimator {
+namespace {
+
+/// The optimisation of one scan.
+class Fit {
+ public:
+  Fit(ScanFit& scan, const ScanStateLayout& layout, const ScanState& prior_state,
+      const Eigen::MatrixXd& prior)
+      : scan_(scan),
+        layout_(layout),
+        prior_state_(prior_state),
+        prior_(prior),
+        state_(prior_state) {}
+
+  void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
+           int iterations) {
+    scan_.prepare(state_, stage, surfaces);
+    covariance_ = OffsetCovariance(scan_.patches(), 0.02);
+    at_ = scan_.linearise(state_, Eigen::VectorXd::Zero(covariance_.factor.rows()));
+    double cost = cost_of(at_, state_, 0);
+    double damping = 0;
+    for (int i = 0; i < iterations; ++i) {
+      const MarginalisedEquations equations(at_.sums, covariance_, scales());
+      const Eigen::VectorXd off = from_prior(state_);
+      const Eigen::MatrixXd information = equations.information() + prior_;
+      const Eigen::VectorXd gradient = equations.gradient() - prior_ * off;
+      bool better = false;
+      double gain = 0;
+      for (int tries = 0; tries < 3 && !better; ++tries) {
+        Eigen::MatrixXd damped = information;
+        damped.diagonal() *= 1 + damping;
+        const Eigen::VectorXd step = damped.ldlt().solve(gradient);
+        gain = gradient.dot(step);
+        const ScanState trial = layout_.moved(state_, step);
+        ScanFit::Linearised there = scan_.linearise(trial, equations.offsets(step));
+        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step).sum());
+        ++evaluations_;
+        if (trial_cost < cost + 0.01) {
+          better = true;
+          state_ = trial;
+          at_ = std::move(there);
+          cost = trial_cost;
+          damping /= 10;
+          if (damping < 1e-4) damping = 0;
+        } else {
+          damping = std::max(1e-2, 10 * damping);
+        }
+      }
+      if (!better || gain < 0.02) break;
+    }
+    scan_.shares = at_.shares;
+  }
+
+  /// The most probable scales of the sigmas of faces and of rims: evidence, by MacKay's fixed
+  /// point.
+  void learn_scales(double prior_sigma) {
+    if (covariance_.factor.rows() == 0) return;
+    const double weight = 1 / (prior_sigma * prior_sigma);
+    for (int i = 0; i < 20; ++i) {
+      const MarginalisedEquations equations(at_.sums, covariance_, scales());
+      const Eigen::MatrixXd p = (equations.information() + prior_).inverse();
+      const Eigen::VectorXd step = p * (equations.gradient() - prior_ * from_prior(state_));
+      const Eigen::VectorXd squared = equations.offsets_squared(step);
+      const Eigen::VectorXd determined = equations.determined(p);
+      determined_ = std::max(0.0, determined.sum());
+      double largest = 0;
+      for (const bool rim : {false, true}) {
+        double slope = 0;
+        double count = 0;
+        for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
+          if (scan_.patches()[k].rim != rim) continue;
+          slope += squared[static_cast<Eigen::Index>(k)] - determined[static_cast<Eigen::Index>(k)];
+          count += std::max(0.0, determined[static_cast<Eigen::Index>(k)]);
+        }
+        double& scale = rim ? scan_.rim_scale : scan_.face_scale;
+        const double change =
+            std::clamp((slope - weight * std::log(scale)) / (2 * count + weight), -1.0, 1.0);
+        scale *= std::exp(change);
+        largest = std::max(largest, std::abs(change));
+      }
+      if (largest < 0.05) break;
+    }
+  }
+
+  /// The most probable scale of the range noise, as if some returns had been seen that are as the
+  /// beam model says.
+  void learn_noise() {
+    constexpr double before = 20;
+    const double free = std::max(1.0, at_.explained - determined_ - layout_.size());
+    const double ratio = at_.square_sum / std::max(1e-300, at_.variance_sum);
+    scan_.noise_scale *= std::sqrt((ratio * at_.explained + before) / (free + before));
+  }
+
+  /// Of the whole state, prior included (Laplace's approximation).
+  Eigen::MatrixXd covariance() const {
+    return (MarginalisedEquations(at_.sums, covariance_, scales()).information() + prior_)
+        .inverse();
+  }
+
+  /// What the scan alone says of pose and velocity: all else that is unknown marginalised.
+  MeasuredMotion measured() const {
+    const MarginalisedEquations equations(at_.sums, covariance_, scales());
+    const Eigen::Index rest = layout_.size() - 12;
+    const Eigen::MatrixXd& information = equations.information();
+    MeasuredMotion motion;
+    motion.about = state_.motion;
+    motion.said.information = information.topLeftCorner(12, 12);
+    motion.said.gradient = equations.gradient().head(12);
+    motion.said.returns = static_cast<int>(std::lround(at_.explained));
+    if (rest == 0) return motion;
+    const Eigen::MatrixXd others =
+        information.bottomRightCorner(rest, rest) + prior_.bottomRightCorner(rest, rest);
+    const Eigen::MatrixXd solved = others.ldlt().solve(information.bottomLeftCorner(rest, 12));
+    const Eigen::VectorXd gradient = equations.gradient() - prior_ * from_prior(state_);
+    motion.said.information -= information.topRightCorner(12, rest) * solved;
+    motion.said.gradient -= solved.transpose() * gradient.tail(rest);
+    return motion;
+  }
+
+  const ScanState& state() const { return state_; }
+  const ScanFit::Linearised& at() const { return at_; }
+  int evaluations() const { return evaluations_; }
+
+ private:
+  /// Of each patch, on its sigma.
+  Eigen::VectorXd scales() const {
+    Eigen::VectorXd scale(scan_.patches().size());
+    for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
+      scale[static_cast<Eigen::Index>(k)] =
+          scan_.patches()[k].rim ? scan_.rim_scale : scan_.face_scale;
+    }
+    return scale;
+  }
+  Eigen::VectorXd from_prior(const ScanState& state) const {
+    Eigen::VectorXd off = Eigen::VectorXd::Zero(layout_.size());
+    const Vector12d d = difference(prior_state_.motion, state.motion);
+    off.head<6>() = d.head<6>();
+    if (layout_.velocity) off.segment<6>(6) = d.tail<6>();
+    if (layout_.range_bias) off[layout_.bias_at()] = state.range_bias - prior_state_.range_bias;
+    for (int j = 0; j < layout_.joints; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      off[layout_.joints_at() + j] = state.angles[at] - prior_state_.angles[at];
+    }
+    return off;
+  }
+  double cost_of(const ScanFit::Linearised& at, const ScanState& state,
+                 double offsets_squared) const {
+    const Eigen::VectorXd off = from_prior(state);
+    return -at.log_likelihood + 0.5 * offsets_squared + 0.5 * off.dot(prior_ * off);
+  }
+
+  ScanFit& scan_;
+  ScanStateLayout layout_;
+  ScanState prior_state_;
+  Eigen::MatrixXd prior_;
+  ScanState state_;
+  OffsetCovariance covariance_;
+  ScanFit::Linearised at_;
+  double determined_ = 0;
+  int evaluations_ = 0;
+};
+
+}  // namespace
+
+LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel& beam_model,
+                                       const LikelihoodTrackingOptions& options)
+    : model_(model), beam_model_(beam_model), options_(options), scene_(model.target) {
+  const bool bare = model.target.description_hash.empty();
+  for (std::uint32_t f = 0; f < model.target.mesh.triangles.size(); ++f) {
+    const TargetPart& part = model.target.part(f);
+    surface_of_face_.push_back(
+        {bare ? options.bare_surface_sigma_m : part.surface_sigma, part.correlation_length});
+  }
+  scale_prior_ = std::log(bare ? options.bare_surface_factor : options.described_surface_factor);
+}
+
+TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction& predicted) const {
+  TrackingResult result;
+  result.pose = predicted.pose;
+  result.covariance = predicted.covariance;
+  const auto lost = [&result](const std::string& reason) {
+    result.reason = reason;
+    return result;
+  };
+  if (!predicted.pose.position.allFinite() || !predicted.pose.rotation.coeffs().allFinite() ||
+      !is_covariance(predicted.covariance)) {
+    return lost("the prediction is not finite, or its covariance is none");
+  }
+  if (static_cast<int>(scan.points.size()) < options_.min_returns) {
+    return lost(std::to_string(scan.points.size()) + " returns inside the range gate, at least " +
+                std::to_string(options_.min_returns) + " are needed");
+  }
+  ScanStateLayout layout;
+  layout.velocity = !predicted.velocity_covariance.isZero(0);
+  layout.joints = static_cast<int>(scene_.joints().size());
+  ScanState start;
+  start.motion = {predicted.pose, predicted.velocity};
+  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(layout.size(), layout.size());
+  prior.topLeftCorner<6, 6>() = predicted.covariance.inverse();
+  if (layout.velocity) prior.block<6, 6>(6, 6) = predicted.velocity_covariance.inverse();
+  for (const Joint& joint : scene_.joints()) {
+    start.angles.push_back(0);
+    const auto j = static_cast<int>(start.angles.size()) - 1;
+    prior(layout.joints_at() + j, layout.joints_at() + j) =
+        12 / std::max(1e-12, std::pow(joint.high - joint.low, 2));
+  }
+  ScanFit::Options fit_options;
+  fit_options.extent = 2 * model_.radius;
+  ScanFit scan_fit(scene_, beam_model_, scan, layout, fit_options);
+  Fit fit(scan_fit, layout, start, prior);
+
+  // From the width that the prediction leaves to that of the beams, in equal ratios.
+  const double range = std::max(1e-3, predicted.pose.position.norm());
+  const double narrow = 0.25 * beam_model_.footprint(range);
+  const double wide = std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
+                                 0.1 * model_.radius);
+  const int stages = 2 + static_cast<int>(std::ceil(std::log2(wide / narrow)));
+  for (int s = 0; s < stages; ++s) {
+    const bool last = s == stages - 1;
+    const double width =
+        last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
+    const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3};
+    // What beams may meet is decided where a stage begins: again, where that has moved away.
+    constexpr int max_repeats = 4;
+    for (int i = 0; i < (last ? max_repeats : 1); ++i) {
+      const Pose before = fit.state().motion.pose;
+      fit.run(stage, surface_of_face_, last ? 6 : 3);
+      const double moved = distance(before, fit.state().motion.pose) +
+                           model_.radius * angle_between(before, fit.state().motion.pose);
+      if (moved < narrow) break;
+    }
+    if (!stage.patches) continue;
+    fit.learn_scales(scale_prior_);
+    if (!last) fit.learn_noise();
+  }
+
+  const ScanFit::Linearised& at = fit.at();
+  result.pose = fit.state().motion.pose;
+  result.covariance = fit.covariance().topLeftCorner<6, 6>();
+  result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
+  if (layout.velocity) result.motion = fit.measured();
+  result.iterations = fit.evaluations();
+  result.used = static_cast<int>(std::lround(at.explained));
+  result.near = static_cast<int>(std::lround(at.returns));
+  result.residual_rms = std::sqrt(at.square_sum / std::max(1.0, at.explained));
+  result.spread = scan_fit.noise_scale * scan_fit.noise_scale;
+  result.confidence = at.fit / std::max(1.0, at.expected);
+  if (!is_covariance(result.covariance)) return lost("the covariance is none");
+  if (result.confidence < options_.min_fit) {
+    return lost(fixed(100 * result.confidence, 0) +
+                " % of the beams that should meet the target fit it as modelled, at least " +
+                fixed(100 * options_.min_fit, 0) + " % are needed");
+  }
+  result.ok = true;
+  return result;
+}
+
+}  // namespace berth::estimator

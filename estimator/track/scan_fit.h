@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "common/core/beam_model.h"
+#include "estimator/beam/beam_mixture.h"
+#include "estimator/beam/target_scene.h"
+#include "estimator/filter/motion_information.h"
+#include "estimator/optimise/surface_effects.h"
+#include "estimator/scan/preprocessing.h"
+
+namespace berth::estimator {
+
+/// What one scan is explained by. Vectors of it are [pose (6); velocity (6, where it is unknown);
+/// range bias (1, where the scanner may have one); joint angles], pose and velocity as
+/// berth::perturbed(Motion).
+struct ScanState {
+  Motion motion;          ///< T_sensor_model and its velocity at the scan's mean time, sensor frame
+  double range_bias = 0;  ///< m, in every range
+  std::vector<double> angles;  ///< rad, of TargetScene::joints()
+};
+
+/// Which parts of a ScanState are unknown.
+struct ScanStateLayout {
+  bool velocity = false;
+  bool range_bias = false;
+  int joints = 0;
+
+  int bias_at() const { return velocity ? 12 : 6; }
+  int joints_at() const { return bias_at() + (range_bias ? 1 : 0); }
+  int size() const { return joints_at() + joints; }
+  ScanState moved(const ScanState& state, const Eigen::VectorXd& by) const;
+};
+
+/// How wide the likelihood of beams is made, so that a pose far off is drawn in.
+struct Annealing {
+  double range = 0;  ///< m, 1 sigma, added to a range's
+  double rim = 0;    ///< m, added to the width of occluding edges
+};
+
+/// The log-likelihood of the beams of one scan as a function of a ScanState and of the offsets of
+/// the surface's patches, linearised where it is asked for. First prepare(), which decides by the
+/// state given what beams may meet: patches, occluding edges, what needs no look again. Between two
+/// prepare() it is one smooth function but for changes of the face that a beam meets.
+class ScanFit {
+ public:
+  struct Options {
+    double cells = 3;         ///< patches along a correlation length
+    double part_cell = 0.4;   ///< m, of pieces that are as modelled, or elsewhere
+    double elsewhere = 0.02;  ///< probability of that
+    double extent = 3;        ///< m, of the target: over which stray ranges are spread
+    double depth = 0.03;      ///< m: an edge occludes what is so much farther
+  };
+  /// What patches are asked of the surface.
+  struct Surface {
+    double sigma = 0;               ///< m
+    double correlation_length = 1;  ///< m
+  };
+
+  /// All of it must outlive the fit. parts: of each face; scale: on all their sigmas.
+  ScanFit(const TargetScene& scene, const BeamModel& beam_model, const CleanScan& scan,
+          const ScanStateLayout& layout, const Options& options);
+
+  struct Stage {
+    Annealing annealing;
+    bool patches = false;  ///< the surface may be off
+    bool pieces = false;   ///< pieces of it may be elsewhere
+  };
+  /// @param sigma, length m, of each face's part
+  void prepare(const ScanState& state, const Stage& stage,
+               const std::vector<Surface>& surface_of_face);
+
+  /// The likelihood about one state.
+  struct Linearised {
+    double log_likelihood = 0;
+    NormalEquations sums;  ///< e is at zero offsets
+    // Expected numbers of beams.
+    double returns = 0;    ///< inside the gate, of beams that may meet the target
+    double explained = 0;  ///< of those, from a face as modelled
+    double outliers = 0;
+    double expected = 0;      ///< beams that should return from the target
+    double fit = 0;           ///< of `expected`, those that did, as modelled
+    double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
+    double variance_sum = 0;  ///< m^2: of what that should be, without annealing
+    BeamShares shares;        ///< as these beams say (one step of expectation maximisation)
+  };
+  Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
+
+  const std::vector<SurfacePatch>& patches() const { return patches_; }
+  std::size_t beams() const { return beams_.size(); }
+  double spacing() const { return spacing_; }
+  BeamShares shares;
+  double noise_scale = 1;  ///< on the range sigma
+  double face_scale = 1;   ///< on the sigmas of the surface
+  double rim_scale = 1;    ///< on those of its occluding edges
+
+ private:
+  struct FitBeam {
+    Vector3d direction;
+    double range;  // infinite: nothing returned
+    double tau;    // s after the scan's mean time
+    double sigma;  // m
+  };
+  /// Patches of a rim, of the face in front of it and of the one behind.
+  struct RimPatches {
+    int rim = -1;
+    int front = -1;
+    int behind = -1;
+    bool made = false;
+  };
+  struct Active {
+    std::uint32_t beam;
+    int near = -1;    // the nearest occluding edge
+    int across = -1;  // the nearest on the other side, of a strut
+    int patch = -1;   // of the face that the beam met
+    int piece = -1;
+    double mixed_mean = 0;  // m, of the footprint's ranges about the middle ray's
+    double mixed_square = 0;
+  };
+
+  Pose pose_of(const FitBeam& beam, const ScanState& state) const;
+  Ray ray_of(const FitBeam& beam, const Pose& model_sensor) const;
+  void look_at_footprints(const ScanState& state, const std::vector<SurfaceHit>& hits);
+
+  const TargetScene& scene_;
+  const BeamModel& beam_model_;
+  ScanStateLayout layout_;
+  Options options_;
+  std::vector<FitBeam> beams_;
+  double spacing_ = 0;  // rad, between beams
+  Vector3d middle_ = Vector3d::UnitZ();
+  double cone_cosine_ = 1;
+
+  // Of the stage.
+  Stage stage_;
+  double rim_width_ = 0;
+  double rim_reach_ = 0;
+  std::vector<Surface> surface_of_face_;
+  std::vector<double> angles_;  // as rims_ have them
+  std::vector<RimSample> rims_;
+  std::vector<RimPatches> rim_patches_;
+  std::vector<SurfacePatch> patches_;
+  std::vector<Active> active_;
+  int pieces_ = 0;
+};
+
+}  // namespace berth::estimator

@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/track/likelihood_tracking.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "estimator/track/scan_fit.h"
+#include "evaluation/trials/world.h"
+#include "test/catch.h"
+#include "test/estimator/scan_maker.h"
+
+using namespace berth;
+using namespace berth::estimator;
+
+namespace {
+
+double integral(double low, double high, const std::function<double(double)>& f) {
+  constexpr int steps = 20000;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) sum += f(low + (high - low) * (i + 0.5) / steps);
+  return sum * (high - low) / steps;
+}
+
+/// Patches on a bent plate and observations of them, at random.
+struct Plate {
+  std::vector<SurfacePatch> patches;
+  NormalEquations sums;
+  Eigen::MatrixXd jacobian;  // a row for each observation
+  Eigen::VectorXd weights, residuals, effects;
+  std::vector<int> patch_of;
+
+  explicit Plate(Random random) {
+    for (int i = 0; i < 12; ++i) {
+      const double angle = 0.2 * (i % 3);
+      patches.push_back({{0.15 * i, 0.1 * (i % 3), 0},
+                         {std::sin(angle), 0, std::cos(angle)},
+                         i < 8 ? 0.008 : 0.002,
+                         i < 8 ? 0.3 : 0.2});
+    }
+    constexpr int observations = 60;
+    constexpr int size = 3;
+    jacobian.resize(observations, size);
+    weights.resize(observations);
+    residuals.resize(observations);
+    effects.resize(observations);
+    for (int i = 0; i < observations; ++i) {
+      for (int k = 0; k < size; ++k) jacobian(i, k) = random.normal();
+      weights[i] = std::pow(0.01, -2) * random.uniform(0.5, 1);
+      residuals[i] = random.normal(0.01);
+      effects[i] = -random.uniform(0.5, 2);
+      patch_of.push_back(i % 12);
+    }
+    sum_up();
+  }
+
+  void sum_up() {
+    const auto n = static_cast<Eigen::Index>(patches.size());
+    sums.information = jacobian.transpose() * weights.asDiagonal() * jacobian;
+    sums.gradient = jacobian.transpose() * weights.cwiseProduct(residuals);
+    sums.patch_information = Eigen::VectorXd::Zero(n);
+    sums.patch_gradient = Eigen::VectorXd::Zero(n);
+    sums.coupling = Eigen::MatrixXd::Zero(n, jacobian.cols());
+    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+      const int p = patch_of[static_cast<std::size_t>(i)];
+      sums.patch_information[p] += weights[i] * effects[i] * effects[i];
+      sums.patch_gradient[p] += weights[i] * effects[i] * residuals[i];
+      sums.coupling.row(p) += weights[i] * effects[i] * jacobian.row(i);
+    }
+  }
+
+  Eigen::MatrixXd covariance_of_offsets() const {
+    const auto n = static_cast<Eigen::Index>(patches.size());
+    Eigen::MatrixXd k(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        k(i, j) = offset_covariance(patches[static_cast<std::size_t>(i)],
+                                    patches[static_cast<std::size_t>(j)]);
+      }
+    }
+    return k;
+  }
+  /// a, as a matrix: observations x patches.
+  Eigen::MatrixXd spread() const {
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(weights.size(), 12);
+    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+      a(i, patch_of[static_cast<std::size_t>(i)]) = effects[i];
+    }
+    return a;
+  }
+  Eigen::MatrixXd covariance_of_residuals(double scale) const {
+    Eigen::MatrixXd c = scale * scale * spread() * covariance_of_offsets() * spread().transpose();
+    c.diagonal() += weights.cwiseInverse();
+    return c;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The probabilities of what a beam may read sum up to one") {
+  BeamShares shares;
+  shares.outlier = 0.1;
+  constexpr double depth = 3;
+  const double coverage = GENERATE(0.0, 0.3, 1.0);
+  const bool backed = GENERATE(false, true);
+  const auto term = [&](bool returned, double range) {
+    const ExpectedReturn front{range - 1.2, 1e-4, 0.05};
+    const ExpectedReturn behind{range - 1.7, 2e-4, 0.2};
+    return std::exp(beam_term(returned, coverage, front,
+                              backed ? std::optional(behind) : std::nullopt, shares, depth)
+                        .log_likelihood);
+  };
+  // Stray ranges are spread over one depth, those of the background over two.
+  double sum = term(false, 0) + integral(0, depth, [&](double z) { return term(true, z); });
+  if (!backed) {
+    sum += (1 - coverage) * integral(depth, 2 * depth, [&](double) {
+             return (1 - shares.outlier) * shares.background / (2 * depth);
+           });
+  }
+  CHECK(sum == Approx(1).epsilon(1e-3));
+}
+
+TEST_CASE("The score of a beam is the derivative of its likelihood") {
+  const BeamShares shares;
+  const auto at = [&](bool returned, double coverage, double off, bool backed) {
+    const ExpectedReturn front{off, 1e-4, 0.05};
+    const ExpectedReturn behind{off - 0.04, 3e-4, 0.1};
+    return beam_term(returned, coverage, front, backed ? std::optional(behind) : std::nullopt,
+                     shares, 3);
+  };
+  for (const bool returned : {true, false}) {
+    for (const bool backed : {true, false}) {
+      for (const double coverage : {0.02, 0.5, 0.97}) {
+        for (const double off : {-0.03, 0.005, 0.03}) {
+          constexpr double step = 1e-6;
+          const BeamTerm term = at(returned, coverage, off, backed);
+          const double slope = (at(returned, coverage + step, off, backed).log_likelihood -
+                                at(returned, coverage - step, off, backed).log_likelihood) /
+                               (2 * step);
+          CHECK(term.coverage_score == Approx(slope).epsilon(1e-5));
+          const double by_range = (at(returned, coverage, off + step, backed).log_likelihood -
+                                   at(returned, coverage, off - step, backed).log_likelihood) /
+                                  (2 * step);
+          const double expected =
+              -term.front * off / 1e-4 - (backed ? term.behind * (off - 0.04) / 3e-4 : 0);
+          CHECK(by_range == Approx(expected).epsilon(1e-4).margin(1e-6));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("The covariance of offsets as a factor is the covariance, as far as asked") {
+  const Plate plate(Random(1, "plate"));
+  const Eigen::MatrixXd k = plate.covariance_of_offsets();
+  const OffsetCovariance exact(plate.patches, 0);
+  CHECK((exact.factor * exact.factor.transpose()).isApprox(k, 1e-9));
+  const OffsetCovariance coarse(plate.patches, 0.05);
+  CHECK(coarse.factor.cols() < exact.factor.cols());
+  const Eigen::MatrixXd left = k - coarse.factor * coarse.factor.transpose();
+  CHECK(left.diagonal().isApprox(coarse.rest, 1e-9));
+  CHECK((coarse.rest.array() <= 0.05 * k.diagonal().array() + 1e-15).all());
+  CHECK(Eigen::LLT<Eigen::MatrixXd>(k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).info() ==
+        Eigen::Success);
+}
+
+TEST_CASE("Offsets are marginalised as generalised least squares has it") {
+  const Plate plate(Random(2, "plate"));
+  const double tolerance = GENERATE(0.0, 0.03);
+  const double scale = 1.5;
+  const OffsetCovariance covariance(plate.patches, tolerance);
+  const MarginalisedEquations equations(plate.sums, covariance,
+                                        Eigen::VectorXd::Constant(12, scale));
+  const Eigen::LLT<Eigen::MatrixXd> residuals(plate.covariance_of_residuals(scale));
+  const double within = tolerance == 0 ? 1e-9 : 0.02;
+  const Eigen::MatrixXd information = plate.jacobian.transpose() * residuals.solve(plate.jacobian);
+  const Eigen::VectorXd gradient = plate.jacobian.transpose() * residuals.solve(plate.residuals);
+  CHECK(equations.information().isApprox(information, within));
+  CHECK(equations.gradient().isApprox(gradient, within));
+  const Eigen::VectorXd x = information.ldlt().solve(gradient);
+  const Eigen::MatrixXd k = scale * scale * plate.covariance_of_offsets();
+  const Eigen::VectorXd delta =
+      k * plate.spread().transpose() * residuals.solve(plate.residuals - plate.jacobian * x);
+  if (tolerance == 0) {
+    CHECK(equations.offsets(x).isApprox(delta, 1e-6));
+    CHECK(equations.offsets_squared(x).sum() ==
+          Approx(delta.dot(k.ldlt().solve(delta))).epsilon(1e-4));
+  } else {
+    CHECK((equations.offsets(x) - delta).norm() < 0.1 * delta.norm());
+  }
+}
+
+TEST_CASE("The number of determined offsets is the slope of the evidence") {
+  const Plate plate(Random(3, "plate"));
+  const OffsetCovariance covariance(plate.patches, 0);
+  // -log of the residuals' probability with x and offsets marginalised, but for constants.
+  const auto cost = [&](double scale) {
+    const Eigen::MatrixXd c = plate.covariance_of_residuals(scale);
+    const Eigen::LLT<Eigen::MatrixXd> solver(c);
+    const Eigen::MatrixXd information = plate.jacobian.transpose() * solver.solve(plate.jacobian);
+    const Eigen::VectorXd gradient = plate.jacobian.transpose() * solver.solve(plate.residuals);
+    const Eigen::MatrixXd l = solver.matrixL();
+    return 0.5 * plate.residuals.dot(solver.solve(plate.residuals)) -
+           0.5 * gradient.dot(information.ldlt().solve(gradient)) +
+           l.diagonal().array().log().sum() + 0.5 * std::log(information.determinant());
+  };
+  for (const double scale : {0.3, 1.0, 2.0}) {
+    const MarginalisedEquations equations(plate.sums, covariance,
+                                          Eigen::VectorXd::Constant(12, scale));
+    const Eigen::MatrixXd p = equations.information().inverse();
+    const Eigen::VectorXd x = p * equations.gradient();
+    const double slope = (equations.determined(p) - equations.offsets_squared(x)).sum();
+    constexpr double step = 1e-4;
+    const double expected =
+        (cost(scale * std::exp(step)) - cost(scale * std::exp(-step))) / (2 * step);
+    CHECK(slope == Approx(expected).epsilon(1e-3).margin(1e-3));
+  }
+}
+
+TEST_CASE("Errors of draws are as large as the marginalised information says") {
+  Plate plate(Random(4, "plate"));
+  Random random(5, "draws");
+  const OffsetCovariance covariance(plate.patches, 0);
+  const MarginalisedEquations equations(plate.sums, covariance, Eigen::VectorXd::Ones(12));
+  const Eigen::MatrixXd p = equations.information().inverse();
+  const Eigen::MatrixXd k = plate.covariance_of_offsets();
+  const Eigen::MatrixXd root = (k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).llt().matrixL();
+  double sum = 0;
+  constexpr int draws = 2000;
+  for (int i = 0; i < draws; ++i) {
+    Eigen::VectorXd z(12);
+    for (double& v : z) v = random.normal();
+    plate.residuals = plate.spread() * (root * z);
+    for (Eigen::Index j = 0; j < plate.weights.size(); ++j) {
+      plate.residuals[j] += random.normal(1 / std::sqrt(plate.weights[j]));
+    }
+    plate.sum_up();
+    const MarginalisedEquations drawn(plate.sums, covariance, Eigen::VectorXd::Ones(12));
+    const Eigen::VectorXd x = p * drawn.gradient();
+    sum += x.dot(drawn.information() * x);
+  }
+  CHECK(sum / draws == Approx(3).margin(4 * std::sqrt(6.0 / draws)));
+}
+
+namespace {
+
+/// A body with a panel that turns about a hinge, a strut, and a box behind.
+Target hinged_target() {
+  Target target;
+  target.name = "hinged";
+  target.mesh = make_box({0.8, 0.8, 0.6});
+  const std::size_t body = target.mesh.triangles.size();
+  target.mesh.append(make_box({1.2, 0.5, 0.03}), {{1.1, 0, 0.1}, Quaterniond::Identity()});
+  const std::size_t panel = target.mesh.triangles.size();
+  target.mesh.append(make_strut({-0.4, 0, 0}, {-1.2, 0.4, 0.2}, 0.02));
+  target.part_of.assign(target.mesh.triangles.size(), 0);
+  std::fill(target.part_of.begin() + static_cast<std::ptrdiff_t>(body),
+            target.part_of.begin() + static_cast<std::ptrdiff_t>(panel), std::uint16_t{1});
+  target.parts.resize(2);
+  for (TargetPart& part : target.parts) part.surface_sigma = 1e-4;
+  target.parts[1].name = "panel";
+  target.parts[1].joint = Joint{Vector3d::UnitY(), {0.45, 0, 0.1}, -radians(20), radians(20), 0};
+  target.description_hash = "described";
+  target.hash = content_hash(target.mesh);
+  target.length = bounding_box(target.mesh).size().maxCoeff();
+  return target;
+}
+
+const Pose hinged_pose{{0.1, -0.05, 4.5}, rotation_from_vector({0.4, 0.5, 0.1})};
+
+CleanScan scan_of(const Mesh& mesh, const Pose& pose, int count, std::uint64_t seed,
+                  const Velocity& velocity = {}) {
+  ScanMaker lidar(mesh, seed);
+  lidar.pose = pose;
+  lidar.velocity = velocity;
+  Window window = trials::window_around(mesh, pose, 0.1);
+  window.count = count;
+  return preprocess(lidar.sweep({window}), {}, nominal_beam);
+}
+
+Prediction prediction_off(const Pose& truth, double metres, double angle, Random& random) {
+  Prediction predicted;
+  Vector6d step;
+  step.head<3>() = metres * random.normal_vector(1).normalized();
+  step.tail<3>() = angle * random.normal_vector(1).normalized();
+  predicted.pose = perturbed(truth, step);
+  predicted.covariance = Matrix6d::Zero();
+  predicted.covariance.diagonal().head<3>().setConstant(metres * metres / 3);
+  predicted.covariance.diagonal().tail<3>().setConstant(angle * angle / 3);
+  return predicted;
+}
+
+}  // namespace
+
+TEST_CASE("A part turned by casting and a part turned in the mesh are the same") {
+  const Target target = hinged_target();
+  const TargetScene scene(target);
+  REQUIRE(scene.joints().size() == 1);
+  const double angle = radians(12);
+  const RayCaster turned_caster(turned_mesh(target, {0, angle}));
+  Random random(1, "rays");
+  int met = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vector3d from = 5 * random.normal_vector(1).normalized();
+    const Vector3d to = random.normal_vector(0.5);
+    const Ray ray{from, (to - from).normalized()};
+    SurfaceHit hit;
+    scene.cast({angle}, {&ray, 1}, 100, {&hit, 1});
+    RayHit expected;
+    const bool hits = turned_caster.cast(ray, 100, expected);
+    REQUIRE(hit.met() == hits);
+    if (!hits) continue;
+    ++met;
+    CHECK(hit.range == Approx(expected.range).margin(1e-5));
+    CHECK(hit.normal.dot(expected.normal) == Approx(1).margin(1e-6));
+    CHECK(scene.meet({angle}, ray, hit.face).range == Approx(hit.range).margin(1e-5));
+  }
+  CHECK(met > 100);
+}
+
+TEST_CASE("Occluding edges are where rays on one side pass") {
+  const Target target = hinged_target();
+  const TargetScene scene(target);
+  const Vector3d eye(0.3, 0.5, -5);
+  const auto rims = scene.rims({0.1}, eye, -eye.normalized(), 0.5, 0.005, 0.03);
+  CHECK(rims.size() > 100);
+  for (const RimSample& rim : rims) {
+    const auto range = [&](double aside) {
+      const Ray ray{eye, (rim.point + aside * rim.outward - eye).normalized()};
+      SurfaceHit hit;
+      scene.cast({0.1}, {&ray, 1}, 100, {&hit, 1});
+      return hit.range;
+    };
+    const double at = (rim.point - eye).norm();
+    CHECK(range(-0.0005) == Approx(at).margin(0.03));
+    CHECK(range(0.0007) > at + 0.029);
+  }
+}
+
+TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") {
+  const Target target = hinged_target();
+  const TargetScene scene(target);
+  const bool moving = GENERATE(false, true);
+  const Velocity velocity = moving ? Velocity{{0.02, 0, 0.01}, {0, 0.05, 0.03}} : Velocity{};
+  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 3, velocity);
+  ScanStateLayout layout;
+  layout.velocity = layout.range_bias = true;
+  layout.joints = 1;
+  ScanFit::Options options;
+  BeamModel noise = nominal_beam;
+  noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 0;  // by which variances vary with the pose
+  ScanFit fit(scene, noise, scan, layout, options);
+  ScanState state;
+  state.motion = {hinged_pose, velocity};
+  state.angles = {0};
+  Eigen::VectorXd off(layout.size());
+  off << 0.004, -0.003, 0.005, 0.002, -0.003, 0.002, 0.002, 0.001, -0.002, 0.001, 0.002, -0.001,
+      0.003, 0.01;
+  state = layout.moved(state, off);
+  const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 1e6});
+  fit.prepare(state, {{0.02, 0.02}, false, true}, surfaces);
+  const Eigen::VectorXd none;
+  const Eigen::VectorXd gradient = fit.linearise(state, none).sums.gradient;
+  for (int k = 0; k < layout.size(); ++k) {
+    constexpr double step = 2e-5;
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(layout.size());
+    d[k] = step;
+    const double slope = (fit.linearise(layout.moved(state, d), none).log_likelihood -
+                          fit.linearise(layout.moved(state, -d), none).log_likelihood) /
+                         (2 * step);
+    CAPTURE(k);
+    CHECK(gradient[k] == Approx(slope).epsilon(0.02).margin(2e-3 * gradient.norm()));
+  }
+}
+
+TEST_CASE("The gradient for the surface's offsets is that of numeric differences") {
+  const Target target = hinged_target();
+  const TargetScene scene(target);
+  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 3);
+  ScanStateLayout layout;
+  layout.joints = 1;
+  ScanFit fit(scene, nominal_beam, scan, layout, {});
+  ScanState state;
+  state.motion.pose = hinged_pose;
+  state.angles = {0};
+  fit.prepare(state, {{0.01, 0.01}, true, true},
+              std::vector<ScanFit::Surface>(target.mesh.triangles.size(), {0.004, 0.3}));
+  const auto count = static_cast<Eigen::Index>(fit.patches().size());
+  REQUIRE(count > 30);
+  Random random(2, "offsets");
+  Eigen::VectorXd offsets(count);
+  for (double& v : offsets) v = random.normal(0.003);
+  const auto at = fit.linearise(state, offsets);
+  const Eigen::VectorXd gradient =
+      at.sums.patch_gradient - at.sums.patch_information.cwiseProduct(offsets);
+  for (Eigen::Index k = 0; k < count; k += 5) {
+    constexpr double step = 1e-5;
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(count);
+    d[k] = step;
+    const double slope = (fit.linearise(state, offsets + d).log_likelihood -
+                          fit.linearise(state, offsets - d).log_likelihood) /
+                         (2 * step);
+    CHECK(gradient[k] == Approx(slope).epsilon(0.01).margin(1e-3 * gradient.norm()));
+  }
+}
+
+TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") {
+  const Target target = hinged_target();
+  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const LikelihoodTracking tracking(*model, nominal_beam, {});
+  const double angle = GENERATE(0.0, -10.0, 14.0);
+  const Mesh real = turned_mesh(target, {0, radians(angle)});
+  double nees = 0;
+  constexpr int trials = 12;
+  for (int i = 0; i < trials; ++i) {
+    Random random(static_cast<std::uint64_t>(i), "tracking");
+    const CleanScan scan = scan_of(real, hinged_pose, 1500, static_cast<std::uint64_t>(i + 1));
+    const auto result = tracking.track(scan, prediction_off(hinged_pose, 0.03, radians(2), random));
+    REQUIRE(result.ok);
+    const Vector6d error = difference(hinged_pose, result.pose);
+    CHECK(error.head<3>().norm() < 0.004);
+    CHECK(error.tail<3>().norm() < radians(0.4));
+    nees += error.dot(result.covariance.ldlt().solve(error)) / trials;
+  }
+  // 6 on average; its standard error is 1 for these trials.
+  CHECK(nees > 2.5);
+  CHECK(nees < 10);
+}
+
+TEST_CASE("Neither the order of beams nor beams sent twice change what is tracked") {
+  const Target target = hinged_target();
+  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const LikelihoodTracking tracking(*model, nominal_beam, {});
+  ScanMaker lidar(target.mesh, 4);
+  lidar.pose = hinged_pose;
+  Window window = trials::window_around(target.mesh, hinged_pose, 0.1);
+  window.count = 1200;
+  std::vector<RawBeam> beams = lidar.sweep({window});
+  Random random(1, "order");
+  const Prediction predicted = prediction_off(hinged_pose, 0.02, radians(1), random);
+  const auto first = tracking.track(preprocess(beams, {}, nominal_beam), predicted);
+  std::reverse(beams.begin(), beams.end());
+  const std::vector<RawBeam> once = beams;
+  beams.insert(beams.end(), once.begin(), once.end());
+  const auto second = tracking.track(preprocess(beams, {}, nominal_beam), predicted);
+  REQUIRE(first.ok);
+  REQUIRE(second.ok);
+  CHECK(difference(first.pose, second.pose).norm() < 1e-9);
+  CHECK(first.covariance.isApprox(second.covariance, 1e-6));
+
+  // Another frame of the sensor turns the answer, and changes nothing else.
+  const Quaterniond turn = rotation_from_vector({0.02, -0.03, 0.5});
+  CleanScan turned = preprocess(once, {}, nominal_beam);
+  for (Beam& beam : turned.beams) beam.direction = turn * beam.direction;
+  for (Vector3d& point : turned.points) point = turn * point;
+  Prediction there = predicted;
+  there.pose = Pose{Vector3d::Zero(), turn} * predicted.pose;
+  const auto third = tracking.track(turned, there);
+  REQUIRE(third.ok);
+  const Vector6d apart = difference(Pose{Vector3d::Zero(), turn} * first.pose, third.pose);
+  CHECK(apart.dot(third.covariance.ldlt().solve(apart)) < 0.05);
+}
+
+TEST_CASE("A scan of nothing that the target explains is lost, with the reason") {
+  const Target target = hinged_target();
+  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const LikelihoodTracking tracking(*model, nominal_beam, {});
+  Random random(1, "other");
+  const CleanScan scan = scan_of(make_box({2, 2, 0.5}), {{0, 0, 5}, hinged_pose.rotation}, 1500, 1);
+  const auto result = tracking.track(scan, prediction_off(hinged_pose, 0.03, radians(2), random));
+  CHECK_FALSE(result.ok);
+  CHECK_THAT(result.reason, Catch::Contains("should meet the target"));
+  CHECK_FALSE(tracking.track(CleanScan{}, prediction_off(hinged_pose, 0.03, 0.02, random)).ok);
+}
