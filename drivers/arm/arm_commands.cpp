@@ -113,7 +113,7 @@ void ArmNode::start() {
   if (held_by_session_) {
     reason = "a command of session " + std::to_string(*held_by_session_) +
              " holds it, and the testbed has not answered with a HOLD of its own";
-  } else if (!writer_.connected()) {
+  } else if (!writer_->connected()) {
     reason = "there is no connection for set-points";
   } else if (!ready_ || !have_report_ || !state_.valid || !can_start) {
     reason = state_.reason.empty() ? "the controller is not ready" : state_.reason;
@@ -133,8 +133,8 @@ void ArmNode::start() {
   if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
     loop().cancel(holding->second);
     pulse_timers_.erase(holding);
-    for (ModbusClient* client : {&reader_, &writer_}) {  // behind it, whichever took it
-      client->write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
+    for (RegisterLink* link : {reader_.get(), writer_.get()}) {  // behind it, whichever took it
+      link->write_coil(arm_.map.hold_coil, false, [](const RegisterAnswer&) {});
     }
   }
   write_order();
@@ -172,27 +172,27 @@ void ArmNode::pulse(int coil) {
 /// Over a connection that has nothing under way. Where none is free over each that is up: one that
 /// hangs keeps nothing back.
 void ArmNode::write_coil(int coil, bool on) {
-  const auto is_free = [](const ModbusClient& c) { return c.connected() && c.idle(); };
-  const bool any_free = is_free(reader_) || is_free(writer_);
-  for (ModbusClient* client : {&reader_, &writer_}) {
-    if (any_free ? !is_free(*client) : !client->connected()) continue;
+  const auto is_free = [](const RegisterLink& link) { return link.connected() && link.idle(); };
+  const bool any_free = is_free(*reader_) || is_free(*writer_);
+  for (RegisterLink* link : {reader_.get(), writer_.get()}) {
+    if (any_free ? !is_free(*link) : !link->connected()) continue;
     const bool holds = on && coil == arm_.map.hold_coil;
     hold_writes_under_way_ += holds ? 1 : 0;
-    client->write_coil(
+    link->write_coil(
         coil, on,
-        [this, holds](const ModbusAnswer& answer) {
+        [this, holds](const RegisterAnswer& answer) {
           if (!holds) return;
           --hold_writes_under_way_;
           hold_written_ = hold_written_ || answer.ok();
           if (!answer.ok()) warn("hold-not-taken", "HOLD is sent again: " + answer.error);
         },
-        on ? ModbusClient::Urgency::first : ModbusClient::Urgency::normal);
+        on ? RegisterLink::Urgency::first : RegisterLink::Urgency::normal);
     if (any_free) return;
   }
 }
 
 void ArmNode::write_setpoint() {
-  const bool up = reader_.connected() || writer_.connected();
+  const bool up = reader_->connected() || writer_->connected();
   if (hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0 && up) hold();
   if (!ready_ || !have_report_) return;
   if (!have_order_) {
@@ -209,25 +209,25 @@ void ArmNode::write_setpoint() {
 }
 
 void ArmNode::write_order() {
-  if (!writer_.connected()) return;
-  if (!writer_.idle()) {
+  if (!writer_->connected()) return;
+  if (!writer_->idle()) {
     ++writes_missed_;
     return;
   }
   order_.heartbeat = (order_.heartbeat + 1) % arm_.map.counter_wrap;
-  writer_.write_registers(wire_.map().command.first, wire_.encode(order_),
-                          [this, follow = order_.follow](const ModbusAnswer& answer) {
-                            if (!answer.ok()) {
-                              ++writes_missed_;
-                              return;
-                            }
-                            ++statistics_.writes;
-                            // The controller may start once it knows where to.
-                            if (start_pending_ && !start_pulsed_ && follow) {
-                              start_pulsed_ = true;
-                              pulse(arm_.map.start_coil);
-                            }
-                          });
+  writer_->write_registers(wire_.map().command.first, wire_.encode(order_),
+                           [this, follow = order_.follow](const RegisterAnswer& answer) {
+                             if (!answer.ok()) {
+                               ++writes_missed_;
+                               return;
+                             }
+                             ++statistics_.writes;
+                             // The controller may start once it knows where to.
+                             if (start_pending_ && !start_pulsed_ && follow) {
+                               start_pulsed_ = true;
+                               pulse(arm_.map.start_coil);
+                             }
+                           });
 }
 
 }  // namespace berth

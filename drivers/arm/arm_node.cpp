@@ -22,8 +22,8 @@ std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
   return linear;
 }
 
-ModbusClient::Options client_options(const ArmDevice& device, int unit) {
-  ModbusClient::Options options;
+RegisterLink::Options link_options(const ArmDevice& device, int unit) {
+  RegisterLink::Options options;
   options.address = device.address;
   options.unit = unit;
   options.timeout = device.timeout;
@@ -64,10 +64,12 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
       name_(std::string(name_of(arm_.role)) + " arm"),
       state_channel_(arm_state_channel(arm_.role)),
       clock_(arm_.map.tick_period),
-      reader_(loop, client_options(arm_.device, arm_.map.unit),
-              [this](bool up, const std::string& reason) { on_connection(up, reason); }),
-      writer_(loop, client_options(arm_.device, arm_.map.unit),
-              [this](bool up, const std::string& reason) { on_writer_connection(up, reason); }) {
+      reader_(make_register_link(
+          loop, link_options(arm_.device, arm_.map.unit),
+          [this](bool up, const std::string& reason) { on_connection(up, reason); })),
+      writer_(make_register_link(
+          loop, link_options(arm_.device, arm_.map.unit),
+          [this](bool up, const std::string& reason) { on_writer_connection(up, reason); })) {
   // FIFO: a HOLD must not be replaced by the set-point behind it. The newest set-point is kept
   // here.
   bus.subscribe<arm_command_t>(arm_command_channel(arm_.role), Queue::fifo(100),
@@ -118,7 +120,7 @@ void ArmNode::on_writer_connection(bool connected, const std::string& reason) {
 void ArmNode::check_assignments() {
   recheck_timer_ = 0;
   check_ = std::make_shared<AssignmentCheck>(
-      reader_, wire_.map(), [this](AssignmentCheck::Result result, const std::string& text) {
+      *reader_, wire_.map(), [this](AssignmentCheck::Result result, const std::string& text) {
         on_checked(result, text);
       });
   check_->start();
@@ -144,7 +146,7 @@ void ArmNode::on_checked(AssignmentCheck::Result result, const std::string& text
   // A pulse that a lost connection cut short would be one still.
   for (const int coil : {arm_.map.start_coil, arm_.map.hold_coil, arm_.map.reset_coil}) {
     if (pulse_timers_.count(coil) == 0) {
-      reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
+      reader_->write_coil(coil, false, [](const RegisterAnswer&) {});
     }
   }
   clock_.clear();
@@ -177,11 +179,11 @@ void ArmNode::poll() {
     return;
   }
   read_under_way_ = true;
-  reader_.read_registers(wire_.map().status.first, wire_.map().status.count,
-                         [this](const ModbusAnswer& answer) { on_status(answer); });
+  reader_->read_registers(wire_.map().status.first, wire_.map().status.count,
+                          [this](const RegisterAnswer& answer) { on_status(answer); });
 }
 
-void ArmNode::on_status(const ModbusAnswer& answer) {
+void ArmNode::on_status(const RegisterAnswer& answer) {
   read_under_way_ = false;
   if (!answer.ok()) {
     ++reads_missed_;
@@ -203,7 +205,7 @@ Utime ArmNode::controller_time(int tick_ms) const {
   return controller_time_ + step * millisecond;
 }
 
-void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer) {
+void ArmNode::on_report(const ArmReport& report_now, const RegisterAnswer& answer) {
   const double cycle = have_report_ ? seconds(answer.received - last_received_) : 0;
   ++statistics_.reads;
   statistics_.interval_sum += cycle;

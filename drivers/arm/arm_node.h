@@ -16,7 +16,7 @@
 #include "drivers/arm/arm_wire.h"
 #include "drivers/arm/assignment_check.h"
 #include "drivers/devices.h"
-#include "drivers/modbus/modbus_client.h"
+#include "drivers/registers/register_link.h"
 
 namespace berth {
 
@@ -60,8 +60,8 @@ class ArmNode final : public Node {
   void check_assignments();
   void on_checked(AssignmentCheck::Result result, const std::string& text);
   void poll();
-  void on_status(const ModbusAnswer& answer);
-  void on_report(const ArmReport& report, const ModbusAnswer& answer);
+  void on_status(const RegisterAnswer& answer);
+  void on_report(const ArmReport& report, const RegisterAnswer& answer);
   void on_command(const arm_command_t& command);
   Utime controller_time(int tick_ms) const;
   void on_hold(const arm_command_t& command);
@@ -88,8 +88,8 @@ class ArmNode final : public Node {
   std::string name_;
   std::string state_channel_;
   ClockMap clock_;  // of the time that the controller's tick counts, unwrapped
-  ModbusClient reader_;
-  ModbusClient writer_;
+  std::unique_ptr<RegisterLink> reader_;
+  std::unique_ptr<RegisterLink> writer_;
   std::shared_ptr<AssignmentCheck> check_;
   bool ready_ = false;  // connected and the map is right
   std::string offline_reason_ = "not connected yet";

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/core/config.h"
+#include "drivers/registers/unit.h"
 
 namespace berth {
 namespace {
@@ -114,7 +115,7 @@ std::optional<VariableLocation> locate(const std::vector<SnpxAssignment>& assign
 RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   Config config = Config::load(path);
   RegisterMap map;
-  map.unit = config.small_integer("unit");
+  map.unit = read_unit(config);
 
   std::set<int> slots;
   for (Config& section : config.sections("assignments")) {

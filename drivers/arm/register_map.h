@@ -8,7 +8,7 @@
 
 #include "common/bus/loop.h"
 #include "drivers/arm/snpx_variable.h"
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 namespace berth {
 

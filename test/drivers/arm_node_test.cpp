@@ -156,8 +156,8 @@ TEST_CASE("HOLD does not wait behind a set-point that is under way") {
 }
 
 /// Connections of the controller's server: the driver dials for reads first.
-constexpr std::size_t reads = 0;
-constexpr std::size_t setpoints = 1;
+constexpr int reads = 0;
+constexpr int setpoints = 1;
 
 /// ms from now until the controller holds; -1: not within a second.
 double held_after(ArmBench& bench) {
@@ -184,7 +184,7 @@ TEST_CASE("HOLD goes out over whichever connection is up") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
-  const std::size_t lost = GENERATE(reads, setpoints);
+  const int lost = GENERATE(reads, setpoints);
   SECTION("the other has been closed") { bench.controller->server().drop_connection(lost); }
   SECTION("the other hangs") { bench.controller->server().half_open(lost); }
   bench.send(arm_command_t::HOLD);

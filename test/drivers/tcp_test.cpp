@@ -84,7 +84,7 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   CHECK(std::abs(last.utime - last.utime_received) < 10 * second);
 }
 
-TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
+TEST_CASE("where nobody listens a dial fails, and the link keeps asking") {
   ProcessLoop loop(clock_offset_now());
   const std::string address = free_address();
   bool refused = false;
@@ -97,7 +97,7 @@ TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
   CHECK(refused);
 
   bool connected = false;
-  ModbusClient client(loop, {address}, [&](bool up, const std::string&) {
+  const auto link = make_register_link(loop, {address}, [&](bool up, const std::string&) {
     connected = up;
     loop.stop();
   });
