@@ -499,7 +499,8 @@ TEST_CASE("a controller with another map is refused by name, until it is mended"
   bench.start_driver();
   bench.simulation.run_for(2 * second);
   CHECK(bench.text_of("arm-map-wrong") ==
-        "replica arm: $SNPX_ASG[4].$VAR_NAME is 'PR[3]@27.19', the map has 'PR[1]@27.19'");
+        "replica arm: register map: $SNPX_ASG[4].$VAR_NAME is 'PR[3]@27.19', the map has "
+        "'PR[1]@27.19'");
   CHECK(bench.last().state == arm_state_t::FAULT);
   CHECK_FALSE(bench.last().valid);
   bench.send(arm_command_t::START);
