@@ -22,6 +22,7 @@ struct ArmReport {
   int setpoint_taken = 0;  ///< ArmOrder::sequence of the last set-point that it has taken
   int state = 0;           ///< a ControllerState
   int error = 0;
+  std::string alarm{};        ///< the controller's own words for the error, once they are known
   int program_state = 0;      ///< 0 aborted, 1 paused, 2 running
   double speed_override = 0;  ///< 0..1
   double tcp_speed = 0;       ///< m/s

@@ -196,7 +196,8 @@ void ArmNode::on_report(const ArmReport& report_now) {
   } else if (!report_.valid) {
     state.reason = "the controller marks its joints as not valid";
   } else if (report_.error != 0) {
-    state.reason = "controller error " + std::to_string(report_.error);
+    state.reason = "controller error " + std::to_string(report_.error) +
+                   (report_.alarm.empty() ? "" : ": " + report_.alarm);
   } else if (held_by_session_) {
     state.reason = "a command of session " + std::to_string(*held_by_session_) + " holds it";
   }

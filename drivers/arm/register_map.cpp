@@ -149,6 +149,14 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   map.setpoint_valid = locator.word(config, "setpoint", position_words::joints_valid, map.command);
   map.program_state = locator.word(config, "program", program_words::state, map.status);
 
+  if (config.has("alarm")) {
+    const RegisterBlock all{1, last_register};
+    const auto alarm = locator.find(config, "alarm", 1, alarm_words::text_end, all);
+    if (alarm.multiply != -1) throw config.error("alarm", "expected multiply -1 (text)");
+    map.alarm = alarm.address;
+    locator.find(config, "alarm", alarm_words::text_end, 1, all);  // shown as far as its text
+  }
+
   Config numbers = config.section("numbers");
   map.tick = locator.number(numbers, "tick", map.status);
   map.heartbeat = locator.number(numbers, "heartbeat", map.status);

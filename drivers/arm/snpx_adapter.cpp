@@ -72,6 +72,8 @@ void SnpxAdapter::on_checked(AssignmentCheck::Result result, const std::string& 
     }
   }
   have_report_ = false;
+  alarm_of_ = 0;
+  alarm_.clear();
   ready_ = true;
   events_.changed(Change::ready, "");
 }
@@ -95,7 +97,25 @@ void SnpxAdapter::on_status(const RegisterAnswer& answer) {
   report.controller_time = controller_time_;
   report.sent = answer.sent;
   report.received = answer.received;
+  read_alarm(report.error);
+  report.alarm = alarm_;
   events_.report(report);
+}
+
+/// Once for each error; between two status reads.
+void SnpxAdapter::read_alarm(int error) {
+  if (map().alarm == 0 || error == alarm_of_) return;
+  alarm_of_ = error;
+  alarm_.clear();
+  if (error == 0) return;
+  reader_->read_registers(
+      map().alarm, alarm_words::text_end, [this, error](const RegisterAnswer& answer) {
+        if (error != alarm_of_) return;
+        if (!answer.ok()) alarm_of_ = 0;  // at the next report again
+        if (!answer.ok()) return;
+        alarm_ = get_text(std::span(answer.words).subspan(alarm_words::text - 1));
+        alarm_.erase(alarm_.find_last_not_of(' ') + 1);
+      });
 }
 
 // ---- orders ----

@@ -44,6 +44,7 @@ class SnpxAdapter final : public ArmAdapter {
   void check_assignments();
   void on_checked(AssignmentCheck::Result result, const std::string& text);
   void on_status(const RegisterAnswer& answer);
+  void read_alarm(int error);
   int pulse(int coil, const Done& done);
   int write_coil(int coil, bool on, const Done& done);
 
@@ -61,6 +62,8 @@ class SnpxAdapter final : public ArmAdapter {
   int last_tick_ms_ = 0;
   Utime controller_time_ = 0;
   int heartbeat_ = 0;
+  int alarm_of_ = 0;                           // the error whose alarm was asked for
+  std::string alarm_;                          // its text, once read
   std::map<int, Loop::TimerId> pulse_timers_;  // by coil
 };
 

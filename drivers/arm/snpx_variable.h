@@ -54,6 +54,7 @@ inline constexpr int number = 2;
 inline constexpr int severity = 5;
 inline constexpr int text = 12;  ///< 40 words
 inline constexpr int text_words = 40;
+inline constexpr int text_end = text + text_words - 1;
 inline constexpr int count = 100;
 }  // namespace alarm_words
 

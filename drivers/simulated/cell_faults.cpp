@@ -53,6 +53,9 @@ void add_arm(FaultTable& table, const std::string& device, SimulatedController& 
   all_joints("report_jump", &SimulatedController::offset);
   all_joints("creep", &SimulatedController::creep);
   all_joints("runaway", &SimulatedController::run_away);
+  table.set(
+      device, "override", [&arm](double fraction) { arm.set_override(fraction); },
+      [&arm] { arm.set_override(1); });
   table.set(device, "reboot", [&arm](double) { arm.reboot(); }, {});
   add_wire(table, device, arm.server());
 }

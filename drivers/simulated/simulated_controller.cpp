@@ -98,7 +98,7 @@ void SimulatedController::renew_variables() {
   renewed_joints_ = joints;
   memory_.numbers[Number::tick] = tick_ms();
   memory_.numbers[Number::heartbeat] = static_cast<double>(robot_.ticks() % map_.counter_wrap);
-  memory_.numbers[Number::override] = 100;
+  memory_.numbers[Number::override] = 100 * robot_.speed_override();
   memory_.numbers[Number::tcp_speed] = first ? 0 : way / since;
 }
 
@@ -193,6 +193,11 @@ void SimulatedController::creep(const Joints& rate) {
   robot_.creep(rate);
 }
 
+void SimulatedController::set_override(double fraction) {
+  advance();
+  robot_.set_override(fraction);
+}
+
 void SimulatedController::run_away(const Joints& rate) {
   advance();
   robot_.run_away(rate);
@@ -201,8 +206,10 @@ void SimulatedController::run_away(const Joints& rate) {
 void SimulatedController::reboot() {
   advance();
   const Joints where = robot_.joints_at(loop_.now());
+  const double override = robot_.speed_override();
   robot_ = SimulatedRobot(arm_.kinematics, options_.robot, where, loop_.now());
   robot_.set_safety(estop_closed_, fence_closed_);
+  robot_.set_override(override);
   started_ = loop_.now();
   boot_ms_ = 0;
   renewed_tick_ = -1;

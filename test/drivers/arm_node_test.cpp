@@ -466,6 +466,7 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   bench.simulation.run_for(50 * millisecond);
   CHECK(bench.last().state == arm_state_t::ESTOP);
   CHECK(bench.last().error_code == robot_error::emergency_stop);
+  CHECK(bench.last().reason == "controller error 103: SRVO-001 Emergency stop");
   CHECK(bench.saw("arm-stopped"));
   bench.controller->set_safety(true, true);
   bench.simulation.run_for(50 * millisecond);
@@ -477,6 +478,7 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   bench.send(arm_command_t::RESET);
   bench.simulation.run_for(300 * millisecond);
   CHECK(bench.last().state == arm_state_t::IDLE);
+  CHECK(bench.last().reason.empty());
   bench.send(arm_command_t::START);
   bench.simulation.run_for(100 * millisecond);
   CHECK(bench.last().state == arm_state_t::RUNNING);
