@@ -226,7 +226,7 @@ void TcpWires::listen_socket(const std::string& address, Ready accepted) {
     throw InputError("address '" + address + "' cannot be listened on: " + why);
   }
   listening_.push_back(fd);
-  loop_.watch(fd, [this, fd, accepted = std::move(accepted)] {
+  loop_.watch(fd, [fd, accepted = std::move(accepted)] {
     const int connection = accept4(fd, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (connection >= 0) accepted(undelayed(connection));
   });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/bus/loop.h"
@@ -16,8 +17,10 @@ enum class ControllerState { idle = 1, running = 2, held = 3, fault = 4, emergen
 struct ArmReport {
   bool valid = false;  ///< the controller vouches for the joints
   Joints joints{};     ///< rad, m
-  Utime controller_time =
-      0;  ///< the controller's clock, us: the interpolation period of the joints
+  /// m, where the controller has its flange in its World; none: of another tool, or not known.
+  std::optional<Vector3d> flange{};
+  /// us, of the controller's clock: the interpolation period that the joints are of.
+  Utime controller_time = 0;
   int heartbeat = 0;
   int setpoint_taken = 0;  ///< ArmOrder::sequence of the last set-point that it has taken
   int state = 0;           ///< a ControllerState

@@ -60,6 +60,8 @@ class ArmNode final : public Node {
   bool newer(const arm_command_t& command);
   void stream(const arm_command_t& command);
   void start();
+  /// Empty, or how the controller's flange and that of the kinematics disagree.
+  std::string foreign_kinematics() const;
   void hold();
   void hold_by_itself(const std::string& code, const std::string& text);
   void stop_following();

@@ -23,6 +23,15 @@ ArmReport ArmWire::decode(std::span<const Word> words, int& tick_ms) const {
     report.joints[i] = si_from_pendant(value, linear_[i]);
     if (!std::isfinite(value)) report.valid = false;
   }
+  // Of another tool than the flange the controller reports a point that is not the flange.
+  const auto element = [&](int word) { return at(map_.position + word - 1); };
+  if (*element(position_words::cartesian_valid) == 1 && *element(position_words::tool) == 0) {
+    Vector3d flange;
+    for (int i = 0; i < 3; ++i) {
+      flange[i] = double{get_float(element(position_words::cartesian + 2 * i))} / 1000;
+    }
+    report.flange = flange;
+  }
   tick_ms = whole(map_.tick);
   report.heartbeat = whole(map_.heartbeat);
   report.setpoint_taken = whole(map_.setpoint_taken);

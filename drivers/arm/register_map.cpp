@@ -139,8 +139,7 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   }
 
   Locator locator(map.assignments);
-  const auto position =
-      locator.find(config, "position", 1, position_words::joints_valid, map.status);
+  const auto position = locator.find(config, "position", 1, position_words::tool, map.status);
   map.position = position.address;
   if (position.multiply != 0) throw config.error("position", "expected multiply 0 (float32)");
   const auto joints = locator.find(config, "setpoint", position_words::joints, 12, map.command);

@@ -47,15 +47,19 @@ struct ArmBench {
   }
 
   void start_driver(const std::string& address = "arm:502") {
+    start_driver(address, placed.kinematics);
+  }
+  /// kinematics: that the driver believes in.
+  void start_driver(const std::string& address, std::shared_ptr<const ArmKinematics> kinematics) {
     ArmNode::Setup setup;
     setup.role = ArmRole::replica;
     setup.device = load_devices("config").replica_arm;
     setup.device.address = address;
-    setup.kinematics = placed.kinematics;
+    setup.kinematics = std::move(kinematics);
     SimulatedLoop& loop = simulation.make_loop();
     node = std::make_unique<ArmNode>(
         NodeSetup{"arm-driver-replica", session, ""}, setup,
-        std::make_unique<SnpxAdapter>(setup.device, map, *placed.kinematics, loop),
+        std::make_unique<SnpxAdapter>(setup.device, map, *setup.kinematics, loop),
         simulation.make_bus(), loop);
   }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <cmath>
 
+#include "common/core/file.h"
 #include "test/catch.h"
 #include "test/drivers/arm_bench.h"
 
@@ -482,6 +485,24 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   bench.send(arm_command_t::START);
   bench.simulation.run_for(100 * millisecond);
   CHECK(bench.last().state == arm_state_t::RUNNING);
+}
+
+TEST_CASE("an arm whose kinematics are not those of its controller is not started") {
+  ArmBench bench;
+  std::string text = read_file("config/arms/m710ic_50.yaml");
+  text.replace(text.find("d6: 175 mm"), 10, "d6: 178 mm");
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("berth-arm-" + std::to_string(::getpid()) + ".yaml");
+  write_file(file, text);
+  bench.start_driver("arm:502", ArmKinematics::load(file));
+  std::filesystem::remove(file);
+  bench.simulation.run_for(500 * millisecond);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK_THAT(bench.text_of("start-refused"),
+             Catch::Contains("mm, 3.0 mm away: the configured arm"));
+  CHECK(bench.controller->state() == ControllerState::idle);
 }
 
 TEST_CASE("a driver that nobody has answered yet says for whom it waits") {

@@ -68,6 +68,9 @@ TEST_CASE("a map that cannot work is refused with file, line and key") {
   CHECK_THAT(complaint("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
   CHECK_THAT(complaint("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
   CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("1 to 123 registers"));
+  CHECK_THAT(complaint("alarm: ALM[1]", "alarm: ALM[2]"),
+             Catch::Contains("none of the assignments"));
+  CHECK_THAT(complaint("unit: 1", "unit: 250"), Catch::Contains("found 250, expected 1 to 247"));
   CHECK_THAT(complaint("pulse:", "puls:"), Catch::Contains("'puls'") || Catch::Contains("pulse"));
 }
 
@@ -83,6 +86,8 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   put_float(80.0f, &words[58]);
   put_float(250.0f, &words[60]);
   words[91] = 2;
+  put_float(1341.5f, &words[0]);  // X, mm
+  words[25] = 1;                  // VALIDC
   int tick_ms = 0;
   const ArmReport report = wire.decode(words, tick_ms);
   CHECK(report.valid);
@@ -93,6 +98,10 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   CHECK(report.speed_override == 0.8);
   CHECK(report.tcp_speed == 0.25);
   CHECK(report.program_state == 2);
+  REQUIRE(report.flange);
+  CHECK(*report.flange == Vector3d(1.3415, 0, 0));
+  words[46] = 1;  // of a tool, not of the flange
+  CHECK_FALSE(wire.decode(words, tick_ms).flange);
   words[44] = 0;
   CHECK_FALSE(wire.decode(words, tick_ms).valid);
 
