@@ -145,6 +145,8 @@ void Simulation::kill(SimulatedLoop& loop, SimulatedBus& bus) {
 
 void Simulation::set_bus_loss(double share) { impl_->options.bus_loss = share; }
 
+Utime Simulation::wire_latency() const { return impl_->options.wire_latency; }
+
 void Simulation::record(Recorder recorder) { impl_->recorders.push_back(std::move(recorder)); }
 
 class SimulatedLoop::MemoryWires final : public Wires {

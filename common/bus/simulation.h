@@ -2,8 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <typeindex>
 #include <vector>
 
 #include "common/bus/bus.h"
@@ -63,12 +65,23 @@ class Simulation {
   void record(Recorder recorder);
 
   std::uint64_t events_run() const { return events_run_; }
+  Utime wire_latency() const;
+
+  /// The one object of its type, made when it is asked for first: what drivers and devices of the
+  /// twin share beside the bus.
+  template <class T>
+  T& shared() {
+    std::shared_ptr<void>& object = shared_[typeid(T)];
+    if (!object) object = std::make_shared<T>();
+    return *static_cast<T*>(object.get());
+  }
 
  private:
   friend class SimulatedLoop;
   friend class SimulatedBus;
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::map<std::type_index, std::shared_ptr<void>> shared_;
   Utime now_;
   std::uint64_t events_run_ = 0;
 };
@@ -76,6 +89,7 @@ class Simulation {
 class SimulatedLoop final : public Loop {
  public:
   ~SimulatedLoop() override;
+  Simulation& simulation() { return simulation_; }
   Utime now() const override;
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;

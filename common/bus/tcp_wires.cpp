@@ -50,29 +50,22 @@ TcpWires::Found resolve(const std::string& host, const std::string& port, int fl
   return {result, ""};
 }
 
-/// Owns its descriptor.
 class SocketWire final : public Wire {
  public:
-  SocketWire(ProcessLoop& loop, int fd) : loop_(loop), fd_(fd) {
-    const int on = 1;  // small frames leave at once
-    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  }
-  ~SocketWire() override {
-    loop_.unwatch(fd_);
-    close(fd_);
-  }
+  SocketWire(ProcessLoop& loop, Socket socket) : loop_(loop), socket_(std::move(socket)) {}
+  ~SocketWire() override { loop_.unwatch(socket_.fd()); }
   SocketWire(const SocketWire&) = delete;
   SocketWire& operator=(const SocketWire&) = delete;
 
   std::optional<std::size_t> read(std::span<std::uint8_t> into) override {
-    const ssize_t size = recv(fd_, into.data(), into.size(), MSG_DONTWAIT);
+    const ssize_t size = recv(socket_.fd(), into.data(), into.size(), MSG_DONTWAIT);
     return size == 0 ? std::nullopt : taken(size);
   }
   std::optional<std::size_t> write(std::span<const std::uint8_t> bytes) override {
-    return taken(send(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
+    return taken(send(socket_.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
   }
-  void watch(Readable readable) override { loop_.watch(fd_, std::move(readable)); }
-  void unwatch() override { loop_.unwatch(fd_); }
+  void watch(Readable readable) override { loop_.watch(socket_.fd(), std::move(readable)); }
+  void unwatch() override { loop_.unwatch(socket_.fd()); }
 
  private:
   static std::optional<std::size_t> taken(ssize_t size) {
@@ -82,8 +75,15 @@ class SocketWire final : public Wire {
   }
 
   ProcessLoop& loop_;
-  int fd_;
+  Socket socket_;
 };
+
+/// Small frames leave at once.
+Socket undelayed(int fd) {
+  const int on = 1;
+  setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return Socket(fd);
+}
 
 int stream_socket() {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -93,10 +93,14 @@ int stream_socket() {
 
 }  // namespace
 
-/// One call of dial, until it has called back.
+Socket::~Socket() {
+  if (fd_ >= 0) close(fd_);
+}
+
+/// One call of dial_socket, until it has called back.
 struct TcpWires::Dialling {
   std::string address;
-  Connected connected;  // empty: it has
+  Ready connected;  // empty: it has
   Loop::TimerId timer = 0;
   int fd = -1;
 };
@@ -121,12 +125,22 @@ TcpWires::Found TcpWires::ask_system(const std::string& host, const std::string&
 }
 
 void TcpWires::dial(const std::string& address, Connected connected, std::int64_t timeout) {
+  dial_socket(
+      address,
+      [this, connected = std::move(connected)](Socket socket) {
+        connected(socket.fd() < 0 ? nullptr
+                                  : std::make_unique<SocketWire>(loop_, std::move(socket)));
+      },
+      timeout);
+}
+
+void TcpWires::dial_socket(const std::string& address, Ready connected, std::int64_t timeout) {
   const auto [host, port] = split(address);
   const auto dialling = std::make_shared<Dialling>();
   dialling->address = address;
   dialling->connected = std::move(connected);
   dialling->timer = loop_.after(timeout, [this, dialling, timeout] {
-    end(*dialling, nullptr,
+    end(*dialling, Socket(),
         "nobody answers within " + std::to_string(timeout / millisecond) + " ms");
   });
   const Found numeric = resolve(host, port, AI_NUMERICHOST);
@@ -155,12 +169,12 @@ void TcpWires::look_up(const std::shared_ptr<Dialling>& dialling, const std::str
 
 void TcpWires::connect(const std::shared_ptr<Dialling>& dialling, const Found& found) {
   if (!dialling->connected) return;  // too late
-  if (!found.address) return end(*dialling, nullptr, "its name: " + found.error);
+  if (!found.address) return end(*dialling, Socket(), "its name: " + found.error);
   dialling->fd = stream_socket();
   const auto* to = reinterpret_cast<const sockaddr*>(&*found.address);
   if (::connect(dialling->fd, to, sizeof *found.address) != 0 && errno != EINPROGRESS) {
     // Through the loop, so that a caller is never called back from inside its own call.
-    loop_.at(loop_.now(), [this, dialling] { end(*dialling, nullptr, ""); });
+    loop_.at(loop_.now(), [this, dialling] { end(*dialling, Socket(), ""); });
     return;
   }
   loop_.watch_writable(dialling->fd, [this, dialling] {
@@ -169,14 +183,14 @@ void TcpWires::connect(const std::shared_ptr<Dialling>& dialling, const Found& f
     int error = 0;
     socklen_t size = sizeof error;
     getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error != 0) return end(*dialling, nullptr, "");
+    if (error != 0) return end(*dialling, Socket(), "");
     dialling->fd = -1;
-    end(*dialling, std::make_unique<SocketWire>(loop_, fd), "");
+    end(*dialling, undelayed(fd), "");
   });
 }
 
-void TcpWires::end(Dialling& dialling, std::unique_ptr<Wire> wire, const std::string& trouble) {
-  const Connected connected = std::exchange(dialling.connected, nullptr);
+void TcpWires::end(Dialling& dialling, Socket socket, const std::string& trouble) {
+  const Ready connected = std::exchange(dialling.connected, nullptr);
   if (!connected) return;
   loop_.cancel(dialling.timer);
   troubles_[dialling.address] = trouble;
@@ -184,7 +198,7 @@ void TcpWires::end(Dialling& dialling, std::unique_ptr<Wire> wire, const std::st
     loop_.unwatch(dialling.fd);
     close(std::exchange(dialling.fd, -1));
   }
-  connected(std::move(wire));
+  connected(std::move(socket));
 }
 
 std::string TcpWires::trouble(const std::string& address) const {
@@ -193,6 +207,12 @@ std::string TcpWires::trouble(const std::string& address) const {
 }
 
 void TcpWires::listen(const std::string& address, Connected accepted) {
+  listen_socket(address, [this, accepted = std::move(accepted)](Socket socket) {
+    accepted(std::make_unique<SocketWire>(loop_, std::move(socket)));
+  });
+}
+
+void TcpWires::listen_socket(const std::string& address, Ready accepted) {
   const auto [host, port] = split(address);
   const Found found = resolve(host, port, 0);  // before anything runs that could be kept waiting
   if (!found.address) throw complaint(address, found.error);
@@ -206,9 +226,9 @@ void TcpWires::listen(const std::string& address, Connected accepted) {
     throw InputError("address '" + address + "' cannot be listened on: " + why);
   }
   listening_.push_back(fd);
-  loop_.watch(fd, [this, fd, accepted = std::move(accepted)] {
+  loop_.watch(fd, [fd, accepted = std::move(accepted)] {
     const int connection = accept4(fd, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (connection >= 0) accepted(std::make_unique<SocketWire>(loop_, connection));
+    if (connection >= 0) accepted(undelayed(connection));
   });
 }
 

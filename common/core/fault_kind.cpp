@@ -23,6 +23,7 @@ void add_arm(std::vector<FaultKind>& kinds, const std::string& device) {
   kinds.push_back({device, "report_jump", FaultValue::angle, -0.1, 0.1});
   kinds.push_back({device, "creep", FaultValue::rate, -0.1, 0.1});
   kinds.push_back({device, "runaway", FaultValue::rate, -1, 1});
+  kinds.push_back({device, "override", FaultValue::share, 0.01, 1});
   kinds.push_back({device, "reboot"});
   add_wire(kinds, device);
 }

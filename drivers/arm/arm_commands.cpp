@@ -6,10 +6,14 @@
 
 #include "common/core/text.h"
 #include "drivers/arm/arm_node.h"
+#include "drivers/arm/arm_wire.h"
 
 namespace berth {
 namespace {
 
+/// m between the flange as the controller reports it and as the kinematics put it: rounding is
+/// less, another arm, another zero or a base frame of its own more.
+constexpr double flange_tolerance = 1e-3;
 constexpr Utime warning_repeat_period = second;
 /// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
 constexpr Utime writer_silence = second;
@@ -62,7 +66,7 @@ void ArmNode::on_command(const arm_command_t& command) {
     case arm_command_t::STREAM:
       return stream(command);
     case arm_command_t::RESET:
-      return pulse(arm_.map.reset_coil);
+      return adapter_->reset();
     case arm_command_t::START:
       return start();
     default:
@@ -97,12 +101,30 @@ void ArmNode::stream(const arm_command_t& command) {
   const std::string wrong = jump(command);
   if (!wrong.empty()) return hold_by_itself("setpoint-refused", wrong);
   std::copy(std::begin(command.joint), std::end(command.joint), order_.joints.begin());
-  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
+  order_.sequence = (order_.sequence + 1) % adapter_->capabilities().sequence_wrap;
   order_.speed_limit = std::clamp(command.speed_limit, 0.0, 1.0);
-  order_.time_ms = static_cast<int>(command.utime / millisecond % arm_.map.counter_wrap);
+  order_.time = command.utime;
   setpoint_received_ = now();
   setpoint_expires_ = command.utime_expires;
   streamed_ = true;
+}
+
+std::string ArmNode::foreign_kinematics() const {
+  if (!report_.flange) return "";
+  const Vector3d expected = arm_.kinematics->forward(report_.joints).position;
+  const double apart = (*report_.flange - expected).norm();
+  if (apart <= flange_tolerance) return "";
+  std::ostringstream text;
+  const auto point = [&](const Vector3d& p) {
+    for (int i = 0; i < 3; ++i) text << (i > 0 ? ", " : "") << fixed(1e3 * p[i], 1);
+  };
+  text << "the controller has its flange at (";
+  point(*report_.flange);
+  text << ") mm, the arm's kinematics put it at (";
+  point(expected);
+  text << ") mm, " << fixed(1e3 * apart, 1)
+       << " mm away: the configured arm is not this one, or its joints' zeros are not";
+  return text.str();
 }
 
 void ArmNode::start() {
@@ -113,30 +135,24 @@ void ArmNode::start() {
   if (held_by_session_) {
     reason = "a command of session " + std::to_string(*held_by_session_) +
              " holds it, and the testbed has not answered with a HOLD of its own";
-  } else if (!writer_.connected()) {
+  } else if (!adapter_->takes_setpoints()) {
     reason = "there is no connection for set-points";
-  } else if (!ready_ || !have_report_ || !state_.valid || !can_start) {
+  } else if (!adapter_->ready() || !have_report_ || !state_.valid || !can_start) {
     reason = state_.reason.empty() ? "the controller is not ready" : state_.reason;
   }
+  if (reason.empty()) reason = foreign_kinematics();
   if (!reason.empty()) return warn("start-refused", "cannot start: " + reason);
   // What the controller finds as its first set-point is where the arm stands.
   order_.joints = report_.joints;
-  order_.sequence = (order_.sequence + 1) % arm_.map.counter_wrap;
+  order_.sequence = (order_.sequence + 1) % adapter_->capabilities().sequence_wrap;
   order_.follow = true;
   have_order_ = true;
   following_ = start_pending_ = true;
   start_pulsed_ = false;
   streamed_ = hold_wanted_ = false;
   started_ = setpoint_received_ = now();
-  order_.time_ms = static_cast<int>(started_ / millisecond % arm_.map.counter_wrap);
-  // A hold's pulse must be over before START's begins.
-  if (const auto holding = pulse_timers_.find(arm_.map.hold_coil); holding != pulse_timers_.end()) {
-    loop().cancel(holding->second);
-    pulse_timers_.erase(holding);
-    for (ModbusClient* client : {&reader_, &writer_}) {  // behind it, whichever took it
-      client->write_coil(arm_.map.hold_coil, false, [](const ModbusAnswer&) {});
-    }
-  }
+  order_.time = started_;
+  adapter_->release();
   write_order();
 }
 
@@ -145,7 +161,11 @@ void ArmNode::hold() {
   hold_wanted_ = true;
   hold_written_ = false;
   hold_repeated_ = now();
-  pulse(arm_.map.hold_coil);
+  hold_writes_under_way_ += adapter_->hold([this](const std::string& error) {
+    --hold_writes_under_way_;
+    hold_written_ = hold_written_ || error.empty();
+    if (!error.empty()) warn("hold-not-taken", "HOLD is sent again: " + error);
+  });
 }
 
 void ArmNode::hold_by_itself(const std::string& code, const std::string& text) {
@@ -158,43 +178,10 @@ void ArmNode::stop_following() {
   order_.follow = false;
 }
 
-void ArmNode::pulse(int coil) {
-  write_coil(coil, true);
-  if (const auto lasting = pulse_timers_.find(coil); lasting != pulse_timers_.end()) {
-    loop().cancel(lasting->second);
-  }
-  pulse_timers_[coil] = loop().after(arm_.map.pulse, [this, coil] {
-    pulse_timers_.erase(coil);
-    write_coil(coil, false);
-  });
-}
-
-/// Over a connection that has nothing under way. Where none is free over each that is up: one that
-/// hangs keeps nothing back.
-void ArmNode::write_coil(int coil, bool on) {
-  const auto is_free = [](const ModbusClient& c) { return c.connected() && c.idle(); };
-  const bool any_free = is_free(reader_) || is_free(writer_);
-  for (ModbusClient* client : {&reader_, &writer_}) {
-    if (any_free ? !is_free(*client) : !client->connected()) continue;
-    const bool holds = on && coil == arm_.map.hold_coil;
-    hold_writes_under_way_ += holds ? 1 : 0;
-    client->write_coil(
-        coil, on,
-        [this, holds](const ModbusAnswer& answer) {
-          if (!holds) return;
-          --hold_writes_under_way_;
-          hold_written_ = hold_written_ || answer.ok();
-          if (!answer.ok()) warn("hold-not-taken", "HOLD is sent again: " + answer.error);
-        },
-        on ? ModbusClient::Urgency::first : ModbusClient::Urgency::normal);
-    if (any_free) return;
-  }
-}
-
 void ArmNode::write_setpoint() {
-  const bool up = reader_.connected() || writer_.connected();
-  if (hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0 && up) hold();
-  if (!ready_ || !have_report_) return;
+  const bool unheard = hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0;
+  if (unheard && adapter_->reachable()) hold();
+  if (!adapter_->ready() || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;
     order_.joints =
@@ -209,25 +196,23 @@ void ArmNode::write_setpoint() {
 }
 
 void ArmNode::write_order() {
-  if (!writer_.connected()) return;
-  if (!writer_.idle()) {
+  if (!adapter_->takes_setpoints()) return;
+  if (adapter_->busy()) {
     ++writes_missed_;
     return;
   }
-  order_.heartbeat = (order_.heartbeat + 1) % arm_.map.counter_wrap;
-  writer_.write_registers(wire_.map().command.first, wire_.encode(order_),
-                          [this, follow = order_.follow](const ModbusAnswer& answer) {
-                            if (!answer.ok()) {
-                              ++writes_missed_;
-                              return;
-                            }
-                            ++statistics_.writes;
-                            // The controller may start once it knows where to.
-                            if (start_pending_ && !start_pulsed_ && follow) {
-                              start_pulsed_ = true;
-                              pulse(arm_.map.start_coil);
-                            }
-                          });
+  adapter_->send(order_, [this, follow = order_.follow](const std::string& error) {
+    if (!error.empty()) {
+      ++writes_missed_;
+      return;
+    }
+    ++statistics_.writes;
+    // The controller may start once it knows where to.
+    if (start_pending_ && !start_pulsed_ && follow) {
+      start_pulsed_ = true;
+      adapter_->run();
+    }
+  });
 }
 
 }  // namespace berth

@@ -6,30 +6,15 @@
 
 #include "common/core/config.h"
 #include "common/core/text.h"
+#include "drivers/arm/snpx_adapter.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
 namespace {
 
 constexpr Utime offline_period = 100 * millisecond;
-constexpr Utime recheck_period = 5 * second;
 constexpr Utime start_time_limit = second;
 constexpr Utime hold_repeat_period = 250 * millisecond;
-
-std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
-  std::array<bool, 6> linear{};
-  for (std::size_t i = 0; i < 6; ++i) linear[i] = kinematics.is_linear(static_cast<int>(i));
-  return linear;
-}
-
-ModbusClient::Options client_options(const ArmDevice& device, int unit) {
-  ModbusClient::Options options;
-  options.address = device.address;
-  options.unit = unit;
-  options.timeout = device.timeout;
-  options.dial_timeout = device.dial_timeout;
-  return options;
-}
 
 std::int8_t published_state(int controller_state) {
   switch (static_cast<ControllerState>(controller_state)) {
@@ -57,17 +42,18 @@ std::string arm_command_channel(ArmRole role) {
   return role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor;
 }
 
-ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
+ArmNode::ArmNode(NodeSetup node, Setup setup, std::unique_ptr<ArmAdapter> adapter, Bus& bus,
+                 Loop& loop)
     : Node(std::move(node), bus, loop),
       arm_(std::move(setup)),
-      wire_(arm_.map, linear_axes(*arm_.kinematics)),
+      adapter_(std::move(adapter)),
       name_(std::string(name_of(arm_.role)) + " arm"),
       state_channel_(arm_state_channel(arm_.role)),
-      clock_(arm_.map.tick_period),
-      reader_(loop, client_options(arm_.device, arm_.map.unit),
-              [this](bool up, const std::string& reason) { on_connection(up, reason); }),
-      writer_(loop, client_options(arm_.device, arm_.map.unit),
-              [this](bool up, const std::string& reason) { on_writer_connection(up, reason); }) {
+      clock_(adapter_->capabilities().clock_resolution) {
+  adapter_->start(
+      {[this](ArmAdapter::Change change, const std::string& text) { on_change(change, text); },
+       [this](const ArmReport& report) { on_report(report); },
+       [this](const std::string& error, bool refused) { on_missed(error, refused); }});
   // FIFO: a HOLD must not be replaced by the set-point behind it. The newest set-point is kept
   // here.
   bus.subscribe<arm_command_t>(arm_command_channel(arm_.role), Queue::fifo(100),
@@ -75,83 +61,52 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop)
   poll_timer_ = loop.every(arm_.device.status_period, [this] { poll(); });
   write_timer_ = loop.every(arm_.device.setpoint_period, [this] { write_setpoint(); });
   statistics_timer_ = loop.every(second, [this] { show_statistics(); });
-  report(node_status_t::STARTING, "waiting for the controller at " + arm_.device.address);
+  report(node_status_t::STARTING, "waiting for the controller at " + adapter_->name());
 }
 
 ArmNode::~ArmNode() {
   loop().cancel(poll_timer_);
   loop().cancel(write_timer_);
   loop().cancel(statistics_timer_);
-  loop().cancel(recheck_timer_);
-  for (const auto& [coil, timer] : pulse_timers_) loop().cancel(timer);
 }
 
 // ---- connection ----
 
-void ArmNode::on_connection(bool connected, const std::string& reason) {
-  if (connected) {
-    event(event_t::INFO, "arm-connected", name_ + " at " + arm_.device.address);
-    check_assignments();
-    return;
+void ArmNode::on_change(ArmAdapter::Change change, const std::string& text) {
+  using Change = ArmAdapter::Change;
+  const std::string setpoints = name_ + ", connection for set-points";
+  switch (change) {
+    case Change::connected:
+      return event(event_t::INFO, "arm-connected", name_ + " at " + adapter_->name());
+    case Change::ready:
+      wrong_setup_.clear();
+      clock_.clear();
+      have_report_ = false;
+      unchanged_reads_ = 0;
+      return report(node_status_t::READY);
+    case Change::not_verified:
+      return event(event_t::WARNING, "arm-map-not-verified", name_ + ": " + text);
+    case Change::wrong:
+      if (wrong_setup_ != text) event(event_t::ERROR, "arm-map-wrong", name_ + ": " + text);
+      wrong_setup_ = text;
+      report(node_status_t::FAULT, text);
+      return publish_offline();
+    case Change::lost:
+      event(event_t::WARNING, "arm-disconnected", name_ + ": " + text);
+      offline_reason_ = text;
+      if (following_) hold();  // nobody sees where the arm goes
+      report(node_status_t::DEGRADED, text);
+      return publish_offline();
+    case Change::setpoints_open:
+      if (!setpoints_closed_.empty()) {
+        event(event_t::INFO, "arm-connected", setpoints + " at " + adapter_->name());
+      }
+      return setpoints_closed_.clear();
+    case Change::setpoints_closed:  // no heartbeat of the host comes to the controller either
+      event(event_t::WARNING, "arm-disconnected", setpoints + ": " + text);
+      if (following_) hold();
+      setpoints_closed_ = text;
   }
-  event(event_t::WARNING, "arm-disconnected", name_ + ": " + reason);
-  ready_ = false;
-  check_.reset();
-  offline_reason_ = reason;
-  if (following_) hold();  // nobody sees where the arm goes
-  report(node_status_t::DEGRADED, reason);
-  publish_offline();
-}
-
-/// Without it no set-point and no heartbeat of the host comes to the controller.
-void ArmNode::on_writer_connection(bool connected, const std::string& reason) {
-  const std::string text = name_ + ", connection for set-points";
-  if (!connected) {
-    event(event_t::WARNING, "arm-disconnected", text + ": " + reason);
-    if (following_) hold();
-  } else if (!writer_reason_.empty()) {
-    event(event_t::INFO, "arm-connected", text + " at " + arm_.device.address);
-  }
-  writer_reason_ = reason;
-}
-
-void ArmNode::check_assignments() {
-  recheck_timer_ = 0;
-  check_ = std::make_shared<AssignmentCheck>(
-      reader_, wire_.map(), [this](AssignmentCheck::Result result, const std::string& text) {
-        on_checked(result, text);
-      });
-  check_->start();
-}
-
-void ArmNode::on_checked(AssignmentCheck::Result result, const std::string& text) {
-  using Result = AssignmentCheck::Result;
-  if (result == Result::failed) return;  // the lost connection is reported by itself
-  if (result == Result::differs) {
-    if (wrong_map_ != text) {
-      event(event_t::ERROR, "arm-map-wrong", name_ + ": " + text);
-    }
-    wrong_map_ = text;
-    report(node_status_t::FAULT, "register map: " + text);
-    publish_offline();
-    recheck_timer_ = loop().after(recheck_period, [this] { check_assignments(); });
-    return;
-  }
-  wrong_map_.clear();
-  if (result == Result::not_offered) {
-    event(event_t::WARNING, "arm-map-not-verified", name_ + ": " + text);
-  }
-  // A pulse that a lost connection cut short would be one still.
-  for (const int coil : {arm_.map.start_coil, arm_.map.hold_coil, arm_.map.reset_coil}) {
-    if (pulse_timers_.count(coil) == 0) {
-      reader_.write_coil(coil, false, [](const ModbusAnswer&) {});
-    }
-  }
-  clock_.clear();
-  have_report_ = false;
-  unchanged_reads_ = 0;
-  ready_ = true;
-  report(node_status_t::READY);
 }
 
 void ArmNode::publish_offline() {
@@ -160,15 +115,15 @@ void ArmNode::publish_offline() {
   arm_state_t state{};
   state.utime = t;
   state.utime_sent = state.utime_received = t;
-  state.state = wrong_map_.empty() ? arm_state_t::OFFLINE : arm_state_t::FAULT;
-  state.reason = wrong_map_.empty() ? offline_reason_ : "register map: " + wrong_map_;
+  state.state = wrong_setup_.empty() ? arm_state_t::OFFLINE : arm_state_t::FAULT;
+  state.reason = wrong_setup_.empty() ? offline_reason_ : wrong_setup_;
   publish(state);
 }
 
 // ---- status ----
 
 void ArmNode::poll() {
-  if (!ready_) {
+  if (!adapter_->ready()) {
     if (now() - last_published_ >= offline_period) publish_offline();
     return;
   }
@@ -177,49 +132,33 @@ void ArmNode::poll() {
     return;
   }
   read_under_way_ = true;
-  reader_.read_registers(wire_.map().status.first, wire_.map().status.count,
-                         [this](const ModbusAnswer& answer) { on_status(answer); });
+  adapter_->poll();
 }
 
-void ArmNode::on_status(const ModbusAnswer& answer) {
+void ArmNode::on_missed(const std::string& error, bool refused) {
   read_under_way_ = false;
-  if (!answer.ok()) {
-    ++reads_missed_;
-    if (answer.exception != 0) {
-      offline_reason_ = "status read " + answer.error;
-      if (now() - last_published_ >= offline_period) publish_offline();
-    }
-    return;
-  }
+  ++reads_missed_;
+  if (!refused) return;
+  offline_reason_ = "status read " + error;
+  if (now() - last_published_ >= offline_period) publish_offline();
+}
+
+void ArmNode::on_report(const ArmReport& report_now) {
+  read_under_way_ = false;
   ++reads_;
-  on_report(wire_.decode(answer.words), answer);
-}
-
-/// What the controller's tick counts, us, beyond its wraps.
-Utime ArmNode::controller_time(int tick_ms) const {
-  if (!have_report_) return tick_ms * millisecond;
-  const int wrap = arm_.map.counter_wrap;
-  const int step = ((tick_ms - last_tick_ms_) % wrap + wrap) % wrap;
-  return controller_time_ + step * millisecond;
-}
-
-void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer) {
-  const double cycle = have_report_ ? seconds(answer.received - last_received_) : 0;
+  const double cycle = have_report_ ? seconds(report_now.received - report_.received) : 0;
   ++statistics_.reads;
   statistics_.interval_sum += cycle;
   statistics_.interval_square_sum += cycle * cycle;
   statistics_.longest_round_trip =
-      std::max(statistics_.longest_round_trip, seconds(answer.received - answer.sent));
+      std::max(statistics_.longest_round_trip, seconds(report_now.received - report_now.sent));
 
-  const bool renewed = !have_report_ || report_now.tick_ms != last_tick_ms_;
-  controller_time_ = controller_time(report_now.tick_ms);
+  const bool renewed = !have_report_ || report_now.controller_time != report_.controller_time;
   report_ = report_now;
-  last_received_ = answer.received;
   have_report_ = true;
-  last_tick_ms_ = report_.tick_ms;
 
   if (renewed) {
-    if (!clock_.add(answer.sent, controller_time_, answer.received)) {
+    if (!clock_.add(report_.sent, report_.controller_time, report_.received)) {
       event(event_t::WARNING, "arm-clock-set",
             name_ + ": its clock jumped; the controller may have been started anew");
     }
@@ -231,17 +170,17 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
 
   arm_state_t state{};
   // The tick says which interpolation period the joints are of; the bracket only bounds it.
-  state.utime = stale ? answer.sent + (answer.received - answer.sent) / 2
-                      : clock_.line().to_host(controller_time_) - arm_.device.report_lag;
+  state.utime = stale ? report_.sent + (report_.received - report_.sent) / 2
+                      : clock_.line().to_host(report_.controller_time) - arm_.device.report_lag;
   // A stamp that the last one has passed (the clock was set, the line moved) would make a rate of
   // its own.
   if (!stale && state.utime <= state_.utime) {
     ++samples_not_placed_;
     return;
   }
-  state.utime_sent = answer.sent;
-  state.utime_received = answer.received;
-  state.controller_time_us = controller_time_;
+  state.utime_sent = report_.sent;
+  state.utime_received = report_.received;
+  state.controller_time_us = report_.controller_time;
   state.clock_offset_s = seconds(clock_.line().offset);
   state.clock_offset_sigma_s = clock_.line().sigma_s;
   state.valid = report_.valid && !stale;
@@ -257,7 +196,8 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
   } else if (!report_.valid) {
     state.reason = "the controller marks its joints as not valid";
   } else if (report_.error != 0) {
-    state.reason = "controller error " + std::to_string(report_.error);
+    state.reason = "controller error " + std::to_string(report_.error) +
+                   (report_.alarm.empty() ? "" : ": " + report_.alarm);
   } else if (held_by_session_) {
     state.reason = "a command of session " + std::to_string(*held_by_session_) + " holds it";
   }
@@ -275,11 +215,11 @@ void ArmNode::on_report(const ArmReport& report_now, const ModbusAnswer& answer)
     stop_following();
   }
   if (hold_wanted_ && running && now() - hold_repeated_ > hold_repeat_period) hold();
-  const bool healthy = !stale && report_.valid && writer_reason_.empty();
+  const bool healthy = !stale && report_.valid && setpoints_closed_.empty();
   report(!healthy     ? node_status_t::DEGRADED
          : following_ ? node_status_t::RUNNING
                       : node_status_t::READY,
-         state.reason.empty() ? writer_reason_ : state.reason);
+         state.reason.empty() ? setpoints_closed_ : state.reason);
 }
 
 void ArmNode::publish(arm_state_t& state) {
@@ -324,11 +264,15 @@ std::unique_ptr<Node> make_arm_node(NodeSetup node, const RunSetup& run, ArmRole
   ArmNode::Setup setup;
   setup.role = role;
   setup.device = load_devices(run.config).arm(role);
-  setup.map = RegisterMap::load(run.config / "registers" / (setup.device.registers + ".yaml"));
   // Of the layout only the arm: rooms and targets are not a driver's business.
   Config layout = Config::load(run.layout_file());
   setup.kinematics = ArmKinematics::load(run.config / layout.section(name_of(role)).text("arm"));
-  return std::make_unique<ArmNode>(std::move(node), std::move(setup), bus, loop);
+  auto adapter = std::make_unique<SnpxAdapter>(
+      setup.device,
+      RegisterMap::load(run.config / "registers" / (setup.device.registers + ".yaml")),
+      *setup.kinematics, loop);
+  return std::make_unique<ArmNode>(std::move(node), std::move(setup), std::move(adapter), bus,
+                                   loop);
 }
 
 }  // namespace berth

@@ -3,7 +3,6 @@
 
 #include <berth/arm_command_t.hpp>
 #include <berth/arm_state_t.hpp>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,22 +12,20 @@
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
 #include "common/core/seen_commands.h"
-#include "drivers/arm/arm_wire.h"
-#include "drivers/arm/assignment_check.h"
+#include "drivers/arm/adapter.h"
 #include "drivers/devices.h"
-#include "drivers/modbus/modbus_client.h"
 
 namespace berth {
 
 /// The driver of one arm controller: publishes every status read as ARM_STATE, writes the newest
 /// set-point of ARM_COMMAND at its own rate, passes HOLD, RESET and START on at once.
 ///
-/// It holds two connections, one for reads and one for set-points. A HOLD goes out over one that is
-/// free, where none is over each that is up, again until the controller has acknowledged it; where
-/// one of the two is lost the arm is held over the other. It moves nothing for a command of another
-/// session, one that has expired or one that came before a newer; it follows set-points only
-/// between a START and the next HOLD, the first of them near where the arm stands and each next one
-/// as near as the joints' speed allows; it holds the arm by itself when set-points stop coming.
+/// A HOLD goes out again until the controller has acknowledged it; where the way for reports or
+/// that for set-points is lost the arm is held over the other. It moves nothing for a command of
+/// another session, one that has expired or one that came before a newer; it follows set-points
+/// only between a START and the next HOLD, the first of them near where the arm stands and each
+/// next one as near as the joints' speed allows; it holds the arm by itself when set-points stop
+/// coming.
 ///
 /// A HOLD is obeyed whoever sends it: of any session, expired, overtaken. START is sent behind a
 /// copy of the HOLD that it supersedes, which names it: that one and those obeyed before are not
@@ -39,10 +36,9 @@ class ArmNode final : public Node {
   struct Setup {
     ArmRole role = ArmRole::replica;
     ArmDevice device;
-    RegisterMap map;
     std::shared_ptr<const ArmKinematics> kinematics;
   };
-  ArmNode(NodeSetup node, Setup setup, Bus& bus, Loop& loop);
+  ArmNode(NodeSetup node, Setup setup, std::unique_ptr<ArmAdapter> adapter, Bus& bus, Loop& loop);
   ~ArmNode() override;
 
  private:
@@ -55,24 +51,20 @@ class ArmNode final : public Node {
     double longest_round_trip = 0;
   };
 
-  void on_connection(bool connected, const std::string& reason);
-  void on_writer_connection(bool connected, const std::string& reason);
-  void check_assignments();
-  void on_checked(AssignmentCheck::Result result, const std::string& text);
+  void on_change(ArmAdapter::Change change, const std::string& text);
   void poll();
-  void on_status(const ModbusAnswer& answer);
-  void on_report(const ArmReport& report, const ModbusAnswer& answer);
+  void on_missed(const std::string& error, bool refused);
+  void on_report(const ArmReport& report);
   void on_command(const arm_command_t& command);
-  Utime controller_time(int tick_ms) const;
   void on_hold(const arm_command_t& command);
   bool newer(const arm_command_t& command);
   void stream(const arm_command_t& command);
   void start();
+  /// Empty, or how the controller's flange and that of the kinematics disagree.
+  std::string foreign_kinematics() const;
   void hold();
   void hold_by_itself(const std::string& code, const std::string& text);
   void stop_following();
-  void pulse(int coil);
-  void write_coil(int coil, bool on);
   void write_setpoint();
   void write_order();
   void publish_offline();
@@ -84,26 +76,19 @@ class ArmNode final : public Node {
   void warn(const std::string& code, const std::string& text);
 
   Setup arm_;
-  ArmWire wire_;
+  std::unique_ptr<ArmAdapter> adapter_;
   std::string name_;
   std::string state_channel_;
-  ClockMap clock_;  // of the time that the controller's tick counts, unwrapped
-  ModbusClient reader_;
-  ModbusClient writer_;
-  std::shared_ptr<AssignmentCheck> check_;
-  bool ready_ = false;  // connected and the map is right
+  ClockMap clock_;  // of ArmReport::controller_time
   std::string offline_reason_ = "not connected yet";
-  std::string wrong_map_;      // empty: none
-  std::string writer_reason_;  // why the connection for set-points was lost; empty: it is up
+  std::string wrong_setup_;       // of the controller; empty: as configured
+  std::string setpoints_closed_;  // why set-points do not come through; empty: they do
 
   bool read_under_way_ = false;
   arm_state_t state_{};  // last published
   ArmReport report_;
   bool have_report_ = false;
-  int unchanged_reads_ = 0;  // with the same controller tick
-  int last_tick_ms_ = 0;
-  Utime controller_time_ = 0;
-  Utime last_received_ = 0;
+  int unchanged_reads_ = 0;  // with the same controller time
   Utime last_published_ = 0;
 
   ArmOrder order_;
@@ -135,8 +120,6 @@ class ArmNode final : public Node {
   Loop::TimerId poll_timer_;
   Loop::TimerId write_timer_;
   Loop::TimerId statistics_timer_;
-  std::map<int, Loop::TimerId> pulse_timers_;  // by coil
-  Loop::TimerId recheck_timer_ = 0;
 };
 
 /// The channels of one arm.

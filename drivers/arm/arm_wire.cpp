@@ -9,7 +9,7 @@ double pendant_from_si(double value, bool linear) { return linear ? 1000 * value
 
 double si_from_pendant(double value, bool linear) { return linear ? value / 1000 : radians(value); }
 
-ArmReport ArmWire::decode(std::span<const Word> words) const {
+ArmReport ArmWire::decode(std::span<const Word> words, int& tick_ms) const {
   const auto at = [&](int address) { return words.data() + (address - map_.status.first); };
   const auto number = [&](const RegisterField& field) { return field.get(at(field.address)); };
   const auto whole = [&](const RegisterField& field) {
@@ -23,7 +23,16 @@ ArmReport ArmWire::decode(std::span<const Word> words) const {
     report.joints[i] = si_from_pendant(value, linear_[i]);
     if (!std::isfinite(value)) report.valid = false;
   }
-  report.tick_ms = whole(map_.tick);
+  // Of another tool than the flange the controller reports a point that is not the flange.
+  const auto element = [&](int word) { return at(map_.position + word - 1); };
+  if (*element(position_words::cartesian_valid) == 1 && *element(position_words::tool) == 0) {
+    Vector3d flange;
+    for (int i = 0; i < 3; ++i) {
+      flange[i] = double{get_float(element(position_words::cartesian + 2 * i))} / 1000;
+    }
+    report.flange = flange;
+  }
+  tick_ms = whole(map_.tick);
   report.heartbeat = whole(map_.heartbeat);
   report.setpoint_taken = whole(map_.setpoint_taken);
   report.state = whole(map_.state);
@@ -34,7 +43,7 @@ ArmReport ArmWire::decode(std::span<const Word> words) const {
   return report;
 }
 
-std::span<const Word> ArmWire::encode(const ArmOrder& order) {
+std::span<const Word> ArmWire::encode(const ArmOrder& order, int host_heartbeat) {
   block_.assign(static_cast<std::size_t>(map_.command.count), 0);
   const auto at = [&](int address) { return block_.data() + (address - map_.command.first); };
   for (std::size_t i = 0; i < 6; ++i) {
@@ -47,9 +56,9 @@ std::span<const Word> ArmWire::encode(const ArmOrder& order) {
   };
   put(map_.setpoint_sequence, order.sequence);
   put(map_.command_word, order.follow ? 1 : 0);
-  put(map_.host_heartbeat, order.heartbeat);
+  put(map_.host_heartbeat, host_heartbeat);
   put(map_.speed_limit, 100 * order.speed_limit);
-  put(map_.setpoint_time, order.time_ms);
+  put(map_.setpoint_time, static_cast<double>(order.time / millisecond % map_.counter_wrap));
   put(map_.mode, 1);
   return block_;
 }

@@ -31,18 +31,18 @@ void AssignmentCheck::next() {
                field_names[static_cast<int>(field())],
            std::span(shown_).subspan(window.name_at, window.name_words));
   put_float(text ? -1.0f : 1.0f, &shown_[window.multiply_at]);
-  client_.write_registers(window.first, shown_, [self = weak_from_this()](const ModbusAnswer& a) {
+  link_.write_registers(window.first, shown_, [self = weak_from_this()](const RegisterAnswer& a) {
     if (const auto check = self.lock()) check->on_shown(a);
   });
 }
 
-void AssignmentCheck::on_shown(const ModbusAnswer& answer) {
+void AssignmentCheck::on_shown(const RegisterAnswer& answer) {
   if (answer.exception != 0) return finish(Result::not_offered, answer.error);
   if (!answer.ok()) return finish(Result::failed, answer.error);
   const RegisterMap::Bootstrap& window = *map_.bootstrap;
   const auto weak = weak_from_this();
   if (step_ == 0) {  // registers that nobody assigned take any write and read as zeros
-    client_.read_registers(window.first, window.words, [weak](const ModbusAnswer& a) {
+    link_.read_registers(window.first, window.words, [weak](const RegisterAnswer& a) {
       if (const auto check = weak.lock()) check->on_window(a);
     });
   } else {
@@ -51,14 +51,14 @@ void AssignmentCheck::on_shown(const ModbusAnswer& answer) {
 }
 
 void AssignmentCheck::read_value() {
-  client_.read_registers(map_.bootstrap->peephole,
-                         field() == FieldKind::name ? RegisterMap::Bootstrap::name_words : 2,
-                         [weak = weak_from_this()](const ModbusAnswer& a) {
-                           if (const auto check = weak.lock()) check->on_value(a);
-                         });
+  link_.read_registers(map_.bootstrap->peephole,
+                       field() == FieldKind::name ? RegisterMap::Bootstrap::name_words : 2,
+                       [weak = weak_from_this()](const RegisterAnswer& a) {
+                         if (const auto check = weak.lock()) check->on_value(a);
+                       });
 }
 
-void AssignmentCheck::on_window(const ModbusAnswer& answer) {
+void AssignmentCheck::on_window(const RegisterAnswer& answer) {
   if (!answer.ok()) return finish(Result::failed, answer.error);
   if (!std::equal(answer.words.begin(), answer.words.end(), shown_.begin())) {
     return finish(Result::not_offered, "registers " + std::to_string(map_.bootstrap->first) +
@@ -67,7 +67,7 @@ void AssignmentCheck::on_window(const ModbusAnswer& answer) {
   read_value();
 }
 
-void AssignmentCheck::on_value(const ModbusAnswer& answer) {
+void AssignmentCheck::on_value(const RegisterAnswer& answer) {
   if (!answer.ok()) return finish(Result::failed, answer.error);
   std::string found;
   std::string expected;

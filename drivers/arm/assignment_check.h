@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drivers/arm/register_map.h"
-#include "drivers/modbus/modbus_client.h"
+#include "drivers/registers/register_link.h"
 
 namespace berth {
 
@@ -24,9 +24,9 @@ class AssignmentCheck : public std::enable_shared_from_this<AssignmentCheck> {
   };
   using Done = std::function<void(Result, const std::string& text)>;
 
-  /// client and map must outlive it; dropped by its holder, it calls nothing any more.
-  AssignmentCheck(ModbusClient& client, const RegisterMap& map, Done done)
-      : client_(client), map_(map), done_(std::move(done)) {}
+  /// link and map must outlive it; dropped by its holder, it calls nothing any more.
+  AssignmentCheck(RegisterLink& link, const RegisterMap& map, Done done)
+      : link_(link), map_(map), done_(std::move(done)) {}
   void start() { next(); }
 
  private:
@@ -34,15 +34,15 @@ class AssignmentCheck : public std::enable_shared_from_this<AssignmentCheck> {
   static constexpr int fields = 4;
 
   void next();
-  void on_shown(const ModbusAnswer& answer);
-  void on_window(const ModbusAnswer& answer);
+  void on_shown(const RegisterAnswer& answer);
+  void on_window(const RegisterAnswer& answer);
   void read_value();
-  void on_value(const ModbusAnswer& answer);
+  void on_value(const RegisterAnswer& answer);
   void finish(Result result, const std::string& text);
   const SnpxAssignment& assignment() const;
   FieldKind field() const;
 
-  ModbusClient& client_;
+  RegisterLink& link_;
   const RegisterMap& map_;
   Done done_;
   std::size_t step_ = 0;  // assignment * 4 + field

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/core/config.h"
+#include "drivers/registers/unit.h"
 
 namespace berth {
 namespace {
@@ -114,7 +115,7 @@ std::optional<VariableLocation> locate(const std::vector<SnpxAssignment>& assign
 RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   Config config = Config::load(path);
   RegisterMap map;
-  map.unit = config.small_integer("unit");
+  map.unit = read_unit(config);
 
   std::set<int> slots;
   for (Config& section : config.sections("assignments")) {
@@ -138,8 +139,7 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   }
 
   Locator locator(map.assignments);
-  const auto position =
-      locator.find(config, "position", 1, position_words::joints_valid, map.status);
+  const auto position = locator.find(config, "position", 1, position_words::tool, map.status);
   map.position = position.address;
   if (position.multiply != 0) throw config.error("position", "expected multiply 0 (float32)");
   const auto joints = locator.find(config, "setpoint", position_words::joints, 12, map.command);
@@ -147,6 +147,14 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   map.setpoint_joints = joints.address;
   map.setpoint_valid = locator.word(config, "setpoint", position_words::joints_valid, map.command);
   map.program_state = locator.word(config, "program", program_words::state, map.status);
+
+  if (config.has("alarm")) {
+    const RegisterBlock all{1, last_register};
+    const auto alarm = locator.find(config, "alarm", 1, alarm_words::text_end, all);
+    if (alarm.multiply != -1) throw config.error("alarm", "expected multiply -1 (text)");
+    map.alarm = alarm.address;
+    locator.find(config, "alarm", alarm_words::text_end, 1, all);  // shown as far as its text
+  }
 
   Config numbers = config.section("numbers");
   map.tick = locator.number(numbers, "tick", map.status);

@@ -8,7 +8,7 @@
 
 #include "common/bus/loop.h"
 #include "drivers/arm/snpx_variable.h"
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 namespace berth {
 
@@ -67,6 +67,7 @@ struct RegisterMap {
   int setpoint_joints = 0;  ///< first register of J1
   int setpoint_valid = 0;
   int program_state = 0;
+  int alarm = 0;  ///< first register of the newest alarm; 0: the map has none
 
   RegisterField tick, heartbeat, setpoint_taken, state, speed_override, tcp_speed, error;
   RegisterField setpoint_sequence, command_word, host_heartbeat, speed_limit, setpoint_time, mode;

@@ -36,6 +36,8 @@ inline constexpr int turns = 23;     ///< TURN4, TURN5, TURN6
 inline constexpr int cartesian_valid = 26;
 inline constexpr int joints = 27;  ///< J1 ... J9, 2 words each
 inline constexpr int joints_valid = 45;
+inline constexpr int frame = 46;  ///< UF
+inline constexpr int tool = 47;   ///< UT; 0: the flange itself
 inline constexpr int count = 50;
 }  // namespace position_words
 
@@ -54,6 +56,7 @@ inline constexpr int number = 2;
 inline constexpr int severity = 5;
 inline constexpr int text = 12;  ///< 40 words
 inline constexpr int text_words = 40;
+inline constexpr int text_end = text + text_words - 1;
 inline constexpr int count = 100;
 }  // namespace alarm_words
 

@@ -22,8 +22,9 @@ FacilityNode::FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bu
       device_(std::move(device)),
       map_(map),
       answers_(bus, loop, channels::facility_answers, session()),
-      client_(loop, {device_.address, map_.unit, device_.timeout, device_.dial_timeout},
-              [this](bool up, const std::string& reason) { on_connection(up, reason); }) {
+      link_(make_register_link(
+          loop, {device_.address, map_.unit, device_.timeout, device_.dial_timeout},
+          [this](bool up, const std::string& reason) { on_connection(up, reason); })) {
   state_.reason = "the PLC has not answered yet";
   bus.subscribe<facility_command_t>(
       channels::facility_command, Queue::fifo(),
@@ -58,19 +59,19 @@ void FacilityNode::lose(const std::string& reason) {
 }
 
 void FacilityNode::poll() {
-  if (!client_.connected()) return;
+  if (!link_->connected()) return;
   if (read_under_way_) {
     count("reads_missed", static_cast<double>(++reads_missed_));
     return;
   }
   read_under_way_ = true;
-  client_.read_registers(map_.status.first, map_.status.count, [this](const ModbusAnswer& answer) {
+  link_->read_registers(map_.status.first, map_.status.count, [this](const RegisterAnswer& answer) {
     read_under_way_ = false;
     on_status(answer);
   });
 }
 
-void FacilityNode::on_status(const ModbusAnswer& answer) {
+void FacilityNode::on_status(const RegisterAnswer& answer) {
   if (!answer.ok()) {
     count("reads_missed", static_cast<double>(++reads_missed_));
     return lose(answer.error);
@@ -166,7 +167,7 @@ void FacilityNode::carry_out(const facility_command_t& command) {
   at(map_.albedo_lamp) = word_from_level(command.albedo_lamp);
   at(map_.sun_azimuth) = word_from_angle(command.sun_azimuth_rad);
   at(map_.sun_elevation) = word_from_angle(command.sun_elevation_rad);
-  client_.write_registers(map_.command.first, words, [this, command](const ModbusAnswer& answer) {
+  link_->write_registers(map_.command.first, words, [this, command](const RegisterAnswer& answer) {
     if (answer.ok()) return answers_.accept(command);
     warn("lamps-not-set", "lamps: " + answer.error);
     answers_.forget(command);  // whoever repeats it has it tried again

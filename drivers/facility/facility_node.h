@@ -11,7 +11,7 @@
 #include "common/core/run_setup.h"
 #include "drivers/devices.h"
 #include "drivers/facility/plc_map.h"
-#include "drivers/modbus/modbus_client.h"
+#include "drivers/registers/register_link.h"
 
 namespace berth {
 
@@ -27,7 +27,7 @@ class FacilityNode final : public Node {
  private:
   void on_connection(bool connected, const std::string& reason);
   void poll();
-  void on_status(const ModbusAnswer& answer);
+  void on_status(const RegisterAnswer& answer);
   void lose(const std::string& reason);
   void on_command(const facility_command_t& command);
   void carry_out(const facility_command_t& command);
@@ -52,7 +52,7 @@ class FacilityNode final : public Node {
   std::string last_refusal_;
   std::int64_t reads_missed_ = 0;
   CommandAnswers answers_;
-  ModbusClient client_;
+  std::unique_ptr<RegisterLink> link_;
   Loop::TimerId poll_timer_;
   Loop::TimerId publish_timer_;
 };

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/core/config.h"
+#include "drivers/registers/unit.h"
 
 namespace berth {
 namespace {
@@ -45,7 +46,7 @@ int read_bit(Config& config, const std::string& key) {
 PlcMap PlcMap::load(const std::filesystem::path& path) {
   Config config = Config::load(path);
   PlcMap map;
-  map.unit = config.small_integer("unit");
+  map.unit = read_unit(config);
   map.status = read_block(config.section("status"), MODBUS_MAX_READ_REGISTERS);
   map.command = read_block(config.section("command"), MODBUS_MAX_WRITE_REGISTERS);
   map.safety = read_register(config, "safety", map.status);

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 namespace berth {
 

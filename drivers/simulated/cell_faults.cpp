@@ -7,28 +7,28 @@ namespace berth {
 namespace {
 
 /// Of a Modbus server, whosever.
-void add_wire(FaultTable& table, const std::string& device, ModbusServer& server) {
+void add_wire(FaultTable& table, const std::string& device, RegisterServer& server) {
   const auto level = [&](const char* name, auto set) {
     table.set(
         device, name, [&server, set](double v) { set(server, v); },
         [&server, set] { set(server, 0); });
   };
-  const auto moment = [&](const char* name, void (ModbusServer::*happens)()) {
+  const auto moment = [&](const char* name, void (RegisterServer::*happens)()) {
     table.set(device, name, [&server, happens](double) { (server.*happens)(); }, {});
   };
-  const auto flag = [&](const char* name, bool ModbusFaults::*member) {
+  const auto flag = [&](const char* name, bool RegisterFaults::*member) {
     table.set(
         device, name, [&server, member](double) { server.faults().*member = true; },
         [&server, member] { server.faults().*member = false; });
   };
-  flag("silent", &ModbusFaults::silent);
-  flag("garbage", &ModbusFaults::garbage);
+  flag("silent", &RegisterFaults::silent);
+  flag("garbage", &RegisterFaults::garbage);
   level("exception",
-        [](ModbusServer& s, double code) { s.faults().exception = static_cast<int>(code); });
+        [](RegisterServer& s, double code) { s.faults().exception = static_cast<int>(code); });
   level("delayed",
-        [](ModbusServer& s, double delay) { s.faults().delay = utime_from_seconds(delay); });
-  moment("half_open", &ModbusServer::half_open);
-  moment("drop_connection", &ModbusServer::drop_connections);
+        [](RegisterServer& s, double delay) { s.faults().delay = utime_from_seconds(delay); });
+  moment("half_open", &RegisterServer::half_open_connections);
+  moment("drop_connection", &RegisterServer::drop_connections);
 }
 
 void add_arm(FaultTable& table, const std::string& device, SimulatedController& arm) {
@@ -53,6 +53,9 @@ void add_arm(FaultTable& table, const std::string& device, SimulatedController& 
   all_joints("report_jump", &SimulatedController::offset);
   all_joints("creep", &SimulatedController::creep);
   all_joints("runaway", &SimulatedController::run_away);
+  table.set(
+      device, "override", [&arm](double fraction) { arm.set_override(fraction); },
+      [&arm] { arm.set_override(1); });
   table.set(device, "reboot", [&arm](double) { arm.reboot(); }, {});
   add_wire(table, device, arm.server());
 }

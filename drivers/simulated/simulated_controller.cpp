@@ -16,11 +16,6 @@ enum Number { tick = 1, heartbeat, setpoint_taken, state, override, tcp_speed, e
 enum HostNumber { sequence = 31, command, host_heartbeat, speed_limit, setpoint_time, mode };
 constexpr std::size_t setpoint_register = 1;  // PR[1]
 
-ModbusServer::Options server_options(const std::string& address, int unit,
-                                     const SimulatedController::Options& options) {
-  return {address, unit, options.connections, options.idle_timeout};
-}
-
 }  // namespace
 
 SimulatedController::SimulatedController(const std::string& address, const RegisterMap& map,
@@ -36,10 +31,12 @@ SimulatedController::SimulatedController(const std::string& address, const Regis
       memory_(map.assignments),
       image_(register_count, coil_count, coil_count),
       boot_ms_(static_cast<int>(errors.clock / millisecond)),
-      server_(
-          loop, server_options(address, map.unit, options), image_,
-          [this](ModbusTable table, int first, int count) { before_read(table, first, count); },
-          [this](ModbusTable table, int first, int count) { after_write(table, first, count); }) {}
+      server_(serve_registers(
+          loop, {address, map.unit, options.connections, options.idle_timeout}, image_,
+          [this](RegisterTable table, int first, int count) { before_read(table, first, count); },
+          [this](RegisterTable table, int first, int count) {
+            after_write(table, first, count);
+          })) {}
 
 void SimulatedController::advance() { robot_.advance(loop_.now()); }
 
@@ -101,7 +98,7 @@ void SimulatedController::renew_variables() {
   renewed_joints_ = joints;
   memory_.numbers[Number::tick] = tick_ms();
   memory_.numbers[Number::heartbeat] = static_cast<double>(robot_.ticks() % map_.counter_wrap);
-  memory_.numbers[Number::override] = 100;
+  memory_.numbers[Number::override] = 100 * robot_.speed_override();
   memory_.numbers[Number::tcp_speed] = first ? 0 : way / since;
 }
 
@@ -123,16 +120,16 @@ double SimulatedController::renew_position(const Joints& joints) {
   return std::sqrt(way);
 }
 
-void SimulatedController::before_read(ModbusTable table, int first, int count) {
-  if (table != ModbusTable::registers) return;
+void SimulatedController::before_read(RegisterTable table, int first, int count) {
+  if (table != RegisterTable::registers) return;
   advance();
   renew_variables();
   memory_.read(first, image_.holding(first, count));
 }
 
-void SimulatedController::after_write(ModbusTable table, int first, int count) {
+void SimulatedController::after_write(RegisterTable table, int first, int count) {
   advance();
-  if (table == ModbusTable::coils) return after_coil_write();
+  if (table == RegisterTable::coils) return after_coil_write();
   memory_.write(first, image_.holding(first, count));
   after_register_write();
 }
@@ -196,6 +193,11 @@ void SimulatedController::creep(const Joints& rate) {
   robot_.creep(rate);
 }
 
+void SimulatedController::set_override(double fraction) {
+  advance();
+  robot_.set_override(fraction);
+}
+
 void SimulatedController::run_away(const Joints& rate) {
   advance();
   robot_.run_away(rate);
@@ -204,15 +206,17 @@ void SimulatedController::run_away(const Joints& rate) {
 void SimulatedController::reboot() {
   advance();
   const Joints where = robot_.joints_at(loop_.now());
+  const double override = robot_.speed_override();
   robot_ = SimulatedRobot(arm_.kinematics, options_.robot, where, loop_.now());
   robot_.set_safety(estop_closed_, fence_closed_);
+  robot_.set_override(override);
   started_ = loop_.now();
   boot_ms_ = 0;
   renewed_tick_ = -1;
   memory_.numbers.fill(0);
   memory_.position_registers.fill({});
   last_sequence_ = last_heartbeat_ = 0;
-  server_.drop_connections();
+  server_->drop_connections();
 }
 
 }  // namespace berth

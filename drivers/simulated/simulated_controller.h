@@ -6,15 +6,15 @@
 
 #include "common/bus/loop.h"
 #include "drivers/arm/register_map.h"
-#include "drivers/modbus/modbus_server.h"
+#include "drivers/registers/register_server.h"
 #include "drivers/simulated/perturbation.h"
 #include "drivers/simulated/simulated_robot.h"
 #include "drivers/simulated/snpx_memory.h"
 
 namespace berth {
 
-/// One simulated arm controller behind Modbus TCP. What it reports comes from its encoders and the
-/// nominal kinematics; where the arm really is from the true joints (encoders less the zero
+/// One simulated arm controller behind registers (Modbus). What it reports comes from its encoders
+/// and the nominal kinematics; where the arm really is from the true joints (encoders less the zero
 /// errors).
 class SimulatedController {
  public:
@@ -41,8 +41,8 @@ class SimulatedController {
   /// What the PLC's chain says.
   void set_safety(bool estop_closed, bool fence_closed);
 
-  /// What is wrong with its wire.
-  ModbusServer& server() { return server_; }
+  /// Its connections, and what is wrong with them.
+  RegisterServer& server() { return *server_; }
 
   // Faults: each lasts until it is taken back.
   /// The program stops calculating: tick and position stand still in the registers, the arm brakes.
@@ -56,6 +56,8 @@ class SimulatedController {
   void creep(const Joints& rate);
   /// The program leaves its set-points.
   void run_away(const Joints& rate);
+  /// Somebody turns the pendant's speed override down: 0..1, 1 again afterwards.
+  void set_override(double fraction);
   /// Clock and counters start anew, the program is aborted, all connections are gone.
   void reboot();
 
@@ -63,8 +65,8 @@ class SimulatedController {
 
  private:
   void advance();
-  void before_read(ModbusTable table, int first, int count);
-  void after_write(ModbusTable table, int first, int count);
+  void before_read(RegisterTable table, int first, int count);
+  void after_write(RegisterTable table, int first, int count);
   void renew_variables();
   /// @return how far the flange has moved since the last time, mm
   double renew_position(const Joints& joints);
@@ -80,7 +82,7 @@ class SimulatedController {
   Utime started_;
   SimulatedRobot robot_;
   SnpxMemory memory_;
-  ModbusImage image_;
+  RegisterImage image_;
 
   int last_sequence_ = 0;
   int last_heartbeat_ = 0;
@@ -97,7 +99,7 @@ class SimulatedController {
   Joints offset_{};
   Utime drift_since_ = 0;
 
-  ModbusServer server_;
+  std::unique_ptr<RegisterServer> server_;
 };
 
 }  // namespace berth

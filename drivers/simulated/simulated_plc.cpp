@@ -24,10 +24,10 @@ SimulatedPlc::SimulatedPlc(const std::string& address, const PlcMap& map, Option
       azimuth_{options.lamp_turn, 0, 0, 0},
       elevation_{azimuth_},
       image_(plc_registers, bit_count, bit_count),
-      server_(
+      server_(serve_registers(
           loop, {address, map.unit, options.connections, options.idle_timeout}, image_,
-          [this](ModbusTable, int, int) { before_read(); },
-          [this](ModbusTable, int, int) { after_write(); }) {}
+          [this](RegisterTable, int, int) { before_read(); },
+          [this](RegisterTable, int, int) { after_write(); })) {}
 
 void SimulatedPlc::press_estop(bool pressed) {
   estop_closed_ = !pressed;

@@ -7,12 +7,12 @@
 #include "common/bus/loop.h"
 #include "common/core/pose.h"
 #include "drivers/facility/plc_map.h"
-#include "drivers/modbus/modbus_server.h"
+#include "drivers/registers/register_server.h"
 
 namespace berth {
 
-/// The facility's PLC behind Modbus TCP: lamps that take a moment to come up and to turn, the
-/// E-stop chain and the fence, which it hands on to the arm controllers as the real wires do.
+/// The facility's PLC behind registers (Modbus): lamps that take a moment to come up and to turn,
+/// the E-stop chain and the fence, which it hands on to the arm controllers as the real wires do.
 class SimulatedPlc {
  public:
   struct Options {
@@ -37,8 +37,8 @@ class SimulatedPlc {
   double sun_azimuth() const { return azimuth_.at(loop_.now()); }
   double sun_elevation() const { return elevation_.at(loop_.now()); }
 
-  /// What is wrong with its wire.
-  ModbusServer& server() { return server_; }
+  /// Its connections, and what is wrong with them.
+  RegisterServer& server() { return *server_; }
 
  private:
   /// A level or an angle on its way at a constant rate.
@@ -65,8 +65,8 @@ class SimulatedPlc {
   Ramp albedo_;
   Ramp azimuth_;
   Ramp elevation_;
-  ModbusImage image_;
-  ModbusServer server_;
+  RegisterImage image_;
+  std::unique_ptr<RegisterServer> server_;
 };
 
 }  // namespace berth

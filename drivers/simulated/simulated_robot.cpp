@@ -133,7 +133,7 @@ SimulatedRobot::Motors SimulatedRobot::follow(const Motors& desired_now,
     const double a = acceleration_[i];
     const double way = std::abs(behind[i]);
     const double wanted = along[i] + std::copysign(brakable_speed(way, a, dt), behind[i]);
-    const double most = speed_[i] * speed_limit_;
+    const double most = speed_[i] * speed_limit_ * override_;
     velocity[i] =
         std::clamp(std::clamp(wanted, -most, most), velocity_[i] - a * dt, velocity_[i] + a * dt);
   }

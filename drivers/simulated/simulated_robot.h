@@ -49,6 +49,8 @@ class SimulatedRobot {
   void take_heartbeat(Utime now) { last_heartbeat_ = now; }
   void set_follow(bool follow);
   void set_speed_limit(double fraction);
+  /// The pendant's: 0..1 of every speed.
+  void set_override(double fraction) { override_ = fraction; }
   void start(Utime now);
   void hold(int error = robot_error::none);
   void reset();
@@ -61,6 +63,7 @@ class SimulatedRobot {
   int program_state() const;
   int setpoint_taken() const { return setpoint_taken_; }
   double speed_limit() const { return speed_limit_; }
+  double speed_override() const { return override_; }
 
   /// Start of the last interpolation period begun.
   Utime tick() const { return tick_; }
@@ -114,6 +117,7 @@ class SimulatedRobot {
   Motors astray_rate_ = Motors::Zero();  // of the motors
   Motors astray_ = Motors::Zero();       // from the set-points
   double speed_limit_ = 1;
+  double override_ = 1;
   Utime last_heartbeat_ = 0;
 
   std::deque<Setpoint> setpoints_;

@@ -9,7 +9,7 @@
 
 #include "common/core/arm_kinematics.h"
 #include "drivers/arm/register_map.h"
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 namespace berth {
 

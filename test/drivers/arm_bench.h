@@ -12,6 +12,7 @@
 
 #include "common/bus/simulation.h"
 #include "drivers/arm/arm_node.h"
+#include "drivers/arm/snpx_adapter.h"
 #include "drivers/simulated/simulated_controller.h"
 #include "lcmtypes/channels.h"
 
@@ -46,15 +47,20 @@ struct ArmBench {
   }
 
   void start_driver(const std::string& address = "arm:502") {
+    start_driver(address, placed.kinematics);
+  }
+  /// kinematics: that the driver believes in.
+  void start_driver(const std::string& address, std::shared_ptr<const ArmKinematics> kinematics) {
     ArmNode::Setup setup;
     setup.role = ArmRole::replica;
     setup.device = load_devices("config").replica_arm;
     setup.device.address = address;
-    setup.map = map;
-    setup.kinematics = placed.kinematics;
+    setup.kinematics = std::move(kinematics);
     SimulatedLoop& loop = simulation.make_loop();
-    node = std::make_unique<ArmNode>(NodeSetup{"arm-driver-replica", session, ""}, setup,
-                                     simulation.make_bus(), loop);
+    node = std::make_unique<ArmNode>(
+        NodeSetup{"arm-driver-replica", session, ""}, setup,
+        std::make_unique<SnpxAdapter>(setup.device, map, *setup.kinematics, loop),
+        simulation.make_bus(), loop);
   }
 
   void send(std::int8_t action, const Joints& joints = {}) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <cmath>
 
+#include "common/core/file.h"
 #include "test/catch.h"
 #include "test/drivers/arm_bench.h"
 
@@ -156,8 +159,8 @@ TEST_CASE("HOLD does not wait behind a set-point that is under way") {
 }
 
 /// Connections of the controller's server: the driver dials for reads first.
-constexpr std::size_t reads = 0;
-constexpr std::size_t setpoints = 1;
+constexpr int reads = 0;
+constexpr int setpoints = 1;
 
 /// ms from now until the controller holds; -1: not within a second.
 double held_after(ArmBench& bench) {
@@ -184,7 +187,7 @@ TEST_CASE("HOLD goes out over whichever connection is up") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
-  const std::size_t lost = GENERATE(reads, setpoints);
+  const int lost = GENERATE(reads, setpoints);
   SECTION("the other has been closed") { bench.controller->server().drop_connection(lost); }
   SECTION("the other hangs") { bench.controller->server().half_open(lost); }
   bench.send(arm_command_t::HOLD);
@@ -466,6 +469,7 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   bench.simulation.run_for(50 * millisecond);
   CHECK(bench.last().state == arm_state_t::ESTOP);
   CHECK(bench.last().error_code == robot_error::emergency_stop);
+  CHECK(bench.last().reason == "controller error 103: SRVO-001 Emergency stop");
   CHECK(bench.saw("arm-stopped"));
   bench.controller->set_safety(true, true);
   bench.simulation.run_for(50 * millisecond);
@@ -477,9 +481,28 @@ TEST_CASE("after an emergency stop the arm needs RESET and START") {
   bench.send(arm_command_t::RESET);
   bench.simulation.run_for(300 * millisecond);
   CHECK(bench.last().state == arm_state_t::IDLE);
+  CHECK(bench.last().reason.empty());
   bench.send(arm_command_t::START);
   bench.simulation.run_for(100 * millisecond);
   CHECK(bench.last().state == arm_state_t::RUNNING);
+}
+
+TEST_CASE("an arm whose kinematics are not those of its controller is not started") {
+  ArmBench bench;
+  std::string text = read_file("config/arms/m710ic_50.yaml");
+  text.replace(text.find("d6: 175 mm"), 10, "d6: 178 mm");
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("berth-arm-" + std::to_string(::getpid()) + ".yaml");
+  write_file(file, text);
+  bench.start_driver("arm:502", ArmKinematics::load(file));
+  std::filesystem::remove(file);
+  bench.simulation.run_for(500 * millisecond);
+  CHECK(bench.last().state == arm_state_t::IDLE);
+  bench.send(arm_command_t::START);
+  bench.simulation.run_for(300 * millisecond);
+  CHECK_THAT(bench.text_of("start-refused"),
+             Catch::Contains("mm, 3.0 mm away: the configured arm"));
+  CHECK(bench.controller->state() == ControllerState::idle);
 }
 
 TEST_CASE("a driver that nobody has answered yet says for whom it waits") {
@@ -499,7 +522,8 @@ TEST_CASE("a controller with another map is refused by name, until it is mended"
   bench.start_driver();
   bench.simulation.run_for(2 * second);
   CHECK(bench.text_of("arm-map-wrong") ==
-        "replica arm: $SNPX_ASG[4].$VAR_NAME is 'PR[3]@27.19', the map has 'PR[1]@27.19'");
+        "replica arm: register map: $SNPX_ASG[4].$VAR_NAME is 'PR[3]@27.19', the map has "
+        "'PR[1]@27.19'");
   CHECK(bench.last().state == arm_state_t::FAULT);
   CHECK_FALSE(bench.last().valid);
   bench.send(arm_command_t::START);

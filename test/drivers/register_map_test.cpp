@@ -68,6 +68,9 @@ TEST_CASE("a map that cannot work is refused with file, line and key") {
   CHECK_THAT(complaint("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
   CHECK_THAT(complaint("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
   CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("1 to 123 registers"));
+  CHECK_THAT(complaint("alarm: ALM[1]", "alarm: ALM[2]"),
+             Catch::Contains("none of the assignments"));
+  CHECK_THAT(complaint("unit: 1", "unit: 250"), Catch::Contains("found 250, expected 1 to 247"));
   CHECK_THAT(complaint("pulse:", "puls:"), Catch::Contains("'puls'") || Catch::Contains("pulse"));
 }
 
@@ -83,24 +86,32 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   put_float(80.0f, &words[58]);
   put_float(250.0f, &words[60]);
   words[91] = 2;
-  const ArmReport report = wire.decode(words);
+  put_float(1341.5f, &words[0]);  // X, mm
+  words[25] = 1;                  // VALIDC
+  int tick_ms = 0;
+  const ArmReport report = wire.decode(words, tick_ms);
   CHECK(report.valid);
   CHECK(report.joints[0] == 1.2505);
   CHECK(report.joints[1] == Approx(radians(-90.0)));
-  CHECK(report.tick_ms == 16777215);
+  CHECK(tick_ms == 16777215);
   CHECK(report.state == static_cast<int>(ControllerState::fault));
   CHECK(report.speed_override == 0.8);
   CHECK(report.tcp_speed == 0.25);
   CHECK(report.program_state == 2);
+  REQUIRE(report.flange);
+  CHECK(*report.flange == Vector3d(1.3415, 0, 0));
+  words[46] = 1;  // of a tool, not of the flange
+  CHECK_FALSE(wire.decode(words, tick_ms).flange);
   words[44] = 0;
-  CHECK_FALSE(wire.decode(words).valid);
+  CHECK_FALSE(wire.decode(words, tick_ms).valid);
 
   ArmOrder order;
   order.joints = {1.5, radians(45.0), 0, 0, 0, 0};
   order.sequence = 70000;
   order.follow = true;
   order.speed_limit = 0.5;
-  const auto block = wire.encode(order);
+  order.time = 1735689600 * second;
+  const auto block = wire.encode(order, 3);
   REQUIRE(block.size() == 31);
   CHECK(block[0] == 0x8000);  // 1500.0 = 0x44bb8000
   CHECK(block[1] == 0x44bb);
@@ -110,7 +121,10 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   CHECK(block[19] == 0x1170);  // 70000 = 0x00011170
   CHECK(block[20] == 0x0001);
   CHECK(block[21] == 1);
+  CHECK(block[23] == 3);
   CHECK(block[25] == 50);
+  // 1735689600000 ms below 2^24
+  CHECK((block[27] | block[28] << 16) == 1735689600000 % 16777216);
 }
 
 }  // namespace

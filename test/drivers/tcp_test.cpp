@@ -6,6 +6,7 @@
 
 #include "common/bus/process_loop.h"
 #include "drivers/arm/arm_node.h"
+#include "drivers/arm/snpx_adapter.h"
 #include "drivers/simulated/simulated_controller.h"
 #include "test/catch.h"
 #include "test/free_port.h"
@@ -42,9 +43,9 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   setup.device = load_devices("config").replica_arm;
   setup.device.address = address;
   setup.device.timeout = 5 * second;  // a busy machine is no reason to fail
-  setup.map = map;
   setup.kinematics = arm.kinematics;
-  ArmNode node(NodeSetup{"arm-driver-replica", 1, ""}, setup, bus, loop);
+  ArmNode node(NodeSetup{"arm-driver-replica", 1, ""}, setup,
+               std::make_unique<SnpxAdapter>(setup.device, map, *arm.kinematics, loop), bus, loop);
 
   int samples = 0;
   arm_state_t last{};
@@ -84,7 +85,7 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   CHECK(std::abs(last.utime - last.utime_received) < 10 * second);
 }
 
-TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
+TEST_CASE("where nobody listens a dial fails, and the link keeps asking") {
   ProcessLoop loop(clock_offset_now());
   const std::string address = free_address();
   bool refused = false;
@@ -97,7 +98,7 @@ TEST_CASE("where nobody listens a dial fails, and the client keeps asking") {
   CHECK(refused);
 
   bool connected = false;
-  ModbusClient client(loop, {address}, [&](bool up, const std::string&) {
+  const auto link = make_register_link(loop, {address}, [&](bool up, const std::string&) {
     connected = up;
     loop.stop();
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 #include <modbus/modbus.h>
 

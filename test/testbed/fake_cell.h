@@ -56,7 +56,8 @@ class FakeArm final : public Node {
   bool stuck = false;
   bool deaf = false;  ///< hears no command
   Utime controller_time = 0;
-  double jump = 0;  ///< rad that it reports its joints beside where they are
+  double jump = 0;      ///< rad that it reports its joints beside where they are
+  double override = 1;  ///< that its controller reports
   int holds = 0;
   int starts = 0;
   int setpoints = 0;
@@ -107,6 +108,7 @@ class FakeArm final : public Node {
   void publish_state() {
     if (silent) return;
     arm_state_t message{};
+    message.speed_override = override;
     message.utime = now();
     message.seq = ++seq_;
     message.session = test_session;

@@ -123,6 +123,26 @@ TEST_CASE("speed override changes the time and not the path") {
   CHECK(distance(slow.relative(), full.relative()) < 1e-3);
 }
 
+TEST_CASE("a controller's speed override slows the motion of both arms down, on its path") {
+  FakeCell cell;
+  cell.take_lease();
+  const Pose from = cell.relative();
+  const Xyzwpr goal{0, 0, 4500, 0, 0, 0};
+  const std::int64_t seq = cell.send(cell.move_to(goal));
+  cell.run_for(4.0);
+  const auto speed = [&] { return Vector3d::Map(cell.state.commanded_velocity_m_s).norm(); };
+  const double full = speed();
+  cell.sensor->override = 0.5;
+  cell.run_for(1.0);
+  CHECK(speed() == Approx(0.5 * full).epsilon(0.02));
+  CHECK(cell.state.speed_override == 1);  // the commander's
+  CHECK(cell.events["controller-override"] == 1);
+  const Vector3d line = (pose_from_xyzwpr(goal).position - from.position).normalized();
+  CHECK((cell.relative().position - from.position).cross(line).norm() < 1e-5);
+  cell.sensor->override = 1;
+  REQUIRE(cell.finished(seq, 60));
+}
+
 TEST_CASE(
     "the speed of a motion under way is changed smoothly, on its path, by who keeps the lease") {
   FakeCell cell;

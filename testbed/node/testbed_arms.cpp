@@ -51,6 +51,7 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
   reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
   if (state.valid == 0) return;
+  heed_override(role, state.speed_override);
   look_at_report(role, state);
   JointSample sample;
   sample.utime = state.utime + utime_from_seconds(calibration_.arm_time(role));

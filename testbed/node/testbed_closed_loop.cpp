@@ -94,7 +94,7 @@ void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
 
 void TestbedNode::run_closed_loop(double dt) {
   const bool rest = held_ || stopping_ || verdict_.level != Level::good;
-  scale_.set_target(rest ? 0 : override_);
+  scale_.set_target(rest ? 0 : rate());
   const double flown = scale_.advance(dt);
   task_.time += flown;
   Pose wanted;

@@ -175,7 +175,23 @@ std::string TestbedNode::resume(const testbed_command2_t& command) {
 void TestbedNode::set_override(double override) {
   if (!(override > 0)) return;
   override_ = std::min(override, 1.0);
-  guidance_.set_override(override_);
+  guidance_.set_override(rate());
+}
+
+double TestbedNode::rate() const {
+  return std::min({override_, controller_override_[0], controller_override_[1]});
+}
+
+/// reported: 0..1; 0: the driver knows none.
+void TestbedNode::heed_override(ArmRole role, double reported) {
+  const double given = reported > 0 ? std::min(reported, 1.0) : 1;
+  double& heeded = controller_override_[role == ArmRole::replica ? 0 : 1];
+  if (given == heeded) return;
+  heeded = given;
+  guidance_.set_override(rate());
+  event(event_t::NOTICE, "controller-override",
+        std::string("the ") + name_of(role) + " arm's controller runs at " + fixed(100 * given, 0) +
+            " % of its speed: motions go at " + fixed(100 * rate(), 0) + " %");
 }
 
 std::string TestbedNode::begin_motion(const testbed_command2_t& command) {

@@ -167,7 +167,7 @@ void TestbedNode::tick() {
 }
 
 void TestbedNode::run_motion(double dt, bool wait) {
-  scale_.set_target(held_ || stopping_ || wait ? 0 : override_);
+  scale_.set_target(held_ || stopping_ || wait ? 0 : rate());
   task_.time = std::min(task_.time + scale_.advance(dt), task_.motion->duration());
   std::string reason;
   const auto joints = task_.motion->at(task_.time, commanded_, &reason);

@@ -107,6 +107,10 @@ class TestbedNode final : public Node {
   void give_up_planning(const std::string& reason);
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
+  void heed_override(ArmRole role, double reported);
+  /// Of time along a path: the commander's override, but no more than that of either controller,
+  /// whose joints would fall behind.
+  double rate() const;
   void start_task(Task task, const testbed::ArmPair& start);
   void accept(const testbed_command2_t& command);
   void refuse(const testbed_command2_t& command, const std::string& reason);
@@ -195,9 +199,10 @@ class TestbedNode final : public Node {
   bool stopping_ = false;                         // comes to rest to be abandoned
   std::optional<testbed_command2_t> after_stop_;  // STOP to finish or RETREAT to begin
   std::string hold_reason_;
-  std::string guidance_reason_;  // holds by itself
-  std::string abort_reason_;     // comes to rest because guidance gave it up
-  double override_ = 1;
+  std::string guidance_reason_;             // holds by itself
+  std::string abort_reason_;                // comes to rest because guidance gave it up
+  double override_ = 1;                     // the commander's
+  double controller_override_[2] = {1, 1};  // replica, sensor: of the pendant
   Utime last_tick_ = 0;
   Utime next_instant_check_ = 0;
 

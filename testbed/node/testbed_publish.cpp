@@ -114,15 +114,15 @@ void TestbedNode::publish_state(bool if_changed) {
   }
   state.seq = ++state_seq_;
   if (mode_ == Mode::closed_loop && task_.steering) {
-    state.remaining_s = task_.steering->remaining() / override_;
+    state.remaining_s = task_.steering->remaining() / rate();
     const double total = task_.time + task_.steering->remaining();
     state.progress = total > 0 ? task_.time / total : 0;
   } else if (mode_ == Mode::closed_loop) {
     state.progress = guidance_.progress();
-    state.remaining_s = guidance_.remaining() / override_;
+    state.remaining_s = guidance_.remaining() / rate();
   } else if (task_.motion && task_.motion->duration() > 0) {
     state.progress = task_.time / task_.motion->duration();
-    state.remaining_s = (task_.motion->duration() - task_.time) / override_;
+    state.remaining_s = (task_.motion->duration() - task_.time) / rate();
   }
   state.speed_override = override_;
   if (!if_changed && --clearance_countdown_ < 0 && reported_valid_[0] && reported_valid_[1]) {

@@ -5,16 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "drivers/modbus/words.h"
+#include "drivers/registers/words.h"
 
 namespace berth {
 
-enum class ModbusTable { registers, coils, inputs };
+enum class RegisterTable { registers, coils, inputs };
 
-/// The registers and bits that a Modbus server shows. Numbers count from 1.
-class ModbusImage {
+/// The registers and bits that a device shows. Numbers count from 1.
+class RegisterImage {
  public:
-  ModbusImage(int registers, int coils, int inputs)
+  RegisterImage(int registers, int coils, int inputs)
       : registers_(static_cast<std::size_t>(registers)),
         coils_(static_cast<std::size_t>(coils)),
         inputs_(static_cast<std::size_t>(inputs)) {}
@@ -28,10 +28,18 @@ class ModbusImage {
   bool input(int n) const { return inputs_[index(n)] != 0; }
   void set_input(int n, bool on) { inputs_[index(n)] = on ? 1 : 0; }
 
-  int size(ModbusTable table) const {
-    const std::size_t size = table == ModbusTable::registers ? registers_.size()
-                             : table == ModbusTable::coils   ? coils_.size()
-                                                             : inputs_.size();
+  /// Of libmodbus' server, into this memory.
+  Word* registers() { return registers_.data(); }
+  std::uint8_t* coils() { return coils_.data(); }
+  std::uint8_t* inputs() { return inputs_.data(); }
+
+  bool holds(RegisterTable table, int first, int count) const {
+    return first >= 1 && count >= 1 && count <= size(table) - first + 1;
+  }
+  int size(RegisterTable table) const {
+    const std::size_t size = table == RegisterTable::registers ? registers_.size()
+                             : table == RegisterTable::coils   ? coils_.size()
+                                                               : inputs_.size();
     return static_cast<int>(size);
   }
 

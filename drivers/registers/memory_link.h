@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/registers/register_link.h"
+#include "drivers/registers/register_server.h"
+
+namespace berth {
+
+class SimulatedLoop;
+class MemoryLink;
+class MemoryServer;
+
+/// One connection in the twin. Either end may be closed (null) before the other one knows; the
+/// server's is from the time on at which it has accepted.
+struct MemoryConnection {
+  MemoryLink* link = nullptr;
+  MemoryServer* server = nullptr;
+  Loop& link_loop;
+  Loop& server_loop;
+  Utime latency;  ///< of each way, us
+  int unit;
+  Utime last_received = 0;  ///< by the server
+  bool deaf = false;        ///< the server is
+};
+
+/// A driver's link to a MemoryServer of the same Simulation: requests as values, each way after the
+/// simulation's wire latency.
+class MemoryLink final : public RegisterLink {
+ public:
+  MemoryLink(SimulatedLoop& loop, Options options, ConnectionChanged changed);
+  ~MemoryLink() override;
+
+ private:
+  friend class MemoryServer;
+  void dial() override;
+  void send(const RegisterRequest& request) override;
+  void close() override;
+  void on_answer(RegisterAnswer answer);
+
+  SimulatedLoop& twin_;
+  std::shared_ptr<MemoryConnection> connection_;
+  Utime sent_ = 0;
+  Loop::TimerId timeout_timer_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+class MemoryServer final : public RegisterServer {
+ public:
+  /// @throws InputError when the address is served already.
+  MemoryServer(SimulatedLoop& loop, Options options, RegisterImage& image, Hook before_read,
+               Hook after_write);
+  ~MemoryServer() override;
+
+  int connections() const override { return static_cast<int>(connections_.size()); }
+  void drop_connection(int n) override;
+  void half_open(int n) override;
+
+ private:
+  friend class MemoryLink;
+  void accept(const std::shared_ptr<MemoryConnection>& connection);
+  void take(const std::shared_ptr<MemoryConnection>& from, const RegisterRequest& request);
+  void answer(const std::shared_ptr<MemoryConnection>& to, const RegisterRequest& request);
+  void carry_out(const RegisterRequest& request, RegisterTable table, RegisterAnswer& answer);
+  void drop(const std::shared_ptr<MemoryConnection>& connection);
+
+  SimulatedLoop& loop_;
+  std::vector<std::shared_ptr<MemoryConnection>> connections_;
+  Loop::TimerId idle_timer_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace berth

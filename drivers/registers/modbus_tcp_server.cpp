@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/registers/modbus_tcp_server.h"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+
+#include "common/bus/process_loop.h"
+#include "common/bus/tcp_wires.h"
+
+namespace berth {
+namespace {
+
+constexpr std::size_t protocol_at = 2;
+constexpr std::size_t length_at = 4;
+constexpr std::size_t unit_at = 6;
+constexpr std::size_t function_at = 7;
+
+int word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return at + 1 < bytes.size() ? bytes[at] << 8 | bytes[at + 1] : -1;
+}
+
+/// Longer than nothing: libmodbus sleeps for a server's response time-out before some exceptions.
+constexpr Utime pause_before_exception = 1;
+
+}  // namespace
+
+RegisterAccess access_of(std::span<const std::uint8_t> request, const RegisterImage& image) {
+  const auto pdu = request.subspan(function_at);
+  RegisterAccess access;
+  access.first = word_at(pdu, 1) + 1;
+  access.count = 1;
+  int max_count = 1;
+  std::size_t bytes = 5;
+  switch (pdu[0]) {
+    case MODBUS_FC_READ_COILS:
+    case MODBUS_FC_READ_DISCRETE_INPUTS:
+      access.table = pdu[0] == MODBUS_FC_READ_COILS ? RegisterTable::coils : RegisterTable::inputs;
+      access.count = word_at(pdu, 3);
+      max_count = MODBUS_MAX_READ_BITS;
+      break;
+    case MODBUS_FC_READ_HOLDING_REGISTERS:
+      access.count = word_at(pdu, 3);
+      max_count = MODBUS_MAX_READ_REGISTERS;
+      break;
+    case MODBUS_FC_WRITE_SINGLE_COIL:
+      access.writes = true;
+      access.table = RegisterTable::coils;
+      if (word_at(pdu, 3) != 0 && word_at(pdu, 3) != 0xff00) max_count = 0;
+      break;
+    case MODBUS_FC_WRITE_SINGLE_REGISTER:
+      access.writes = true;
+      break;
+    case MODBUS_FC_WRITE_MULTIPLE_COILS:
+    case MODBUS_FC_WRITE_MULTIPLE_REGISTERS: {
+      const bool coils = pdu[0] == MODBUS_FC_WRITE_MULTIPLE_COILS;
+      access.writes = true;
+      access.table = coils ? RegisterTable::coils : RegisterTable::registers;
+      access.count = word_at(pdu, 3);
+      max_count = coils ? MODBUS_MAX_WRITE_BITS : MODBUS_MAX_WRITE_REGISTERS;
+      const int data = coils ? (access.count + 7) / 8 : 2 * access.count;
+      bytes = 6 + static_cast<std::size_t>(data);
+      if (pdu.size() < 6 || pdu[5] != data) max_count = 0;
+      break;
+    }
+    default:
+      access.exception = MODBUS_EXCEPTION_ILLEGAL_FUNCTION;
+      return access;
+  }
+  if (access.count < 1 || access.count > max_count || pdu.size() != bytes) {
+    access.exception = MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE;
+  } else if (!image.holds(access.table, access.first, access.count)) {
+    access.exception = MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS;
+  }
+  return access;
+}
+
+ModbusTcpServer::ModbusTcpServer(ProcessLoop& loop, Options options, RegisterImage& image,
+                                 Hook before_read, Hook after_write)
+    : RegisterServer(std::move(options), image, std::move(before_read), std::move(after_write)),
+      loop_(loop) {
+  dynamic_cast<TcpWires&>(loop.wires())
+      .listen_socket(options_.address, [this, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
+        if (!alive.expired()) accept(std::move(socket));
+      });
+  idle_timer_ = loop_.every(second, [this] {
+    const Utime limit = loop_.now() - options_.idle_timeout;
+    std::vector<std::uint64_t> idle;
+    for (const auto& one : connections_) {
+      if (one->last_received < limit) idle.push_back(one->id);
+    }
+    for (const std::uint64_t id : idle) drop(id);
+  });
+}
+
+ModbusTcpServer::~ModbusTcpServer() {
+  loop_.cancel(idle_timer_);
+  drop_connections();
+}
+
+void ModbusTcpServer::accept(Socket socket) {
+  if (connections() >= options_.connections) return;
+  Connection& one = *connections_.emplace_back(std::make_unique<Connection>());
+  one.id = ++last_id_;
+  one.modbus = make_modbus_context(socket.release(), options_.unit, pause_before_exception);
+  one.last_received = loop_.now();
+  one.thread = std::thread([this, &one, priority = ThreadPriority()] {
+    priority.take();
+    receive(one);
+  });
+}
+
+/// The loop does the task, unless the connection or the server is gone by then.
+void ModbusTcpServer::post(std::uint64_t id, std::function<void(Connection&)> task) {
+  loop_.post([this, alive = std::weak_ptr<bool>(alive_), id, task = std::move(task)] {
+    if (alive.expired()) return;
+    if (Connection* const one = connection(id)) task(*one);
+  });
+}
+
+void ModbusTcpServer::receive(Connection& from) {
+  std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes;
+  int size = 0;
+  while ((size = modbus_receive(from.modbus.get(), bytes.data())) > 0) {
+    post(from.id, [this, request = Request(bytes.begin(), bytes.begin() + size)](Connection& one) {
+      take(one, request);
+    });
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return from.answered || from.ends; });
+    if (from.ends) return;
+    from.answered = false;
+  }
+  post(from.id, [this](Connection& one) {
+    if (!one.deaf) drop(one.id);
+  });
+}
+
+ModbusTcpServer::Connection* ModbusTcpServer::connection(std::uint64_t id) {
+  const auto found = std::find_if(connections_.begin(), connections_.end(),
+                                  [&](const auto& one) { return one->id == id; });
+  return found == connections_.end() ? nullptr : found->get();
+}
+
+void ModbusTcpServer::take(Connection& from, const Request& request) {
+  if (from.deaf) return go_on(from);
+  from.last_received = loop_.now();
+  if (faults_.silent) return go_on(from);
+  if (faults_.garbage) return send_garbage(from) ? go_on(from) : drop(from.id);
+  if (faults_.delay == 0) return answer(from, request);
+  loop_.after(faults_.delay, [this, alive = std::weak_ptr<bool>(alive_), id = from.id, request] {
+    if (alive.expired()) return;
+    if (Connection* const one = connection(id)) answer(*one, request);
+  });
+}
+
+bool ModbusTcpServer::send_garbage(const Connection& to) const {
+  std::array<std::uint8_t, 32> noise{};
+  noise.fill(0xa5);
+  const ssize_t sent =
+      send(modbus_get_socket(to.modbus.get()), noise.data(), noise.size(), MSG_NOSIGNAL);
+  return sent == static_cast<ssize_t>(noise.size());
+}
+
+void ModbusTcpServer::answer(Connection& to, const Request& request) {
+  modbus_t* const modbus = to.modbus.get();
+  const RegisterAccess access = access_of(request, image_);
+  // Of a function that it does not know libmodbus has read no more than the number.
+  const bool unknown = access.exception == MODBUS_EXCEPTION_ILLEGAL_FUNCTION;
+  const int length = static_cast<int>(request.size() - unit_at);
+  if (word_at(request, protocol_at) != 0 || (!unknown && word_at(request, length_at) != length)) {
+    return drop(to.id);
+  }
+  if (unknown) modbus_flush(modbus);
+  const int exception = !is_addressed_by(request[unit_at]) ? int{MODBUS_EXCEPTION_GATEWAY_TARGET}
+                        : faults_.exception != 0           ? faults_.exception
+                                                           : access.exception;
+  bool sent = false;
+  if (exception != 0) {
+    sent = modbus_reply_exception(modbus, request.data(), static_cast<unsigned>(exception)) >= 0;
+  } else {
+    if (!access.writes && before_read_) before_read_(access.table, access.first, access.count);
+    modbus_mapping_t mapping{};
+    mapping.nb_registers = image_.size(RegisterTable::registers);
+    mapping.tab_registers = image_.registers();
+    mapping.nb_bits = image_.size(RegisterTable::coils);
+    mapping.tab_bits = image_.coils();
+    mapping.nb_input_bits = image_.size(RegisterTable::inputs);
+    mapping.tab_input_bits = image_.inputs();
+    const int size = static_cast<int>(request.size());
+    sent = modbus_reply(modbus, request.data(), size, &mapping) >= 0;
+    if (access.writes && after_write_) after_write_(access.table, access.first, access.count);
+  }
+  sent ? go_on(to) : drop(to.id);
+}
+
+void ModbusTcpServer::go_on(Connection& connection) {
+  {
+    const std::lock_guard lock(mutex_);
+    connection.answered = true;
+  }
+  changed_.notify_all();
+}
+
+void ModbusTcpServer::drop(std::uint64_t id) {
+  Connection* const one = connection(id);
+  if (one == nullptr) return;
+  {
+    const std::lock_guard lock(mutex_);
+    one->ends = true;
+  }
+  changed_.notify_all();
+  shutdown(modbus_get_socket(one->modbus.get()), SHUT_RDWR);  // wakes modbus_receive
+  one->thread.join();
+  std::erase_if(connections_, [&](const auto& c) { return c.get() == one; });
+}
+
+}  // namespace berth

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "drivers/registers/modbus_context.h"
+#include "drivers/registers/register_server.h"
+
+namespace berth {
+
+class ProcessLoop;
+class Socket;
+
+/// What a request touches of an image, or the exception that it earns.
+struct RegisterAccess {
+  RegisterTable table = RegisterTable::registers;
+  bool writes = false;
+  int first = 0;  ///< from 1
+  int count = 0;
+  int exception = 0;
+};
+
+/// Of a request, as modbus_receive gives it: functions 1, 2, 3, 5, 6, 15 and 16 (MODBUS Application
+/// Protocol Specification V1.1b3, section 6).
+RegisterAccess access_of(std::span<const std::uint8_t> request, const RegisterImage& image);
+
+/// Modbus TCP by libmodbus' server side: a thread a connection waits for its requests, one by one,
+/// and each is carried out and answered on the loop. Whoever sends anything but Modbus, or does not
+/// read, is cut off.
+class ModbusTcpServer final : public RegisterServer {
+ public:
+  /// @throws InputError when the address cannot be listened on.
+  ModbusTcpServer(ProcessLoop& loop, Options options, RegisterImage& image, Hook before_read,
+                  Hook after_write);
+  ~ModbusTcpServer() override;
+
+  int connections() const override { return static_cast<int>(connections_.size()); }
+  void drop_connection(int n) override { drop(connections_.at(static_cast<std::size_t>(n))->id); }
+  void half_open(int n) override { connections_.at(static_cast<std::size_t>(n))->deaf = true; }
+  /// Takes over a connected socket as if it had been dialled.
+  void accept(Socket socket);
+
+ private:
+  using Request = std::vector<std::uint8_t>;
+  struct Connection {
+    std::uint64_t id = 0;
+    ModbusContext modbus;  // the thread's while it waits for a request, else the loop's
+    bool deaf = false;
+    Utime last_received = 0;
+    bool answered = false;  // guarded by mutex_
+    bool ends = false;      // guarded by mutex_
+    std::thread thread;
+  };
+
+  void receive(Connection& connection);  // the thread
+  void post(std::uint64_t id, std::function<void(Connection&)> task);
+  Connection* connection(std::uint64_t id);
+  void take(Connection& from, const Request& request);
+  void answer(Connection& to, const Request& request);
+  bool send_garbage(const Connection& to) const;
+  /// The thread waits for the next request.
+  void go_on(Connection& connection);
+  void drop(std::uint64_t id);
+
+  ProcessLoop& loop_;
+  std::vector<std::unique_ptr<Connection>> connections_;
+  std::uint64_t last_id_ = 0;
+  Loop::TimerId idle_timer_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace berth
