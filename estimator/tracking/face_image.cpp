@@ -11,7 +11,7 @@ namespace berth::estimator {
 namespace {
 
 constexpr double rounding = 1e-6;      // rad, and of depths
-constexpr double least_cosine = 0.02;  // flatter faces are left to a cast
+constexpr double min_facing_cosine = 0.02;  // flatter faces are left to a cast
 constexpr double widest = 1;           // tangent of half the image
 
 /// Columns first to last - 1 of a row.
@@ -149,7 +149,7 @@ class FaceImage::Painter {
     const Vector3d normal = (b - a).cross(c - a).normalized();
     const double height = std::abs(normal.dot(a)) - view.sway;  // of eyes over its plane, least
     if (height > 0) face.depth = normal / normal.dot(a);
-    face.seen = height > least_cosine * (farthest + view.sway);
+    face.seen = height > min_facing_cosine * (farthest + view.sway);
     for (std::size_t i = 0; i < 3; ++i) {
       Side& side = face.sides[i];
       side.across = face.corners[i].cross(face.corners[(i + 1) % 3]).normalized();
