@@ -563,9 +563,11 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       if (rim.sample == nullptr || !(rim.density * rim.width > 1e-4)) continue;
       const double spread = coverage * (1 - coverage);
       if (!(spread > 1e-9)) continue;
-      const double weight = rim.density * rim.density / spread * term.coverage_certainty;
-      if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const double score = rim.density * term.coverage_score;
+      // Fisher's information, but never a step farther than the edge's width reaches.
+      const double weight = std::max(rim.density * rim.density / spread * term.coverage_certainty,
+                                     std::abs(score) / (2 * rim.width));
+      if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
       add(rim.across, torque, 0, torque, rim.sample->front.face, weight, score / weight, rim.effect,
           rim.patch);
