@@ -91,9 +91,8 @@ class ScanFit {
   std::size_t beams() const { return beams_.size(); }
   double spacing() const { return spacing_; }
   BeamShares shares;
-  double noise_scale = 1;  ///< on the range sigma
-  double face_scale = 1;   ///< on the sigmas of the surface
-  double rim_scale = 1;    ///< on those of its occluding edges
+  double noise_scale = 1;          ///< on the range sigma
+  FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
 
  private:
   struct FitBeam {
