@@ -132,6 +132,7 @@ class Fit {
     const Vector12d d = difference(prior_state_.motion, state.motion);
     off.head<6>() = d.head<6>();
     if (layout_.velocity) off.segment<6>(6) = d.tail<6>();
+    off[layout_.rim_at()] = state.rim_offset - prior_state_.rim_offset;
     if (layout_.range_bias) off[layout_.bias_at()] = state.range_bias - prior_state_.range_bias;
     for (int j = 0; j < layout_.joints; ++j) {
       const auto at = static_cast<std::size_t>(j);
@@ -194,6 +195,10 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(layout.size(), layout.size());
   prior.topLeftCorner<6, 6>() = predicted.covariance.inverse();
   if (layout.velocity) prior.block<6, 6>(6, 6) = predicted.velocity_covariance.inverse();
+  // Where a wide beam's echo changes over from one face to the other is the receiver's threshold.
+  const double threshold =
+      std::max(1e-5, 0.25 * beam_model_.footprint(std::max(1e-3, predicted.pose.position.norm())));
+  prior(layout.rim_at(), layout.rim_at()) = 1 / (threshold * threshold);
   for (const Joint& joint : scene_.joints()) {
     start.angles.push_back(0);
     const auto j = static_cast<int>(start.angles.size()) - 1;

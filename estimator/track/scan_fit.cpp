@@ -63,6 +63,7 @@ ScanState ScanStateLayout::moved(const ScanState& state, const Eigen::VectorXd& 
   if (velocity) d.tail<6>() = by.segment<6>(6);
   ScanState result = state;
   result.motion = perturbed(state.motion, d);
+  result.rim_offset += by[rim_at()];
   if (range_bias) result.range_bias += by[bias_at()];
   for (int j = 0; j < joints; ++j) {
     result.angles[static_cast<std::size_t>(j)] += by[joints_at() + j];
@@ -449,7 +450,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         variance += offset.variance;
       }
       rim.width = std::sqrt(variance);
-      const double x = (rim.away + rim.effect * offset_of(rim.patch)) / rim.width;
+      const double x =
+          (rim.away + state.rim_offset + rim.effect * offset_of(rim.patch)) / rim.width;
       rim.density = normal_at(x) / rim.width;
       return normal_below(x);
     };
@@ -545,7 +547,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     // What it says of the state.
     const Quaterniond to_sensor = pose_of(beam, state).rotation;
     const Velocity& velocity = state.motion.velocity;
-    const auto add = [&](const Vector3d& force, const Vector3d& torque, double bias,
+    const auto add = [&](const Vector3d& force, const Vector3d& torque, bool rim,
                          const Vector3d& joint_torque, std::uint32_t face, double weight,
                          double residual, double effect, int patch) {
       auto j = jacobian.col(static_cast<Eigen::Index>(observations.size()));
@@ -560,7 +562,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         j.segment<3>(6) = beam.tau * j.head<3>();
         j.segment<3>(9) = beam.tau * turn;
       }
-      if (layout_.range_bias) j[layout_.bias_at()] = bias;
+      if (rim) j[layout_.rim_at()] = 1;
+      if (layout_.range_bias && !rim) j[layout_.bias_at()] = 1;
       const int joint = scene_.joint_of(face);
       if (joint >= 0 && joint < layout_.joints) {
         const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
@@ -575,7 +578,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const Vector3d place = ray.origin + hit.range * ray.direction;
       const Vector3d force = hit.normal / -met.slope_cosine;
       const Vector3d torque = place.cross(force);
-      add(force, torque, 1, torque, hit.face, probability / met.expected.variance,
+      add(force, torque, false, torque, hit.face, probability / met.expected.variance,
           met.expected.residual, met.effect, patch);
     };
     if (returned) {
@@ -592,8 +595,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
                                      std::abs(score) / (2 * rim.width));
       if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
-      add(rim.across, torque, 0, torque, rim.sample->front.face, weight, score / weight, rim.effect,
-          rim.patch);
+      add(rim.across, torque, true, torque, rim.sample->front.face, weight, score / weight,
+          rim.effect, rim.patch);
     }
   }
 

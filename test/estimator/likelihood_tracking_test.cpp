@@ -370,7 +370,7 @@ TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") 
   state.angles = {0};
   Eigen::VectorXd off(layout.size());
   off << 0.004, -0.003, 0.005, 0.002, -0.003, 0.002, 0.002, 0.001, -0.002, 0.001, 0.002, -0.001,
-      0.003, 0.01;
+      0.001, 0.003, 0.01;
   state = layout.moved(state, off);
   const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 1e6});
   fit.prepare(state, {{0.02, 0.02}, false, true}, surfaces);
