@@ -5,60 +5,87 @@
 #include <cmath>
 
 namespace berth::estimator {
+namespace {
 
-double offset_covariance(const SurfacePatch& a, const SurfacePatch& b) {
-  const double la = a.correlation_length;
-  const double lb = b.correlation_length;
-  const double l2 = la * la + lb * lb;
-  const double value = a.sigma * b.sigma * a.direction.dot(b.direction) *
-                       std::exp(-(a.place - b.place).squaredNorm() / l2);
-  return la == lb ? value : value * std::pow(2 * la * lb / l2, 1.5);
-}
-
-OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance) {
+OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<SurfacePatch>& patches,
+                                   double tolerance) {
   const auto n = static_cast<Eigen::Index>(patches.size());
+  OffsetCovariance::Field result;
+  Eigen::MatrixXd& factor = result.factor;
   factor.resize(n, n);
-  rest.resize(n);
-  Eigen::VectorXd left(n);  // of 1
+  Eigen::VectorXd variance(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    rest[i] = std::pow(patches[static_cast<std::size_t>(i)].sigma, 2);
-    left[i] = 1;
+    const SurfacePatch& patch = patches[static_cast<std::size_t>(i)];
+    variance[i] = offset_covariance(field, patch, patch);
   }
-  const Eigen::VectorXd variance = rest;
+  result.rest = variance;
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    if (!(left.maxCoeff(&pivot) > tolerance)) break;
+    const double left = result.rest.cwiseQuotient(variance.cwiseMax(1e-300)).maxCoeff(&pivot);
+    if (!(left > tolerance) || !(result.rest[pivot] > 0)) break;
     auto column = factor.col(rank);
     const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
     for (Eigen::Index i = 0; i < n; ++i) {
-      column[i] = offset_covariance(patches[static_cast<std::size_t>(i)], p);
+      column[i] = offset_covariance(field, patches[static_cast<std::size_t>(i)], p);
     }
     column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
-    column /= std::sqrt(rest[pivot]);
-    rest = (rest - column.cwiseAbs2()).cwiseMax(0);
-    rest[pivot] = 0;
-    left = rest.cwiseQuotient(variance.cwiseMax(1e-300));
+    column /= std::sqrt(result.rest[pivot]);
+    result.rest = (result.rest - column.cwiseAbs2()).cwiseMax(0);
+    result.rest[pivot] = 0;
   }
   factor.conservativeResize(n, rank);
+  return result;
+}
+
+}  // namespace
+
+double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b) {
+  if (a.rim != b.rim || a.rim != (field == SurfaceField::rim)) return 0;
+  const double la = a.correlation_length;
+  const double lb = b.correlation_length;
+  const double l2 = la * la + lb * lb;
+  double value = a.sigma * b.sigma * std::exp(-(a.place - b.place).squaredNorm() / l2);
+  if (la != lb) value *= std::pow(2 * la * lb / l2, 1.5);
+  if (field == SurfaceField::sight) return value;
+  return value * a.direction.dot(b.direction) * a.slant * b.slant;
+}
+
+OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance) {
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    fields[f] = decomposed(surface_fields[f], patches, tolerance);
+  }
 }
 
 MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
                                              const OffsetCovariance& covariance,
-                                             const Eigen::VectorXd& scale)
-    : equations_(equations), l_(scale.asDiagonal() * covariance.factor) {
+                                             const FieldScales& scales)
+    : equations_(equations) {
   const Eigen::MatrixXd& h = equations.coupling;
   const Eigen::VectorXd& n = equations.patch_information;
-  const Eigen::VectorXd rest = scale.cwiseAbs2().cwiseProduct(covariance.rest);
-  kept_ = (1 + n.array() * rest.array()).inverse();
-  own_ = rest.cwiseProduct(kept_);
-  const Eigen::MatrixXd root = n.cwiseProduct(kept_).cwiseSqrt().asDiagonal() * l_;
-  Eigen::MatrixXd b = Eigen::MatrixXd::Identity(root.cols(), root.cols());
+  Eigen::Index rank = 0;
+  for (std::size_t f = 0; f < scales.size(); ++f) {
+    ranks_[f] = covariance.fields[f].factor.cols();
+    rank += ranks_[f];
+  }
+  l_.resize(n.size(), rank);
+  rest_ = Eigen::VectorXd::Zero(n.size());
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < scales.size(); ++f) {
+    if (n.size() == 0) break;
+    l_.middleCols(at, ranks_[f]) = scales[f] * covariance.fields[f].factor;
+    rest_ += scales[f] * scales[f] * covariance.fields[f].rest;
+    at += ranks_[f];
+  }
+  const Eigen::VectorXd kept = (1 + n.array() * rest_.array()).inverse();
+  own_ = rest_.cwiseProduct(kept);
+  const Eigen::MatrixXd root = n.cwiseProduct(kept).cwiseSqrt().asDiagonal() * l_;
+  Eigen::MatrixXd b = Eigen::MatrixXd::Identity(rank, rank);
   b.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   factor_.compute(b);
   const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
-  coupling_ = l_.transpose() * (kept_.asDiagonal() * h);
-  patch_gradient_ = l_.transpose() * kept_.cwiseProduct(equations.patch_gradient);
+  coupling_ = l_.transpose() * (kept.asDiagonal() * h);
+  patch_gradient_ = l_.transpose() * kept.cwiseProduct(equations.patch_gradient);
   Eigen::MatrixXd half = coupling_;
   factor_.matrixL().solveInPlace(half);
   Eigen::VectorXd half_gradient = patch_gradient_;
@@ -69,28 +96,41 @@ MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
               half.transpose() * half_gradient;
 }
 
+/// Of the fields, in which offsets are L z.
+Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) const {
+  return factor_.solve(patch_gradient_ - coupling_ * x);
+}
+
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd common = l_ * factor_.solve(patch_gradient_ - coupling_ * x);
+  const Eigen::VectorXd common = l_ * coordinates(x);
   const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
                                equations_.patch_information.cwiseProduct(common);
   return common + own_.cwiseProduct(left);
 }
 
-Eigen::VectorXd MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
+double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd delta = offsets(x);
-  return delta.cwiseProduct(equations_.patch_gradient - equations_.coupling * x -
-                            equations_.patch_information.cwiseProduct(delta));
+  return delta.dot(equations_.patch_gradient - equations_.coupling * x -
+                   equations_.patch_information.cwiseProduct(delta));
 }
 
-Eigen::VectorXd MarginalisedEquations::determined(const Eigen::MatrixXd& p) const {
-  // S, of its diagonal; V = S H; U = (1 - N S) H
-  Eigen::MatrixXd half = (kept_.asDiagonal() * l_).transpose();
-  factor_.matrixL().solveInPlace(half);
-  const Eigen::VectorXd s = half.colwise().squaredNorm().transpose() + own_;
-  const Eigen::MatrixXd v = kept_.asDiagonal() * (l_ * factor_.solve(coupling_)) +
-                            own_.asDiagonal() * equations_.coupling;
-  const Eigen::MatrixXd u = equations_.coupling - equations_.patch_information.asDiagonal() * v;
-  return s.cwiseProduct(equations_.patch_information) - (v * p).cwiseProduct(u).rowwise().sum();
+std::array<MarginalisedEquations::FieldEvidence, surface_fields.size()>
+MarginalisedEquations::evidence(const Eigen::MatrixXd& p, const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd z = coordinates(x);
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(z.size(), z.size());
+  factor_.matrixL().solveInPlace(inverse);
+  const Eigen::VectorXd left = inverse.colwise().squaredNorm();  // diagonal of (1 + L' N L)^-1
+  const Eigen::MatrixXd solved = factor_.solve(coupling_);
+  const Eigen::VectorXd by_x = (solved * p).cwiseProduct(solved).rowwise().sum();
+  std::array<FieldEvidence, surface_fields.size()> result;
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < result.size(); ++f) {
+    result[f].squared = z.segment(at, ranks_[f]).squaredNorm();
+    result[f].determined = static_cast<double>(ranks_[f]) - left.segment(at, ranks_[f]).sum() -
+                           by_x.segment(at, ranks_[f]).sum();
+    at += ranks_[f];
+  }
+  return result;
 }
 
 }  // namespace berth::estimator

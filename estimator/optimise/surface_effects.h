@@ -3,35 +3,50 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "common/core/pose.h"
 
 namespace berth::estimator {
 
-/// A place of a surface that is displaced as one: along `direction`, by a random offset.
+/// A place of the target that errs as one, by a random offset: of ranges (m) where beams meet the
+/// face, or of an occluding edge's place (m, along `direction`).
 struct SurfacePatch {
   Vector3d place = Vector3d::Zero();      ///< m, model frame
   Vector3d direction = Vector3d::Zero();  ///< unit: normal of a face, outward of a rim
-  double sigma = 0;                       ///< m, of the offset
+  double sigma = 0;                       ///< m, of the surface's distance from the mesh
   double correlation_length = 1;          ///< m
   bool rim = false;                       ///< of an occluding edge, not of a face
+  double slant = 1;                       ///< of a face, 1 / cos(incidence)
 };
 
-/// Covariance (m^2) of the offsets of two patches: the mesh is displaced by a vector field whose
-/// components are independent Gaussian processes; an offset is its component along the patch's
-/// direction n:
-///   K_ab = s_a s_b (2 l_a l_b / (l_a^2 + l_b^2))^1.5 exp(-|x_a - x_b|^2 / (l_a^2 + l_b^2)) n_a.n_b
-/// [Paciorek, Schervish, NIPS 2004], which for equal lengths is s^2 exp(-d^2 / 2 l^2) n_a.n_b.
-double offset_covariance(const SurfacePatch& a, const SurfacePatch& b);
+/// What displaces patches: Gaussian processes over the mesh, independent of each other, each with a
+/// scale q on the sigmas that is learnt. With E = (2 l l' / (l^2 + l'^2))^1.5
+/// exp(-|x - x'|^2 / (l^2 + l'^2)) [Paciorek, Schervish, NIPS 2004; exp(-d^2 / 2 l^2) for equal
+/// lengths] the covariance of two offsets is
+enum class SurfaceField {
+  rim,     ///< of rims: s s' n.n' E, a component of a vector field along each one's direction
+  normal,  ///< of faces: s s' n.n' E / (cos cos'), the surface displaced by a vector field
+  sight    ///< of faces: s s' E, ranges off alike whatever the incidence (blankets, paint)
+};
+inline constexpr std::array surface_fields = {SurfaceField::rim, SurfaceField::normal,
+                                              SurfaceField::sight};
+using FieldScales = std::array<double, surface_fields.size()>;
 
-/// The covariance K (n x n) of all patches' offsets as factor factor' + diag(rest): Cholesky
-/// decomposition with pivots, stopped when no rest is above `tolerance` of its variance [Harbrecht,
-/// Peters, Schneider, Applied Numerical Mathematics 62 (2012) 428]. A smooth field has far fewer
-/// degrees of freedom than patches; what is left out counts as independent of all else.
+double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b);
+
+/// The covariance K (n x n) of all patches' offsets, a sum over the fields f of
+/// q_f^2 (L_f L_f' + diag(rest_f)): Cholesky decompositions with pivots, stopped when no rest is
+/// above `tolerance` of its variance [Harbrecht, Peters, Schneider, Applied Numerical Mathematics
+/// 62 (2012) 428]. A smooth field has far fewer degrees of freedom than patches; what is left out
+/// counts as independent of all else.
 struct OffsetCovariance {
-  Eigen::MatrixXd factor;  ///< n x rank, m
-  Eigen::VectorXd rest;    ///< n, m^2
+  struct Field {
+    Eigen::MatrixXd factor;  ///< n x rank, m
+    Eigen::VectorXd rest;    ///< n, m^2
+  };
+  std::array<Field, surface_fields.size()> fields;
 
   OffsetCovariance() = default;
   OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance);
@@ -47,34 +62,41 @@ struct NormalEquations {
   Eigen::MatrixXd coupling;           ///< n x D: H = sum w a J'
 };
 
-/// The same with the offsets marginalised, in closed form. Their covariance is K = L L' +
-/// diag(rest), patch by patch scaled by q. First the rest, each patch alone, by which N, g and H
-/// shrink by 1 + N rest; then
+/// The same with the offsets marginalised, in closed form; L: the q_f L_f side by side. First the
+/// rest, each patch alone, by which N, g and H shrink by 1 + N rest; then
 ///   S = (K^-1 + N)^-1 = L (1 + L' N L)^-1 L',
 ///   information = sum w J J' - H' S H,  gradient = sum w J e - H' S g.
 class MarginalisedEquations {
  public:
-  /// @param equations, must outlive it
-  /// @param scale q: n factors on the sigmas of the patches
+  /// @param equations must outlive it
   MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
-                        const Eigen::VectorXd& scale);
+                        const FieldScales& scales);
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
   /// Of each patch, the offset's most probable value for a given x (D).
   Eigen::VectorXd offsets(const Eigen::VectorXd& x) const;
-  /// Of each patch, delta (K^-1 delta) of those: their sum is delta' K^-1 delta.
-  Eigen::VectorXd offsets_squared(const Eigen::VectorXd& x) const;
-  /// Of each patch, how much of its offset the observations determine, 0 to 1: (S N)_kk [MacKay,
-  /// Neural Computation 4 (1992) 415], less what x could make up for. p: covariance of x.
-  /// offsets_squared() less this is the slope of the log evidence with the logarithm of the scale.
-  Eigen::VectorXd determined(const Eigen::MatrixXd& p) const;
+  /// delta' K^-1 delta of those.
+  double offsets_squared(const Eigen::VectorXd& x) const;
+
+  /// Of one field [MacKay, Neural Computation 4 (1992) 415]: squared - determined is the slope of
+  /// the log evidence (x and offsets marginalised) with log q, but for what is in the rest.
+  struct FieldEvidence {
+    double squared = 0;     ///< of its most probable coordinates, which are standard normal before
+    double determined = 0;  ///< how many of them the observations determine, x aside
+  };
+  /// @param p D x D, covariance of x
+  std::array<FieldEvidence, surface_fields.size()> evidence(const Eigen::MatrixXd& p,
+                                                            const Eigen::VectorXd& x) const;
 
  private:
+  Eigen::VectorXd coordinates(const Eigen::VectorXd& x) const;
+
   const NormalEquations& equations_;
-  Eigen::MatrixXd l_;                   // q L
-  Eigen::VectorXd own_;                 // q^2 rest / (1 + N q^2 rest): what a patch takes alone
-  Eigen::VectorXd kept_;                // 1 / (1 + N q^2 rest)
+  std::array<Eigen::Index, surface_fields.size()> ranks_{};
+  Eigen::MatrixXd l_;  // L
+  Eigen::VectorXd rest_;
+  Eigen::VectorXd own_;                 // rest / (1 + N rest): what a patch takes alone
   Eigen::LLT<Eigen::MatrixXd> factor_;  // of 1 + L' N L
   Eigen::MatrixXd coupling_;            // L' H, rank x D
   Eigen::VectorXd patch_gradient_;      // L' g

@@ -26,11 +26,12 @@ class Fit {
            int iterations) {
     scan_.prepare(state_, stage, surfaces);
     covariance_ = OffsetCovariance(scan_.patches(), 0.02);
-    at_ = scan_.linearise(state_, Eigen::VectorXd::Zero(covariance_.factor.rows()));
+    at_ = scan_.linearise(state_,
+                          Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
     double cost = cost_of(at_, state_, 0);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
-      const MarginalisedEquations equations(at_.sums, covariance_, scales());
+      const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
       const Eigen::VectorXd off = from_prior(state_);
       const Eigen::MatrixXd information = equations.information() + prior_;
       const Eigen::VectorXd gradient = equations.gradient() - prior_ * off;
@@ -43,7 +44,7 @@ class Fit {
         gain = gradient.dot(step);
         const ScanState trial = layout_.moved(state_, step);
         ScanFit::Linearised there = scan_.linearise(trial, equations.offsets(step));
-        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step).sum());
+        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step));
         ++evaluations_;
         if (trial_cost < cost + 0.01) {
           better = true;
@@ -61,32 +62,26 @@ class Fit {
     scan_.shares = at_.shares;
   }
 
-  /// The most probable scales of the sigmas of faces and of rims: evidence, by MacKay's fixed
-  /// point.
+  /// The most probable scales of the fields' sigmas: evidence, by MacKay's fixed point.
   void learn_scales(double prior_sigma) {
-    if (covariance_.factor.rows() == 0) return;
+    if (scan_.patches().empty()) return;
     const double weight = 1 / (prior_sigma * prior_sigma);
     for (int i = 0; i < 20; ++i) {
-      const MarginalisedEquations equations(at_.sums, covariance_, scales());
+      const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
       const Eigen::MatrixXd p = (equations.information() + prior_).inverse();
       const Eigen::VectorXd step = p * (equations.gradient() - prior_ * from_prior(state_));
-      const Eigen::VectorXd squared = equations.offsets_squared(step);
-      const Eigen::VectorXd determined = equations.determined(p);
-      determined_ = std::max(0.0, determined.sum());
+      determined_ = 0;
       double largest = 0;
-      for (const bool rim : {false, true}) {
-        double slope = 0;
-        double count = 0;
-        for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
-          if (scan_.patches()[k].rim != rim) continue;
-          slope += squared[static_cast<Eigen::Index>(k)] - determined[static_cast<Eigen::Index>(k)];
-          count += std::max(0.0, determined[static_cast<Eigen::Index>(k)]);
-        }
-        double& scale = rim ? scan_.rim_scale : scan_.face_scale;
-        const double change =
-            std::clamp((slope - weight * std::log(scale)) / (2 * count + weight), -1.0, 1.0);
+      const auto evidence = equations.evidence(p, step);
+      for (std::size_t f = 0; f < evidence.size(); ++f) {
+        const double determined = std::max(0.0, evidence[f].determined);
+        double& scale = scan_.scales[f];
+        const double slope =
+            evidence[f].squared - evidence[f].determined - weight * std::log(scale);
+        const double change = std::clamp(slope / (2 * determined + weight), -1.0, 1.0);
         scale *= std::exp(change);
         largest = std::max(largest, std::abs(change));
+        determined_ += determined;
       }
       if (largest < 0.05) break;
     }
@@ -103,13 +98,13 @@ class Fit {
 
   /// Of the whole state, prior included (Laplace's approximation).
   Eigen::MatrixXd covariance() const {
-    return (MarginalisedEquations(at_.sums, covariance_, scales()).information() + prior_)
+    return (MarginalisedEquations(at_.sums, covariance_, scan_.scales).information() + prior_)
         .inverse();
   }
 
   /// What the scan alone says of pose and velocity: all else that is unknown marginalised.
   MeasuredMotion measured() const {
-    const MarginalisedEquations equations(at_.sums, covariance_, scales());
+    const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
     const Eigen::Index rest = layout_.size() - 12;
     const Eigen::MatrixXd& information = equations.information();
     MeasuredMotion motion;
@@ -132,20 +127,12 @@ class Fit {
   int evaluations() const { return evaluations_; }
 
  private:
-  /// Of each patch, on its sigma.
-  Eigen::VectorXd scales() const {
-    Eigen::VectorXd scale(scan_.patches().size());
-    for (std::size_t k = 0; k < scan_.patches().size(); ++k) {
-      scale[static_cast<Eigen::Index>(k)] =
-          scan_.patches()[k].rim ? scan_.rim_scale : scan_.face_scale;
-    }
-    return scale;
-  }
   Eigen::VectorXd from_prior(const ScanState& state) const {
     Eigen::VectorXd off = Eigen::VectorXd::Zero(layout_.size());
     const Vector12d d = difference(prior_state_.motion, state.motion);
     off.head<6>() = d.head<6>();
     if (layout_.velocity) off.segment<6>(6) = d.tail<6>();
+    off[layout_.rim_at()] = state.rim_offset - prior_state_.rim_offset;
     if (layout_.range_bias) off[layout_.bias_at()] = state.range_bias - prior_state_.range_bias;
     for (int j = 0; j < layout_.joints; ++j) {
       const auto at = static_cast<std::size_t>(j);
@@ -208,6 +195,10 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(layout.size(), layout.size());
   prior.topLeftCorner<6, 6>() = predicted.covariance.inverse();
   if (layout.velocity) prior.block<6, 6>(6, 6) = predicted.velocity_covariance.inverse();
+  // Where a wide beam's echo changes over from one face to the other is the receiver's threshold.
+  const double threshold =
+      std::max(1e-5, 0.25 * beam_model_.footprint(std::max(1e-3, predicted.pose.position.norm())));
+  prior(layout.rim_at(), layout.rim_at()) = 1 / (threshold * threshold);
   for (const Joint& joint : scene_.joints()) {
     start.angles.push_back(0);
     const auto j = static_cast<int>(start.angles.size()) - 1;

@@ -8,6 +8,8 @@
 namespace berth::estimator {
 namespace {
 
+constexpr auto rim_field = static_cast<std::size_t>(SurfaceField::rim);
+constexpr auto normal_field = static_cast<std::size_t>(SurfaceField::normal);
 constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
 
 /// A number of a cell of a grid of that size, and of the side that a direction faces.
@@ -61,6 +63,7 @@ ScanState ScanStateLayout::moved(const ScanState& state, const Eigen::VectorXd& 
   if (velocity) d.tail<6>() = by.segment<6>(6);
   ScanState result = state;
   result.motion = perturbed(state.motion, d);
+  result.rim_offset += by[rim_at()];
   if (range_bias) result.range_bias += by[bias_at()];
   for (int j = 0; j < joints; ++j) {
     result.angles[static_cast<std::size_t>(j)] += by[joints_at() + j];
@@ -139,7 +142,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   double rim_sigma = 0;
   if (stage.patches) {
     for (const RimSample& rim : rims_) {
-      rim_sigma = std::max(rim_sigma, rim_scale * surface_of_face_[rim.front.face].sigma);
+      rim_sigma = std::max(rim_sigma, scales[rim_field] * surface_of_face_[rim.front.face].sigma);
     }
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
@@ -184,7 +187,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
                               (2 * side_of(direction) + (rim ? 1 : 0)) * 0x9e3779b97f4a7c15ULL;
     const auto [entry, fresh] = patch_index.try_emplace(key, static_cast<int>(patches_.size()));
     if (fresh) {
-      patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0, rim});
+      patches_.push_back({Vector3d::Zero(), Vector3d::Zero(), 0, 0, rim, 0});
       members.push_back(0);
     }
     SurfacePatch& patch = patches_[static_cast<std::size_t>(entry->second)];
@@ -192,6 +195,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     patch.direction += direction;
     patch.sigma += surface.sigma;
     patch.correlation_length += surface.correlation_length;
+    const Vector3d sight = (place - model_sensor.position).normalized();
+    patch.slant += rim ? 1 : 1 / std::max(grazing, -direction.dot(sight));
     ++members[static_cast<std::size_t>(entry->second)];
     return entry->second;
   };
@@ -285,6 +290,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     patches_[p].direction.normalize();
     patches_[p].sigma /= n;
     patches_[p].correlation_length /= n;
+    patches_[p].slant /= n;
   }
   if (stage.annealing.range == 0) look_at_footprints(state, hits);
 }
@@ -358,11 +364,26 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   observations.reserve(2 * active_.size());
   Eigen::MatrixXd jacobian(size, static_cast<Eigen::Index>(4 * active_.size()));
   const auto offset_of = [&offsets](int patch) { return patch < 0 ? 0 : offsets[patch]; };
-  // Correlation of the displacement at a place, along a direction, with a patch's offset.
-  const auto correlation = [&](int patch, const Vector3d& place, const Vector3d& direction) {
-    const SurfacePatch& p = patches_[static_cast<std::size_t>(patch)];
-    const double l2 = p.correlation_length * p.correlation_length;
-    return direction.dot(p.direction) * std::exp(-0.5 * (place - p.place).squaredNorm() / l2);
+  // How an error of a beam's own place follows its patch's offset, and what is left of its variance
+  // [the fully independent training conditional of Snelson, Ghahramani, NIPS 2006].
+  struct Follows {
+    double effect = 0;
+    double variance = 0;
+  };
+  const auto follows = [&](int patch, const SurfacePatch& own) {
+    const auto covariance = [this](const SurfacePatch& a, const SurfacePatch& b) {
+      double sum = 0;
+      for (std::size_t f = 0; f < scales.size(); ++f) {
+        sum += scales[f] * scales[f] * offset_covariance(surface_fields[f], a, b);
+      }
+      return sum;
+    };
+    const double alone = covariance(own, own);
+    if (patch < 0) return Follows{0, alone};
+    const SurfacePatch& with = patches_[static_cast<std::size_t>(patch)];
+    const double both = covariance(own, with);
+    const double effect = both / std::max(1e-300, covariance(with, with));
+    return Follows{effect, std::max(0.0, alone - effect * both)};
   };
 
   std::vector<std::pair<double, double>> piece_sums(static_cast<std::size_t>(pieces_), {0, 0});
@@ -422,12 +443,15 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       rim.away = rim.outward.dot(rim.q);
       double variance = rim_width_ * rim_width_;
       if (stage_.patches) {
-        const double sigma = rim_scale * surface_of_face_[rim.sample->front.face].sigma;
-        rim.effect = rim.patch < 0 ? 0 : correlation(rim.patch, rim.point - rim.q, rim.outward);
-        variance += sigma * sigma * (1 - rim.effect * rim.effect);
+        const Surface& surface = surface_of_face_[rim.sample->front.face];
+        const Follows offset = follows(rim.patch, {rim.point - rim.q, rim.outward, surface.sigma,
+                                                   surface.correlation_length, true, 1});
+        rim.effect = offset.effect;
+        variance += offset.variance;
       }
       rim.width = std::sqrt(variance);
-      const double x = (rim.away + rim.effect * offset_of(rim.patch)) / rim.width;
+      const double x =
+          (rim.away + state.rim_offset + rim.effect * offset_of(rim.patch)) / rim.width;
       rim.density = normal_at(x) / rim.width;
       return normal_below(x);
     };
@@ -476,15 +500,16 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const double c2 = met.slope_cosine * met.slope_cosine;
       const double tan2 = (1 - c2) / c2;
       const Surface& surface = surface_of_face_[hit.face];
-      const double sigma = face_scale * surface.sigma;
       double surface_variance = 0;
       met.effect = 0;
       if (stage_.patches) {
+        const double sigma = scales[normal_field] * surface.sigma;
         const double bend = sigma * sigma / (surface.correlation_length * c2);
-        const double rho =
-            patch < 0 ? 0 : correlation(patch, ray.origin + hit.range * ray.direction, hit.normal);
-        met.effect = -rho / met.slope_cosine;
-        surface_variance = bend * bend + sigma * sigma * (1 - rho * rho) / c2;
+        const Follows offset =
+            follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
+                            surface.correlation_length, false, 1 / met.slope_cosine});
+        met.effect = offset.effect;
+        surface_variance = bend * bend + offset.variance;
       }
       const double mixed = middle ? active.mixed_mean : 0;
       met.expected.residual =
@@ -522,7 +547,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     // What it says of the state.
     const Quaterniond to_sensor = pose_of(beam, state).rotation;
     const Velocity& velocity = state.motion.velocity;
-    const auto add = [&](const Vector3d& force, const Vector3d& torque, double bias,
+    const auto add = [&](const Vector3d& force, const Vector3d& torque, bool rim,
                          const Vector3d& joint_torque, std::uint32_t face, double weight,
                          double residual, double effect, int patch) {
       auto j = jacobian.col(static_cast<Eigen::Index>(observations.size()));
@@ -537,7 +562,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         j.segment<3>(6) = beam.tau * j.head<3>();
         j.segment<3>(9) = beam.tau * turn;
       }
-      if (layout_.range_bias) j[layout_.bias_at()] = bias;
+      if (rim) j[layout_.rim_at()] = 1;
+      if (layout_.range_bias && !rim) j[layout_.bias_at()] = 1;
       const int joint = scene_.joint_of(face);
       if (joint >= 0 && joint < layout_.joints) {
         const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
@@ -552,7 +578,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const Vector3d place = ray.origin + hit.range * ray.direction;
       const Vector3d force = hit.normal / -met.slope_cosine;
       const Vector3d torque = place.cross(force);
-      add(force, torque, 1, torque, hit.face, probability / met.expected.variance,
+      add(force, torque, false, torque, hit.face, probability / met.expected.variance,
           met.expected.residual, met.effect, patch);
     };
     if (returned) {
@@ -569,8 +595,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
                                      std::abs(score) / (2 * rim.width));
       if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
-      add(rim.across, torque, 0, torque, rim.sample->front.face, weight, score / weight, rim.effect,
-          rim.patch);
+      add(rim.across, torque, true, torque, rim.sample->front.face, weight, score / weight,
+          rim.effect, rim.patch);
     }
   }
 

@@ -13,10 +13,11 @@
 namespace berth::estimator {
 
 /// What one scan is explained by. Vectors of it are [pose (6); velocity (6, where it is unknown);
-/// range bias (1, where the scanner may have one); joint angles], pose and velocity as
+/// rim offset; range bias (1, where the scanner may have one); joint angles], pose and velocity as
 /// berth::perturbed(Motion).
 struct ScanState {
   Motion motion;          ///< T_sensor_model and its velocity at the scan's mean time, sensor frame
+  double rim_offset = 0;  ///< m by which all occluding edges seem to stand farther out
   double range_bias = 0;  ///< m, in every range
   std::vector<double> angles;  ///< rad, of TargetScene::joints()
 };
@@ -27,7 +28,8 @@ struct ScanStateLayout {
   bool range_bias = false;
   int joints = 0;
 
-  int bias_at() const { return velocity ? 12 : 6; }
+  int rim_at() const { return velocity ? 12 : 6; }
+  int bias_at() const { return rim_at() + 1; }
   int joints_at() const { return bias_at() + (range_bias ? 1 : 0); }
   int size() const { return joints_at() + joints; }
   ScanState moved(const ScanState& state, const Eigen::VectorXd& by) const;
@@ -91,9 +93,8 @@ class ScanFit {
   std::size_t beams() const { return beams_.size(); }
   double spacing() const { return spacing_; }
   BeamShares shares;
-  double noise_scale = 1;  ///< on the range sigma
-  double face_scale = 1;   ///< on the sigmas of the surface
-  double rim_scale = 1;    ///< on those of its occluding edges
+  double noise_scale = 1;          ///< on the range sigma
+  FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
 
  private:
   struct FitBeam {

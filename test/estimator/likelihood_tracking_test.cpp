@@ -37,7 +37,9 @@ struct Plate {
       patches.push_back({{0.15 * i, 0.1 * (i % 3), 0},
                          {std::sin(angle), 0, std::cos(angle)},
                          i < 8 ? 0.008 : 0.002,
-                         i < 8 ? 0.3 : 0.2});
+                         i < 8 ? 0.3 : 0.2,
+                         i % 4 == 3,
+                         i % 4 == 3 ? 1 : 1 + 0.1 * i});
     }
     constexpr int observations = 60;
     constexpr int size = 3;
@@ -70,13 +72,17 @@ struct Plate {
     }
   }
 
-  Eigen::MatrixXd covariance_of_offsets() const {
+  Eigen::MatrixXd covariance_of_offsets(const FieldScales& scales = {1, 1, 1}) const {
     const auto n = static_cast<Eigen::Index>(patches.size());
     Eigen::MatrixXd k(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j < n; ++j) {
-        k(i, j) = offset_covariance(patches[static_cast<std::size_t>(i)],
-                                    patches[static_cast<std::size_t>(j)]);
+        k(i, j) = 0;
+        for (std::size_t f = 0; f < surface_fields.size(); ++f) {
+          k(i, j) += scales[f] * scales[f] *
+                     offset_covariance(surface_fields[f], patches[static_cast<std::size_t>(i)],
+                                       patches[static_cast<std::size_t>(j)]);
+        }
       }
     }
     return k;
@@ -89,8 +95,8 @@ struct Plate {
     }
     return a;
   }
-  Eigen::MatrixXd covariance_of_residuals(double scale) const {
-    Eigen::MatrixXd c = scale * scale * spread() * covariance_of_offsets() * spread().transpose();
+  Eigen::MatrixXd covariance_of_residuals(const FieldScales& scales) const {
+    Eigen::MatrixXd c = spread() * covariance_of_offsets(scales) * spread().transpose();
     c.diagonal() += weights.cwiseInverse();
     return c;
   }
@@ -151,18 +157,24 @@ TEST_CASE("The score of a beam is the derivative of its likelihood") {
   }
 }
 
-TEST_CASE("The covariance of offsets as a factor is the covariance, as far as asked") {
+TEST_CASE("The covariance of offsets as factors is the covariance, as far as asked") {
   const Plate plate(Random(1, "plate"));
-  const Eigen::MatrixXd k = plate.covariance_of_offsets();
   const OffsetCovariance exact(plate.patches, 0);
-  CHECK((exact.factor * exact.factor.transpose()).isApprox(k, 1e-9));
   const OffsetCovariance coarse(plate.patches, 0.05);
-  CHECK(coarse.factor.cols() < exact.factor.cols());
-  const Eigen::MatrixXd left = k - coarse.factor * coarse.factor.transpose();
-  CHECK(left.diagonal().isApprox(coarse.rest, 1e-9));
-  CHECK((coarse.rest.array() <= 0.05 * k.diagonal().array() + 1e-15).all());
-  CHECK(Eigen::LLT<Eigen::MatrixXd>(k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).info() ==
-        Eigen::Success);
+  for (std::size_t f = 0; f < surface_fields.size(); ++f) {
+    FieldScales alone = {0, 0, 0};
+    alone[f] = 1;
+    const Eigen::MatrixXd k = plate.covariance_of_offsets(alone);
+    const Eigen::MatrixXd& l = exact.fields[f].factor;
+    CHECK((l * l.transpose()).isApprox(k, 1e-9));
+    const Eigen::MatrixXd& few = coarse.fields[f].factor;
+    CHECK(few.cols() <= l.cols());
+    const Eigen::MatrixXd left = k - few * few.transpose();
+    CHECK((left.diagonal() - coarse.fields[f].rest).norm() < 1e-12);
+    CHECK((coarse.fields[f].rest.array() <= 0.05 * k.diagonal().array() + 1e-15).all());
+    CHECK(Eigen::LLT<Eigen::MatrixXd>(k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).info() ==
+          Eigen::Success);
+  }
 }
 
 TEST_CASE("Offsets are marginalised as generalised least squares has it") {
@@ -170,34 +182,31 @@ TEST_CASE("Offsets are marginalised as generalised least squares has it") {
   const double tolerance = GENERATE(0.0, 0.03);
   const double scale = 1.5;
   const OffsetCovariance covariance(plate.patches, tolerance);
-  const MarginalisedEquations equations(plate.sums, covariance,
-                                        Eigen::VectorXd::Constant(12, scale));
-  const Eigen::LLT<Eigen::MatrixXd> residuals(plate.covariance_of_residuals(scale));
+  const MarginalisedEquations equations(plate.sums, covariance, {scale, scale, scale});
+  const Eigen::LLT<Eigen::MatrixXd> residuals(plate.covariance_of_residuals({scale, scale, scale}));
   const double within = tolerance == 0 ? 1e-9 : 0.02;
   const Eigen::MatrixXd information = plate.jacobian.transpose() * residuals.solve(plate.jacobian);
   const Eigen::VectorXd gradient = plate.jacobian.transpose() * residuals.solve(plate.residuals);
   CHECK(equations.information().isApprox(information, within));
   CHECK(equations.gradient().isApprox(gradient, within));
   const Eigen::VectorXd x = information.ldlt().solve(gradient);
-  const Eigen::MatrixXd k = scale * scale * plate.covariance_of_offsets();
+  const Eigen::MatrixXd k = plate.covariance_of_offsets({scale, scale, scale});
   const Eigen::VectorXd delta =
       k * plate.spread().transpose() * residuals.solve(plate.residuals - plate.jacobian * x);
   if (tolerance == 0) {
     CHECK(equations.offsets(x).isApprox(delta, 1e-6));
-    CHECK(equations.offsets_squared(x).sum() ==
-          Approx(delta.dot(k.ldlt().solve(delta))).epsilon(1e-4));
+    CHECK(equations.offsets_squared(x) == Approx(delta.dot(k.ldlt().solve(delta))).epsilon(1e-4));
   } else {
     CHECK((equations.offsets(x) - delta).norm() < 0.1 * delta.norm());
   }
 }
 
-TEST_CASE("The number of determined offsets is the slope of the evidence") {
+TEST_CASE("A field's evidence has the slope that numeric differences have") {
   const Plate plate(Random(3, "plate"));
   const OffsetCovariance covariance(plate.patches, 0);
   // -log of the residuals' probability with x and offsets marginalised, but for constants.
-  const auto cost = [&](double scale) {
-    const Eigen::MatrixXd c = plate.covariance_of_residuals(scale);
-    const Eigen::LLT<Eigen::MatrixXd> solver(c);
+  const auto cost = [&](const FieldScales& scales) {
+    const Eigen::LLT<Eigen::MatrixXd> solver(plate.covariance_of_residuals(scales));
     const Eigen::MatrixXd information = plate.jacobian.transpose() * solver.solve(plate.jacobian);
     const Eigen::VectorXd gradient = plate.jacobian.transpose() * solver.solve(plate.residuals);
     const Eigen::MatrixXd l = solver.matrixL();
@@ -205,16 +214,21 @@ TEST_CASE("The number of determined offsets is the slope of the evidence") {
            0.5 * gradient.dot(information.ldlt().solve(gradient)) +
            l.diagonal().array().log().sum() + 0.5 * std::log(information.determinant());
   };
-  for (const double scale : {0.3, 1.0, 2.0}) {
-    const MarginalisedEquations equations(plate.sums, covariance,
-                                          Eigen::VectorXd::Constant(12, scale));
+  for (const FieldScales& scales :
+       {FieldScales{0.3, 0.3, 0.3}, FieldScales{1, 2, 0.5}, FieldScales{2, 0.5, 1}}) {
+    const MarginalisedEquations equations(plate.sums, covariance, scales);
     const Eigen::MatrixXd p = equations.information().inverse();
-    const Eigen::VectorXd x = p * equations.gradient();
-    const double slope = (equations.determined(p) - equations.offsets_squared(x)).sum();
-    constexpr double step = 1e-4;
-    const double expected =
-        (cost(scale * std::exp(step)) - cost(scale * std::exp(-step))) / (2 * step);
-    CHECK(slope == Approx(expected).epsilon(1e-3).margin(1e-3));
+    const auto evidence = equations.evidence(p, p * equations.gradient());
+    for (std::size_t f = 0; f < scales.size(); ++f) {
+      constexpr double step = 1e-4;
+      FieldScales more = scales;
+      FieldScales less = scales;
+      more[f] *= std::exp(step);
+      less[f] *= std::exp(-step);
+      const double slope = (cost(less) - cost(more)) / (2 * step);
+      CHECK(evidence[f].squared - evidence[f].determined ==
+            Approx(slope).epsilon(1e-3).margin(1e-3));
+    }
   }
 }
 
@@ -222,7 +236,7 @@ TEST_CASE("Errors of draws are as large as the marginalised information says") {
   Plate plate(Random(4, "plate"));
   Random random(5, "draws");
   const OffsetCovariance covariance(plate.patches, 0);
-  const MarginalisedEquations equations(plate.sums, covariance, Eigen::VectorXd::Ones(12));
+  const MarginalisedEquations equations(plate.sums, covariance, {1, 1, 1});
   const Eigen::MatrixXd p = equations.information().inverse();
   const Eigen::MatrixXd k = plate.covariance_of_offsets();
   const Eigen::MatrixXd root = (k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).llt().matrixL();
@@ -236,7 +250,7 @@ TEST_CASE("Errors of draws are as large as the marginalised information says") {
       plate.residuals[j] += random.normal(1 / std::sqrt(plate.weights[j]));
     }
     plate.sum_up();
-    const MarginalisedEquations drawn(plate.sums, covariance, Eigen::VectorXd::Ones(12));
+    const MarginalisedEquations drawn(plate.sums, covariance, {1, 1, 1});
     const Eigen::VectorXd x = p * drawn.gradient();
     sum += x.dot(drawn.information() * x);
   }
@@ -356,7 +370,7 @@ TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") 
   state.angles = {0};
   Eigen::VectorXd off(layout.size());
   off << 0.004, -0.003, 0.005, 0.002, -0.003, 0.002, 0.002, 0.001, -0.002, 0.001, 0.002, -0.001,
-      0.003, 0.01;
+      0.001, 0.003, 0.01;
   state = layout.moved(state, off);
   const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 1e6});
   fit.prepare(state, {{0.02, 0.02}, false, true}, surfaces);
