@@ -54,13 +54,14 @@ class ScanFit {
     double extent = 3;        ///< m, of the target: over which stray ranges are spread
     double depth = 0.03;      ///< m: an edge occludes what is so much farther
   };
-  /// What patches are asked of the surface.
+  /// How far the true surface is from the mesh, as described: standard deviation, and the distance
+  /// over which it is alike.
   struct Surface {
     double sigma = 0;               ///< m
     double correlation_length = 1;  ///< m
   };
 
-  /// All of it must outlive the fit. parts: of each face; scale: on all their sigmas.
+  /// Scene and beam model must outlive the fit. layout: what is unknown of a state.
   ScanFit(const TargetScene& scene, const BeamModel& beam_model, const CleanScan& scan,
           const ScanStateLayout& layout, const Options& options);
 
@@ -69,7 +70,7 @@ class ScanFit {
     bool patches = false;  ///< the surface may be off
     bool pieces = false;   ///< pieces of it may be elsewhere
   };
-  /// @param sigma, length m, of each face's part
+  /// Looks at what beams may meet at a state. @param surface_of_face one for each face of the scene
   void prepare(const ScanState& state, const Stage& stage,
                const std::vector<Surface>& surface_of_face);
 
@@ -87,12 +88,13 @@ class ScanFit {
     double variance_sum = 0;  ///< m^2: of what that should be, without annealing
     BeamShares shares;        ///< as these beams say (one step of expectation maximisation)
   };
+  /// @param offsets one for each of patches(), m
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
 
   const std::vector<SurfacePatch>& patches() const { return patches_; }
   std::size_t beams() const { return beams_.size(); }
   double spacing() const { return spacing_; }
-  BeamShares shares;
+  BeamShares shares;               ///< of the next linearise()
   double noise_scale = 1;          ///< on the range sigma
   FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
 
