@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "estimator/track/scan_fit.h"
 #include "evaluation/trials/world.h"
@@ -349,6 +350,64 @@ TEST_CASE("Occluding edges are where rays on one side pass") {
     const double at = (rim.point - eye).norm();
     CHECK(range(-0.0005) == Approx(at).margin(0.03));
     CHECK(range(0.0007) > at + 0.029);
+  }
+}
+
+TEST_CASE("Thin struts and mixed pixels are what the integral over a beam's footprint says") {
+  // A strut along x before a wall, or before nothing. A beam is a bundle of rays, normally
+  // distributed about its middle, of which the receiver takes one.
+  const bool wall = GENERATE(false, true);
+  constexpr double half = 0.008;
+  constexpr double strut_range = 5;
+  constexpr double wall_range = 5.2;
+  Target target;
+  target.mesh = make_box({2, 2 * half, 0.002});
+  if (wall) target.mesh.append(make_box({3, 3, 0.002}), {{0, 0, 0.2}, Quaterniond::Identity()});
+  target.parts.front().surface_sigma = 0;
+  const TargetScene scene(target);
+  BeamModel noise;
+  noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 0;
+  const double width = 0.25 * noise.footprint(strut_range);
+  ScanState state;
+  state.motion.pose.position = {0, 0, strut_range + 0.001};
+  const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 0.3});
+  for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.008, 0.011}) {
+    for (const double range :
+         {std::numeric_limits<double>::infinity(), strut_range + 0.004, wall_range - 0.01}) {
+      // Two beams alike, beside each other along the strut.
+      CleanScan scan;
+      for (const double along : {-0.005, 0.005}) {
+        Beam beam;
+        beam.direction = Vector3d(along, aside, strut_range).normalized();
+        beam.range = range;
+        scan.beams.push_back(beam);
+      }
+      ScanFit fit(scene, noise, scan, {}, {});
+      fit.prepare(state, {{1e-9, 0}, false, false}, surfaces);
+      const BeamShares& shares = fit.shares;
+      const ScanFit::Options options;
+      const double found = fit.linearise(state, {}).log_likelihood / 2;
+      const auto of_face = [&](double at) {
+        const double p_d = shares.drop_out_at(1);
+        if (!std::isfinite(range)) return p_d;
+        const double off = (range - at) / noise.range_sigma_m;
+        return (1 - p_d - shares.outlier) * std::exp(-0.5 * off * off) /
+                   (std::sqrt(2 * M_PI) * noise.range_sigma_m) +
+               shares.outlier / options.extent;
+      };
+      const double background =
+          std::isfinite(range) ? (1 - shares.outlier) * shares.background / (2 * options.extent) +
+                                     shares.outlier / options.extent
+                               : (1 - shares.outlier) * (1 - shares.background);
+      const double expected = integral(-8 * width, 8 * width, [&](double off) {
+        const double weight =
+            std::exp(-0.5 * off * off / (width * width)) / (std::sqrt(2 * M_PI) * width);
+        if (std::abs(aside + off) < half) return weight * of_face(strut_range);
+        return weight * (wall ? of_face(wall_range) : background);
+      });
+      CAPTURE(wall, aside, range);
+      CHECK(found == Approx(std::log(expected)).margin(0.03));
+    }
   }
 }
 
