@@ -548,8 +548,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     const Quaterniond to_sensor = pose_of(beam, state).rotation;
     const Velocity& velocity = state.motion.velocity;
     const auto add = [&](const Vector3d& force, const Vector3d& torque, bool rim,
-                         const Vector3d& joint_torque, std::uint32_t face, double weight,
-                         double residual, double effect, int patch) {
+                         std::uint32_t face, double weight, double residual, double effect,
+                         int patch) {
       auto j = jacobian.col(static_cast<Eigen::Index>(observations.size()));
       j.setZero();
       j.head<3>() = to_sensor * force;
@@ -567,7 +567,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const int joint = scene_.joint_of(face);
       if (joint >= 0 && joint < layout_.joints) {
         const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
-        j[layout_.joints_at() + joint] = hinge.axis.dot(joint_torque - hinge.point.cross(force));
+        j[layout_.joints_at() + joint] = hinge.axis.dot(torque - hinge.point.cross(force));
       }
       observations.push_back(
           {weight, residual + effect * offset_of(patch), effect, patch, active.piece});
@@ -578,7 +578,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       const Vector3d place = ray.origin + hit.range * ray.direction;
       const Vector3d force = hit.normal / -met.slope_cosine;
       const Vector3d torque = place.cross(force);
-      add(force, torque, false, torque, hit.face, probability / met.expected.variance,
+      add(force, torque, false, hit.face, probability / met.expected.variance,
           met.expected.residual, met.effect, patch);
     };
     if (returned) {
@@ -595,8 +595,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
                                      std::abs(score) / (2 * rim.width));
       if (!(weight * rim.width * rim.width > 1e-6)) continue;
       const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
-      add(rim.across, torque, true, torque, rim.sample->front.face, weight, score / weight,
-          rim.effect, rim.patch);
+      add(rim.across, torque, true, rim.sample->front.face, weight, score / weight, rim.effect,
+          rim.patch);
     }
   }
 
@@ -629,7 +629,6 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     if (k.returned) {
       result.returns += 1;
       result.explained += as_modelled;
-      result.outliers += share * k.term.outlier + (1 - share);
       stray += share * k.term.outlier;
       stray_beams += share;
       result.square_sum += share * k.square;

@@ -79,9 +79,8 @@ class ScanFit {
     double log_likelihood = 0;
     NormalEquations sums;  ///< e is at zero offsets
     // Expected numbers of beams.
-    double returns = 0;    ///< inside the gate, of beams that may meet the target
-    double explained = 0;  ///< of those, from a face as modelled
-    double outliers = 0;
+    double returns = 0;       ///< inside the gate, of beams that may meet the target
+    double explained = 0;     ///< of those, from a face as modelled
     double expected = 0;      ///< beams that should return from the target
     double fit = 0;           ///< of `expected`, those that did, as modelled
     double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
@@ -92,8 +91,6 @@ class ScanFit {
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
 
   const std::vector<SurfacePatch>& patches() const { return patches_; }
-  std::size_t beams() const { return beams_.size(); }
-  double spacing() const { return spacing_; }
   BeamShares shares;               ///< of the next linearise()
   double noise_scale = 1;          ///< on the range sigma
   FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
