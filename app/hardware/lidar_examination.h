@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/finding.h"
+#include "common/core/lidar_profile.h"
+#include "drivers/devices.h"
+#include "drivers/lidar/adapter.h"
+
+namespace berth {
+
+/// The LIDAR: who answers, and its clock. Nothing is scanned.
+class LidarExamination {
+ public:
+  LidarExamination(LidarDevice device, LidarProfile profile, Loop& loop);
+
+  std::vector<Finding> findings(Utime span) const;
+
+ private:
+  Finding identity() const;
+
+  LidarDevice device_;
+  LidarProfile profile_;
+  std::unique_ptr<lidar::Adapter> adapter_;
+};
+
+}  // namespace berth
