@@ -40,38 +40,32 @@ std::string entry_of(const SnpxAssignment& a) {
 
 ArmExamination::ArmExamination(Setup setup, Loop& loop)
     : setup_(std::move(setup)),
+      name_(std::string(name_of(setup_.role)) + " arm"),
       wire_(setup_.map, linear_axes(*setup_.kinematics)),
-      loop_(loop),
       controller_clock_(setup_.map.counter_wrap),
       clock_(setup_.map.tick_period),
-      link_(make_register_link(loop,
-                               {setup_.device.address, setup_.map.unit, setup_.device.timeout,
-                                setup_.device.dial_timeout},
-                               [this](bool up, const std::string& why) {
-                                 connected_ = connected_ || up;
-                                 if (!up) unreachable_ = why;
-                               })),
-      timer_(loop.every(setup_.device.status_period, [this] { poll(); })) {}
-
-ArmExamination::~ArmExamination() { loop_.cancel(timer_); }
+      controller_({.device = name_,
+                   .options = {setup_.device.address, setup_.map.unit, setup_.device.timeout,
+                               setup_.device.dial_timeout},
+                   .first = setup_.map.status.first,
+                   .count = setup_.map.status.count,
+                   .period = setup_.device.status_period,
+                   .when_unreachable = "is the controller on, the address that of devices.yaml, "
+                                       "Modbus TCP on ($SNPX_PARAM.$NUM_MODBUS > 0)?",
+                   .when_silent = "unit " + std::to_string(setup_.map.unit) +
+                                  " of the map against $MODBUS_ADR; connections left "
+                                  "($SNPX_PARAM.$NUM_MODBUS: a driver that runs takes two)"},
+                  loop, [this](const RegisterAnswer& answer) { on_status(answer); }) {}
 
 // ---- reading
 
-void ArmExamination::poll() {
-  if (under_way_ || !link_->connected()) return;
-  under_way_ = true;
-  const RegisterMap& map = setup_.map;
-  link_->read_registers(map.status.first, map.status.count,
-                        [this](const RegisterAnswer& answer) { on_status(answer); });
-  if (polls_++ % command_block_every != 0) return;
-  link_->read_registers(map.command.first, map.command.count,
-                        [this](const RegisterAnswer& answer) { on_command_block(answer); });
-}
-
 void ArmExamination::on_status(const RegisterAnswer& answer) {
-  under_way_ = false;
-  if (!answer.ok()) return round_trips_.miss(answer.error);
-  round_trips_.add(answer.received - answer.sent);
+  const RegisterMap& map = setup_.map;
+  if (reads_++ % command_block_every == 0) {
+    controller_.link().read_registers(
+        map.command.first, map.command.count,
+        [this](const RegisterAnswer& block) { on_command_block(block); });
+  }
   const bool first = words_.empty();
   words_ = answer.words;
   int tick_ms = 0;
@@ -108,28 +102,27 @@ void ArmExamination::on_command_block(const RegisterAnswer& answer) {
 
 void ArmExamination::read_alarm() {
   if (setup_.map.alarm == 0 || std::exchange(alarm_asked_, true)) return;
-  link_->read_registers(setup_.map.alarm, alarm_words::text_end,
-                        [this](const RegisterAnswer& answer) {
-                          if (!answer.ok()) return;
-                          alarm_ = get_text(std::span(answer.words).subspan(alarm_words::text - 1));
-                          alarm_.erase(alarm_.find_last_not_of(' ') + 1);
-                        });
+  controller_.link().read_registers(
+      setup_.map.alarm, alarm_words::text_end, [this](const RegisterAnswer& answer) {
+        if (!answer.ok()) return;
+        alarm_ = get_text(std::span(answer.words).subspan(alarm_words::text - 1));
+        alarm_.erase(alarm_.find_last_not_of(' ') + 1);
+      });
 }
 
 // ---- what it has shown
 
 std::vector<Finding> ArmExamination::findings(Utime span) const {
-  std::vector<Finding> list{connection()};
+  std::vector<Finding> list{controller_.connection()};
   if (list.front().state == State::bad) return list;
-  const std::string arm = std::string(name_of(setup_.role)) + " arm";
   list.push_back(register_map());
-  list.push_back(round_trips_.finding(arm, setup_.device.status_period, setup_.device.timeout));
+  list.push_back(controller_.timing());
   if (!senseless().empty()) return list;  // of what is not there nothing more can be said
   list.push_back(tick());
   list.push_back(heartbeat());
   if (clock_.valid()) {
-    const Utime bracket = setup_.map.tick_period + round_trips_.quantile(0.5);
-    list.push_back(clock_finding(arm, clock_.line(), jumps_, bracket, span));
+    const Utime bracket = setup_.map.tick_period + controller_.round_trips().quantile(0.5);
+    list.push_back(clock_finding(name_, clock_.line(), jumps_, bracket, span));
   }
   list.push_back(pose());
   list.push_back(state());
@@ -138,39 +131,16 @@ std::vector<Finding> ArmExamination::findings(Utime span) const {
 
 Finding ArmExamination::finding(const char* topic) const {
   Finding finding;
-  finding.subject = std::string(name_of(setup_.role)) + " arm " + topic;
+  finding.subject = name_ + " " + topic;
   return finding;
-}
-
-Finding ArmExamination::connection() const {
-  Finding result = finding("connection");
-  const std::string unit = std::to_string(setup_.map.unit);
-  result.found = setup_.device.address;
-  if (!connected_) {
-    result.state = State::bad;
-    result.found += unreachable_.empty() ? ": nobody answers" : ": " + unreachable_;
-    result.remedy =
-        "is the controller on, the address that of devices.yaml, Modbus TCP on "
-        "($SNPX_PARAM.$NUM_MODBUS > 0)?";
-  } else if (round_trips_.answered() == 0) {
-    result.state = State::bad;
-    result.found += " takes connections, but answers no read: " +
-                    (round_trips_.why().empty() ? unreachable_ : round_trips_.why());
-    result.remedy =
-        "unit " + unit +
-        " of the map against $MODBUS_ADR; connections left ($SNPX_PARAM.$NUM_MODBUS: a driver "
-        "that runs takes two)";
-  } else {
-    result.found += " answers as unit " + unit;
-  }
-  return result;
 }
 
 std::string ArmExamination::unlike(const char* name, int address, double value, double min,
                                    double max) const {
   if (value >= min && value <= max) return "";
+  const auto plain = [](double x) { return x == std::floor(x) ? fixed(x, 0) : shown(x); };
   std::string text = "register " + std::to_string(address) + " (" + name + ") reads " +
-                     shown(value) + ", expected " + shown(min) + " to " + shown(max);
+                     plain(value) + ", expected " + plain(min) + " to " + plain(max);
   if (const SnpxAssignment* a = shown_at(setup_.map, address)) text += "|" + entry_of(*a);
   return text;
 }

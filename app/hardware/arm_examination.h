@@ -6,13 +6,12 @@
 #include <vector>
 
 #include "app/finding.h"
-#include "app/hardware/round_trips.h"
+#include "app/hardware/polled_registers.h"
 #include "common/bus/clock_map.h"
 #include "common/core/cell.h"
 #include "drivers/arm/arm_wire.h"
 #include "drivers/arm/controller_clock.h"
 #include "drivers/devices.h"
-#include "drivers/registers/register_link.h"
 
 namespace berth {
 
@@ -29,20 +28,15 @@ class ArmExamination {
   };
 
   ArmExamination(Setup setup, Loop& loop);
-  ~ArmExamination();
-  ArmExamination(const ArmExamination&) = delete;
-  ArmExamination& operator=(const ArmExamination&) = delete;
 
   /// What so long a time of reading has shown.
   std::vector<Finding> findings(Utime span) const;
 
  private:
-  void poll();
   void on_status(const RegisterAnswer& answer);
   void on_command_block(const RegisterAnswer& answer);
   void read_alarm();
 
-  Finding connection() const;
   Finding register_map() const;
   Finding tick() const;
   Finding heartbeat() const;
@@ -55,15 +49,11 @@ class ArmExamination {
   Finding finding(const char* topic) const;
 
   Setup setup_;
+  std::string name_;
   ArmWire wire_;
-  Loop& loop_;
   ControllerClock controller_clock_;
   ClockMap clock_;
-  RoundTrips round_trips_;
-  std::string unreachable_;  // why
-  bool connected_ = false;
-  bool under_way_ = false;
-  int polls_ = 0;
+  int reads_ = 0;
   std::vector<Word> words_;  // of the newest status read
   ArmReport report_;
   bool renewed_once_ = false;
@@ -79,8 +69,7 @@ class ArmExamination {
   int echoes_ = 0;  // of the set-point's number, while a host writes
   std::string alarm_;
   bool alarm_asked_ = false;
-  std::unique_ptr<RegisterLink> link_;
-  Loop::TimerId timer_;
+  PolledRegisters controller_;
 };
 
 }  // namespace berth

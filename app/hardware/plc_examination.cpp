@@ -7,67 +7,41 @@ namespace berth {
 
 using State = Finding::State;
 
-PlcExamination::PlcExamination(PlcDevice device, const PlcMap& map, Loop& loop)
-    : device_(std::move(device)),
-      map_(map),
-      loop_(loop),
-      link_(make_register_link(loop,
-                               {device_.address, map.unit, device_.timeout, device_.dial_timeout},
-                               [this](bool up, const std::string& why) {
-                                 connected_ = connected_ || up;
-                                 if (!up) unreachable_ = why;
-                               })),
-      timer_(loop.every(device_.poll_period, [this] { poll(); })) {}
+PlcExamination::PlcExamination(const PlcDevice& device, const PlcMap& map, Loop& loop)
+    : map_(map),
+      plc_({.device = "PLC",
+            .options = {device.address, map.unit, device.timeout, device.dial_timeout},
+            .first = map.status.first,
+            .count = map.status.count,
+            .period = device.poll_period,
+            .when_unreachable = "is the PLC on, its Modbus TCP server running, the address that "
+                                "of devices.yaml?",
+            .when_silent = "is its program running; unit " + std::to_string(map.unit) +
+                           " and registers " + std::to_string(map.status.first) + " to " +
+                           std::to_string(map.status.first + map.status.count - 1) +
+                           " of the map against the PLC's"},
+           loop, [this](const RegisterAnswer& answer) { on_status(answer); }) {}
 
-PlcExamination::~PlcExamination() { loop_.cancel(timer_); }
-
-void PlcExamination::poll() {
-  if (under_way_ || !link_->connected()) return;
-  under_way_ = true;
-  link_->read_registers(map_.status.first, map_.status.count, [this](const RegisterAnswer& answer) {
-    under_way_ = false;
-    if (!answer.ok()) return round_trips_.miss(answer.error);
-    round_trips_.add(answer.received - answer.sent);
-    const auto at = static_cast<std::size_t>(map_.heartbeat - map_.status.first);
-    if (!words_.empty() && words_[at] != answer.words[at]) ++beats_;
-    words_ = answer.words;
-  });
+void PlcExamination::on_status(const RegisterAnswer& answer) {
+  const auto at = static_cast<std::size_t>(map_.heartbeat - map_.status.first);
+  if (!words_.empty() && words_[at] != answer.words[at]) ++beats_;
+  words_ = answer.words;
 }
 
 std::vector<Finding> PlcExamination::findings() const {
-  std::vector<Finding> list{connection()};
-  if (list.front().state == State::bad) return list;
-  list.push_back(round_trips_.finding("PLC", device_.poll_period, device_.timeout));
-  list.push_back(chain());
-  return list;
+  if (words_.empty()) return {plc_.connection()};
+  return {connection(), plc_.timing(), chain()};
 }
 
 Finding PlcExamination::connection() const {
-  Finding finding;
-  finding.subject = "PLC connection";
-  finding.found = device_.address;
-  const std::string unit = std::to_string(map_.unit);
-  if (!connected_) {
+  Finding finding = plc_.connection();
+  if (beats_ > 0) {
+    finding.found += ", its heartbeat counts";
+  } else {
     finding.state = State::bad;
-    finding.found += unreachable_.empty() ? ": nobody answers" : ": " + unreachable_;
-    finding.remedy =
-        "is the PLC on, its Modbus TCP server running, the address that of "
-        "devices.yaml?";
-  } else if (round_trips_.answered() == 0) {
-    finding.state = State::bad;
-    finding.found += " takes connections, but answers no read: " +
-                     (round_trips_.why().empty() ? unreachable_ : round_trips_.why());
-    finding.remedy = "is its program running; unit " + unit + " and registers " +
-                     std::to_string(map_.status.first) + " to " +
-                     std::to_string(map_.status.first + map_.status.count - 1) +
-                     " of the map against the PLC's";
-  } else if (beats_ == 0) {
-    finding.state = State::bad;
-    finding.found += " answers as unit " + unit + ", but its heartbeat stands still";
+    finding.found += ", but its heartbeat stands still";
     finding.remedy =
         "is its program running, and counts register " + std::to_string(map_.heartbeat) + " up?";
-  } else {
-    finding.found += " answers as unit " + unit + ", its heartbeat counts";
   }
   return finding;
 }

@@ -328,7 +328,7 @@ void Engine::wait_out_alarm(const std::string& stopped, Utime now) {
   if (alarm_.empty()) return;
   const bool over = stopped.empty() && bench_.testbed.state()->state != testbed_state_t::FAULT;
   const std::string reason =
-      alarm_ + (over ? "; it is over: resume goes on" : "; put it right, reset, then resume");
+      alarm_ + (over ? "; resume goes on" : "; put it right, reset, then resume");
   if (reason == state_.reason) return;
   state_.reason = reason;
   look_at_preconditions(true);

@@ -130,7 +130,7 @@ TEST_CASE("after an alarm is put right and reset the same run goes on") {
   CHECK(run.ask(procedure_command_t::RESET).empty());
   run.world.run_for(0.5);
   CHECK(run.state.state == procedure_state_t::HELD);
-  CHECK_THAT(run.state.reason, Contains("it is over: resume goes on"));
+  CHECK_THAT(run.state.reason, Contains("; resume goes on"));
   CHECK(run.world.state.state == testbed_state_t::HELD);
   CHECK(run.replica() == stands);  // a reset moves nothing
 
