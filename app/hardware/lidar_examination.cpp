@@ -18,9 +18,10 @@ bool same(double a, double b) { return std::abs(a - b) <= 1e-3 * std::abs(b); }
 
 }  // namespace
 
-LidarExamination::LidarExamination(LidarDevice device, LidarProfile profile, Loop& loop)
-    : device_(std::move(device)), profile_(std::move(profile)) {
-  if (device_.adapter != LidarDevice::Kind::tcp) return;
+LidarExamination::LidarExamination(LidarDevice device, LidarProfile profile, std::string used_by,
+                                   Loop& loop)
+    : device_(std::move(device)), profile_(std::move(profile)), used_by_(std::move(used_by)) {
+  if (device_.adapter != LidarDevice::Kind::tcp || !used_by_.empty()) return;
   adapter_ = lidar::make_adapter(device_, profile_, loop);
   adapter_->start({[] {}, [](const lidar::Message&) {}, [](const std::string&) {}});
 }
@@ -37,6 +38,13 @@ std::vector<Finding> LidarExamination::findings(Utime span) const {
 Finding LidarExamination::identity() const {
   Finding finding;
   finding.subject = "LIDAR identity";
+  if (!used_by_.empty()) {
+    finding.state = State::warning;
+    finding.found =
+        "not asked: it serves one host, and the driver of " + used_by_ + " is connected";
+    finding.remedy = "that driver has checked who answers; berth stop, and again, to see it here";
+    return finding;
+  }
   if (!adapter_) {
     finding.state = State::warning;
     finding.found = "devices.yaml plays a recording: " + device_.recording.string();

@@ -12,10 +12,12 @@
 
 namespace berth {
 
-/// The LIDAR: who answers, and its clock. Nothing is scanned.
+/// The LIDAR: who answers, and its clock. Nothing is scanned. It serves one host at a time: one
+/// that a run uses is left alone.
 class LidarExamination {
  public:
-  LidarExamination(LidarDevice device, LidarProfile profile, Loop& loop);
+  /// used_by: the run whose driver is connected to it; empty: none.
+  LidarExamination(LidarDevice device, LidarProfile profile, std::string used_by, Loop& loop);
 
   std::vector<Finding> findings(Utime span) const;
 
@@ -24,6 +26,7 @@ class LidarExamination {
 
   LidarDevice device_;
   LidarProfile profile_;
+  std::string used_by_;
   std::unique_ptr<lidar::Adapter> adapter_;
 };
 
