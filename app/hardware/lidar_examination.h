@@ -12,8 +12,8 @@
 
 namespace berth {
 
-/// The LIDAR: who answers, and its clock. Nothing is scanned. It serves one host at a time: one
-/// that a run uses is left alone.
+/// The LIDAR: who answers, and its clock. Nothing is scanned. A new connection takes the place of
+/// the old one: a LIDAR that a run uses is left alone.
 class LidarExamination {
  public:
   /// used_by: the run whose driver is connected to it; empty: none.
