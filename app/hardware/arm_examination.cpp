@@ -117,7 +117,7 @@ std::vector<Finding> ArmExamination::findings(Utime span) const {
   if (list.front().state == State::bad) return list;
   list.push_back(register_map());
   list.push_back(controller_.timing());
-  if (!senseless().empty()) return list;  // of what is not there nothing more can be said
+  if (mismatch()) return list;  // of what is not there nothing more can be said
   list.push_back(tick());
   list.push_back(heartbeat());
   if (clock_.valid()) {
@@ -135,30 +135,32 @@ Finding ArmExamination::finding(const char* topic) const {
   return finding;
 }
 
-std::string ArmExamination::unlike(const char* name, int address, double value, double min,
-                                   double max) const {
-  if (value >= min && value <= max) return "";
+std::optional<ArmExamination::Mismatch> ArmExamination::unlike(const char* name, int address,
+                                                               double value, double min,
+                                                               double max) const {
+  if (value >= min && value <= max) return std::nullopt;
   const auto plain = [](double x) { return x == std::floor(x) ? fixed(x, 0) : shown(x); };
-  std::string text = "register " + std::to_string(address) + " (" + name + ") reads " +
-                     plain(value) + ", expected " + plain(min) + " to " + plain(max);
-  if (const SnpxAssignment* a = shown_at(setup_.map, address)) text += "|" + entry_of(*a);
-  return text;
+  const SnpxAssignment* shown_by = shown_at(setup_.map, address);
+  return Mismatch{"register " + std::to_string(address) + " (" + name + ") reads " + plain(value) +
+                      ", expected " + plain(min) + " to " + plain(max),
+                  shown_by != nullptr ? entry_of(*shown_by) : ""};
 }
 
-std::string ArmExamination::unlike(const char* name, const RegisterField& field, double min,
-                                   double max) const {
+std::optional<ArmExamination::Mismatch> ArmExamination::unlike(const char* name,
+                                                               const RegisterField& field,
+                                                               double min, double max) const {
   const double value = field.get(words_.data() + (field.address - setup_.map.status.first));
   return unlike(name, field.address, value, min, max);
 }
 
-std::string ArmExamination::senseless() const {
+std::optional<ArmExamination::Mismatch> ArmExamination::mismatch() const {
   const RegisterMap& map = setup_.map;
   const double counter = map.counter_wrap - 1;
   const auto word = [&](int address) {
     return static_cast<double>(words_[static_cast<std::size_t>(address - map.status.first)]);
   };
   const int valid = map.position + position_words::joints_valid - 1;
-  std::vector<std::string> found{
+  std::vector<std::optional<Mismatch>> found{
       unlike("joints valid", valid, word(valid), 0, 1),
       unlike("state", map.state, 1, 5),
       unlike("tick", map.tick, 0, counter),
@@ -178,26 +180,26 @@ std::string ArmExamination::senseless() const {
                  pendant_from_si(limits.high, linear)));
     }
   }
-  const auto wrong = std::find_if(found.begin(), found.end(),
-                                  [](const std::string& text) { return !text.empty(); });
-  return wrong == found.end() ? "" : *wrong;
+  const auto wrong =
+      std::find_if(found.begin(), found.end(), [](const auto& one) { return one.has_value(); });
+  return wrong == found.end() ? std::nullopt : *wrong;
 }
 
 Finding ArmExamination::register_map() const {
   Finding result = finding("register map");
-  const std::string wrong = senseless();
-  if (wrong.empty()) {
+  const std::optional<Mismatch> wrong = mismatch();
+  if (!wrong) {
     result.found = "registers " + std::to_string(setup_.map.status.first) + " to " +
                    std::to_string(setup_.map.status.first + setup_.map.status.count - 1) +
                    " hold what the map says; the table itself is read back by the driver when it "
                    "connects, which writes to slot 80";
     return result;
   }
-  const std::size_t bar = wrong.find('|');
   result.state = State::bad;
-  result.found = wrong.substr(0, bar);
-  result.remedy = (bar == std::string::npos ? "" : wrong.substr(bar + 1) + "; ") +
-                  std::string("and the programs of docs/commissioning.md keep the registers");
+  result.found = wrong->found;
+  result.remedy = wrong->assignment +
+                  "; the programs of docs/commissioning.md keep the registers; the layout's arm is "
+                  "this one (docs/arms.md)";
   return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,10 +43,16 @@ class ArmExamination {
   Finding heartbeat() const;
   Finding pose() const;
   Finding state() const;
-  /// What stands in the registers and cannot be so; empty: nothing.
-  std::string senseless() const;
-  std::string unlike(const char* name, const RegisterField& field, double min, double max) const;
-  std::string unlike(const char* name, int address, double value, double min, double max) const;
+  /// What stands in the registers and cannot be so, and the assignment that should show it.
+  struct Mismatch {
+    std::string found;
+    std::string assignment;
+  };
+  std::optional<Mismatch> mismatch() const;
+  std::optional<Mismatch> unlike(const char* name, const RegisterField& field, double min,
+                                 double max) const;
+  std::optional<Mismatch> unlike(const char* name, int address, double value, double min,
+                                 double max) const;
   Finding finding(const char* topic) const;
 
   Setup setup_;

@@ -179,5 +179,25 @@ TEST_CASE("an alarm on hold, and one that comes again") {
   CHECK(run.node->state().outcome == procedure_state_t::PASS);
 }
 
+TEST_CASE("a closed loop goes on after an alarm, to its end") {
+  World::Options options;
+  options.estimator = true;
+  World world(options);
+  world.begin_approach();
+  world.inject("plc", "estop");
+  world.run_for(3);
+  CHECK(world.state.state == testbed_state_t::FAULT);
+  const std::int64_t asked = world.state.command_seq;
+  world.clear_faults();
+  world.run_for(1);
+  world.send(testbed_command2_t::RESET);
+  world.run_for(0.5);
+  CHECK(world.state.state == testbed_state_t::HELD);
+  world.send(testbed_command2_t::RESUME);
+  world.run_for(3);
+  CHECK(world.state.state == testbed_state_t::CLOSED_LOOP);
+  CHECK(world.run_until([&] { return world.state.finished_seq == asked; }, 120));
+}
+
 }  // namespace
 }  // namespace berth::drills
