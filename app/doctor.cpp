@@ -12,7 +12,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "app/exit_code.h"
 #include "app/runs/active_runs.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
@@ -152,19 +151,6 @@ std::vector<Finding> examine(const std::string& url) {
   const std::string used = bus_url(url);
   return {multicast_route(used), receive_buffer(), loopback(used), recorder(), disk(), clock(),
           other_runs(used)};
-}
-
-int doctor(const std::string& url) {
-  bool bad = false;
-  for (const auto& finding : examine(url)) {
-    const char* mark = finding.state == State::good      ? "ok     "
-                       : finding.state == State::warning ? "warning"
-                                                         : "BAD    ";
-    std::printf("%s  %-16s %s\n", mark, finding.subject.c_str(), finding.found.c_str());
-    if (!finding.remedy.empty()) std::printf("         %-16s -> %s\n", "", finding.remedy.c_str());
-    bad = bad || finding.state == State::bad;
-  }
-  return bad ? exit_code::error : exit_code::passed;
 }
 
 }  // namespace berth

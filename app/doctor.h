@@ -4,22 +4,12 @@
 #include <string>
 #include <vector>
 
-namespace berth {
+#include "app/finding.h"
 
-/// One thing that must be right on this machine, and the command that mends it.
-struct Finding {
-  enum class State { good, warning, bad };
-  State state = State::good;
-  std::string subject;
-  std::string found;
-  std::string remedy;  ///< a command or a sentence; empty when good
-};
+namespace berth {
 
 /// Multicast route, socket buffers, loopback self test on the URL, recorder, disk, clock, other
 /// runs.
 std::vector<Finding> examine(const std::string& url);
-
-/// Prints the findings. @return an exit code: 0, or 2 when one is bad.
-int doctor(const std::string& url);
 
 }  // namespace berth

@@ -28,6 +28,20 @@ void read_dial_timeout(Config& config, Utime& timeout) {
   timeout = utime_from_seconds(value);
 }
 
+/// What the controller's position is: measured by the encoders, or what its interpolation has
+/// handed to the servos.
+double read_following_lag(Config& config) {
+  const bool commanded = config.has("positions") &&
+                         config.choice("positions", {"measured", "commanded"}) == "commanded";
+  if (!commanded) {
+    if (config.has("following_lag")) {
+      throw config.error("following_lag", "is of 'positions: commanded' alone");
+    }
+    return 0;
+  }
+  return positive(config, "following_lag", Dimension::time);
+}
+
 ArmDevice read_arm(Config config) {
   ArmDevice arm;
   arm.address = config.text("address");
@@ -39,6 +53,7 @@ ArmDevice read_arm(Config config) {
   arm.report_lag = time(config, "report_lag");
   arm.rotary_sigma = config.quantity("rotary_sigma", Dimension::angle);
   arm.linear_sigma = config.quantity("linear_sigma", Dimension::length);
+  arm.following_lag = read_following_lag(config);
   arm.rotary_guard = config.quantity("rotary_guard", Dimension::angle);
   arm.linear_guard = config.quantity("linear_guard", Dimension::length);
   config.optional("stale_polls", arm.stale_polls);

@@ -21,6 +21,9 @@ struct ArmDevice {
   Utime report_lag = 0;
   double rotary_sigma = 0;  ///< rad
   double linear_sigma = 0;  ///< m
+  /// s by which the servos follow the joints that the controller reports, 1 sigma; 0: what it
+  /// reports are the encoders.
+  double following_lag = 0;
   double rotary_guard = 0;  ///< rad
   double linear_guard = 0;  ///< m
   int stale_polls = 10;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <berth/operator_control_t.hpp>
 #include <berth/procedure_state_t.hpp>
 #include <cstdio>
@@ -52,6 +53,11 @@ bool tried_again(const State& before, const State& now, const procedure_command_
   return was != nullptr && is != nullptr && is->attempts > was->attempts;
 }
 
+bool testbed_ready(const State&, const State& now, const procedure_command_t&) {
+  return std::any_of(now.preconditions.begin(), now.preconditions.end(),
+                     [](const auto& p) { return p.name == "testbed" && p.met; });
+}
+
 /// Of what the procedure's state does not show: it is accepted.
 bool at_once(const State&, const State&, const procedure_command_t&) { return true; }
 
@@ -71,6 +77,7 @@ const std::map<std::string, Verb>& verbs() {
       {"step", {procedure_command_t::STEP, {}, at_once}},
       {"skip", {procedure_command_t::SKIP, {}, skipped}},
       {"retry", {procedure_command_t::RETRY, {}, tried_again}},
+      {"reset", {procedure_command_t::RESET, {}, testbed_ready}},
       {"abort",
        {procedure_command_t::ABORT,
         {},
@@ -252,8 +259,9 @@ int command(const CommandOptions& options) {
 void add_command(CLI::App& app, int& exit_code) {
   auto* sub = app.add_subcommand(
       "command",
-      "Ask something of a running procedure: [RUN] hold | resume | step | skip | retry | abort |\n"
-      "answer ID TEXT | speed '60 %' | lamps 'sun: 80 %, albedo: 10 %' | take | release.\n"
+      "Ask something of a running procedure: [RUN] hold | resume | step | skip | retry |\n"
+      "reset | abort | answer ID TEXT | speed '60 %' | lamps 'sun: 80 %, albedo: 10 %' | take | "
+      "release.\n"
       "take keeps control, so that nobody else steers, until Ctrl-C, release, or the end.\n"
       "Exit code 0 when it was obeyed, 2 when not.");
   auto options = std::make_shared<CommandOptions>();

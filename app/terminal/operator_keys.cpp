@@ -32,6 +32,7 @@ constexpr Key keys[] = {
     {'n', procedure_command_t::STEP, "step", "goes on, and holds after this step"},
     {'s', procedure_command_t::SKIP, "skip", "leaves this step out; asks for the reason"},
     {'t', procedure_command_t::RETRY, "retry", "begins the step anew"},
+    {'x', procedure_command_t::RESET, "reset", "the controllers' alarms; then resume goes on"},
     {'a', procedure_command_t::ABORT, "abort",
      "at once, then the teardown; again: hurries the teardown"},
 };

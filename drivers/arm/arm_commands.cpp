@@ -7,13 +7,11 @@
 #include "common/core/text.h"
 #include "drivers/arm/arm_node.h"
 #include "drivers/arm/arm_wire.h"
+#include "drivers/arm/foreign_kinematics.h"
 
 namespace berth {
 namespace {
 
-/// m between the flange as the controller reports it and as the kinematics put it: rounding is
-/// less, another arm, another zero or a base frame of its own more.
-constexpr double flange_tolerance = 1e-3;
 constexpr Utime warning_repeat_period = second;
 /// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
 constexpr Utime writer_silence = second;
@@ -109,24 +107,6 @@ void ArmNode::stream(const arm_command_t& command) {
   streamed_ = true;
 }
 
-std::string ArmNode::foreign_kinematics() const {
-  if (!report_.flange) return "";
-  const Vector3d expected = arm_.kinematics->forward(report_.joints).position;
-  const double apart = (*report_.flange - expected).norm();
-  if (apart <= flange_tolerance) return "";
-  std::ostringstream text;
-  const auto point = [&](const Vector3d& p) {
-    for (int i = 0; i < 3; ++i) text << (i > 0 ? ", " : "") << fixed(1e3 * p[i], 1);
-  };
-  text << "the controller has its flange at (";
-  point(*report_.flange);
-  text << ") mm, the arm's kinematics put it at (";
-  point(expected);
-  text << ") mm, " << fixed(1e3 * apart, 1)
-       << " mm away: the configured arm is not this one, or its joints' zeros are not";
-  return text.str();
-}
-
 void ArmNode::start() {
   if (following_) return;
   const bool can_start = state_.state == arm_state_t::IDLE || state_.state == arm_state_t::HELD ||
@@ -140,7 +120,7 @@ void ArmNode::start() {
   } else if (!adapter_->ready() || !have_report_ || !state_.valid || !can_start) {
     reason = state_.reason.empty() ? "the controller is not ready" : state_.reason;
   }
-  if (reason.empty()) reason = foreign_kinematics();
+  if (reason.empty()) reason = foreign_kinematics(report_, *arm_.kinematics);
   if (!reason.empty()) return warn("start-refused", "cannot start: " + reason);
   // What the controller finds as its first set-point is where the arm stands.
   order_.joints = report_.joints;

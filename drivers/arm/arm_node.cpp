@@ -49,7 +49,8 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, std::unique_ptr<ArmAdapter> adapte
       adapter_(std::move(adapter)),
       name_(std::string(name_of(arm_.role)) + " arm"),
       state_channel_(arm_state_channel(arm_.role)),
-      clock_(adapter_->capabilities().clock_resolution) {
+      clock_(adapter_->capabilities().clock_resolution),
+      following_error_(arm_.device.following_lag) {
   adapter_->start(
       {[this](ArmAdapter::Change change, const std::string& text) { on_change(change, text); },
        [this](const ArmReport& report) { on_report(report); },
@@ -62,6 +63,11 @@ ArmNode::ArmNode(NodeSetup node, Setup setup, std::unique_ptr<ArmAdapter> adapte
   write_timer_ = loop.every(arm_.device.setpoint_period, [this] { write_setpoint(); });
   statistics_timer_ = loop.every(second, [this] { show_statistics(); });
   report(node_status_t::STARTING, "waiting for the controller at " + adapter_->name());
+  if (const double lag = arm_.device.following_lag; lag > 0) {
+    event(event_t::NOTICE, "positions-commanded",
+          name_ + ": the controller reports commanded positions; the servos follow within " +
+              fixed(1e3 * lag, 1) + " ms (1 sigma)");
+  }
 }
 
 ArmNode::~ArmNode() {
@@ -81,6 +87,7 @@ void ArmNode::on_change(ArmAdapter::Change change, const std::string& text) {
     case Change::ready:
       wrong_setup_.clear();
       clock_.clear();
+      following_error_.clear();
       have_report_ = false;
       unchanged_reads_ = 0;
       return report(node_status_t::READY);
@@ -163,6 +170,7 @@ void ArmNode::on_report(const ArmReport& report_now) {
             name_ + ": its clock jumped; the controller may have been started anew");
     }
     unchanged_reads_ = 0;
+    if (report_.valid) following_error_.add(report_.controller_time, report_.joints);
   } else if (++unchanged_reads_ < arm_.device.stale_polls) {
     return;  // the same sample once more
   }
@@ -186,9 +194,9 @@ void ArmNode::on_report(const ArmReport& report_now) {
   state.valid = report_.valid && !stale;
   for (std::size_t i = 0; i < 6; ++i) {
     state.reported_joint[i] = report_.joints[i];
-    state.reported_joint_sigma[i] = arm_.kinematics->is_linear(static_cast<int>(i))
-                                        ? arm_.device.linear_sigma
-                                        : arm_.device.rotary_sigma;
+    const bool linear = arm_.kinematics->is_linear(static_cast<int>(i));
+    state.reported_joint_sigma[i] = std::hypot(
+        linear ? arm_.device.linear_sigma : arm_.device.rotary_sigma, following_error_.joints()[i]);
   }
   state.state = stale ? arm_state_t::FAULT : published_state(report_.state);
   if (stale) {

@@ -13,6 +13,7 @@
 #include "common/core/run_setup.h"
 #include "common/core/seen_commands.h"
 #include "drivers/arm/adapter.h"
+#include "drivers/arm/following_error.h"
 #include "drivers/devices.h"
 
 namespace berth {
@@ -60,8 +61,6 @@ class ArmNode final : public Node {
   bool newer(const arm_command_t& command);
   void stream(const arm_command_t& command);
   void start();
-  /// Empty, or how the controller's flange and that of the kinematics disagree.
-  std::string foreign_kinematics() const;
   void hold();
   void hold_by_itself(const std::string& code, const std::string& text);
   void stop_following();
@@ -88,6 +87,7 @@ class ArmNode final : public Node {
   arm_state_t state_{};  // last published
   ArmReport report_;
   bool have_report_ = false;
+  FollowingError following_error_;
   int unchanged_reads_ = 0;  // with the same controller time
   Utime last_published_ = 0;
 

@@ -9,6 +9,12 @@ double pendant_from_si(double value, bool linear) { return linear ? 1000 * value
 
 double si_from_pendant(double value, bool linear) { return linear ? value / 1000 : radians(value); }
 
+std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
+  std::array<bool, 6> linear{};
+  for (std::size_t i = 0; i < 6; ++i) linear[i] = kinematics.is_linear(static_cast<int>(i));
+  return linear;
+}
+
 ArmReport ArmWire::decode(std::span<const Word> words, int& tick_ms) const {
   const auto at = [&](int address) { return words.data() + (address - map_.status.first); };
   const auto number = [&](const RegisterField& field) { return field.get(at(field.address)); };

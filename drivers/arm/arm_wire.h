@@ -27,6 +27,9 @@ class ArmWire {
   std::vector<Word> block_;
 };
 
+/// Which joints are linear.
+std::array<bool, 6> linear_axes(const ArmKinematics& kinematics);
+
 /// Degrees or mm of one joint, and back.
 double pendant_from_si(double value, bool linear);
 double si_from_pendant(double value, bool linear);

@@ -6,12 +6,6 @@ namespace {
 
 constexpr Utime recheck_period = 5 * second;
 
-std::array<bool, 6> linear_axes(const ArmKinematics& kinematics) {
-  std::array<bool, 6> linear{};
-  for (std::size_t i = 0; i < 6; ++i) linear[i] = kinematics.is_linear(static_cast<int>(i));
-  return linear;
-}
-
 }  // namespace
 
 SnpxAdapter::SnpxAdapter(const ArmDevice& device, const RegisterMap& map,
@@ -19,7 +13,8 @@ SnpxAdapter::SnpxAdapter(const ArmDevice& device, const RegisterMap& map,
     : wire_(map, linear_axes(kinematics)),
       options_{device.address, map.unit, device.timeout, device.dial_timeout},
       capabilities_{map.tick_period, map.counter_wrap},
-      loop_(loop) {}
+      loop_(loop),
+      clock_(map.counter_wrap) {}
 
 SnpxAdapter::~SnpxAdapter() {
   loop_.cancel(recheck_timer_);
@@ -71,7 +66,7 @@ void SnpxAdapter::on_checked(AssignmentCheck::Result result, const std::string& 
       reader_->write_coil(coil, false, [](const RegisterAnswer&) {});
     }
   }
-  have_report_ = false;
+  clock_.clear();
   alarm_of_ = 0;
   alarm_.clear();
   ready_ = true;
@@ -89,12 +84,7 @@ void SnpxAdapter::on_status(const RegisterAnswer& answer) {
   if (!answer.ok()) return events_.missed(answer.error, answer.exception != 0);
   int tick_ms = 0;
   ArmReport report = wire_.decode(answer.words, tick_ms);
-  const int wrap = map().counter_wrap;
-  const int step = ((tick_ms - last_tick_ms_) % wrap + wrap) % wrap;
-  controller_time_ = have_report_ ? controller_time_ + step * millisecond : tick_ms * millisecond;
-  last_tick_ms_ = tick_ms;
-  have_report_ = true;
-  report.controller_time = controller_time_;
+  report.controller_time = clock_.add(tick_ms);
   report.sent = answer.sent;
   report.received = answer.received;
   read_alarm(report.error);

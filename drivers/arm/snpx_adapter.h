@@ -8,6 +8,7 @@
 #include "drivers/arm/adapter.h"
 #include "drivers/arm/arm_wire.h"
 #include "drivers/arm/assignment_check.h"
+#include "drivers/arm/controller_clock.h"
 #include "drivers/devices.h"
 #include "drivers/registers/register_link.h"
 
@@ -58,9 +59,7 @@ class SnpxAdapter final : public ArmAdapter {
   std::shared_ptr<AssignmentCheck> check_;
   Loop::TimerId recheck_timer_ = 0;
   bool ready_ = false;  // connected and the map is right
-  bool have_report_ = false;
-  int last_tick_ms_ = 0;
-  Utime controller_time_ = 0;
+  ControllerClock clock_;
   int heartbeat_ = 0;
   int alarm_of_ = 0;                           // the error whose alarm was asked for
   std::string alarm_;                          // its text, once read

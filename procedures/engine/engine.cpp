@@ -254,10 +254,13 @@ void Engine::wait_for_lease(Utime now) {
 
 void Engine::wait_until_clear(Utime now) {
   const testbed_state_t& testbed = *bench_.testbed.state();
-  if (!reset_sent_ &&
-      (testbed.state == testbed_state_t::FAULT || testbed.state == testbed_state_t::HELD)) {
+  if (!reset_sent_ && testbed.state == testbed_state_t::FAULT) {
     reset_sent_ = true;
     bench_.testbed.order(testbed_command2_t::RESET, now);
+  }
+  if (!stop_sent_ && testbed.state == testbed_state_t::HELD) {  // somebody else's motion
+    stop_sent_ = true;
+    bench_.testbed.order(testbed_command2_t::STOP, now);
   }
   const std::string wrong = unmet(state_.preconditions);
   if (wrong.empty()) {
@@ -281,11 +284,16 @@ std::string Engine::trouble_with_testbed(Utime now) const {
     return "lost the lease" +
            (testbed.lease_holder.empty() ? std::string() : " to " + testbed.lease_holder);
   }
-  if (testbed.state == testbed_state_t::FAULT) return "testbed fault: " + testbed.reason;
   // One late status is no reason to end a run.
   if (not_ready_since_ != 0 && now - not_ready_since_ > 2 * second) {
     return "the testbed is not ready: " + testbed.reason;
   }
+  return {};
+}
+
+std::string Engine::stopped_by_itself(Utime now) const {
+  const testbed_state_t& testbed = *bench_.testbed.state();
+  if (testbed.state == testbed_state_t::FAULT) return "testbed fault: " + testbed.reason;
   const bool our_hold = held() || stage_ == Stage::stopping_step || now - resumed_ < 2 * second;
   if (testbed.state == testbed_state_t::HELD && !our_hold) {
     return "the testbed is held: " + testbed.reason;
@@ -294,13 +302,37 @@ std::string Engine::trouble_with_testbed(Utime now) const {
 }
 
 void Engine::watch(Utime now) {
-  std::string trouble = nodes_.trouble(now, options_.heartbeat_timeout);
+  const std::string stopped = stopped_by_itself(now);
+  // Somebody is there to put it right: then the run is not over.
+  const bool waits =
+      !alarm_.empty() || (stage_ == Stage::running && !control_.state(now).holder.empty());
+  std::string trouble =
+      nodes_.trouble(now, options_.heartbeat_timeout,
+                     waits && !(stopped.empty() && alarm_.empty()) ? "testbed" : "");
   if (trouble.empty()) trouble = trouble_with_testbed(now);
+  if (trouble.empty() && !waits) trouble = stopped;
   if (!trouble.empty()) return conclude(procedure_state_t::ERROR, trouble, now);
+  wait_out_alarm(stopped, now);
   if (tracking_expected_ && seconds(now - last_good_estimate_) > procedure_.lost_for) {
     return target_lost(now);
   }
   watch_limits(now);
+}
+
+void Engine::wait_out_alarm(const std::string& stopped, Utime now) {
+  if (!stopped.empty() && stopped != alarm_) {
+    alarm_ = stopped;
+    actions_.event(event_t::ERROR, "stopped-by-alarm", alarm_);
+    if (!held()) hold(Hold::in_step, alarm_, now);
+  }
+  if (alarm_.empty()) return;
+  const bool over = stopped.empty() && bench_.testbed.state()->state != testbed_state_t::FAULT;
+  const std::string reason =
+      alarm_ + (over ? "; resume goes on" : "; put it right, reset, then resume");
+  if (reason == state_.reason) return;
+  state_.reason = reason;
+  look_at_preconditions(true);
+  ++revision_;
 }
 
 void Engine::target_lost(Utime now) {

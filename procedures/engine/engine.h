@@ -108,6 +108,10 @@ class Engine {
   std::string look_at_preconditions(bool going_on);
   void watch(Utime now);
   std::string trouble_with_testbed(Utime now) const;
+  /// Why the arms stand although nobody asked; empty: they do not.
+  std::string stopped_by_itself(Utime now) const;
+  /// On hold, until an operator has reset the alarm and resumes.
+  void wait_out_alarm(const std::string& stopped, Utime now);
   /// No good estimate for too long: what the step under way says.
   void target_lost(Utime now);
   void watch_limits(Utime now);
@@ -150,6 +154,7 @@ class Engine {
   std::string ask_step(Utime now);
   std::string ask_skip(const std::string& reason, Utime now);
   std::string ask_retry(Utime now);
+  std::string ask_reset(Utime now);
   std::string ask_answer(const procedure_command_t& message, Utime now);
   std::string ask_speed(const std::string& text, Utime now);
   std::string ask_lamps(const std::string& text, Utime now);
@@ -198,6 +203,7 @@ class Engine {
   std::unique_ptr<StepRunner> runner_;
   int next_ = 0;  // step to begin when the arms have come to rest
   Hold hold_ = Hold::none;
+  std::string alarm_;  // that the arms were stopped by, on hold; empty: by none
   Utime held_since_ = 0;
   Utime held_total_ = 0;  // of the current step
   Utime slowed_ = 0;      // of the current step: what a lower speed has cost its motion so far
@@ -210,6 +216,7 @@ class Engine {
   Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
   Utime limits_looked_at_ = 0;
   bool reset_sent_ = false;
+  bool stop_sent_ = false;
   bool hurry_ = false;  // aborted twice: no more teardown steps
 };
 

@@ -27,6 +27,8 @@ std::string name_of(std::int8_t command) {
       return "skip";
     case Command::RETRY:
       return "retry";
+    case Command::RESET:
+      return "reset";
     case Command::ANSWER:
       return "answer";
     case Command::TAKE_CONTROL:
@@ -95,6 +97,8 @@ std::string Engine::carry_out(const procedure_command_t& message, Utime now) {
       return ask_skip(message.text, now);
     case procedure_command_t::RETRY:
       return ask_retry(now);
+    case procedure_command_t::RESET:
+      return ask_reset(now);
     case procedure_command_t::ANSWER:
       return ask_answer(message, now);
     case procedure_command_t::SPEED:
@@ -149,6 +153,7 @@ std::string Engine::unmet_to_go_on(Utime now) {
 void Engine::end_hold(Utime now) {
   if (hold_ == Hold::in_step) held_total_ += now - held_since_;
   hold_ = Hold::none;
+  alarm_.clear();
   resumed_ = counted_until_ = now;
   state_.reason.clear();
   show(procedure_state_t::RUNNING);
@@ -218,6 +223,17 @@ std::string Engine::ask_retry(Utime now) {
     show_prompt(now);
   }
   stop_and_begin(state_.current_step, now);
+  return "";
+}
+
+std::string Engine::ask_reset(Utime now) {
+  if (!held()) return "nothing is held";
+  const auto& facility = bench_.live.facility();
+  const bool open = facility && !(facility->valid && facility->estop_chain_closed &&
+                                  facility->fence_closed && facility->motion_enabled);
+  const testbed_state_t& testbed = *bench_.testbed.state();
+  if (open) return "put it right first: " + testbed.reason;
+  bench_.testbed.order(testbed_command2_t::RESET, now);
   return "";
 }
 

@@ -60,9 +60,11 @@ std::string NodeWatch::final_fault() const {
   return fault ? supervisor->second.reason : "";
 }
 
-std::string NodeWatch::trouble(Utime now, Utime heartbeat_timeout) const {
+std::string NodeWatch::trouble(Utime now, Utime heartbeat_timeout,
+                               const std::string& excused) const {
   for (const auto& [name, node] : nodes_) {
-    if (node.state == node_status_t::FAULT || node.state == node_status_t::STOPPED) {
+    const bool fault = node.state == node_status_t::FAULT && name != excused;
+    if (fault || node.state == node_status_t::STOPPED) {
       return "node " + name + ": " + node.text();
     }
     if (now - node.heartbeat > heartbeat_timeout) return "node " + name + " is silent";

@@ -30,8 +30,9 @@ class NodeWatch {
   std::string awaited() const;
   /// Why it is no use to wait for them; empty: it is.
   std::string final_fault() const;
-  /// A node in fault or silent for longer than the timeout; empty: none.
-  std::string trouble(Utime now, Utime heartbeat_timeout) const;
+  /// A node in fault or silent for longer than the timeout; empty: none. excused: a node whose
+  /// fault is none here.
+  std::string trouble(Utime now, Utime heartbeat_timeout, const std::string& excused) const;
   /// One for each node.
   std::vector<precondition_t> preconditions(bool going_on) const;
 

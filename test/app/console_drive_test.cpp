@@ -147,8 +147,8 @@ struct CellAlone {
 
 TEST_CASE("only the viewer that has control is obeyed, but a hold is, whoever asks") {
   WithProcedure w;
-  for (const char* name : {"resume", "step", "retry", "abort", "speed", "lamps", "release_control",
-                           "keep_control", "run", "answer", "skip"}) {
+  for (const char* name : {"resume", "step", "retry", "reset", "abort", "speed", "lamps",
+                           "release_control", "keep_control", "run", "answer", "skip"}) {
     INFO(name);
     const Answer answer = w.ask("viewer-1", name);
     CHECK_FALSE(answer.accepted);

@@ -66,16 +66,17 @@ struct Keyboard {
 TEST_CASE("each key asks for its command, abort at once and as often as it is struck") {
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
-  keyboard.type("hrntaa");
-  REQUIRE(keyboard.sent.size() == 6);
+  keyboard.type("hrntaax");
+  REQUIRE(keyboard.sent.size() == 7);
   CHECK(keyboard.sent[0].command == procedure_command_t::HOLD);
   CHECK(keyboard.sent[1].command == procedure_command_t::RESUME);
   CHECK(keyboard.sent[2].command == procedure_command_t::STEP);
   CHECK(keyboard.sent[3].command == procedure_command_t::RETRY);
   CHECK(keyboard.sent[4].command == procedure_command_t::ABORT);
   CHECK(keyboard.sent[5].command == procedure_command_t::ABORT);
-  keyboard.type("xyz \n");
-  CHECK(keyboard.sent.size() == 6);
+  CHECK(keyboard.sent[6].command == procedure_command_t::RESET);
+  keyboard.type("wyz \n");
+  CHECK(keyboard.sent.size() == 7);
   CHECK_FALSE(keyboard.keys.leaves());
   keyboard.type("q");
   CHECK(keyboard.keys.leaves());

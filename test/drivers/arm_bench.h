@@ -55,6 +55,7 @@ struct ArmBench {
     setup.role = ArmRole::replica;
     setup.device = load_devices("config").replica_arm;
     setup.device.address = address;
+    setup.device.following_lag = following_lag;
     setup.kinematics = std::move(kinematics);
     SimulatedLoop& loop = simulation.make_loop();
     node = std::make_unique<ArmNode>(
@@ -109,6 +110,7 @@ struct ArmBench {
   Simulation simulation;
   RegisterMap map;
   PlacedArm placed;
+  double following_lag = 0;  // s, of the driver's device
   std::unique_ptr<SimulatedController> controller;
   Bus* bus = nullptr;
   std::unique_ptr<Node> node;

@@ -118,6 +118,29 @@ TEST_CASE("a reported position carries the time at which it was true, whatever t
   }
 }
 
+TEST_CASE("of commanded positions the servos' following error is in the reported sigma") {
+  ArmBench bench;
+  bench.following_lag = GENERATE(0.0, 0.025);
+  bench.start_arm();
+  const double resolution = load_devices("config").replica_arm.rotary_sigma;
+  CHECK(bench.last().reported_joint_sigma[0] == resolution);
+  const double speed = 0.2;  // rad/s
+  const Joints home = bench.placed.home;
+  bench.stream(2, [&](double t) {
+    Joints joints = home;
+    joints[0] += speed * t;
+    return joints;
+  });
+  CHECK(bench.last().reported_joint_sigma[0] ==
+        Approx(std::hypot(resolution, speed * bench.following_lag)).epsilon(0.03));
+  CHECK(bench.last().reported_joint_sigma[1] == resolution);
+  // At rest it dies away with the lag: a share of exp(-t / T).
+  bench.send(arm_command_t::HOLD);
+  bench.simulation.run_for(second);
+  CHECK(bench.last().reported_joint_sigma[0] == Approx(resolution).epsilon(1e-6));
+  CHECK(bench.saw("positions-commanded") == (bench.following_lag > 0));
+}
+
 TEST_CASE("HOLD stops the arm at once, and set-points after it move nothing until START") {
   ArmBench bench;
   bench.start_arm();

@@ -2,9 +2,11 @@
 // Registers over real TCP: libmodbus on both sides, and peers whose every byte the test chooses.
 #include <modbus/modbus.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <memory>
 #include <thread>
 
@@ -309,6 +311,68 @@ TEST_CASE("a device that closes the connection, and one whose connection is half
     CHECK(rig.ask().empty());
     CHECK(rig.server->connections() == 2);
   }
+}
+
+/// A device that takes one request on each connection. The first is answered by the beginning of an
+/// answer and a hard reset (TCP's RST), the others as they should be.
+class ResettingDevice {
+ public:
+  explicit ResettingDevice(const std::string& address)
+      : listener_(modbus_new_tcp("127.0.0.1", std::stoi(address.substr(address.find(':') + 1)))),
+        socket_(modbus_tcp_listen(listener_.get(), 4)),
+        thread_([this] { run(); }) {}
+  ~ResettingDevice() {
+    shutdown(socket_, SHUT_RDWR);
+    thread_.join();
+    close(socket_);
+  }
+
+ private:
+  void run() {
+    for (bool first = true;; first = false) {
+      const int peer = accept(socket_, nullptr, nullptr);
+      if (peer < 0) return;
+      const timeval limit{10, 0};
+      setsockopt(peer, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+      std::array<std::uint8_t, 12> request;
+      if (recv(peer, request.data(), request.size(), MSG_WAITALL) > 0) {
+        Bytes answer{request[0], request[1], 0, 0, 0, 7, 1, 3, 4, 0, 5, 0, 6};
+        if (first) answer.resize(9);
+        send(peer, answer.data(), answer.size(), MSG_NOSIGNAL);
+      }
+      if (first) {
+        // The link has the half answer when the reset comes.
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        const linger hard{1, 0};
+        setsockopt(peer, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
+      } else {
+        std::uint8_t end = 0;
+        recv(peer, &end, 1, 0);  // until the link is gone
+      }
+      close(peer);
+    }
+  }
+
+  struct Free {
+    void operator()(modbus_t* modbus) const { modbus_free(modbus); }
+  };
+  std::unique_ptr<modbus_t, Free> listener_;
+  int socket_;
+  std::thread thread_;
+};
+
+TEST_CASE("a connection reset in the midst of an answer is named and dialled anew") {
+  Rig rig;
+  const ResettingDevice device(rig.address);
+  rig.connect();
+  CHECK(rig.ask() == "the device closed the connection");
+  CHECK(rig.losses == 1);
+  CHECK(rig.reason == "the device closed the connection");
+  REQUIRE(rig.run_until([&] { return rig.link->connected(); }));
+  CHECK(rig.ask().empty());
+  CHECK(rig.answer.words == std::vector<Word>{5, 6});
+  CHECK(rig.connections == 2);
+  rig.link.reset();
 }
 
 TEST_CASE("faults of a device over TCP") {

@@ -178,6 +178,7 @@ TEST_CASE("what cannot be done is refused with the reason") {
     return bench.event_text("command-refused");
   };
   CHECK(refused(procedure_command_t::RESUME) == "no resume: nothing is held");
+  CHECK(refused(procedure_command_t::RESET) == "no reset: nothing is held");
   CHECK(refused(procedure_command_t::SKIP) == "no skip: a reason is needed, for the record");
   CHECK(refused(procedure_command_t::ANSWER, "yes") == "no answer: nothing is asked");
   CHECK(refused(99) == "no command 99: it is not known");

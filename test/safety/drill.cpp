@@ -62,8 +62,7 @@ bool goes_on(World& world, const Drill& drill) {
   if (drill.say) {
     world.send(*drill.say);
     world.run_for(0.5);
-    if (*drill.say == testbed_command2_t::RESET)
-      drill.closed_loop ? world.approach() : world.move();
+    if (*drill.say == testbed_command2_t::RESET) world.send(testbed_command2_t::RESUME);
   }
   const std::int8_t wanted =
       drill.closed_loop ? testbed_state_t::CLOSED_LOOP : testbed_state_t::MOVING;

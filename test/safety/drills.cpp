@@ -48,7 +48,7 @@ bool estimate_is_wrong(World& world) {
 std::vector<Drill> all() {
   const std::string by_itself = "by itself";
   const std::string said = "RESUME";
-  const std::string put_right = "put right, RESET, asked for anew";
+  const std::string put_right = "put right, RESET, RESUME";
   const std::string new_run = "a new run";
   std::vector<Drill> list;
   const auto open = [&](const std::string& name, std::function<void(World&)> begin,

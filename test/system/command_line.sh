@@ -10,6 +10,15 @@ for program in arm-driver lidar-driver facility-driver estimator testbed simulat
   expect 0 "$bin/berth-$program" --help
   expect 2 "$bin/berth-$program" --run /nonexistent
 done
+# Devices at ports below 1024, where nobody listens.
+cp -r config "$work/nobody"
+sed -i 's/127\.0\.0\.1:150/127.0.0.1:1/' "$work/nobody/devices.yaml"
+expect 2 "$bin/berth" doctor --hardware --seconds 1 --config "$work/nobody"
+says "replica arm connection 127.0.0.1:121: nobody answers"
+says "127.0.0.1:124: nobody answers"
+expect 2 "$bin/berth" doctor --hardware --seconds 1 --layout nowhere
+says "nowhere"
+expect 2 "$bin/berth" doctor --layout range
 expect 2 "$bin/berth"
 expect 2 "$bin/berth" fly
 says "found 'fly', which is no command"

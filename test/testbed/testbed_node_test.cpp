@@ -666,6 +666,9 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     cell.send(testbed_command2_t::RESUME);
     cell.run_for(0.5);
     CHECK_THAT(cell.state.refusal, Contains("emergency stop"));
+    const std::int64_t reset = cell.send(testbed_command2_t::RESET);
+    cell.run_for(0.5);
+    CHECK(cell.state.refused_seq == reset);
     cell.facility->estop_closed = true;
     cell.run_for(0.5);
     CHECK(cell.state.state == testbed_state_t::HELD);
@@ -677,17 +680,20 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.state.state == testbed_state_t::FAULT);
     CHECK_THAT(cell.state.reason, Contains("fence"));
   }
-  SECTION("one controller faults: the other arm stops too; reset clears it") {
+  SECTION("one controller faults: the other arm stops too; after a reset it goes on") {
     cell.sensor->state = arm_state_t::FAULT;
     cell.run_for(0.3);
     CHECK(cell.replica->state == arm_state_t::HELD);
     CHECK(cell.state.state == testbed_state_t::FAULT);
     CHECK_THAT(cell.state.reason, Contains("sensor arm"));
+    cell.send(testbed_command2_t::RESUME);
+    cell.run_for(0.2);
+    CHECK_THAT(cell.state.refusal, Contains("sensor arm's controller has a fault"));
     const std::int64_t reset = cell.send(testbed_command2_t::RESET);
     cell.run_for(0.5);
-    CHECK(cell.state.finished_seq == reset);
-    CHECK(cell.state.state == testbed_state_t::IDLE);
-    CHECK(cell.finished(cell.send(cell.move_to({0, 0, 5000, 0, 0, 0})), 60));
+    CHECK(cell.state.command_seq == reset);
+    CHECK(cell.state.state == testbed_state_t::HELD);
+    CHECK(goes_on_after_resume());
   }
   SECTION("a controller stops by itself") {
     cell.replica->state = arm_state_t::HELD;

@@ -135,12 +135,8 @@ void TestbedNode::begin(const testbed_command2_t& command) {
       if (reason.empty()) return;
     }
   } else if (what == testbed_command2_t::RESET) {
-    give_up_planning("reset by '" + command.commander + "' while its motion was planned");
-    stop_arms("reset", "reset by '" + command.commander + "'");
-    order(arm_command_t::RESET);
-    stopping_ = true;
-    after_stop_ = command;
-    end_task(false);
+    reason = safety_.to_be_put_right();
+    if (reason.empty()) reset("reset by '" + command.commander + "'");
   } else {
     reason = "command " + std::to_string(what) + " is not known";
   }
@@ -149,6 +145,14 @@ void TestbedNode::begin(const testbed_command2_t& command) {
   } else {
     refuse(command, reason);
   }
+}
+
+/// The controllers' alarms. A motion stays where it was left, for RESUME or STOP.
+void TestbedNode::reset(const std::string& reason) {
+  give_up_planning(reason + " while its motion was planned");
+  event(event_t::NOTICE, "reset", reason);
+  stop_arms("", reason);
+  order(arm_command_t::RESET);
 }
 
 std::string TestbedNode::resume(const testbed_command2_t& command) {

@@ -105,6 +105,7 @@ class TestbedNode final : public Node {
   void begin_planned(const Planning& planning, Planned planned);
   std::string why_not_now(const Planning& planning, const Task& task) const;
   void give_up_planning(const std::string& reason);
+  void reset(const std::string& reason);
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
   void heed_override(ArmRole role, double reported);

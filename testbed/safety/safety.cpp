@@ -83,6 +83,10 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_by_hand() const
       return Verdict{Level::fault, "arm-fault", arm_name(role) + "'s controller has a fault" + why};
     }
   }
+  return judge_chain();
+}
+
+std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_chain() const {
   if (!facility_) return std::nullopt;
   if (!facility_->estop_closed) {
     return Verdict{Level::fault, "estop", "an emergency stop is pressed"};
@@ -92,6 +96,13 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_by_hand() const
     return Verdict{Level::fault, "motion-disabled", "the PLC does not enable motion"};
   }
   return std::nullopt;
+}
+
+std::string SafetySupervisor::to_be_put_right() const {
+  const std::optional<Verdict> by_hand = judge_by_hand();
+  if (by_hand && by_hand->code == "arm-estop") return by_hand->reason;
+  // A controller says more of an open chain than the PLC.
+  return judge_chain() ? by_hand->reason : "";
 }
 
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_arms(std::int64_t now,

@@ -34,6 +34,7 @@ const std::map<std::string, Driver::Verb>& Driver::verbs() {
       {"step", {[](Driver& d, const Command& c) { d.ask(c, C::STEP); }}},
       {"skip", {[](Driver& d, const Command& c) { d.ask(c, C::SKIP, text_in(c, "reason")); }}},
       {"retry", {[](Driver& d, const Command& c) { d.ask(c, C::RETRY); }}},
+      {"reset", {[](Driver& d, const Command& c) { d.ask(c, C::RESET); }}},
       {"abort", {[](Driver& d, const Command& c) { d.ask(c, C::ABORT, text_in(c, "reason")); }}},
       {"answer", {[](Driver& d, const Command& c) { d.prompt(c); }}},
       {"speed", {[](Driver& d, const Command& c) { d.speed(c); }}},

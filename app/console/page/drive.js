@@ -15,6 +15,7 @@ const when = {
   step: [['held', 'running'], 'nothing is held'],
   skip: [['running', 'held', 'prompting'], 'no step runs'],
   retry: [['running', 'held', 'prompting'], 'no step runs'],
+  reset: [['held'], 'nothing is held'],
   abort: [active, 'nothing runs'],
 };
 
@@ -51,7 +52,7 @@ export class Drive {
 
   draw() {
     for (const id
-             of ['hold', 'resume', 'step', 'skip', 'retry', 'abort', 'run', 'speed-set',
+             of ['hold', 'resume', 'step', 'skip', 'retry', 'reset', 'abort', 'run', 'speed-set',
                  'lamps-set', 'take-control', 'release-control']) {
       const why = this.obstacle(id);
       const button = $(id);
@@ -95,6 +96,7 @@ export class Drive {
       resume: () => this.send('resume', {}, 'Resume'),
       step: () => this.send('step', {}, 'Step'),
       retry: () => this.send('retry', {}, 'Retry'),
+      reset: () => this.send('reset', {}, 'Reset'),
       skip: () => this.withReason('skip', 'Skip this step', ''),
       abort: () => this.withReason('abort', 'Abort the procedure', 'the operator aborts'),
       run: () => openRun(

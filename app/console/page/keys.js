@@ -12,6 +12,7 @@ export function startKeys(parts) {
     ['n', 'step: go on, and hold when this step is done', () => drive.use('step')],
     ['s', 'skip this step, with a reason', () => drive.use('skip')],
     ['t', 'retry: begin this step anew', () => drive.use('retry')],
+    ['x', "reset the controllers' alarms", () => drive.use('reset')],
     ['a', 'abort', () => drive.use('abort')],
     ['u', 'run a procedure', () => drive.use('run')],
     ['c', 'take or release control', () => drive.toggleControl()],
