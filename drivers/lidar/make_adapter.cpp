@@ -4,18 +4,18 @@
 #include "drivers/lidar/cloud_recording.h"
 #include "drivers/lidar/log_recording.h"
 #include "drivers/lidar/playback_adapter.h"
-#include "drivers/lidar/tcp_adapter.h"
+#include "drivers/lidar/protocol_adapter.h"
 
 namespace berth::lidar {
 
 std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
                                       Loop& loop) {
   if (device.adapter == LidarDevice::Kind::tcp) {
-    TcpSettings settings;
+    ProtocolSettings settings;
     settings.address = device.address;
     settings.dial_timeout = device.dial_timeout;
     settings.model = profile.model;
-    return std::make_unique<TcpAdapter>(std::move(settings), loop);
+    return std::make_unique<ProtocolAdapter>(std::move(settings), loop);
   }
   std::unique_ptr<Recording> recording;
   if (device.adapter == LidarDevice::Kind::files) {
