@@ -2,6 +2,7 @@
 #include "drivers/lidar/memory_connection.h"
 
 #include <map>
+#include <vector>
 
 #include "common/bus/simulation.h"
 #include "common/core/error.h"
@@ -17,12 +18,26 @@ struct Listener {
 /// Of one Simulation, by address.
 using Listeners = std::map<std::string, Listener>;
 
-/// What one end is called with; nothing once it is closed. Outlives it in the events under way.
+/// What one end is called with; nothing once it is closed. Outlives it in the events under way. As
+/// the reader of a socket it wakes a latency after the first message and takes all that came by
+/// then.
 struct End {
   Loop& loop;
   Utime latency;
   Connection::OnMessage on_message{};
   Connection::OnClosed on_closed{};
+  std::vector<Message> waiting{};  // not empty: it is about to wake
+
+  static void give(const std::shared_ptr<End>& end, const Message& message) {
+    end->waiting.push_back(message);
+    if (end->waiting.size() > 1) return;
+    end->loop.after(end->latency, [end] {
+      for (const Message& one : std::exchange(end->waiting, {})) {
+        const Connection::OnMessage on_message = end->on_message;  // which may close its own end
+        if (on_message) on_message(one);
+      }
+    });
+  }
 };
 
 class MemoryConnection final : public Connection {
@@ -42,12 +57,7 @@ class MemoryConnection final : public Connection {
     own_->on_closed = std::move(on_closed);
   }
   void speak(int /*the messages are as they are*/) override {}
-  void send(const Message& message) override {
-    peer_->loop.after(peer_->latency, [peer = peer_, message] {
-      const OnMessage on_message = peer->on_message;  // which may close its own end
-      if (on_message) on_message(message);
-    });
-  }
+  void send(const Message& message) override { End::give(peer_, message); }
 
  private:
   static OnClosed close(End& end) {

@@ -9,7 +9,7 @@ class SimulatedLoop;
 
 namespace lidar {
 
-/// Conversations in the twin: messages as values, each after the simulation's wire latency.
+/// Conversations in the twin: messages as values, at most the simulation's wire latency later.
 void dial_memory(SimulatedLoop& loop, const std::string& address, Connected connected);
 /// @throws InputError when the address is served already.
 void listen_memory(SimulatedLoop& loop, const std::string& address, Accepted accepted);
