@@ -13,6 +13,7 @@
 #include "drivers/registers/register_server.h"
 #include "test/catch.h"
 #include "test/free_port.h"
+#include "test/run_until.h"
 
 namespace berth {
 namespace {
@@ -92,20 +93,7 @@ struct Rig {
     loop.unwatch(peer.fd());
     peer = Socket();
   }
-  bool run_until(const std::function<bool()>& done) {
-    bool in_time = true;
-    const auto beat = loop.every(millisecond, [&] {
-      if (done()) loop.stop();
-    });
-    const auto limit = loop.after(30 * second, [&] {
-      in_time = false;
-      loop.stop();
-    });
-    loop.run();
-    loop.cancel(beat);
-    loop.cancel(limit);
-    return in_time;
-  }
+  bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
 
   ProcessLoop loop{clock_offset_now()};
   std::string address = free_address();

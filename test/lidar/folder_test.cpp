@@ -20,6 +20,8 @@
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 #include "test/lidar/lidar_fixture.h"
+#include "test/lidar/messages.h"
+#include "test/run_until.h"
 
 using namespace berth;
 using namespace berth::lidar;
@@ -41,20 +43,7 @@ struct FolderBench {
     adapter.order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0}}});
     REQUIRE(run_until([this] { return !all<ScanAnswer>().empty(); }));
   }
-  bool run_until(const std::function<bool()>& done) {
-    bool in_time = true;
-    const auto beat = loop.every(millisecond, [&] {
-      if (done()) loop.stop();
-    });
-    const auto limit = loop.after(10 * second, [&] {
-      in_time = false;
-      loop.stop();
-    });
-    loop.run();
-    loop.cancel(beat);
-    loop.cancel(limit);
-    return in_time;
-  }
+  bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
   bool ended() {
     return run_until([this] { return !all<ScanEnd>().empty(); });
   }
@@ -63,11 +52,7 @@ struct FolderBench {
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    std::vector<Kind> found;
-    for (const Message& message : said) {
-      if (const auto* m = std::get_if<Kind>(&message)) found.push_back(*m);
-    }
-    return found;
+    return all_of<Kind>(said);
   }
   std::size_t beams() const {
     std::size_t n = 0;

@@ -10,6 +10,7 @@
 #include "test/catch.h"
 #include "test/core/temporary_directory.h"
 #include "test/lidar/lidar_fixture.h"
+#include "test/lidar/messages.h"
 #include "test/lidar/wall_scene.h"
 
 using namespace berth;
@@ -46,11 +47,7 @@ struct Bench {
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    std::vector<Kind> found;
-    for (const Message& message : said) {
-      if (const auto* m = std::get_if<Kind>(&message)) found.push_back(*m);
-    }
-    return found;
+    return all_of<Kind>(said);
   }
   std::vector<BeamReturn> beams() const {
     std::vector<BeamReturn> list;

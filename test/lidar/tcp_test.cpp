@@ -8,7 +8,9 @@
 #include "test/catch.h"
 #include "test/free_port.h"
 #include "test/lidar/lidar_fixture.h"
+#include "test/lidar/messages.h"
 #include "test/lidar/wall_scene.h"
+#include "test/run_until.h"
 
 using namespace berth;
 using namespace berth::lidar;
@@ -43,26 +45,9 @@ struct TcpBench {
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    std::vector<Kind> found;
-    for (const Message& message : said) {
-      if (const auto* m = std::get_if<Kind>(&message)) found.push_back(*m);
-    }
-    return found;
+    return all_of<Kind>(said);
   }
-  bool run_until(const std::function<bool()>& done) {
-    bool in_time = true;
-    const auto beat = loop.every(millisecond, [&] {
-      if (done()) loop.stop();
-    });
-    const auto limit = loop.after(30 * second, [&] {
-      in_time = false;
-      loop.stop();
-    });
-    loop.run();
-    loop.cancel(beat);
-    loop.cancel(limit);
-    return in_time;
-  }
+  bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
 
   ProcessLoop loop{clock_offset_now()};
   std::string address = free_address();
