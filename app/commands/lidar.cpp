@@ -32,7 +32,7 @@ int test(const std::string& address) {
     std::string line = word_of(check.outcome);
     line.resize(6, ' ');
     line += check.name;
-    line.resize(std::max<std::size_t>(line.size() + 2, 42), ' ');
+    line.resize(std::max<std::size_t>(line.size() + 2, 50), ' ');
     print_text(line + check.found + "\n", stdout);
     if (!check.mend.empty()) print_text("      mend: " + check.mend + "\n", stdout);
     std::fflush(stdout);

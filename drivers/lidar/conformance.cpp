@@ -25,7 +25,9 @@ constexpr Utime silence = 1 * second;
 /// "no later than some 25 ms after they were" fired, mapped as well as the driver asks for.
 constexpr Utime max_age = 25 * millisecond + clock_tolerance;
 
-std::string ms(Utime t) { return fixed(1e-3 * static_cast<double>(t), 1) + " ms"; }
+std::string ms(Utime t) {
+  return fixed(1e-3 * static_cast<double>(t), t < 10 * millisecond ? 2 : 1) + " ms";
+}
 
 std::string version_text(int version) { return "version " + std::to_string(version); }
 
@@ -247,8 +249,9 @@ class Conformance {
               ms(2 * clock_tolerance));
     const ClockLine line = clock_.line();
     check("device clock", unsteady,
-          fixed(seconds(line.offset), 6) + " s before the host's, +- " +
-              fixed(1e3 * line.sigma_s, 2) + " ms",
+          "stands at the host's " + std::string(line.offset < 0 ? "- " : "+ ") +
+              fixed(std::abs(seconds(line.offset)), 6) + " s, +- " + fixed(1e3 * line.sigma_s, 2) +
+              " ms",
           "stamp Status when it is sent, in microseconds of a clock that is never set and runs "
           "within 600 ppm of the host's");
   }
