@@ -68,6 +68,7 @@ int main(int argc, char* argv[]) {
   commands::add_report(app, code);
   commands::add_estimate(app, code);
   commands::add_kinematics(app, code);
+  commands::add_lidar(app, code);
   commands::add_log(app, code);
   commands::add_nightly(app, code);
   commands::add_spy(app, code);

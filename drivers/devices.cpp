@@ -64,10 +64,11 @@ ArmDevice read_arm(Config config) {
 LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
   LidarDevice lidar;
   const std::string adapter =
-      config.has("adapter") ? config.choice("adapter", {"tcp", "files", "log"}) : "tcp";
-  lidar.adapter = adapter == "files" ? LidarDevice::Kind::files
-                  : adapter == "log" ? LidarDevice::Kind::log
-                                     : LidarDevice::Kind::tcp;
+      config.has("adapter") ? config.choice("adapter", {"tcp", "files", "log", "folder"}) : "tcp";
+  lidar.adapter = adapter == "files"    ? LidarDevice::Kind::files
+                  : adapter == "log"    ? LidarDevice::Kind::log
+                  : adapter == "folder" ? LidarDevice::Kind::folder
+                                        : LidarDevice::Kind::tcp;
   lidar.model = config.text("model");
   std::string address;
   std::string recording;
@@ -78,7 +79,7 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
   lidar.address = address;
   read_dial_timeout(config, lidar.dial_timeout);
   if (!tcp && (recording.empty() || recording == "none")) {
-    throw config.error("recording", "found none, expected what adapter " + adapter + " plays");
+    throw config.error("recording", "found none, expected what adapter " + adapter + " reads");
   }
   if (!tcp) lidar.recording = directory / recording;  // an absolute one stays as it is
   if (config.has("time_unit")) {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "common/bus/loop.h"
+#include "common/bus/sockets.h"
 #include "common/core/cell.h"
 
 namespace berth {
@@ -16,8 +16,8 @@ struct ArmDevice {
   std::string registers;  ///< config/registers/<registers>.yaml
   Utime status_period = 10 * millisecond;
   Utime setpoint_period = 16667;
-  Utime timeout = 50 * millisecond;          ///< of an answer
-  Utime dial_timeout = Wires::dial_timeout;  ///< of a connection
+  Utime timeout = 50 * millisecond;            ///< of an answer
+  Utime dial_timeout = Sockets::dial_timeout;  ///< of a connection
   Utime report_lag = 0;
   double rotary_sigma = 0;  ///< rad
   double linear_sigma = 0;  ///< m
@@ -34,19 +34,19 @@ struct PlcDevice {
   std::string registers;
   Utime poll_period = 50 * millisecond;
   Utime timeout = 100 * millisecond;
-  Utime dial_timeout = Wires::dial_timeout;
+  Utime dial_timeout = Sockets::dial_timeout;
 };
 
 /// What stands behind the LIDAR driver (docs/lidar.md).
 struct LidarDevice {
-  enum class Kind { tcp, files, log };
+  enum class Kind { tcp, files, log, folder };
   Kind adapter = Kind::tcp;
-  std::string address;                       ///< of tcp: host:port
-  Utime dial_timeout = Wires::dial_timeout;  ///< of tcp
-  std::string model;                         ///< config/lidars/<model>.yaml
-  std::filesystem::path recording;           ///< of files and log
-  std::optional<double> us_per_time;         ///< unit of the times in files; else they tell it
-  bool repeat = false;                       ///< a recording that is over starts anew
+  std::string address;                         ///< of tcp: host:port
+  Utime dial_timeout = Sockets::dial_timeout;  ///< of tcp
+  std::string model;                           ///< config/lidars/<model>.yaml
+  std::filesystem::path recording;             ///< of files, log and folder
+  std::optional<double> us_per_time;           ///< unit of the times in files; else they tell it
+  bool repeat = false;                         ///< a recording that is over starts anew
   Utime longest_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
 };
 

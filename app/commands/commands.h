@@ -22,6 +22,7 @@ void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_estimate(CLI::App& app, int& exit_code);
 void add_kinematics(CLI::App& app, int& exit_code);
+void add_lidar(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nightly(CLI::App& app, int& exit_code);
 void add_target(CLI::App& app, int& exit_code);

@@ -6,8 +6,6 @@
 #include <memory>
 #include <string>
 
-#include "common/bus/wire.h"
-
 namespace berth {
 
 /// Microseconds since the epoch, on the clock that all nodes of a run share.
@@ -19,7 +17,7 @@ Utime utime_from_seconds(double s);
 
 class Worker;
 
-/// The thread on which a node's code runs, with its clock, timers and wires. What takes long runs
+/// The thread on which a node's code runs, with its clock and timers. What takes long runs
 /// beside it, on a Worker, so that heartbeats, supervision and stops never wait.
 /// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). But for now() and stopwatch(),
 /// nothing here may be called from another thread.
@@ -39,9 +37,6 @@ class Loop {
   virtual TimerId every(Utime period, Task task) = 0;
   /// Of a timer that fired or was cancelled: does nothing.
   virtual void cancel(TimerId timer) = 0;
-
-  /// To the devices of the node whose loop this is.
-  virtual Wires& wires() = 0;
 
   /// For work that takes long. It must end before this loop.
   virtual std::unique_ptr<Worker> make_worker() = 0;

@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 #include "common/bus/worker.h"
 #include "common/core/error.h"
 
@@ -50,11 +50,11 @@ Utime clock_offset_from_environment() {
 ProcessLoop::ProcessLoop(Utime clock_offset)
     : clock_offset_(clock_offset), wake_fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_fd_ < 0) throw_errno("eventfd");
-  wires_ = std::make_unique<TcpWires>(*this);
+  sockets_ = std::make_unique<Sockets>(*this);
 }
 
 ProcessLoop::~ProcessLoop() {
-  wires_.reset();
+  sockets_.reset();
   close(wake_fd_);
   if (signal_fd_ >= 0) close(signal_fd_);
 }

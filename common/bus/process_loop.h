@@ -11,6 +11,8 @@
 
 namespace berth {
 
+class Sockets;
+
 /// A loop in real time for one process: ppoll(2) over descriptors and timers.
 class ProcessLoop final : public Loop {
  public:
@@ -26,7 +28,8 @@ class ProcessLoop final : public Loop {
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
-  Wires& wires() override { return *wires_; }
+  /// To the devices of the node whose loop this is.
+  Sockets& sockets() { return *sockets_; }
   /// A thread of its own.
   std::unique_ptr<Worker> make_worker() override;
   /// Calls readable whenever the descriptor has input or its peer is gone, until unwatch.
@@ -72,7 +75,7 @@ class ProcessLoop final : public Loop {
   std::mutex mutex_;
   std::vector<Task> posted_;
   bool stopped_ = false;
-  std::unique_ptr<Wires> wires_;  // TcpWires
+  std::unique_ptr<Sockets> sockets_;
   int wake_fd_ = -1;
   int signal_fd_ = -1;
 };

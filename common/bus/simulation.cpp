@@ -3,23 +3,15 @@
 
 #include <algorithm>
 #include <deque>
-#include <map>
 #include <unordered_map>
 
 #include "common/bus/event_queue.h"
-#include "common/bus/memory_wire.h"
 #include "common/bus/worker.h"
-#include "common/core/error.h"
 #include "common/core/random.h"
 
 namespace berth {
 
 struct Simulation::Impl {
-  struct Listener {
-    SimulatedLoop& loop;
-    Wires::Connected accepted;
-  };
-
   struct Subscription {
     SimulatedBus* bus;
     std::function<void(Bytes)> handler;
@@ -76,7 +68,6 @@ struct Simulation::Impl {
 
   Options options;
   EventQueue events;
-  std::map<std::string, Listener> listeners;
   std::unordered_map<std::string, Channel> channels;
   std::deque<Packet> packets;
   std::vector<Packet*> spare_packets;
@@ -149,35 +140,6 @@ Utime Simulation::wire_latency() const { return impl_->options.wire_latency; }
 
 void Simulation::record(Recorder recorder) { impl_->recorders.push_back(std::move(recorder)); }
 
-class SimulatedLoop::MemoryWires final : public Wires {
- public:
-  explicit MemoryWires(SimulatedLoop& loop) : loop_(loop) {}
-
-  void dial(const std::string& address, Connected connected, std::int64_t /*timeout*/) override {
-    const Utime latency = impl().options.wire_latency;
-    loop_.after(latency, [this, latency, address, connected = std::move(connected)] {
-      const auto found = impl().listeners.find(address);
-      if (found == impl().listeners.end()) return connected(nullptr);
-      const Simulation::Impl::Listener& listener = found->second;
-      auto [near, far] = make_memory_wire(loop_, listener.loop, latency);
-      const auto accepted = std::make_shared<std::unique_ptr<Wire>>(std::move(far));
-      listener.loop.after(0, [&listener, accepted] { listener.accepted(std::move(*accepted)); });
-      connected(std::move(near));
-    });
-  }
-
-  void listen(const std::string& address, Connected accepted) override {
-    if (!impl().listeners.insert({address, {loop_, std::move(accepted)}}).second) {
-      throw InputError("address " + address + " is served twice");
-    }
-  }
-
- private:
-  Simulation::Impl& impl() { return *loop_.simulation_.impl_; }
-
-  SimulatedLoop& loop_;
-};
-
 class SimulatedLoop::InlineWorker final : public Worker {
  public:
   explicit InlineWorker(SimulatedLoop& loop) : loop_(loop) { loop_.workers_.push_back(this); }
@@ -221,12 +183,6 @@ void Simulation::go_on_with_work(SimulatedLoop& loop) {
 std::unique_ptr<Worker> SimulatedLoop::make_worker() {
   return std::make_unique<InlineWorker>(*this);
 }
-
-SimulatedLoop::SimulatedLoop(Simulation& simulation)
-    : simulation_(simulation), wires_(std::make_unique<MemoryWires>(*this)) {}
-SimulatedLoop::~SimulatedLoop() = default;
-
-Wires& SimulatedLoop::wires() { return *wires_; }
 
 Utime SimulatedLoop::now() const { return simulation_.now_; }
 

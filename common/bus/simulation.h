@@ -23,7 +23,7 @@ class Simulation {
  public:
   struct Options {
     Utime start = 1735689600 * second;  ///< 2025-01-01T00:00:00Z
-    Utime wire_latency = 200;           ///< us from bytes written to bytes seen
+    Utime wire_latency = 200;           ///< us from sent to received, between driver and device
     Utime bus_latency = 100;            ///< us from publish to handler
     double bus_loss = 0;                ///< 0..1: share of the packets that a receiver never gets
     std::uint64_t loss_seed = 1;
@@ -88,24 +88,19 @@ class Simulation {
 
 class SimulatedLoop final : public Loop {
  public:
-  ~SimulatedLoop() override;
   Simulation& simulation() { return simulation_; }
   Utime now() const override;
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
-  /// Join dial and listen of one address inside the Simulation.
-  Wires& wires() override;
   /// Runs each job within give(), in no simulated time, unless Simulation::stop_work was called.
   std::unique_ptr<Worker> make_worker() override;
 
  private:
   friend class Simulation;
-  class MemoryWires;
   class InlineWorker;
-  explicit SimulatedLoop(Simulation& simulation);
+  explicit SimulatedLoop(Simulation& simulation) : simulation_(simulation) {}
   Simulation& simulation_;
-  std::unique_ptr<MemoryWires> wires_;
   bool stopped_ = false;
   std::vector<Task> waiting_;
   bool work_stopped_ = false;

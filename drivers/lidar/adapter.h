@@ -10,8 +10,8 @@
 
 namespace berth::lidar {
 
-/// A scanning LIDAR as the driver's node has it, whatever is behind: a device on a wire, or a
-/// recording. Driven by a loop; never blocks.
+/// A scanning LIDAR as the driver's node has it, whatever is behind: a device, a recording,
+/// a folder of exports. Driven by a loop; never blocks.
 class Adapter {
  public:
   struct Events {
@@ -20,6 +20,8 @@ class Adapter {
     std::function<void(const Message&)> message;
     /// It was ready, or why it is not is news; it tries again by itself, if that can help.
     std::function<void(const std::string& reason)> lost;
+    /// Something is wrong that ends neither this nor a scan.
+    std::function<void(const std::string& what)> trouble{};
   };
 
   virtual ~Adapter() = default;

@@ -41,8 +41,11 @@ CloudRecording::CloudRecording(const fs::path& path, double rate_hz,
 
 std::optional<RecordedScan> CloudRecording::next() {
   if (next_ == files_.size()) return std::nullopt;
-  const fs::path file = files_[next_++];
-  const clouds::Cloud cloud = clouds::read_cloud(file, options_);
+  return read_scan(files_[next_++], rate_hz_, options_);
+}
+
+RecordedScan read_scan(const fs::path& file, double rate_hz, const clouds::CloudOptions& options) {
+  const clouds::Cloud cloud = clouds::read_cloud(file, options);
   RecordedScan scan;
   scan.name = file.filename().string();
   scan.timed = cloud.has_times;
@@ -51,7 +54,7 @@ std::optional<RecordedScan> CloudRecording::next() {
     RecordedBeam beam;
     beam.utime = cloud.has_times
                      ? raw.utime
-                     : std::llround(static_cast<double>(scan.beams.size()) * 1e6 / rate_hz_);
+                     : std::llround(static_cast<double>(scan.beams.size()) * 1e6 / rate_hz);
     beam.beam.range_m = static_cast<float>(raw.range);
     beam.beam.range_sigma_m = static_cast<float>(raw.range_sigma);
     beam.beam.azimuth_rad = static_cast<float>(raw.azimuth);

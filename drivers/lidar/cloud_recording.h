@@ -8,6 +8,11 @@
 
 namespace berth::lidar {
 
+/// A cloud file as a scan, named as the file, its beams in ascending time. Without times in the
+/// file they begin at 0 and follow one another at the LIDAR's rate. @throws InputError.
+RecordedScan read_scan(const std::filesystem::path& file, double rate_hz,
+                       const clouds::CloudOptions& options);
+
 /// A directory of cloud files (common/clouds: PCD, PLY, PTX, XYZ), a scan each, in the order of
 /// their names; or one file. Where a file has no times its beams follow one another at the
 /// LIDAR's rate. All files are read at the start too, so that none fails in the middle of a run.

@@ -1,53 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "common/bus/loop.h"
-#include "common/bus/wire.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
 
-/// One end of a byte stream that carries the protocol. Never waits: what the peer does not take yet
-/// is kept here, up to a bound.
+/// One end of a conversation in the protocol: its bytes on a socket in a process, its messages as
+/// they are in the twin. Never waits. It is closed with its holder; called from its loop only.
 class Connection {
  public:
   using OnMessage = std::function<void(const Message&)>;
-  /// Called once, from the loop, when the peer is gone or does not speak the protocol; never after
-  /// close() or destruction. The connection may be destroyed in either callback.
+  /// Called once, from the loop, when the peer is gone or does not speak the protocol (then it can
+  /// still be told so); never after destruction. The connection may be destroyed in either
+  /// callback.
   using OnClosed = std::function<void(const std::string& reason)>;
 
-  Connection(Loop& loop, std::unique_ptr<Wire> wire, OnMessage on_message, OnClosed on_closed);
-  ~Connection();
+  Connection() = default;
+  virtual ~Connection() = default;
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /// Once, in the callback that has brought the connection.
+  virtual void open(OnMessage on_message, OnClosed on_closed) = 0;
   /// What both ends speak; until it is said, the newest.
-  void speak(int version) { version_ = version; }
-  void send(const Message& message);
-  /// Why the last bytes could not be understood; empty when the stream just ended.
-  const std::string& damage() const { return decoder_.error(); }
-
- private:
-  void read();
-  void flush();
-  void fail(const std::string& reason);
-  void release();
-
-  Loop& loop_;
-  std::unique_ptr<Wire> wire_;  // null: closed
-  OnMessage on_message_;
-  OnClosed on_closed_;
-  int version_ = protocol_version;
-  Decoder decoder_;
-  std::vector<std::uint8_t> outbox_;
-  Loop::TimerId retry_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  virtual void speak(int version) = 0;
+  virtual void send(const Message& message) = 0;
 };
+
+/// trouble: why there is none (null), where no patience will reach the address.
+using Connected =
+    std::function<void(std::unique_ptr<Connection> connection, const std::string& trouble)>;
+using Accepted = std::function<void(std::unique_ptr<Connection>)>;
+
+/// Both choose the carrier that fits the loop. Calls back from the loop.
+/// @throws InputError when an address in a process is not of the form host:port.
+void dial(Loop& loop, const std::string& address, Connected connected, Utime timeout);
+/// Accepts until the loop ends. @throws InputError when the address cannot be listened on.
+void listen(Loop& loop, const std::string& address, Accepted accepted);
 
 }  // namespace berth::lidar

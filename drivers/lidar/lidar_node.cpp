@@ -14,7 +14,6 @@ namespace {
 
 constexpr Utime state_period = 500 * millisecond;
 constexpr Utime repeat_period = 1 * second;
-constexpr Utime clock_tolerance = 5 * millisecond;
 
 static_assert(lidar::max_beams_per_message * 49 + 1000 <= Bus::max_message_bytes,
               "a packet of SCAN_DATA is one datagram");
@@ -58,16 +57,18 @@ LidarNode::LidarNode(NodeSetup setup, LidarNodeConfig config,
       [this](const scan_request_t& request) { take_request(request); });
   tick_timer_ = loop.every(state_period, [this] { tick(); });
   report(node_status_t::STARTING, "waiting for the LIDAR at " + device_->name());
-  device_->start({[this] {
-                    was_ready_ = true;
-                    report(node_status_t::READY);
-                    event(event_t::INFO, "lidar-connected",
-                          device_->identity().model + " " + device_->identity().serial + " at " +
-                              device_->name());
-                    publish_state();
-                  },
-                  [this](const lidar::Message& message) { take_message(message); },
-                  [this](const std::string& reason) { lost(reason); }});
+  device_->start(
+      {[this] {
+         was_ready_ = true;
+         report(node_status_t::READY);
+         event(event_t::INFO, "lidar-connected",
+               device_->identity().model + " " + device_->identity().serial + " at " +
+                   device_->name());
+         publish_state();
+       },
+       [this](const lidar::Message& message) { take_message(message); },
+       [this](const std::string& reason) { lost(reason); },
+       [this](const std::string& what) { event(event_t::WARNING, "lidar-trouble", what); }});
 }
 
 LidarNode::~LidarNode() { loop().cancel(tick_timer_); }
@@ -168,7 +169,8 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
       const lidar::BeamReturn& beam = returns.beams[first + i];
       fill(packet, i, beam, static_cast<std::int32_t>(beam.after_us - base));
     }
-    if (packet.utime > now() + clock_tolerance || packet.utime < scan_->began - clock_tolerance) {
+    if (packet.utime > now() + lidar::clock_tolerance ||
+        packet.utime < scan_->began - lidar::clock_tolerance) {
       event(event_t::ERROR, "lidar-clock",
             "a beam's time stamp lies outside the scan by the mapped clock");
       return device_->drop("time stamps of the LIDAR make no sense");

@@ -4,10 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "common/bus/loop.h"
 #include "common/core/lidar_profile.h"
 #include "drivers/lidar/window.h"
 
 namespace berth::lidar {
+
+/// A beam that lies so far outside its scan by the mapped clock is not believed.
+inline constexpr Utime clock_tolerance = 5 * millisecond;
 
 /// Empty when this kind of LIDAR can sweep these windows, else a sentence naming window, value and
 /// limit. Driver and simulated device use the same one.

@@ -1,21 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/make_adapter.h"
 
+#include "common/bus/process_loop.h"
+#include "common/core/error.h"
 #include "drivers/lidar/cloud_recording.h"
+#include "drivers/lidar/folder_adapter.h"
 #include "drivers/lidar/log_recording.h"
 #include "drivers/lidar/playback_adapter.h"
-#include "drivers/lidar/tcp_adapter.h"
+#include "drivers/lidar/protocol_adapter.h"
 
 namespace berth::lidar {
 
 std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
                                       Loop& loop) {
   if (device.adapter == LidarDevice::Kind::tcp) {
-    TcpSettings settings;
+    ProtocolSettings settings;
     settings.address = device.address;
     settings.dial_timeout = device.dial_timeout;
     settings.model = profile.model;
-    return std::make_unique<TcpAdapter>(std::move(settings), loop);
+    return std::make_unique<ProtocolAdapter>(std::move(settings), loop);
+  }
+  if (device.adapter == LidarDevice::Kind::folder) {
+    auto* process = dynamic_cast<ProcessLoop*>(&loop);
+    if (process == nullptr) {
+      throw InputError(
+          "devices.yaml: lidar.adapter: folder waits for files in real time, which the "
+          "twin has not; expected files there");
+    }
+    return std::make_unique<FolderAdapter>(
+        device.recording, clouds::CloudOptions{device.us_per_time}, profile, *process);
   }
   std::unique_ptr<Recording> recording;
   if (device.adapter == LidarDevice::Kind::files) {

@@ -16,8 +16,6 @@ namespace {
 constexpr std::array<std::uint8_t, 4> magic = {'B', 'L', 'D', 'R'};
 constexpr std::size_t header_size = 16;
 constexpr std::uint8_t frame_version = 1;  // of the frame, whatever it carries
-constexpr std::uint8_t returns_type = 0x87;
-constexpr std::uint8_t returns_of_version_1 = 0x83;
 constexpr std::size_t beam_size(int version) { return version == 1 ? 19 : 49; }
 constexpr std::size_t max_beams(int version) {
   return version == 1 ? max_beams_version_1 : max_beams_per_message;

@@ -19,6 +19,9 @@ inline constexpr std::size_t max_windows = 500;
 /// One datagram of SCAN_DATA with room for its header: Bus::max_message_bytes / 49 bytes a beam.
 inline constexpr std::size_t max_beams_per_message = 1200;
 inline constexpr std::size_t max_beams_version_1 = 3000;
+/// Types of Returns on the wire.
+inline constexpr std::uint8_t returns_type = 0x87;
+inline constexpr std::uint8_t returns_of_version_1 = 0x83;
 
 /// Host to device, first thing on a connection.
 struct Hello {

@@ -6,7 +6,7 @@
 #include <cerrno>
 
 #include "common/bus/process_loop.h"
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 
 namespace berth {
 namespace {
@@ -77,12 +77,12 @@ ModbusTcpLink::~ModbusTcpLink() {
 }
 
 void ModbusTcpLink::dial() {
-  auto& wires = dynamic_cast<TcpWires&>(loop_.wires());
-  wires.dial_socket(
+  Sockets& sockets = loop_.sockets();
+  sockets.dial(
       options().address,
-      [this, &wires, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
+      [this, &sockets, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
         if (alive.expired()) return;
-        if (socket.fd() < 0) return dialled(false, wires.trouble(options().address));
+        if (socket.fd() < 0) return dialled(false, sockets.trouble(options().address));
         modbus_ = make_modbus_context(socket.release(), options().unit, options().timeout);
         dialled(true, "");
       },

@@ -7,7 +7,7 @@
 #include <array>
 
 #include "common/bus/process_loop.h"
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 
 namespace berth {
 namespace {
@@ -80,10 +80,10 @@ ModbusTcpServer::ModbusTcpServer(ProcessLoop& loop, Options options, RegisterIma
                                  Hook before_read, Hook after_write)
     : RegisterServer(std::move(options), image, std::move(before_read), std::move(after_write)),
       loop_(loop) {
-  dynamic_cast<TcpWires&>(loop.wires())
-      .listen_socket(options_.address, [this, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
-        if (!alive.expired()) accept(std::move(socket));
-      });
+  loop.sockets().listen(options_.address,
+                        [this, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
+                          if (!alive.expired()) accept(std::move(socket));
+                        });
   idle_timer_ = loop_.every(second, [this] {
     const Utime limit = loop_.now() - options_.idle_timeout;
     std::vector<std::uint64_t> idle;

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/bus/loop.h"
+#include "common/bus/sockets.h"
 #include "drivers/registers/words.h"
 
 namespace berth {
@@ -50,8 +50,8 @@ class RegisterLink {
     std::string address;  ///< host:port
     /// Of Modbus' header. 255 (or 0) addresses the device itself, behind no gateway.
     int unit = 1;
-    Utime timeout = 50 * millisecond;          ///< of an answer, from the request on
-    Utime dial_timeout = Wires::dial_timeout;  ///< of a connection
+    Utime timeout = 50 * millisecond;            ///< of an answer, from the request on
+    Utime dial_timeout = Sockets::dial_timeout;  ///< of a connection
     Utime min_backoff = 100 * millisecond;
     Utime max_backoff = 2 * second;
   };

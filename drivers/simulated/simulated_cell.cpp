@@ -19,6 +19,14 @@ std::string text_of(const std::vector<std::string>& faults) {
   return text.empty() ? "none" : text;
 }
 
+/// A controller with the program that the world has.
+SimulatedController::Options as_it_runs(const SimulatedCell::Setup& setup) {
+  SimulatedController::Options options = setup.settings.controller;
+  options.robot.program = setup.settings.world.program;
+  options.robot.cnt = setup.settings.world.cnt;
+  return options;
+}
+
 /// The LIDAR with what the world has made of it.
 SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
   SimulatedLidarSettings lidar = setup.lidar;
@@ -38,9 +46,9 @@ SimulatedCell::SimulatedCell(NodeSetup node, const Setup& setup, Bus& bus, Loop&
       world_(perturbed_cell(setup.cell, target_.target, replica_errors_, sensor_errors_)),
       relative_pose_(world_),
       replica_(setup.devices.replica_arm.address, setup.replica_map, setup.cell.replica,
-               replica_errors_, setup.settings.controller, loop),
+               replica_errors_, as_it_runs(setup), loop),
       sensor_(setup.devices.sensor_arm.address, setup.sensor_map, setup.cell.sensor, sensor_errors_,
-              setup.settings.controller, loop),
+              as_it_runs(setup), loop),
       plc_(setup.devices.plc.address, setup.plc_map, setup.settings.plc, loop,
            [this](bool estop_closed, bool fence_closed) {
              replica_.set_safety(estop_closed, fence_closed);

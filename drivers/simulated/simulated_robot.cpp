@@ -41,7 +41,11 @@ const char* robot_error::text(int error) {
 
 SimulatedRobot::SimulatedRobot(std::shared_ptr<const ArmKinematics> kinematics, Options options,
                                const Joints& start, Utime now)
-    : kinematics_(std::move(kinematics)), options_(options), last_heartbeat_(now), tick_(now) {
+    : kinematics_(std::move(kinematics)),
+      options_(options),
+      last_heartbeat_(now),
+      loop_(options.cnt),
+      tick_(now) {
   // What turns a motor is linear in the joints (J2/J3 coupling): learn it.
   const Joints none = kinematics_->motor_joints(Joints{});
   for (std::size_t j = 0; j < 6; ++j) {
@@ -91,10 +95,7 @@ void SimulatedRobot::step() {
   const Utime next = tick_ + options_.interpolation_period;
   const Motors& here = at_tick(ticks_);
   if (state_ == ControllerState::running && !frozen_) {
-    const Motors before = astray_;
-    astray_ += seconds(options_.interpolation_period) * astray_rate_;
-    velocity_ = follow(desired(tick_) + before, desired(next) + astray_);
-    while (setpoints_.size() > 2 && setpoints_[1].play <= tick_) setpoints_.pop_front();
+    velocity_ = run_program(next);
   } else {
     velocity_ = braked(state_ == ControllerState::emergency_stop ? options_.emergency_braking : 1);
   }
@@ -103,6 +104,20 @@ void SimulatedRobot::step() {
       here + dt * (state_ == ControllerState::emergency_stop
                        ? velocity_
                        : Motors(velocity_ + to_motors(creep_)));
+}
+
+/// @return the speed of the period that begins now and ends at `next`.
+SimulatedRobot::Motors SimulatedRobot::run_program(Utime next) {
+  const Motors before = astray_;
+  astray_ += seconds(options_.interpolation_period) * astray_rate_;
+  if (options_.program == Program::position_register) {
+    loop_.advance(tick_, {speed_ * (speed_limit_ * override_), acceleration_});
+    return (loop_.position(next) + astray_ - at_tick(ticks_)) /
+           seconds(options_.interpolation_period);
+  }
+  const Motors velocity = follow(desired(tick_) + before, desired(next) + astray_);
+  while (setpoints_.size() > 2 && setpoints_[1].play <= tick_) setpoints_.pop_front();
+  return velocity;
 }
 
 void SimulatedRobot::run_away(const Joints& rate) {
@@ -179,6 +194,9 @@ void SimulatedRobot::take_setpoint(const Joints& joints, int sequence, int time_
     error_ = robot_error::joint_limit;
     return;
   }
+  if (options_.program == Program::position_register) {
+    return loop_.write(to_motors(joints), now + options_.dead_time);
+  }
   const Utime play = std::max(play_time(time_ms, now), setpoints_.back().play + 1);
   if (play - setpoints_.back().play >= options_.dead_time) {  // not before its time
     setpoints_.push_back({play - resumption, setpoints_.back().motors});
@@ -201,6 +219,7 @@ void SimulatedRobot::start(Utime now) {
   error_ = robot_error::none;
   stamped_ = false;
   setpoints_.assign(1, {now, at_tick(ticks_ + 1)});
+  loop_.start(at_tick(ticks_ + 1), now);
 }
 
 void SimulatedRobot::hold(int error) {

@@ -10,6 +10,7 @@
 #include "common/bus/loop.h"
 #include "common/core/arm_kinematics.h"
 #include "drivers/arm/arm_wire.h"
+#include "drivers/simulated/position_register_loop.h"
 
 namespace berth {
 
@@ -27,11 +28,16 @@ const char* text(int error);
 /// the controller's interpolation period and is worked out only when it is looked at: advance() to
 /// the present before anything else. Joints as the controller counts them (its encoders).
 ///
-/// The program plays set-points out a dead time after they came, interpolated between their stamps,
-/// and clips each motor's speed and acceleration.
+/// Two kinds of program. One plays set-points out a dead time after they came, interpolated between
+/// their stamps, and clips each motor's speed and acceleration. The other knows no stamps: it moves
+/// to a position register again and again (position_register_loop.h), which has each set-point a
+/// dead time after it came.
 class SimulatedRobot {
  public:
+  enum class Program { interpolating, position_register };
   struct Options {
+    Program program = Program::interpolating;
+    int cnt = 100;  ///< of position_register: termination of its motions
     Utime interpolation_period = 8 * millisecond;
     Utime dead_time = 150 * millisecond;
     Utime watchdog = 150 * millisecond;
@@ -92,6 +98,7 @@ class SimulatedRobot {
   void step();
   Motors desired(Utime t) const;
   Motors follow(const Motors& desired_now, const Motors& desired_next) const;
+  Motors run_program(Utime next);
   Motors braked(double factor) const;
   Motors to_motors(const Joints& joints) const;
   Joints to_joints(const Motors& motors) const;
@@ -120,7 +127,8 @@ class SimulatedRobot {
   double override_ = 1;
   Utime last_heartbeat_ = 0;
 
-  std::deque<Setpoint> setpoints_;
+  std::deque<Setpoint> setpoints_;  // of interpolating
+  PositionRegisterLoop loop_;       // of position_register
   int setpoint_pending_ = 0;
   int setpoint_taken_ = 0;
   bool stamped_ = false;

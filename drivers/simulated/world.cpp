@@ -48,6 +48,15 @@ std::string text_of(const TrueTarget& truth) {
   return text;
 }
 
+void read_controllers(Config config, WorldSettings& world) {
+  const std::string program = config.choice("program", {"interpolating", "position_register"});
+  world.program = program == "interpolating" ? SimulatedRobot::Program::interpolating
+                                             : SimulatedRobot::Program::position_register;
+  config.optional("cnt", world.cnt);
+  if (world.cnt < 0 || world.cnt > 100) throw config.error("cnt", "expected 0 to 100");
+  config.finish();
+}
+
 }  // namespace
 
 WorldSettings load_world(const std::filesystem::path& config, const std::string& name) {
@@ -63,6 +72,7 @@ WorldSettings load_world(const std::filesystem::path& config, const std::string&
   if (file.has("clocks")) read_clocks(file.section("clocks"), world.cell);
   if (file.has("target")) world.target = read_target_departures(file.section("target"));
   if (file.has("scanner")) world.scanner = read_scanner_errors(file.section("scanner"));
+  if (file.has("controllers")) read_controllers(file.section("controllers"), world);
   file.finish();
   return world;
 }

@@ -6,6 +6,7 @@
 
 #include "drivers/simulated/perturbation.h"
 #include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/simulated_robot.h"
 #include "drivers/simulated/true_target.h"
 
 namespace berth {
@@ -16,6 +17,8 @@ struct WorldSettings {
   PerturbationSizes cell;
   TargetDepartures target;
   ScannerErrors scanner;  ///< range_bias: 1 sigma of the run's
+  SimulatedRobot::Program program = SimulatedRobot::Program::interpolating;  ///< of both arms
+  int cnt = 100;  ///< of position_register
 };
 
 /// The world of that name in a configuration directory. @throws InputError that lists the names

@@ -14,7 +14,7 @@
 #include "common/bus/lcm_bus.h"
 #include "common/bus/node.h"
 #include "common/bus/process_loop.h"
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
@@ -161,37 +161,37 @@ TEST_CASE("URLs that LCM would misread are refused") {
 
 TEST_CASE("real sockets: dial, listen, refuse") {
   ProcessLoop loop(clock_offset_now());
-  Wires& wires = loop.wires();
+  Sockets& sockets = loop.sockets();
   const std::string address = "127.0.0.1:" + std::to_string(20000 + getpid() % 10000);
-  std::unique_ptr<Wire> device;
+  Socket device;
   std::string heard;
   bool refused = false;
-  wires.listen(address, [&](std::unique_ptr<Wire> wire) {
-    device = std::move(wire);
-    device->watch([&] {
+  sockets.listen(address, [&](Socket socket) {
+    device = std::move(socket);
+    loop.watch(device.fd(), [&] {
       std::array<std::uint8_t, 16> text;
-      const auto size = device->read(text);
+      const auto size = device.read(text);
       if (!size) {
-        device.reset();
+        loop.unwatch(device.fd());
         return loop.stop();
       }
       heard.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
     });
   });
-  wires.dial("127.0.0.1:1", [&](const std::unique_ptr<Wire>& nobody) {
-    refused = nobody == nullptr;
-    wires.dial(address, [&](const std::unique_ptr<Wire>& wire) {
-      REQUIRE(wire);
+  sockets.dial("127.0.0.1:1", [&](const Socket& nobody) {
+    refused = nobody.fd() < 0;
+    sockets.dial(address, [&](const Socket& socket) {
+      REQUIRE(socket.fd() >= 0);
       const std::vector<std::uint8_t> hello{'h', 'e', 'l', 'l', 'o'};
-      REQUIRE(wire->write(hello) == 5);
+      REQUIRE(socket.write(hello) == 5);
     });
   });
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(refused);
   CHECK(heard == "hello");
-  CHECK_THROWS_AS(wires.listen(address, [](const std::unique_ptr<Wire>&) {}), InputError);
-  CHECK_THROWS_AS(wires.dial("nowhere", [](const std::unique_ptr<Wire>&) {}), InputError);
+  CHECK_THROWS_AS(sockets.listen(address, [](const Socket&) {}), InputError);
+  CHECK_THROWS_AS(sockets.dial("nowhere", [](const Socket&) {}), InputError);
 }
 
 /// Takes no connection any more: a dialler's first packet is not answered, as by a machine that is
@@ -221,15 +221,15 @@ struct Deaf {
 TEST_CASE("a device that is switched off is given up in time, and the loop goes on meanwhile") {
   const Deaf deaf;
   ProcessLoop loop(clock_offset_now());
-  Wires& wires = loop.wires();
+  Sockets& sockets = loop.sockets();
   int beats = 0;
   bool given_up = false;
   const Utime begin = loop.now();
   loop.every(5 * millisecond, [&] { ++beats; });
-  wires.dial(
+  sockets.dial(
       deaf.address,
-      [&](const std::unique_ptr<Wire>& wire) {
-        given_up = wire == nullptr;
+      [&](const Socket& socket) {
+        given_up = socket.fd() < 0;
         loop.stop();
       },
       60 * millisecond);
@@ -238,31 +238,31 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   CHECK(given_up);
   CHECK(loop.now() - begin >= 60 * millisecond);
   CHECK(beats > 0);
-  CHECK(wires.trouble(deaf.address) == deaf.address + ": nobody answers within 60 ms");
+  CHECK(sockets.trouble(deaf.address) == deaf.address + ": nobody answers within 60 ms");
 }
 
 TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
   ProcessLoop loop(clock_offset_now());
   std::promise<void> answer;
   std::atomic<int> asked = 0;
-  TcpWires wires(
+  Sockets sockets(
       loop, [&, future = answer.get_future().share()](const std::string& host, const std::string&) {
         ++asked;
         future.wait();
-        return TcpWires::Found{std::nullopt, host + " is not known"};
+        return Sockets::Found{std::nullopt, host + " is not known"};
       });
   int beats = 0;
   int given_up = 0;
   loop.every(5 * millisecond, [&] { ++beats; });
-  wires.dial(
+  sockets.dial(
       "robot:502",
-      [&](const std::unique_ptr<Wire>& wire) {
-        given_up += wire == nullptr ? 1 : 0;
+      [&](const Socket& socket) {
+        given_up += socket.fd() < 0 ? 1 : 0;
         CHECK(beats > 0);
-        wires.dial(
+        sockets.dial(
             "robot:502",
-            [&](const std::unique_ptr<Wire>& again) {
-              given_up += again == nullptr ? 1 : 0;
+            [&](const Socket& again) {
+              given_up += again.fd() < 0 ? 1 : 0;
               loop.stop();
             },
             20 * second);
@@ -272,18 +272,17 @@ TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
   loop.run();
   CHECK(given_up == 2);
   CHECK(asked == 1);  // a second thread does not wait for the same name
-  CHECK(wires.trouble("robot:502") == "robot:502: its name: robot is not known");
+  CHECK(sockets.trouble("robot:502") == "robot:502: its name: robot is not known");
 }
 
 TEST_CASE("names are looked up by the system") {
   ProcessLoop loop(clock_offset_now());
   const std::string port = std::to_string(20000 + (getpid() + 5000) % 10000);
-  std::unique_ptr<Wire> device;
+  Socket device;
   bool dialled = false;
-  loop.wires().listen("127.0.0.1:" + port,
-                      [&](std::unique_ptr<Wire> wire) { device = std::move(wire); });
-  loop.wires().dial("localhost:" + port, [&](const std::unique_ptr<Wire>& wire) {
-    dialled = wire != nullptr;
+  loop.sockets().listen("127.0.0.1:" + port, [&](Socket socket) { device = std::move(socket); });
+  loop.sockets().dial("localhost:" + port, [&](const Socket& socket) {
+    dialled = socket.fd() >= 0;
     loop.stop();
   });
   loop.after(20 * second, [&] { loop.stop(); });

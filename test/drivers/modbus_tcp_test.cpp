@@ -15,6 +15,7 @@
 #include "drivers/registers/register_server.h"
 #include "test/catch.h"
 #include "test/free_port.h"
+#include "test/run_until.h"
 
 namespace berth {
 namespace {
@@ -58,16 +59,15 @@ struct Rig {
   }
   /// A device that answers every request with these bytes, piece by piece.
   void answer_with(std::vector<Bytes> pieces, Utime pause = 0) {
-    loop.wires().listen(address, [this, pieces, pause](std::unique_ptr<Wire> accepted) {
-      wire = std::move(accepted);
-      wire->watch([this, pieces, pause] {
+    loop.sockets().listen(address, [this, pieces, pause](Socket accepted) {
+      peer = std::move(accepted);
+      loop.watch(peer.fd(), [this, pieces, pause] {
         std::array<std::uint8_t, 300> request;
-        if (!wire->read(request)) return wire.reset();
-        if (pieces.empty()) return wire.reset();
+        if (!peer.read(request) || pieces.empty()) return hang_up();
         Utime delay = 0;
         for (const Bytes& piece : pieces) {
           loop.after(delay += pause, [this, piece] {
-            if (wire) wire->write(piece);
+            if (peer.fd() >= 0) peer.write(piece);
           });
         }
       });
@@ -75,43 +75,34 @@ struct Rig {
   }
   /// Dials the server with these bytes; what comes back is in heard.
   void send(const Bytes& bytes) {
-    loop.wires().dial(address, [this, bytes](std::unique_ptr<Wire> dialled) {
-      REQUIRE(dialled);
-      wire = std::move(dialled);
-      REQUIRE(wire->write(bytes) == bytes.size());
-      wire->watch([this] {
+    loop.sockets().dial(address, [this, bytes](Socket dialled) {
+      REQUIRE(dialled.fd() >= 0);
+      peer = std::move(dialled);
+      REQUIRE(peer.write(bytes) == bytes.size());
+      loop.watch(peer.fd(), [this] {
         std::array<std::uint8_t, 300> piece;
-        const auto size = wire->read(piece);
+        const auto size = peer.read(piece);
         if (!size) {
           closed = true;
-          return wire.reset();
+          return hang_up();
         }
         heard.insert(heard.end(), piece.begin(),
                      piece.begin() + static_cast<std::ptrdiff_t>(*size));
       });
     });
   }
-  bool run_until(const std::function<bool()>& done) {
-    bool in_time = true;
-    const auto beat = loop.every(millisecond, [&] {
-      if (done()) loop.stop();
-    });
-    const auto limit = loop.after(30 * second, [&] {
-      in_time = false;
-      loop.stop();
-    });
-    loop.run();
-    loop.cancel(beat);
-    loop.cancel(limit);
-    return in_time;
+  void hang_up() {
+    loop.unwatch(peer.fd());
+    peer = Socket();
   }
+  bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
 
   ProcessLoop loop{clock_offset_now()};
   std::string address = free_address();
   RegisterImage image{200, 20, 20};
   std::unique_ptr<RegisterServer> server;
   std::unique_ptr<RegisterLink> link;
-  std::unique_ptr<Wire> wire;
+  Socket peer;
   Bytes heard;
   bool closed = false;
   int connections = 0;

@@ -173,9 +173,12 @@ TEST_CASE("an emergency stop at the PLC stops both arms") {
 TEST_CASE("the LIDAR is served at its address") {
   Rig rig("range");
   int connected = 0;
-  rig.simulation.make_loop().wires().dial(
-      load_devices("config").lidar.address,
-      [&](const std::unique_ptr<Wire>& wire) { connected += wire ? 1 : 0; });
+  lidar::dial(
+      rig.simulation.make_loop(), load_devices("config").lidar.address,
+      [&](const std::unique_ptr<lidar::Connection>& connection, const std::string&) {
+        connected += connection ? 1 : 0;
+      },
+      second);
   rig.simulation.run_for(10 * millisecond);
   CHECK(connected == 1);
 }

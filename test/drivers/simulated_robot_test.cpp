@@ -12,7 +12,8 @@ namespace {
 
 /// A robot that gets a set-point and a heartbeat every 16 ms.
 struct Fed {
-  Fed() : robot(ArmKinematics::load("config/arms/m710ic_50.yaml"), {}, home, 0) {
+  explicit Fed(const SimulatedRobot::Options& options = {})
+      : robot(ArmKinematics::load("config/arms/m710ic_50.yaml"), options, home, 0) {
     robot.set_follow(true);
     robot.take_heartbeat(0);
     robot.start(0);
@@ -202,6 +203,145 @@ TEST_CASE("late and early set-points do not make the motion uneven: their stamps
     last = j;
   }
   CHECK(worst < 0.02);
+}
+
+SimulatedRobot::Options position_register(int cnt) {
+  SimulatedRobot::Options options;
+  options.program = SimulatedRobot::Program::position_register;
+  options.cnt = cnt;
+  return options;
+}
+
+/// Of a ramp of J1, fed at 60 Hz: speeds of the 8 ms periods over 4 s, in parts of the ramp's.
+struct Ramp {
+  double mean = 0;
+  double slowest = INFINITY;
+  double fastest = 0;
+  double hardest = 0;      // rad/s^2
+  double largest_lag = 0;  // s
+  double smallest_lag = INFINITY;
+  int stops = 0;  // periods at rest
+
+  Ramp(double rate, const SimulatedRobot::Options& options) {
+    Fed fed(options);
+    double last = fed.home[0];
+    double speed = 0;
+    int n = 0;
+    int k = 0;
+    for (Utime t = 0; t <= 5 * second; t += 500) {
+      fed.robot.advance(t);
+      if (t >= k * 50 * millisecond / 3) {
+        Joints joints = fed.home;
+        joints[0] = rate * k / 60.0;
+        fed.robot.take_heartbeat(t);
+        fed.robot.take_setpoint(joints, ++fed.sequence, k * 50 / 3, t);
+        ++k;
+      }
+      if (t % (8 * millisecond) != 0) continue;
+      const double j = fed.robot.joints_at(t)[0];
+      const double v = (j - last) / 0.008;
+      if (t > second) {
+        mean += v / rate;
+        ++n;
+        slowest = std::min(slowest, v / rate);
+        fastest = std::max(fastest, v / rate);
+        hardest = std::max(hardest, std::abs(v - speed) / 0.008);
+        stops += v < 1e-9 ? 1 : 0;
+        const double lag = seconds(t) - j / rate;
+        largest_lag = std::max(largest_lag, lag);
+        smallest_lag = std::min(smallest_lag, lag);
+      }
+      speed = v;
+      last = j;
+    }
+    mean /= n;
+  }
+};
+
+TEST_CASE("a position-register program follows a ramp at its mean speed, unevenly") {
+  const double a = radians(350);
+  const Ramp even(0.02, SimulatedRobot::Options{});
+  CHECK(even.slowest > 0.9);
+  CHECK(even.fastest < 1.1);
+  // Slowly: each motion is over before the next point comes, and the robot waits for it. At 2
+  // mrad/s a motion takes one period (its triangle 4.7 ms), at 20 mrad/s two; a point comes
+  // every 2.08.
+  const double periods = 1e3 / 60 / 8;
+  const Ramp slow(0.002, position_register(100));
+  CAPTURE(slow.slowest, slow.fastest, slow.smallest_lag, slow.largest_lag, slow.stops);
+  CHECK(slow.mean == Approx(1).epsilon(0.01));
+  CHECK(slow.stops == Approx(500 * (1 - 1 / periods)).margin(4));
+  CHECK(slow.fastest == Approx(periods).epsilon(0.01));
+  const Ramp steady(0.02, position_register(100));
+  CAPTURE(steady.slowest, steady.fastest, steady.smallest_lag, steady.largest_lag, steady.stops);
+  CHECK(steady.mean == Approx(1).epsilon(0.01));
+  CHECK(steady.stops == Approx(500 * (1 - 2 / periods)).margin(2));
+  CHECK(steady.fastest > 1.2);
+  CHECK(steady.hardest < 2 * a);  // two motions blend, each within the limit
+  // Behind by the dead time and the motion, and until the next one by a set-point's period and by
+  // one of the controller's.
+  const double motion = 2 * std::sqrt(0.02 / 60 / a);
+  CHECK(steady.smallest_lag > 0.15);
+  CHECK(steady.largest_lag < 0.15 + 1 / 60.0 + 0.008 + motion);
+  // Fast: points are passed over while a motion gathers speed, and motions blend.
+  const Ramp fast(0.2, position_register(100));
+  CAPTURE(fast.slowest, fast.fastest, fast.hardest, fast.smallest_lag, fast.largest_lag,
+          fast.stops);
+  CHECK(fast.mean == Approx(1).epsilon(0.01));
+  CHECK(fast.stops == 0);
+  CHECK(fast.slowest < 0.9);
+  CHECK(fast.fastest > 1.1);
+  CHECK(fast.hardest < 2 * a);
+  CHECK(fast.smallest_lag > 0.15);
+  // Without blending it comes to rest at every point that it takes, and falls farther behind.
+  const Ramp fine(0.2, position_register(0));
+  CHECK(fine.mean == Approx(1).epsilon(0.02));
+  CHECK(fine.slowest < a * 0.004 / 0.2);  // the mean of a period that has the rest within
+  CHECK(fine.smallest_lag > fast.largest_lag);
+}
+
+TEST_CASE("a position-register program takes one point within the limits, and rests there") {
+  Fed fed(position_register(100));
+  Joints goal = fed.home;
+  goal[0] += 2;
+  goal[3] -= 0.5;
+  double last = fed.home[0];
+  double fastest = 0;
+  fed.feed(
+      3 * second, [&](double) { return goal; },
+      [&](Utime t) {
+        const Joints j = fed.robot.joints_at(t);
+        CHECK(j[3] == Approx(-0.25 * j[0]).margin(1e-9));  // in proportion
+        if (t % (8 * millisecond) != 0) return;
+        fastest = std::max(fastest, (j[0] - last) / 0.008);
+        last = j[0];
+        REQUIRE(j[0] < goal[0] + 1e-9);
+      });
+  CHECK(fastest == Approx(radians(175)).epsilon(0.01));
+  for (std::size_t i = 0; i < 6; ++i) CHECK(fed.here()[i] == Approx(goal[i]).margin(1e-9));
+}
+
+TEST_CASE("a hold and a new start leave a position-register program where the arm stands") {
+  Fed fed(position_register(100));
+  const auto path = [&](double t) {
+    Joints joints = fed.home;
+    joints[0] += 0.4 * t;
+    return joints;
+  };
+  fed.feed(second, path);
+  fed.robot.hold();
+  fed.feed(2 * second, path);
+  const Joints rest = fed.here();
+  fed.robot.start(fed.now);
+  REQUIRE(fed.robot.state() == ControllerState::running);
+  fed.feed(3 * second, [&](double) { return rest; });
+  CHECK(fed.here()[0] == Approx(rest[0]).margin(1e-9));
+  fed.robot.set_override(0);  // no motion begins, none is lost
+  fed.feed(4 * second, [&](double) { return fed.home; });
+  CHECK(fed.here()[0] == Approx(rest[0]).margin(1e-9));
+  fed.robot.set_override(1);
+  fed.feed(6 * second, [&](double) { return fed.home; });
+  CHECK(fed.here()[0] == Approx(fed.home[0]).margin(1e-9));
 }
 
 }  // namespace

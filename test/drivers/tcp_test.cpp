@@ -89,8 +89,8 @@ TEST_CASE("where nobody listens a dial fails, and the link keeps asking") {
   ProcessLoop loop(clock_offset_now());
   const std::string address = free_address();
   bool refused = false;
-  loop.wires().dial(address, [&](const std::unique_ptr<Wire>& wire) {
-    refused = wire == nullptr;
+  loop.sockets().dial(address, [&](const Socket& socket) {
+    refused = socket.fd() < 0;
     loop.stop();
   });
   loop.after(30 * second, [&] { loop.stop(); });
@@ -102,9 +102,9 @@ TEST_CASE("where nobody listens a dial fails, and the link keeps asking") {
     connected = up;
     loop.stop();
   });
-  std::unique_ptr<Wire> device;
+  Socket device;
   loop.after(300 * millisecond, [&] {
-    loop.wires().listen(address, [&](std::unique_ptr<Wire> wire) { device = std::move(wire); });
+    loop.sockets().listen(address, [&](Socket socket) { device = std::move(socket); });
   });
   loop.after(30 * second, [&] { loop.stop(); });
   loop.run();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/bus/process_loop.h"
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 #include "drivers/registers/modbus_tcp_link.h"
 #include "drivers/registers/modbus_tcp_server.h"
 
@@ -59,7 +59,7 @@ void fuzz_link(const std::uint8_t* data, std::size_t size) {
   static ProcessLoop loop(0);
   static std::vector<std::uint8_t> answer;
   static const bool listens = [] {
-    loop.wires().listen(device, [](const std::unique_ptr<Wire>& wire) { wire->write(answer); });
+    loop.sockets().listen(device, [](const Socket& socket) { socket.write(answer); });
     return true;
   }();
   answer.assign(data, data + (listens ? size : 0));

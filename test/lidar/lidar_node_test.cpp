@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "common/bus/simulation.h"
-#include "drivers/lidar/tcp_adapter.h"
+#include "drivers/lidar/protocol_adapter.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
@@ -31,12 +31,12 @@ struct NodeBench {
     if (with_device) make_device(std::move(settings));
     LidarNodeConfig config;
     config.profile = ilris();
-    lidar::TcpSettings wire;
-    wire.address = "lidar:1";
-    wire.model = "ILRIS-3D";
+    lidar::ProtocolSettings link;
+    link.address = "lidar:1";
+    link.model = "ILRIS-3D";
     SimulatedLoop& loop = simulation.make_loop();
     node = std::make_unique<LidarNode>(NodeSetup{"lidar-driver", 5, "hash"}, config,
-                                       std::make_unique<lidar::TcpAdapter>(wire, loop),
+                                       std::make_unique<lidar::ProtocolAdapter>(link, loop),
                                        simulation.make_bus(), loop);
     simulation.run_for(1 * second);
   }
@@ -255,22 +255,20 @@ TEST_CASE("a driver that starts before its LIDAR waits for it") {
 
 namespace {
 
-/// A device that says what a test tells it to, or raw bytes.
+/// A device that says what a test tells it to.
 struct OddDevice {
   OddDevice(Simulation& simulation,
             std::function<void(lidar::Connection&, const lidar::Message&)> on)
       : loop(simulation.make_loop()), answer(std::move(on)) {
-    loop.wires().listen("lidar:1", [this](std::unique_ptr<Wire> wire) {
-      ++connections;
-      connection = std::make_unique<lidar::Connection>(
-          loop, std::move(wire), [this](const lidar::Message& m) { answer(*connection, m); },
-          [](const std::string&) {});
+    lidar::listen(loop, "lidar:1", [this](std::unique_ptr<lidar::Connection> accepted) {
+      connection = std::move(accepted);
+      connection->open([this](const lidar::Message& m) { answer(*connection, m); },
+                       [](const std::string&) {});
     });
   }
   SimulatedLoop& loop;
   std::function<void(lidar::Connection&, const lidar::Message&)> answer;
   std::unique_ptr<lidar::Connection> connection;
-  int connections = 0;
 };
 
 /// Greets and shows its clock as a good device does.
@@ -300,7 +298,6 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
   std::unique_ptr<OddDevice> device;
   device = std::make_unique<OddDevice>(
       bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
-        wire.speak(1);
         if (const auto* hello = std::get_if<lidar::Hello>(&message)) {
           greetings.push_back(hello->version);
           if (hello->version != 1) {
@@ -320,7 +317,6 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
           returns.scan_id = order->scan_id;
           returns.device_time = bench.simulation.now();
           returns.beams = {{0, 5, 0.1F, 0, 7, lidar::BeamStatus::hit}};
-          returns.beams[0].range2_m = 6;  // which version 1 cannot say
           wire.send(returns);
           wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 1,
                                    bench.simulation.now(), ""});
@@ -332,7 +328,6 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
   REQUIRE(bench.packets.size() == 2);
   CHECK(bench.packets[0].range_m == std::vector<float>{5});
   CHECK(bench.packets[0].intensity[0] == 7);
-  CHECK(bench.packets[0].range2_m == std::vector<float>{0});
   CHECK(bench.packets[1].scan_status == ScanPacket::COMPLETE);
 }
 

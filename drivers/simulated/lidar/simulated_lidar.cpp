@@ -45,20 +45,23 @@ SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
       scene_(scene),
       started_(loop.now()) {
   settings_.beams_per_packet = lidar::packet_size(profile_, settings_.beams_per_packet);
-  loop_.wires().listen(address, [this](std::unique_ptr<Wire> wire) { accept(std::move(wire)); });
+  lidar::listen(loop_, address, [this](std::unique_ptr<lidar::Connection> connection) {
+    accept(std::move(connection));
+  });
 }
 
 SimulatedLidar::~SimulatedLidar() { loop_.cancel(packet_timer_); }
 
-void SimulatedLidar::accept(std::unique_ptr<Wire> wire) {
+void SimulatedLidar::accept(std::unique_ptr<lidar::Connection> connection) {
   stop();
   greeted_ = false;
-  connection_ = std::make_unique<lidar::Connection>(
-      loop_, std::move(wire), [this](const lidar::Message& message) { receive(message); },
-      [this](const std::string&) {
-        stop();
-        connection_.reset();
-      });
+  connection_ = std::move(connection);
+  connection_->open([this](const lidar::Message& message) { receive(message); },
+                    [this](const std::string& reason) {
+                      send(lidar::Complaint{reason});
+                      stop();
+                      connection_.reset();
+                    });
 }
 
 void SimulatedLidar::send(const lidar::Message& message) {

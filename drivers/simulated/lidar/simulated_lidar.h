@@ -46,9 +46,9 @@ struct LidarFaults {
 /// @throws InputError.
 SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 
-/// A scanning LIDAR behind its wire (drivers/lidar/PROTOCOL.md). Beams are fired at the profile's
-/// rate, each cast into the scene as it was when the beam left; one timer per packet. Between
-/// windows the mirror turns (mirror.h). What the device makes of a beam, the receiver says
+/// A scanning LIDAR that speaks drivers/lidar/PROTOCOL.md to one host. Beams are fired at the
+/// profile's rate, each cast into the scene as it was when the beam left; one timer per packet.
+/// Between windows the mirror turns (mirror.h). What the device makes of a beam, the receiver says
 /// (receiver.h). Faults draw from a stream of their own: the beams they spare are as they were
 /// without them.
 class SimulatedLidar {
@@ -74,7 +74,7 @@ class SimulatedLidar {
     bool over = false;        // ended; kept for its id
   };
 
-  void accept(std::unique_ptr<Wire> wire);
+  void accept(std::unique_ptr<lidar::Connection> connection);
   void receive(const lidar::Message& message);
   void greet(const lidar::Hello& hello);
   void take_order(const lidar::ScanOrder& order);

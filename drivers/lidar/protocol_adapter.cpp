@@ -1,53 +1,53 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/tcp_adapter.h"
+#include "drivers/lidar/protocol_adapter.h"
 
 namespace berth::lidar {
 
-TcpAdapter::TcpAdapter(TcpSettings settings, Loop& loop)
+ProtocolAdapter::ProtocolAdapter(ProtocolSettings settings, Loop& loop)
     : settings_(std::move(settings)), loop_(loop), reason_("not connected yet") {}
 
-void TcpAdapter::start(Events events) {
+void ProtocolAdapter::start(Events events) {
   events_ = std::move(events);
   poll_timer_ = loop_.every(settings_.status_period, [this] { poll(); });
   redial_timer_ = loop_.after(0, [this] { dial(); });
 }
 
-TcpAdapter::~TcpAdapter() {
+ProtocolAdapter::~ProtocolAdapter() {
   *alive_ = false;
   loop_.cancel(poll_timer_);
   loop_.cancel(redial_timer_);
 }
 
-void TcpAdapter::dial() {
-  loop_.wires().dial(
-      settings_.address,
-      [this, alive = alive_](std::unique_ptr<Wire> wire) {
-        if (*alive) connected(std::move(wire));
+void ProtocolAdapter::dial() {
+  lidar::dial(
+      loop_, settings_.address,
+      [this, alive = alive_](std::unique_ptr<Connection> connection, const std::string& trouble) {
+        if (*alive) connected(std::move(connection), trouble);
       },
       settings_.dial_timeout);
 }
 
-void TcpAdapter::connected(std::unique_ptr<Wire> wire) {
-  if (!wire) {
-    const std::string trouble = loop_.wires().trouble(settings_.address);
+void ProtocolAdapter::connected(std::unique_ptr<Connection> connection,
+                                const std::string& trouble) {
+  if (!connection) {
     return drop(trouble.empty() ? "nobody answers at " + settings_.address : trouble);
   }
   heard_ = loop_.now();
-  connection_ = std::make_unique<Connection>(
-      loop_, std::move(wire), [this](const Message& message) { receive(message); },
-      [this](const std::string& reason) { hung_up(reason); });
+  connection_ = std::move(connection);
+  connection_->open([this](const Message& message) { receive(message); },
+                    [this](const std::string& reason) { hung_up(reason); });
   connection_->send(Hello{version_});
 }
 
 /// The device closed the connection, or is about to.
-void TcpAdapter::hung_up(const std::string& reason) {
+void ProtocolAdapter::hung_up(const std::string& reason) {
   if (greeted_ || version_ == 1) return drop(reason);
   version_ = 1;
   connection_.reset();
   dial();
 }
 
-void TcpAdapter::drop(const std::string& reason) {
+void ProtocolAdapter::drop(const std::string& reason) {
   const bool news = ready_ || reason != reason_;
   connection_.reset();
   greeted_ = false;
@@ -62,24 +62,24 @@ void TcpAdapter::drop(const std::string& reason) {
   if (news) events_.lost(reason);
 }
 
-void TcpAdapter::send(const Message& message) {
+void ProtocolAdapter::send(const Message& message) {
   if (connection_) connection_->send(message);
 }
 
-void TcpAdapter::order(const ScanOrder& order) {
+void ProtocolAdapter::order(const ScanOrder& order) {
   scanning_ = true;
   scan_news_ = loop_.now();
   send(order);
 }
 
-void TcpAdapter::follow_scan(const Message& message) {
+void ProtocolAdapter::follow_scan(const Message& message) {
   const auto* answer = std::get_if<ScanAnswer>(&message);
   const bool refused = answer != nullptr && !answer->accepted;
   if (refused || std::holds_alternative<ScanEnd>(message)) scanning_ = false;
   if (!std::holds_alternative<Status>(message)) scan_news_ = loop_.now();
 }
 
-void TcpAdapter::poll() {
+void ProtocolAdapter::poll() {
   if (!connection_) return;
   if (scanning_ && loop_.now() - scan_news_ > settings_.returns_silence) {
     return drop("no returns of a running scan for " +
@@ -94,7 +94,7 @@ void TcpAdapter::poll() {
   connection_->send(StatusQuery{token_});
 }
 
-void TcpAdapter::receive(const Message& message) {
+void ProtocolAdapter::receive(const Message& message) {
   heard_ = loop_.now();
   if (const auto* identity = std::get_if<Identity>(&message)) return greet(*identity);
   if (const auto* complaint = std::get_if<Complaint>(&message)) {
@@ -105,7 +105,7 @@ void TcpAdapter::receive(const Message& message) {
   if (ready_) events_.message(message);
 }
 
-void TcpAdapter::greet(const Identity& identity) {
+void ProtocolAdapter::greet(const Identity& identity) {
   if (identity.version < 1 || identity.version > version_) {
     return drop("the LIDAR speaks version " + std::to_string(identity.version) +
                 " of the protocol, expected 1 to " + std::to_string(version_));
@@ -118,7 +118,7 @@ void TcpAdapter::greet(const Identity& identity) {
   poll();
 }
 
-void TcpAdapter::read_clock(const Status& status) {
+void ProtocolAdapter::read_clock(const Status& status) {
   const auto query = queries_.find(status.token);
   if (query == queries_.end()) return;
   clock_.add(query->second, status.device_time, loop_.now());

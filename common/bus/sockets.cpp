@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/bus/tcp_wires.h"
+#include "common/bus/sockets.h"
 
 #include <netdb.h>
 #include <netinet/in.h>
@@ -35,7 +35,7 @@ HostAndPort split(const std::string& address) {
 }
 
 /// flags: AI_NUMERICHOST asks nobody.
-TcpWires::Found resolve(const std::string& host, const std::string& port, int flags) {
+Sockets::Found resolve(const std::string& host, const std::string& port, int flags) {
   addrinfo hints{};
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
@@ -50,33 +50,11 @@ TcpWires::Found resolve(const std::string& host, const std::string& port, int fl
   return {result, ""};
 }
 
-class SocketWire final : public Wire {
- public:
-  SocketWire(ProcessLoop& loop, Socket socket) : loop_(loop), socket_(std::move(socket)) {}
-  ~SocketWire() override { loop_.unwatch(socket_.fd()); }
-  SocketWire(const SocketWire&) = delete;
-  SocketWire& operator=(const SocketWire&) = delete;
-
-  std::optional<std::size_t> read(std::span<std::uint8_t> into) override {
-    const ssize_t size = recv(socket_.fd(), into.data(), into.size(), MSG_DONTWAIT);
-    return size == 0 ? std::nullopt : taken(size);
-  }
-  std::optional<std::size_t> write(std::span<const std::uint8_t> bytes) override {
-    return taken(send(socket_.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
-  }
-  void watch(Readable readable) override { loop_.watch(socket_.fd(), std::move(readable)); }
-  void unwatch() override { loop_.unwatch(socket_.fd()); }
-
- private:
-  static std::optional<std::size_t> taken(ssize_t size) {
-    if (size >= 0) return static_cast<std::size_t>(size);
-    const bool later = errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
-    return later ? std::optional<std::size_t>(0) : std::nullopt;
-  }
-
-  ProcessLoop& loop_;
-  Socket socket_;
-};
+std::optional<std::size_t> taken(ssize_t size) {
+  if (size >= 0) return static_cast<std::size_t>(size);
+  const bool later = errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+  return later ? std::optional<std::size_t>(0) : std::nullopt;
+}
 
 /// Small frames leave at once.
 Socket undelayed(int fd) {
@@ -97,22 +75,31 @@ Socket::~Socket() {
   if (fd_ >= 0) close(fd_);
 }
 
-/// One call of dial_socket, until it has called back.
-struct TcpWires::Dialling {
+std::optional<std::size_t> Socket::read(std::span<std::uint8_t> into) const {
+  const ssize_t size = recv(fd_, into.data(), into.size(), MSG_DONTWAIT);
+  return size == 0 ? std::nullopt : taken(size);
+}
+
+std::optional<std::size_t> Socket::write(std::span<const std::uint8_t> bytes) const {
+  return taken(send(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
+}
+
+/// One call of dial, until it has called back.
+struct Sockets::Dialling {
   std::string address;
   Ready connected;  // empty: it has
   Loop::TimerId timer = 0;
   int fd = -1;
 };
 
-TcpWires::TcpWires(ProcessLoop& loop, LookUp look_up) : loop_(loop), look_up_(std::move(look_up)) {
-  link_->wires = this;
+Sockets::Sockets(ProcessLoop& loop, LookUp look_up) : loop_(loop), look_up_(std::move(look_up)) {
+  link_->sockets = this;
 }
 
-TcpWires::~TcpWires() {
+Sockets::~Sockets() {
   {
     const std::lock_guard lock(link_->mutex);
-    link_->wires = nullptr;
+    link_->sockets = nullptr;
   }
   for (const int fd : listening_) {
     loop_.unwatch(fd);
@@ -120,21 +107,11 @@ TcpWires::~TcpWires() {
   }
 }
 
-TcpWires::Found TcpWires::ask_system(const std::string& host, const std::string& port) {
+Sockets::Found Sockets::ask_system(const std::string& host, const std::string& port) {
   return resolve(host, port, 0);
 }
 
-void TcpWires::dial(const std::string& address, Connected connected, std::int64_t timeout) {
-  dial_socket(
-      address,
-      [this, connected = std::move(connected)](Socket socket) {
-        connected(socket.fd() < 0 ? nullptr
-                                  : std::make_unique<SocketWire>(loop_, std::move(socket)));
-      },
-      timeout);
-}
-
-void TcpWires::dial_socket(const std::string& address, Ready connected, std::int64_t timeout) {
+void Sockets::dial(const std::string& address, Ready connected, Utime timeout) {
   const auto [host, port] = split(address);
   const auto dialling = std::make_shared<Dialling>();
   dialling->address = address;
@@ -148,8 +125,8 @@ void TcpWires::dial_socket(const std::string& address, Ready connected, std::int
   look_up(dialling, host, port);
 }
 
-void TcpWires::look_up(const std::shared_ptr<Dialling>& dialling, const std::string& host,
-                       const std::string& port) {
+void Sockets::look_up(const std::shared_ptr<Dialling>& dialling, const std::string& host,
+                      const std::string& port) {
   const std::string& address = dialling->address;
   auto& waiting = looked_up_[address];
   waiting.push_back(dialling);
@@ -157,17 +134,17 @@ void TcpWires::look_up(const std::shared_ptr<Dialling>& dialling, const std::str
   std::thread([link = link_, ask = look_up_, address, host = host, port = port] {
     const Found found = ask(host, port);
     const std::lock_guard lock(link->mutex);
-    if (link->wires == nullptr) return;
-    link->wires->loop_.post([link, address, found] {
-      if (link->wires == nullptr) return;
-      for (const auto& one : std::exchange(link->wires->looked_up_[address], {})) {
-        link->wires->connect(one, found);
+    if (link->sockets == nullptr) return;
+    link->sockets->loop_.post([link, address, found] {
+      if (link->sockets == nullptr) return;
+      for (const auto& one : std::exchange(link->sockets->looked_up_[address], {})) {
+        link->sockets->connect(one, found);
       }
     });
   }).detach();
 }
 
-void TcpWires::connect(const std::shared_ptr<Dialling>& dialling, const Found& found) {
+void Sockets::connect(const std::shared_ptr<Dialling>& dialling, const Found& found) {
   if (!dialling->connected) return;  // too late
   if (!found.address) return end(*dialling, Socket(), "its name: " + found.error);
   dialling->fd = stream_socket();
@@ -189,7 +166,7 @@ void TcpWires::connect(const std::shared_ptr<Dialling>& dialling, const Found& f
   });
 }
 
-void TcpWires::end(Dialling& dialling, Socket socket, const std::string& trouble) {
+void Sockets::end(Dialling& dialling, Socket socket, const std::string& trouble) {
   const Ready connected = std::exchange(dialling.connected, nullptr);
   if (!connected) return;
   loop_.cancel(dialling.timer);
@@ -201,18 +178,12 @@ void TcpWires::end(Dialling& dialling, Socket socket, const std::string& trouble
   connected(std::move(socket));
 }
 
-std::string TcpWires::trouble(const std::string& address) const {
+std::string Sockets::trouble(const std::string& address) const {
   const auto found = troubles_.find(address);
   return found == troubles_.end() || found->second.empty() ? "" : address + ": " + found->second;
 }
 
-void TcpWires::listen(const std::string& address, Connected accepted) {
-  listen_socket(address, [this, accepted = std::move(accepted)](Socket socket) {
-    accepted(std::make_unique<SocketWire>(loop_, std::move(socket)));
-  });
-}
-
-void TcpWires::listen_socket(const std::string& address, Ready accepted) {
+void Sockets::listen(const std::string& address, Ready accepted) {
   const auto [host, port] = split(address);
   const Found found = resolve(host, port, 0);  // before anything runs that could be kept waiting
   if (!found.address) throw complaint(address, found.error);

@@ -5,32 +5,32 @@
 #include <memory>
 #include <string>
 
-#include "common/bus/loop.h"
-#include "common/bus/wire.h"
+#include "common/bus/sockets.h"
 #include "drivers/lidar/adapter.h"
 #include "drivers/lidar/connection.h"
 
 namespace berth::lidar {
 
-struct TcpSettings {
+struct ProtocolSettings {
   std::string address;                      ///< host:port
   std::string model;                        ///< the device must name itself so
   Utime status_period = 250 * millisecond;  ///< of clock readings
   Utime silence = 1 * second;               ///< after which a device is taken for dead
   Utime redial = 500 * millisecond;
-  Utime dial_timeout = Wires::dial_timeout;
+  Utime dial_timeout = Sockets::dial_timeout;
   Utime returns_silence = 1 * second;  ///< a scan without news for so long: the same
 };
 
-/// The host's end of Berth's own protocol (PROTOCOL.md): dials, again and again; greets; checks who
-/// answers; reads the device's clock; notices silence. Ready once the device is known and its clock
-/// read. A device that hangs up on a greeting in the newest version is greeted in version 1.
-class TcpAdapter final : public Adapter {
+/// The host's end of Berth's own protocol (PROTOCOL.md), over TCP in a process and as values in the
+/// twin: dials, again and again; greets; checks who answers; reads the device's clock; notices
+/// silence. Ready once the device is known and its clock read. A device that hangs up on a greeting
+/// in the newest version is greeted in version 1.
+class ProtocolAdapter final : public Adapter {
  public:
-  TcpAdapter(TcpSettings settings, Loop& loop);
-  ~TcpAdapter() override;
-  TcpAdapter(const TcpAdapter&) = delete;
-  TcpAdapter& operator=(const TcpAdapter&) = delete;
+  ProtocolAdapter(ProtocolSettings settings, Loop& loop);
+  ~ProtocolAdapter() override;
+  ProtocolAdapter(const ProtocolAdapter&) = delete;
+  ProtocolAdapter& operator=(const ProtocolAdapter&) = delete;
 
   void start(Events events) override;
   bool ready() const override { return ready_; }
@@ -47,14 +47,14 @@ class TcpAdapter final : public Adapter {
   void hung_up(const std::string& reason);
   void send(const Message& message);
   void dial();
-  void connected(std::unique_ptr<Wire> wire);
+  void connected(std::unique_ptr<Connection> connection, const std::string& trouble);
   void receive(const Message& message);
   void greet(const Identity& identity);
   void read_clock(const Status& status);
   void follow_scan(const Message& message);
   void poll();
 
-  TcpSettings settings_;
+  ProtocolSettings settings_;
   Loop& loop_;
   Events events_;
   std::unique_ptr<Connection> connection_;

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# The example of a bridge serves a vendor's SDK as the protocol asks for; what `berth lidar test` says of it, and of nobody.
+. "$(dirname "$0")/common.sh"
+address=127.0.0.1:$port
+
+expect 2 "$bin/berth" lidar test "$address"
+says "nobody answers at $address"
+expect 2 "$bin/berth" lidar test nowhere
+
+"$bin/../examples/lidar_bridge" "$address" >"$work/bridge.txt" &
+bridge=$!
+for _ in $(seq 100); do grep -q listening "$work/bridge.txt" && break; sleep 0.1; done
+expect 0 "$bin/berth" lidar test "$address"
+says "Stub S1 0001, version 2"
+says " 0 failed"
+# A second one finds the port taken, and says so.
+expect 2 "$bin/../examples/lidar_bridge" "$address"
+says "cannot be listened on"
+kill $bridge
+wait $bridge || fail "the bridge does not end in peace"
