@@ -41,8 +41,8 @@ struct Cell {
   bool filtered = false;  ///< the whole estimator over many scans, instead of single ones
 
   std::string name() const {
-    return world->name + " " + sighting->target + " " + sighting->view + " " +
-           std::to_string(returns) + (filtered ? " filtered" : "");
+    return world->name + " " + sighting->target + " " + sighting->view +
+           (filtered ? " filtered " : " ") + std::to_string(returns);
   }
 };
 
@@ -51,6 +51,7 @@ struct Errors {
   std::vector<double> mm;
   std::vector<double> deg;
   std::vector<double> nees;
+  std::vector<double> ms;  ///< of processor time
   int refused = 0;
 
   void add(const Vector6d& error) {
@@ -61,6 +62,7 @@ struct Errors {
     mm.insert(mm.end(), other.mm.begin(), other.mm.end());
     deg.insert(deg.end(), other.deg.begin(), other.deg.end());
     nees.insert(nees.end(), other.nees.begin(), other.nees.end());
+    ms.insert(ms.end(), other.ms.begin(), other.ms.end());
     refused += other.refused;
   }
   int count() const { return static_cast<int>(mm.size()) + refused; }
@@ -112,8 +114,11 @@ std::vector<RawBeam> within(std::vector<RawBeam> beams, const estimator::RangeGa
 
 void single_scans(const Settings& settings, const Cell& cell, CellResult& result) {
   const Sighting& sighting = *cell.sighting;
-  const auto acquisition = acquisition_named(settings, settings.acquisition_methods.front(),
-                                             sighting.model, sighting.scenes->noise());
+  AcquisitionSubject acquisition;
+  if (settings.acquisition_methods.front() != no_method) {
+    acquisition = acquisition_named(settings, settings.acquisition_methods.front(), sighting.model,
+                                    sighting.scenes->noise());
+  }
   const auto tracking = tracking_named(settings, settings.tracking_methods.front(), sighting.model,
                                        sighting.scenes->noise());
   std::vector<TrackingTrial> clouds;
@@ -129,8 +134,12 @@ void single_scans(const Settings& settings, const Cell& cell, CellResult& result
     trial.predicted.covariance.diagonal().tail<3>().setConstant(std::pow(start_rad, 2) / 3);
     const estimator::CleanScan clean =
         estimator::preprocess(trial.scan.beams, sighting.scenes->gate(), sighting.scenes->noise());
-    take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
+    if (acquisition) {
+      take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
+    }
+    const double before = cpu_ms();
     const estimator::TrackingResult tracked = (*tracking)->track(clean, trial.predicted);
+    result.tracking.ms.push_back(cpu_ms() - before);
     if (tracked.ok) {
       const Vector6d error = difference(trial.truth, tracked.pose);
       result.tracking.add(error);
@@ -235,6 +244,7 @@ std::vector<std::string> single_columns(std::vector<std::string> first) {
   append(first, error_columns);
   append(first, with_prefix("ICP ", error_columns));
   append(first, nees_columns);
+  first.emplace_back("median ms");
   return first;
 }
 
@@ -244,6 +254,7 @@ std::vector<std::string> single_row(std::vector<std::string> first, const CellRe
   append(first, cells_of(result.tracking));
   append(first, cells_of(result.reference));
   append(first, nees_of(result.tracking));
+  first.push_back(number(median(result.tracking.ms), 1));
   return first;
 }
 
