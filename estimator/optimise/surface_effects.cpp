@@ -76,7 +76,7 @@ OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches,
 MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
                                              const OffsetCovariance& covariance,
                                              const FieldScales& scales)
-    : equations_(equations) {
+    : equations_(&equations) {
   const Eigen::MatrixXd& h = equations.coupling;
   const Eigen::VectorXd& n = equations.patch_information;
   Eigen::Index rank = 0;
@@ -134,15 +134,15 @@ Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) con
 
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd common = l_ * scale_.cwiseProduct(coordinates(x));
-  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
-                               equations_.patch_information.cwiseProduct(common);
+  const Eigen::VectorXd left = equations_->patch_gradient - equations_->coupling * x -
+                               equations_->patch_information.cwiseProduct(common);
   return common + own_.cwiseProduct(left);
 }
 
 double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd delta = offsets(x);
-  return delta.dot(equations_.patch_gradient - equations_.coupling * x -
-                   equations_.patch_information.cwiseProduct(delta));
+  return delta.dot(equations_->patch_gradient - equations_->coupling * x -
+                   equations_->patch_information.cwiseProduct(delta));
 }
 
 std::array<MarginalisedEquations::FieldEvidence, surface_fields.size()>

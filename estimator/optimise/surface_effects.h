@@ -98,7 +98,7 @@ class MarginalisedEquations {
  private:
   Eigen::VectorXd coordinates(const Eigen::VectorXd& x) const;
 
-  const NormalEquations& equations_;
+  const NormalEquations* equations_;
   std::array<Eigen::Index, surface_fields.size()> ranks_{};
   Eigen::VectorXd own_;  // rest / (1 + N rest): what a patch takes alone
   // At scales of 1, N, H, g shrunk by the rest:

@@ -1,27 +1,30 @@
-#include <chrono>
 // SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/track/likelihood_tracking.h"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "common/core/covariance.h"
 #include "common/core/text.h"
-#include "estimator/track/likelihood_tracking.h"
 
 namespace berth::estimator {
 namespace {
 
-/// Of the noise of a patch's returns, what the surface's alikeness may leave out.
-static const double share_of_noise = getenv("SHARE") ? atof(getenv("SHARE")) : 0.2;
-
-/// Where the pose has moved by less than half of its standard deviation, another look at what beams
-/// may meet is of no use.
-static double E(const char* n, double d) {
-  const char* v = getenv(n);
-  return v ? atof(v) : d;
-}
-static const double settled = E("SETTLED", 1), gain_stop = E("GAIN", 0.1), g_ratio = E("RATIO", 4),
-                    inner = E("INNER", 2), lastit = E("LASTIT", 3), reps = E("REPS", 2);
+// Choices of cost: half or twice as much of each changes estimates by far less than their sigma.
+/// Of the noise of a patch's returns, what the alikeness of the surface may leave out.
+constexpr double share_of_noise = 0.2;
+/// From one width of the likelihood to the next, about.
+constexpr double annealing_ratio = 4;
+/// Steps at each width, and at the last.
+constexpr int first_iterations = 2;
+constexpr int last_iterations = 3;
+/// How often it is looked at what beams may meet, without widening.
+constexpr int max_looks = 2;
+/// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
+/// pose has moved by less: chi squared of six degrees of freedom.
+constexpr double settled_gain = 0.1;
+constexpr double settled_move = 1;
 
 /// The optimisation of one scan.
 class Fit {
@@ -36,14 +39,10 @@ class Fit {
 
   void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
            int iterations) {
-    const auto t0 = std::chrono::steady_clock::now();
     scan_.prepare(state_, stage, surfaces);
-    const auto t1 = std::chrono::steady_clock::now();
     at_ = scan_.linearise(state_,
                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
     covariance_ = OffsetCovariance(scan_.patches(), at_.sums, scan_.scales, share_of_noise);
-    const auto t2 = std::chrono::steady_clock::now();
-    const int e0 = evaluations_;
     double cost = cost_of(at_, state_, 0);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
@@ -73,20 +72,9 @@ class Fit {
           damping = std::max(1e-2, 10 * damping);
         }
       }
-      if (!better || gain < gain_stop) break;
+      if (!better || gain < settled_gain) break;
     }
     scan_.shares = at_.shares;
-    const auto t3 = std::chrono::steady_clock::now();
-    auto ms = [](auto a, auto b) {
-      return std::chrono::duration<double, std::milli>(b - a).count();
-    };
-    if (getenv("DBG"))
-      printf(
-          "stage %.4f patches %zu ranks %ld %ld %ld active %d prep %.2f first %.2f iter %.2f evals "
-          "%d\n",
-          stage.annealing.rim, scan_.patches().size(), covariance_.fields[0].factor.cols(),
-          covariance_.fields[1].factor.cols(), covariance_.fields[2].factor.cols(),
-          scan_.active_count(), ms(t0, t1), ms(t1, t2), ms(t2, t3), evaluations_ - e0);
   }
 
   /// The most probable scales of the fields' sigmas: evidence, by MacKay's fixed point.
@@ -185,6 +173,8 @@ class Fit {
   int evaluations_ = 0;
 };
 
+int ratio_above(int count, int max) { return (count + max - 1) / max; }
+
 }  // namespace
 
 LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel& beam_model,
@@ -236,6 +226,8 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   ScanFit::Options fit_options;
   fit_options.centre = model_.centre;
   fit_options.extent = 2 * model_.radius;
+  const auto returns = static_cast<int>(scan.points.size());
+  fit_options.thinning = ratio_above(returns, options_.max_returns);
   ScanFit scan_fit(scene_, beam_model_, scan, layout, fit_options);
   Fit fit(scan_fit, layout, start, prior);
 
@@ -244,30 +236,26 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   const double narrow = 0.25 * beam_model_.footprint(range);
   const double wide = std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
                                  0.1 * model_.radius);
-  const int stages = 2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(g_ratio)));
+  const int stages =
+      2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
   for (int s = 0; s < stages; ++s) {
     const bool last = s == stages - 1;
     const double width =
         last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
-    const int wanted = s >= stages - 2 ? options_.max_returns : options_.max_coarse_returns;
-    const int thinning = 1 + (static_cast<int>(scan.points.size()) - 1) / wanted;
+    const int thinning =
+        s >= stages - 2 ? 1
+                        : ratio_above(returns / fit_options.thinning, options_.max_coarse_returns);
     const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3, thinning};
     // What beams may meet is decided where a stage begins: again, where that has moved away.
-    const int max_repeats = (int)reps;
-    for (int i = 0; i < (last ? max_repeats : 1); ++i) {
+    for (int i = 0; i < (last ? max_looks : 1); ++i) {
       const Pose before = fit.state().motion.pose;
-      fit.run(stage, surface_of_face_, last ? (int)lastit : (int)inner);
+      fit.run(stage, surface_of_face_, last ? last_iterations : first_iterations);
       const Vector6d moved = difference(before, fit.state().motion.pose);
       const Matrix6d covariance = fit.covariance().topLeftCorner<6, 6>();
-      if (moved.dot(covariance.ldlt().solve(moved)) < settled) break;
+      if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;
     }
     if (!stage.patches) continue;
-    const auto t0 = std::chrono::steady_clock::now();
     fit.learn_scales(scale_prior_);
-    if (getenv("DBG"))
-      printf(
-          "learn %.2f\n",
-          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - t0).count());
     if (!last) fit.learn_noise();
   }
 

@@ -20,7 +20,7 @@ struct LikelihoodTrackingOptions {
   double min_fit = 0.5;
   int min_returns = 20;
   /// Of denser scans every so many-th beam is used, so that about so many return: a choice of cost.
-  int max_returns = 4000;
+  int max_returns = 3000;
   int max_coarse_returns = 1000;  ///< ... while the likelihood is widened
 };
 

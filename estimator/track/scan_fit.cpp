@@ -147,21 +147,25 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
   for (const Beam& beam : scan.beams) sum += beam.direction;
   middle_ = sum.normalized();
   const auto [right, down] = across(middle_);
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  const auto grid = [](double v) { return static_cast<std::uint32_t>((v + 2) * 1e9); };
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(scan.beams.size());
   for (std::uint32_t i = 0; i < scan.beams.size(); ++i) {
     const Vector3d& d = scan.beams[i].direction;
     cone_cosine_ = std::min(cone_cosine_, d.dot(middle_));
-    const auto grid = [](double v) { return static_cast<std::uint32_t>((v + 2) * 1e9); };
-    order.emplace_back(interleaved(grid(d.dot(right)), grid(d.dot(down))), i);
+    order[i] = {interleaved(grid(d.dot(right)), grid(d.dot(down))), i};
   }
   std::sort(order.begin(), order.end(), [&scan](const auto& a, const auto& b) {
     if (a.first != b.first) return a.first < b.first;
     return scan.beams[a.second].range < scan.beams[b.second].range;
   });
+  const auto thinning = static_cast<std::size_t>(options.thinning);
   std::vector<double> steps;
-  for (const auto& [key, i] : order) {
-    const Beam& beam = scan.beams[i];
-    if (!beams_.empty()) steps.push_back((beam.direction - beams_.back().direction).norm());
+  beams_.reserve(1 + order.size() / thinning);
+  for (std::size_t i = 0; i < order.size(); i += thinning) {
+    const Beam& beam = scan.beams[order[i].second];
+    if (i > 0) {
+      steps.push_back((beam.direction - scan.beams[order[i - 1].second].direction).norm());
+    }
     beams_.push_back({beam.direction, beam.range,
                       1e-6 * static_cast<double>(beam.utime - scan.utime_mean),
                       beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m, 0});
@@ -170,7 +174,7 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
   if (steps.empty()) return;
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
                    steps.end());
-  spacing_ = steps[steps.size() / 2];
+  spacing_ = std::sqrt(options.thinning) * steps[steps.size() / 2];
 }
 
 double ScanFit::moved_between(const ScanState& a, const ScanState& b) const {

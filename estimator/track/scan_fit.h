@@ -48,6 +48,7 @@ struct Annealing {
 class ScanFit {
  public:
   struct Options {
+    int thinning = 1;                    ///< every so many-th beam is used, in an order of place
     double cells = 3;                    ///< patches along a correlation length
     double part_cell = 0.4;              ///< m, of pieces that are as modelled, or elsewhere
     double elsewhere = 0.02;             ///< probability of that
@@ -92,7 +93,6 @@ class ScanFit {
   /// @param offsets one for each of patches(), m
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
 
-  int active_count() const { return (int)active_.size(); }
   const std::vector<SurfacePatch>& patches() const { return patches_; }
   BeamShares shares;               ///< of the next linearise()
   double noise_scale = 1;          ///< on the range sigma
@@ -135,7 +135,7 @@ class ScanFit {
   ScanStateLayout layout_;
   Options options_;
   std::vector<FitBeam> beams_;
-  double spacing_ = 0;  // rad, between beams
+  double spacing_ = 0;  // rad, between the beams used
   Vector3d middle_ = Vector3d::UnitZ();
   double cone_cosine_ = 1;
   double half_duration_ = 0;  // s, about the mean time
