@@ -13,7 +13,8 @@ Pose turned(const Joint& joint, double angle) {
   return {joint.point - rotation * joint.point, rotation};
 }
 
-TargetScene::TargetScene(const Target& target) : vertices_(target.mesh.vertices) {
+TargetScene::TargetScene(const Target& target)
+    : vertices_(target.mesh.vertices), triangles_(target.mesh.triangles) {
   const std::size_t count = target.mesh.triangles.size();
   joint_of_.assign(count, -1);
   in_body_.resize(count);
@@ -39,20 +40,20 @@ void TargetScene::add_body(const Target& target, int joint,
                            const std::vector<std::uint32_t>& faces) {
   Mesh mesh;
   mesh.vertices = target.mesh.vertices;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> edges;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Side>> edges;
   for (const std::uint32_t f : faces) {
     const auto& t = target.mesh.triangles[f];
     mesh.triangles.push_back(t);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto key = std::minmax(t[i], t[(i + 1) % 3]);
-      edges[key].push_back(t[(i + 2) % 3]);
+      edges[key].push_back({f, key.first == t[i]});
     }
   }
   Body body{joint, RayCaster(mesh), faces, {}};
-  for (const auto& [ends, thirds] : edges) {
-    body.edges.push_back({ends.first, ends.second, static_cast<std::uint32_t>(thirds_.size()),
-                          static_cast<std::uint32_t>(thirds.size())});
-    thirds_.insert(thirds_.end(), thirds.begin(), thirds.end());
+  for (const auto& [ends, sides] : edges) {
+    body.edges.push_back({ends.first, ends.second, static_cast<std::uint32_t>(sides_.size()),
+                          static_cast<std::uint32_t>(sides.size())});
+    sides_.insert(sides_.end(), sides.begin(), sides.end());
   }
   bodies_.push_back(std::move(body));
 }
@@ -114,20 +115,26 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
     Vector3d point, outward;
   };
   std::vector<Place> places;
+  // Twice the area of each triangle as the eye sees it, by the sense in which its corners run.
+  std::vector<double> seen(triangles_.size());
   for (const Body& body : bodies_) {
     const Pose model_body = placed(body, angles);
     const Vector3d from_eye = model_body.inverse() * eye;
+    for (const std::uint32_t f : body.faces) {
+      const auto& [i, j, k] = triangles_[f];
+      const Vector3d a = vertices_[i] - from_eye;
+      seen[f] = a.dot((vertices_[j] - from_eye).cross(vertices_[k] - from_eye));
+    }
     for (const Edge& edge : body.edges) {
+      int positive = 0;
+      int negative = 0;
+      for (std::uint32_t i = edge.first; i < edge.first + edge.count; ++i) {
+        ((seen[sides_[i].triangle] > 0) == sides_[i].along ? positive : negative) += 1;
+      }
+      if (positive > 0 && negative > 0) continue;
       const Vector3d a = vertices_[edge.from] - from_eye;
       const Vector3d b = vertices_[edge.to] - from_eye;
       const Vector3d across = a.cross(b);
-      int positive = 0;
-      int negative = 0;
-      for (std::uint32_t i = 0; i < edge.count; ++i) {
-        const Vector3d to_third = vertices_[thirds_[edge.first + i]] - vertices_[edge.from];
-        (across.dot(to_third) > 0 ? positive : negative) += 1;
-      }
-      if (positive > 0 && negative > 0) continue;
       const double length = across.norm();
       if (!(length > 0)) continue;
       const Vector3d outward = model_body.rotation * (across / (positive > 0 ? -length : length));

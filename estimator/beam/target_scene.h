@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -60,12 +61,17 @@ class TargetScene {
  private:
   struct Edge {
     std::uint32_t from, to;      // vertices
-    std::uint32_t first, count;  // of its triangles' third corners, in thirds_
+    std::uint32_t first, count;  // of its triangles, in sides_
+  };
+  /// A triangle at an edge, and whether the edge runs about it as its corners do.
+  struct Side {
+    std::uint32_t triangle;
+    bool along;
   };
   struct Body {
     int joint = -1;
     RayCaster caster;
-    std::vector<std::uint32_t> faces;  // of the target's mesh; empty: the same numbers
+    std::vector<std::uint32_t> faces;  // of the target's mesh
     std::vector<Edge> edges;
   };
   void add_body(const Target& target, int joint, const std::vector<std::uint32_t>& faces);
@@ -75,7 +81,8 @@ class TargetScene {
   std::vector<std::int8_t> joint_of_;
   std::vector<std::uint32_t> in_body_;  // of each face, its number there
   std::vector<Vector3d> vertices_;
-  std::vector<std::uint32_t> thirds_;
+  std::vector<std::array<std::uint32_t, 3>> triangles_;
+  std::vector<Side> sides_;
   std::vector<Body> bodies_;
 };
 

@@ -8,22 +8,21 @@ namespace berth::estimator {
 namespace {
 
 OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<SurfacePatch>& patches,
-                                   double tolerance) {
+                                   const Eigen::VectorXd& information, double share) {
   const auto n = static_cast<Eigen::Index>(patches.size());
   OffsetCovariance::Field result;
   Eigen::MatrixXd& factor = result.factor;
   factor.resize(n, n);
-  Eigen::VectorXd variance(n);
+  result.rest.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurfacePatch& patch = patches[static_cast<std::size_t>(i)];
-    variance[i] = offset_covariance(field, patch, patch);
+    result.rest[i] = offset_covariance(field, patch, patch);
   }
-  result.rest = variance;
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    const double left = result.rest.cwiseQuotient(variance.cwiseMax(1e-300)).maxCoeff(&pivot);
-    if (!(left > tolerance) || !(result.rest[pivot] > 0)) break;
+    const double left = result.rest.cwiseProduct(information).maxCoeff(&pivot);
+    if (!(left > share)) break;
     auto column = factor.col(rank);
     const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -41,26 +40,43 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
 }  // namespace
 
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b) {
-  if (a.rim != b.rim || a.rim != (field == SurfaceField::rim)) return 0;
+  FieldScales scales{};
+  scales[static_cast<std::size_t>(field)] = 1;
+  return offset_covariance(scales, a, b);
+}
+
+double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const SurfacePatch& b) {
+  if (a.rim != b.rim) return 0;
+  const auto squared = [&scales](SurfaceField field) {
+    const double q = scales[static_cast<std::size_t>(field)];
+    return q * q;
+  };
+  const double aligned = a.direction.dot(b.direction) * a.slant * b.slant;
+  const double fields =
+      a.rim ? squared(SurfaceField::rim) * aligned
+            : squared(SurfaceField::normal) * aligned + squared(SurfaceField::sight);
+  if (fields == 0) return 0;
   const double la = a.correlation_length;
   const double lb = b.correlation_length;
   const double l2 = la * la + lb * lb;
-  double value = a.sigma * b.sigma * std::exp(-(a.place - b.place).squaredNorm() / l2);
-  if (la != lb) value *= std::pow(2 * la * lb / l2, 1.5);
-  if (field == SurfaceField::sight) return value;
-  return value * a.direction.dot(b.direction) * a.slant * b.slant;
+  const double alike = std::exp(-(a.place - b.place).squaredNorm() / l2);
+  const double scale = la == lb ? 1 : std::pow(2 * la * lb / l2, 1.5);
+  return a.sigma * b.sigma * scale * alike * fields;
 }
 
-OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance) {
+OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches,
+                                   const NormalEquations& equations, const FieldScales& scales,
+                                   double share) {
   for (std::size_t f = 0; f < fields.size(); ++f) {
-    fields[f] = decomposed(surface_fields[f], patches, tolerance);
+    fields[f] = decomposed(surface_fields[f], patches,
+                           scales[f] * scales[f] * equations.patch_information, share);
   }
 }
 
 MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
                                              const OffsetCovariance& covariance,
                                              const FieldScales& scales)
-    : equations_(equations) {
+    : equations_(&equations) {
   const Eigen::MatrixXd& h = equations.coupling;
   const Eigen::VectorXd& n = equations.patch_information;
   Eigen::Index rank = 0;
@@ -69,31 +85,46 @@ MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
     rank += ranks_[f];
   }
   l_.resize(n.size(), rank);
-  rest_ = Eigen::VectorXd::Zero(n.size());
+  Eigen::VectorXd rest = Eigen::VectorXd::Zero(n.size());
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < scales.size(); ++f) {
     if (n.size() == 0) break;
-    l_.middleCols(at, ranks_[f]) = scales[f] * covariance.fields[f].factor;
-    rest_ += scales[f] * scales[f] * covariance.fields[f].rest;
+    l_.middleCols(at, ranks_[f]) = covariance.fields[f].factor;
+    rest += scales[f] * scales[f] * covariance.fields[f].rest;
     at += ranks_[f];
   }
-  const Eigen::VectorXd kept = (1 + n.array() * rest_.array()).inverse();
-  own_ = rest_.cwiseProduct(kept);
+  const Eigen::VectorXd kept = (1 + n.array() * rest.array()).inverse();
+  own_ = rest.cwiseProduct(kept);
   const Eigen::MatrixXd root = n.cwiseProduct(kept).cwiseSqrt().asDiagonal() * l_;
-  Eigen::MatrixXd b = Eigen::MatrixXd::Identity(rank, rank);
-  b.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
-  factor_.compute(b);
+  between_ = Eigen::MatrixXd::Zero(rank, rank);
+  between_.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
+  h_ = l_.transpose() * (kept.asDiagonal() * h);
+  g_ = l_.transpose() * kept.cwiseProduct(equations.patch_gradient);
   const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
-  coupling_ = l_.transpose() * (kept.asDiagonal() * h);
-  patch_gradient_ = l_.transpose() * kept.cwiseProduct(equations.patch_gradient);
+  rigid_ = equations.information - h.transpose() * own_h;
+  rigid_gradient_ = equations.gradient - own_h.transpose() * equations.patch_gradient;
+  rescale(scales);
+}
+
+void MarginalisedEquations::rescale(const FieldScales& scales) {
+  scale_.resize(l_.cols());
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < scales.size(); ++f) {
+    scale_.segment(at, ranks_[f]).setConstant(scales[f]);
+    at += ranks_[f];
+  }
+  Eigen::MatrixXd b = scale_.asDiagonal() * between_ * scale_.asDiagonal();
+  b.diagonal().array() += 1;
+  factor_.compute(b);
+  coupling_ = scale_.asDiagonal() * h_;
+  patch_gradient_ = scale_.cwiseProduct(g_);
   Eigen::MatrixXd half = coupling_;
   factor_.matrixL().solveInPlace(half);
   Eigen::VectorXd half_gradient = patch_gradient_;
   factor_.matrixL().solveInPlace(half_gradient);
-  information_ = equations.information - h.transpose() * own_h - half.transpose() * half;
+  information_ = rigid_ - half.transpose() * half;
   information_ = (0.5 * (information_ + information_.transpose())).eval();
-  gradient_ = equations.gradient - own_h.transpose() * equations.patch_gradient -
-              half.transpose() * half_gradient;
+  gradient_ = rigid_gradient_ - half.transpose() * half_gradient;
 }
 
 /// Of the fields, in which offsets are L z.
@@ -102,16 +133,16 @@ Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) con
 }
 
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd common = l_ * coordinates(x);
-  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
-                               equations_.patch_information.cwiseProduct(common);
+  const Eigen::VectorXd common = l_ * scale_.cwiseProduct(coordinates(x));
+  const Eigen::VectorXd left = equations_->patch_gradient - equations_->coupling * x -
+                               equations_->patch_information.cwiseProduct(common);
   return common + own_.cwiseProduct(left);
 }
 
 double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd delta = offsets(x);
-  return delta.dot(equations_.patch_gradient - equations_.coupling * x -
-                   equations_.patch_information.cwiseProduct(delta));
+  return delta.dot(equations_->patch_gradient - equations_->coupling * x -
+                   equations_->patch_information.cwiseProduct(delta));
 }
 
 std::array<MarginalisedEquations::FieldEvidence, surface_fields.size()>

@@ -35,22 +35,8 @@ inline constexpr std::array surface_fields = {SurfaceField::rim, SurfaceField::n
 using FieldScales = std::array<double, surface_fields.size()>;
 
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b);
-
-/// The covariance K (n x n) of all patches' offsets, a sum over the fields f of
-/// q_f^2 (L_f L_f' + diag(rest_f)): Cholesky decompositions with pivots, stopped when no rest is
-/// above `tolerance` of its variance [Harbrecht, Peters, Schneider, Applied Numerical Mathematics
-/// 62 (2012) 428]. A smooth field has far fewer degrees of freedom than patches; what is left out
-/// counts as independent of all else.
-struct OffsetCovariance {
-  struct Field {
-    Eigen::MatrixXd factor;  ///< n x rank, m
-    Eigen::VectorXd rest;    ///< n, m^2
-  };
-  std::array<Field, surface_fields.size()> fields;
-
-  OffsetCovariance() = default;
-  OffsetCovariance(const std::vector<SurfacePatch>& patches, double tolerance);
-};
+/// Of all fields together.
+double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const SurfacePatch& b);
 
 /// Weighted least squares of observations e = J x + a delta + noise, with J of D columns and one
 /// offset delta for each of n patches: sums of them.
@@ -62,6 +48,24 @@ struct NormalEquations {
   Eigen::MatrixXd coupling;           ///< n x D: H = sum w a J'
 };
 
+/// The covariance K (n x n) of all patches' offsets, a sum over the fields f of
+/// q_f^2 (L_f L_f' + diag(rest_f)): Cholesky decompositions with pivots [Harbrecht, Peters,
+/// Schneider, Applied Numerical Mathematics 62 (2012) 428]. A smooth field has far fewer degrees of
+/// freedom than patches; what is left out counts as independent of all else.
+struct OffsetCovariance {
+  struct Field {
+    Eigen::MatrixXd factor;  ///< n x rank, m
+    Eigen::VectorXd rest;    ///< n, m^2
+  };
+  std::array<Field, surface_fields.size()> fields;
+
+  OffsetCovariance() = default;
+  /// Each field's pivots end where q_f^2 rest is below `share` of the variance 1 / N with which the
+  /// observations know each patch's offset: what is left out is lost in their noise.
+  OffsetCovariance(const std::vector<SurfacePatch>& patches, const NormalEquations& equations,
+                   const FieldScales& scales, double share);
+};
+
 /// The same with the offsets marginalised, in closed form; L: the q_f L_f side by side. First the
 /// rest, each patch alone, by which N, g and H shrink by 1 + N rest; then
 ///   S = (K^-1 + N)^-1 = L (1 + L' N L)^-1 L',
@@ -71,6 +75,8 @@ class MarginalisedEquations {
   /// @param equations must outlive it
   MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
                         const FieldScales& scales);
+  /// Other scales on the L_f. The rest, small as it is, stays as it was.
+  void rescale(const FieldScales& scales);
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
@@ -92,11 +98,18 @@ class MarginalisedEquations {
  private:
   Eigen::VectorXd coordinates(const Eigen::VectorXd& x) const;
 
-  const NormalEquations& equations_;
+  const NormalEquations* equations_;
   std::array<Eigen::Index, surface_fields.size()> ranks_{};
-  Eigen::MatrixXd l_;  // L
-  Eigen::VectorXd rest_;
-  Eigen::VectorXd own_;                 // rest / (1 + N rest): what a patch takes alone
+  Eigen::VectorXd own_;  // rest / (1 + N rest): what a patch takes alone
+  // At scales of 1, N, H, g shrunk by the rest:
+  Eigen::MatrixXd l_;        // L, n x rank
+  Eigen::MatrixXd between_;  // L' N L, the lower half
+  Eigen::MatrixXd h_;        // L' H
+  Eigen::VectorXd g_;        // L' g
+  Eigen::MatrixXd rigid_;    // information and gradient, a patch's own share taken off
+  Eigen::VectorXd rigid_gradient_;
+  // At the scales given:
+  Eigen::VectorXd scale_;               // of each column of L
   Eigen::LLT<Eigen::MatrixXd> factor_;  // of 1 + L' N L
   Eigen::MatrixXd coupling_;            // L' H, rank x D
   Eigen::VectorXd patch_gradient_;      // L' g

@@ -11,6 +11,21 @@
 namespace berth::estimator {
 namespace {
 
+// Choices of cost: half or twice as much of each changes estimates by far less than their sigma.
+/// Of the noise of a patch's returns, what the alikeness of the surface may leave out.
+constexpr double share_of_noise = 0.2;
+/// From one width of the likelihood to the next, about.
+constexpr double annealing_ratio = 4;
+/// Steps at each width, and at the last.
+constexpr int first_iterations = 2;
+constexpr int last_iterations = 3;
+/// How often it is looked at what beams may meet, without widening.
+constexpr int max_looks = 2;
+/// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
+/// pose has moved by less: chi squared of six degrees of freedom.
+constexpr double settled_gain = 0.1;
+constexpr double settled_move = 1;
+
 /// The optimisation of one scan.
 class Fit {
  public:
@@ -25,9 +40,9 @@ class Fit {
   void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
            int iterations) {
     scan_.prepare(state_, stage, surfaces);
-    covariance_ = OffsetCovariance(scan_.patches(), 0.02);
     at_ = scan_.linearise(state_,
                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
+    covariance_ = OffsetCovariance(scan_.patches(), at_.sums, scan_.scales, share_of_noise);
     double cost = cost_of(at_, state_, 0);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
@@ -57,7 +72,7 @@ class Fit {
           damping = std::max(1e-2, 10 * damping);
         }
       }
-      if (!better || gain < 0.02) break;
+      if (!better || gain < settled_gain) break;
     }
     scan_.shares = at_.shares;
   }
@@ -66,8 +81,8 @@ class Fit {
   void learn_scales(double prior_sigma) {
     if (scan_.patches().empty()) return;
     const double weight = 1 / (prior_sigma * prior_sigma);
+    MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
     for (int i = 0; i < 20; ++i) {
-      const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
       const Eigen::MatrixXd p = (equations.information() + prior_).inverse();
       const Eigen::VectorXd step = p * (equations.gradient() - prior_ * from_prior(state_));
       determined_ = 0;
@@ -84,6 +99,7 @@ class Fit {
         determined_ += determined;
       }
       if (largest < 0.05) break;
+      equations.rescale(scan_.scales);
     }
   }
 
@@ -157,6 +173,8 @@ class Fit {
   int evaluations_ = 0;
 };
 
+int ratio_above(int count, int max) { return (count + max - 1) / max; }
+
 }  // namespace
 
 LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel& beam_model,
@@ -206,7 +224,10 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
         12 / std::max(1e-12, std::pow(joint.high - joint.low, 2));
   }
   ScanFit::Options fit_options;
+  fit_options.centre = model_.centre;
   fit_options.extent = 2 * model_.radius;
+  const auto returns = static_cast<int>(scan.points.size());
+  fit_options.thinning = ratio_above(returns, options_.max_returns);
   ScanFit scan_fit(scene_, beam_model_, scan, layout, fit_options);
   Fit fit(scan_fit, layout, start, prior);
 
@@ -215,20 +236,23 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   const double narrow = 0.25 * beam_model_.footprint(range);
   const double wide = std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
                                  0.1 * model_.radius);
-  const int stages = 2 + static_cast<int>(std::ceil(std::log2(wide / narrow)));
+  const int stages =
+      2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
   for (int s = 0; s < stages; ++s) {
     const bool last = s == stages - 1;
     const double width =
         last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
-    const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3};
+    const int thinning =
+        s >= stages - 2 ? 1
+                        : ratio_above(returns / fit_options.thinning, options_.max_coarse_returns);
+    const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3, thinning};
     // What beams may meet is decided where a stage begins: again, where that has moved away.
-    constexpr int max_repeats = 4;
-    for (int i = 0; i < (last ? max_repeats : 1); ++i) {
+    for (int i = 0; i < (last ? max_looks : 1); ++i) {
       const Pose before = fit.state().motion.pose;
-      fit.run(stage, surface_of_face_, last ? 6 : 3);
-      const double moved = distance(before, fit.state().motion.pose) +
-                           model_.radius * angle_between(before, fit.state().motion.pose);
-      if (moved < narrow) break;
+      fit.run(stage, surface_of_face_, last ? last_iterations : first_iterations);
+      const Vector6d moved = difference(before, fit.state().motion.pose);
+      const Matrix6d covariance = fit.covariance().topLeftCorner<6, 6>();
+      if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;
     }
     if (!stage.patches) continue;
     fit.learn_scales(scale_prior_);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <unordered_map>
 
 namespace berth::estimator {
@@ -49,6 +50,74 @@ bool stands_still(const ScanState& state) {
   return state.motion.velocity.linear.isZero(0) && state.motion.velocity.angular.isZero(0);
 }
 
+bool same(const ScanState& a, const ScanState& b) {
+  const auto same_pose = [](const Pose& x, const Pose& y) {
+    return x.position == y.position && x.rotation.coeffs() == y.rotation.coeffs();
+  };
+  return same_pose(a.motion.pose, b.motion.pose) &&
+         a.motion.velocity.linear == b.motion.velocity.linear &&
+         a.motion.velocity.angular == b.motion.velocity.angular && a.angles == b.angles;
+}
+
+/// Places in a plane, found again by where they are.
+class PlaneGrid {
+ public:
+  PlaneGrid(const std::vector<std::array<double, 2>>& places, double cell) : cell_(cell) {
+    if (places.empty()) return;
+    std::array<double, 2> high = places.front();
+    low_ = places.front();
+    for (const auto& place : places) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        low_[i] = std::min(low_[i], place[i]);
+        high[i] = std::max(high[i], place[i]);
+      }
+    }
+    constexpr double max_cells = 2000;  // a side, whatever the places
+    cell_ = std::max({cell_, (high[0] - low_[0]) / max_cells, (high[1] - low_[1]) / max_cells});
+    columns_ = column(high[0], 0) + 1;
+    rows_ = column(high[1], 1) + 1;
+    starts_.assign(static_cast<std::size_t>(columns_ * rows_ + 1), 0);
+    const auto cell_at = [this](const std::array<double, 2>& place) {
+      return static_cast<std::size_t>(column(place[1], 1) * columns_ + column(place[0], 0));
+    };
+    for (const auto& place : places) ++starts_[cell_at(place) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    std::vector<int> next = starts_;
+    members_.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      members_[static_cast<std::size_t>(next[cell_at(places[i])]++)] = static_cast<int>(i);
+    }
+  }
+
+  /// Places of the cell and of those about it, among them all nearer than a cell.
+  std::array<std::span<const int>, 3> near(double x, double y) const {
+    std::array<std::span<const int>, 3> rows;
+    const int first = std::max(0, column(x, 0) - 1);
+    const int last = std::min(columns_ - 1, column(x, 0) + 1);
+    if (first > last) return rows;
+    for (int i = -1; i <= 1; ++i) {
+      const int row = column(y, 1) + i;
+      if (row < 0 || row >= rows_) continue;
+      const int begin = starts_[static_cast<std::size_t>(row * columns_ + first)];
+      const int end = starts_[static_cast<std::size_t>(row * columns_ + last + 1)];
+      rows[static_cast<std::size_t>(i + 1)] = {members_.data() + begin, members_.data() + end};
+    }
+    return rows;
+  }
+
+ private:
+  int column(double at, std::size_t axis) const {
+    return static_cast<int>(std::floor(std::clamp((at - low_[axis]) / cell_, -10.0, 1e8)));
+  }
+
+  double cell_;
+  std::array<double, 2> low_{};
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<int> starts_;
+  std::vector<int> members_;
+};
+
 /// Two directions across another.
 std::pair<Vector3d, Vector3d> across(const Vector3d& axis) {
   const Vector3d x = axis.unitOrthogonal();
@@ -78,29 +147,56 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
   for (const Beam& beam : scan.beams) sum += beam.direction;
   middle_ = sum.normalized();
   const auto [right, down] = across(middle_);
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  const auto grid = [](double v) { return static_cast<std::uint32_t>((v + 2) * 1e9); };
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(scan.beams.size());
   for (std::uint32_t i = 0; i < scan.beams.size(); ++i) {
     const Vector3d& d = scan.beams[i].direction;
     cone_cosine_ = std::min(cone_cosine_, d.dot(middle_));
-    const auto grid = [](double v) { return static_cast<std::uint32_t>((v + 2) * 1e9); };
-    order.emplace_back(interleaved(grid(d.dot(right)), grid(d.dot(down))), i);
+    order[i] = {interleaved(grid(d.dot(right)), grid(d.dot(down))), i};
   }
   std::sort(order.begin(), order.end(), [&scan](const auto& a, const auto& b) {
     if (a.first != b.first) return a.first < b.first;
     return scan.beams[a.second].range < scan.beams[b.second].range;
   });
+  const auto thinning = static_cast<std::size_t>(options.thinning);
   std::vector<double> steps;
-  for (const auto& [key, i] : order) {
-    const Beam& beam = scan.beams[i];
-    if (!beams_.empty()) steps.push_back((beam.direction - beams_.back().direction).norm());
+  beams_.reserve(1 + order.size() / thinning);
+  for (std::size_t i = 0; i < order.size(); i += thinning) {
+    const Beam& beam = scan.beams[order[i].second];
+    if (i > 0) {
+      steps.push_back((beam.direction - scan.beams[order[i - 1].second].direction).norm());
+    }
     beams_.push_back({beam.direction, beam.range,
                       1e-6 * static_cast<double>(beam.utime - scan.utime_mean),
-                      beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m});
+                      beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m, 0});
+    half_duration_ = std::max(half_duration_, std::abs(beams_.back().tau));
   }
   if (steps.empty()) return;
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
                    steps.end());
-  spacing_ = steps[steps.size() / 2];
+  spacing_ = std::sqrt(options.thinning) * steps[steps.size() / 2];
+}
+
+double ScanFit::moved_between(const ScanState& a, const ScanState& b) const {
+  const double radius = 0.5 * options_.extent + options_.centre.norm();
+  double moved =
+      distance(a.motion.pose, b.motion.pose) + radius * angle_between(a.motion.pose, b.motion.pose);
+  const Velocity& va = a.motion.velocity;
+  const Velocity& vb = b.motion.velocity;
+  moved +=
+      half_duration_ * ((va.linear - vb.linear).norm() + radius * (va.angular - vb.angular).norm());
+  for (std::size_t j = 0; j < a.angles.size(); ++j) {
+    moved += 2 * radius * std::abs(a.angles[j] - b.angles[j]);
+  }
+  return moved;
+}
+
+double ScanFit::turned_between(const ScanState& a, const ScanState& b) const {
+  const Vector3d from_a = a.motion.pose.inverse().position;
+  const Vector3d from_b = b.motion.pose.inverse().position;
+  double turned = std::atan2(from_a.cross(from_b).norm(), from_a.dot(from_b));
+  for (std::size_t j = 0; j < a.angles.size(); ++j) turned += std::abs(a.angles[j] - b.angles[j]);
+  return turned;
 }
 
 Pose ScanFit::pose_of(const FitBeam& beam, const ScanState& state) const {
@@ -115,30 +211,28 @@ Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
 void ScanFit::prepare(const ScanState& state, const Stage& stage,
                       const std::vector<Surface>& surface_of_face) {
   stage_ = stage;
-  angles_ = state.angles;
   surface_of_face_ = surface_of_face;
   patches_.clear();
   active_.clear();
   pieces_ = 0;
 
-  std::vector<Ray> rays(beams_.size());
-  std::vector<SurfaceHit> hits(beams_.size());
-  const Pose at_rest = state.motion.pose.inverse();
-  const bool still = stands_still(state);
-  for (std::size_t i = 0; i < beams_.size(); ++i) {
-    rays[i] = ray_of(beams_[i], still ? at_rest : pose_of(beams_[i], state).inverse());
-  }
-  scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
-
-  // Occluding edges, and beams near them.
+  // Occluding edges.
   const Pose model_sensor = state.motion.pose.inverse();
   const double range = std::max(1e-3, state.motion.pose.position.norm());
-  const double step = std::max(0.5 * spacing_, 1e-5);
-  rims_ = scene_.rims(state.angles, model_sensor.position, model_sensor.rotation * middle_,
-                      std::cos(std::acos(cone_cosine_) + 4 * spacing_), step, options_.depth);
+  const double spacing = std::sqrt(stage.thinning) * spacing_;
+  const double step = std::max(0.5 * spacing, 1e-5);
   rim_width_ = std::sqrt(std::pow(0.25 * beam_model_.footprint(range), 2) +
                          beam_model_.angle_variance() * range * range +
                          stage.annealing.rim * stage.annealing.rim);
+  // A round body's outline, seen from an angle farther, is inside the new one by radius angle^2
+  // / 2.
+  if (rims_thinning_ != stage.thinning ||
+      0.25 * options_.extent * std::pow(turned_between(rims_at_, state), 2) > 0.1 * rim_width_) {
+    rims_ = scene_.rims(state.angles, model_sensor.position, model_sensor.rotation * middle_,
+                        std::cos(std::acos(cone_cosine_) + 4 * spacing), step, options_.depth);
+    rims_at_ = state;
+    rims_thinning_ = stage.thinning;
+  }
   double rim_sigma = 0;
   if (stage.patches) {
     for (const RimSample& rim : rims_) {
@@ -146,34 +240,39 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     }
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
+
+  // Beams that may meet them or the target.
+  const bool still = stands_still(state);
+  if (candidates_thinning_ != stage.thinning ||
+      !(moved_between(candidates_at_, state) + rim_reach_ <= candidates_reach_)) {
+    const double turning = scene_.joints().empty() ? 0 : 0.5 * options_.extent;
+    const double reach = 0.5 * options_.extent + turning + rim_reach_;
+    candidates_.clear();
+    const auto thinning = static_cast<std::uint32_t>(stage.thinning);
+    for (std::uint32_t i = 0; i < beams_.size(); i += thinning) {
+      const Vector3d middle =
+          (still ? state.motion.pose : pose_of(beams_[i], state)) * options_.centre;
+      if (middle.cross(beams_[i].direction).norm() < reach) candidates_.push_back(i);
+    }
+    candidates_reach_ = -1;
+  }
+  std::vector<Ray> rays(candidates_.size());
+  std::vector<SurfaceHit> hits(candidates_.size());
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const FitBeam& beam = beams_[candidates_[i]];
+    rays[i] = ray_of(beam, still ? model_sensor : pose_of(beam, state).inverse());
+  }
+  scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
+
   const double reach = rim_reach_ / range;           // rad, across an edge
   const double cell = std::max(reach, 0.75 * step);  // and along it
   const auto [right, down] = across(middle_);
-  const auto bucket = [cell](double x, double y) {
-    const auto ix = static_cast<std::int64_t>(std::floor(x / cell));
-    const auto iy = static_cast<std::int64_t>(std::floor(y / cell));
-    return static_cast<std::uint64_t>((ix + (1LL << 30)) << 32) ^
-           static_cast<std::uint64_t>(iy + (1LL << 30));
-  };
-  struct Placed {
-    std::uint64_t bucket;
-    int rim;
-  };
-  std::vector<Placed> placed;
-  placed.reserve(rims_.size());
+  std::vector<std::array<double, 2>> seen(rims_.size());
   for (std::size_t r = 0; r < rims_.size(); ++r) {
     const Vector3d d = (state.motion.pose * rims_[r].point).normalized();
-    placed.push_back({bucket(d.dot(right), d.dot(down)), static_cast<int>(r)});
+    seen[r] = {d.dot(right), d.dot(down)};
   }
-  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
-    return a.bucket != b.bucket ? a.bucket < b.bucket : a.rim < b.rim;
-  });
-  std::unordered_map<std::uint64_t, std::pair<int, int>> buckets;
-  for (int i = 0; i < static_cast<int>(placed.size()); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    auto [entry, fresh] = buckets.try_emplace(placed[at].bucket, i, i + 1);
-    if (!fresh) entry->second.second = i + 1;
-  }
+  const PlaneGrid grid(seen, cell);
 
   std::unordered_map<std::uint64_t, int> patch_index;
   std::vector<int> members;
@@ -181,7 +280,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
                             bool rim) {
     if (!stage.patches) return -1;
     const Surface& surface = surface_of_face_[face];
-    const double size = std::clamp(3 * spacing_ * range, surface.correlation_length / 10,
+    const double size = std::clamp(3 * spacing * range, surface.correlation_length / 10,
                                    surface.correlation_length / options_.cells);
     const std::uint64_t key = cell_of(place, size) * 4099 +
                               (2 * side_of(direction) + (rim ? 1 : 0)) * 0x9e3779b97f4a7c15ULL;
@@ -203,21 +302,15 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   std::unordered_map<std::uint64_t, int> piece_index;
   rim_patches_.assign(rims_.size(), {});
 
-  for (std::uint32_t i = 0; i < beams_.size(); ++i) {
-    Active active{i, -1, -1, -1, -1, 0, 0};
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    Active active{candidates_[i], -1, -1, -1, -1, hits[i]};
     const Ray& ray = rays[i];
-    const double x = beams_[i].direction.dot(right);
-    const double y = beams_[i].direction.dot(down);
+    const Vector3d& direction = beams_[candidates_[i]].direction;
+    const double x = direction.dot(right);
+    const double y = direction.dot(down);
     double nearest = std::numeric_limits<double>::infinity();
     double nearest_across = nearest;
-    std::array<std::pair<int, int>, 9> found;
-    std::size_t count = 0;
-    for (int u = -1; u <= 1; ++u) {
-      for (int v = -1; v <= 1; ++v) {
-        const auto entry = buckets.find(bucket(x + u * cell, y + v * cell));
-        if (entry != buckets.end()) found[count++] = entry->second;
-      }
-    }
+    const auto near_by = grid.near(x, y);
     const auto offset = [&](int r, double& away, double& distance) {
       const RimSample& rim = rims_[static_cast<std::size_t>(r)];
       const Vector3d to = rim.point - ray.origin;
@@ -229,11 +322,10 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
       const double along_m = 0.75 * step * distance;
       return std::abs(away) < reach_m && along2 < along_m * along_m + 1e-8;
     };
-    for (std::size_t k = 0; k < count; ++k) {
-      for (int j = found[k].first; j < found[k].second; ++j) {
+    for (const std::span<const int> row : near_by) {
+      for (const int r : row) {
         double away = 0;
         double distance = 0;
-        const int r = placed[static_cast<std::size_t>(j)].rim;
         if (!offset(r, away, distance)) continue;
         if (std::abs(away) < nearest) {
           nearest = std::abs(away);
@@ -243,11 +335,10 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     }
     if (active.near >= 0) {
       const RimSample& near = rims_[static_cast<std::size_t>(active.near)];
-      for (std::size_t k = 0; k < count; ++k) {
-        for (int j = found[k].first; j < found[k].second; ++j) {
+      for (const std::span<const int> row : near_by) {
+        for (const int r : row) {
           double away = 0;
           double distance = 0;
-          const int r = placed[static_cast<std::size_t>(j)].rim;
           const RimSample& rim = rims_[static_cast<std::size_t>(r)];
           if (rim.outward.dot(near.outward) > -0.5 || !offset(r, away, distance)) continue;
           if (std::abs(distance - (near.point - ray.origin).dot(ray.direction)) > options_.depth) {
@@ -284,6 +375,13 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     }
     active_.push_back(active);
   }
+  if (candidates_reach_ < 0) {
+    candidates_.clear();
+    for (const Active& active : active_) candidates_.push_back(active.beam);
+    candidates_at_ = state;
+    candidates_reach_ = rim_reach_;
+    candidates_thinning_ = stage.thinning;
+  }
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     const double n = members[p];
     patches_[p].place /= n;
@@ -292,27 +390,32 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     patches_[p].correlation_length /= n;
     patches_[p].slant /= n;
   }
-  if (stage.annealing.range == 0) look_at_footprints(state, hits);
+  prepared_at_ = state;
+  if (stage.annealing.range == 0) look_at_footprints(state);
 }
 
 /// Rays about each beam's own: what a wide beam that meets several faces reads.
-void ScanFit::look_at_footprints(const ScanState& state, const std::vector<SurfaceHit>& hits) {
+void ScanFit::look_at_footprints(const ScanState& state) {
+  const double radius = 0.5 * beam_model_.footprint(state.motion.pose.position.norm());
+  if (!(radius > 0)) return;
+  if (footprints_ && moved_between(footprints_at_, state) < radius) return;
+  footprints_ = true;
+  footprints_at_ = state;
   constexpr int about = 6;
   std::vector<Ray> rays;
-  std::vector<Active*> whose;
-  for (Active& active : active_) {
-    if (!hits[active.beam].met()) continue;
-    const FitBeam& beam = beams_[active.beam];
-    const double radius = 0.5 * beam_model_.footprint(hits[active.beam].range);
-    if (!(radius > 0)) return;
+  std::vector<const Active*> whose;
+  for (const Active& active : active_) {
+    FitBeam& beam = beams_[active.beam];
+    beam.mixed = 0;
+    if (!active.hit.met()) continue;
+    const double aside = 0.35 * beam_model_.footprint(active.hit.range) / active.hit.range;
     const Pose model_sensor = pose_of(beam, state).inverse();
     const auto [x, y] = across(beam.direction);
     for (int k = 0; k < about; ++k) {
       const double angle = radians(360.0 * k / about);
-      const Vector3d aside =
-          (0.7 * radius / hits[active.beam].range) * (std::cos(angle) * x + std::sin(angle) * y);
+      const Vector3d to = aside * (std::cos(angle) * x + std::sin(angle) * y);
       rays.push_back(
-          {model_sensor.position, model_sensor.rotation * (beam.direction + aside).normalized()});
+          {model_sensor.position, model_sensor.rotation * (beam.direction + to).normalized()});
     }
     whose.push_back(&active);
   }
@@ -322,14 +425,12 @@ void ScanFit::look_at_footprints(const ScanState& state, const std::vector<Surfa
     double sum = 0;
     int count = 1;
     for (int k = 0; k < about; ++k) {
-      const double off =
-          met[about * i + static_cast<std::size_t>(k)].range - hits[whose[i]->beam].range;
+      const double off = met[about * i + static_cast<std::size_t>(k)].range - whose[i]->hit.range;
       if (!(std::abs(off) < 0.5 * beam_model_.pulse_length_m)) continue;
       sum += off;
       ++count;
     }
-    whose[i]->mixed_mean = sum / count;
-    whose[i]->mixed_square = whose[i]->mixed_mean * whose[i]->mixed_mean;
+    beams_[whose[i]->beam].mixed = sum / count;
   }
 }
 
@@ -344,13 +445,15 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const FitBeam& beam = beams_[active_[i].beam];
     rays[i] = ray_of(beam, still ? at_rest : pose_of(beam, state).inverse());
+    hits[i] = active_[i].hit;
   }
-  scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
+  if (!same(state, prepared_at_)) scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
 
   std::vector<Pose> turned_since;
   for (std::size_t j = 0; j < state.angles.size(); ++j) {
     const Joint& joint = scene_.joints()[j];
-    turned_since.push_back(turned(joint, state.angles[j]) * turned(joint, angles_[j]).inverse());
+    turned_since.push_back(turned(joint, state.angles[j]) *
+                           turned(joint, rims_at_.angles[j]).inverse());
   }
 
   struct Observation {
@@ -371,18 +474,12 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     double variance = 0;
   };
   const auto follows = [&](int patch, const SurfacePatch& own) {
-    const auto covariance = [this](const SurfacePatch& a, const SurfacePatch& b) {
-      double sum = 0;
-      for (std::size_t f = 0; f < scales.size(); ++f) {
-        sum += scales[f] * scales[f] * offset_covariance(surface_fields[f], a, b);
-      }
-      return sum;
-    };
-    const double alone = covariance(own, own);
+    const double alone = offset_covariance(scales, own, own);
     if (patch < 0) return Follows{0, alone};
-    const SurfacePatch& with = patches_[static_cast<std::size_t>(patch)];
-    const double both = covariance(own, with);
-    const double effect = both / std::max(1e-300, covariance(with, with));
+    const auto at = static_cast<std::size_t>(patch);
+    const double both = offset_covariance(scales, own, patches_[at]);
+    const double effect =
+        both / std::max(1e-300, offset_covariance(scales, patches_[at], patches_[at]));
     return Follows{effect, std::max(0.0, alone - effect * both)};
   };
 
@@ -511,13 +608,13 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         met.effect = offset.effect;
         surface_variance = bend * bend + offset.variance;
       }
-      const double mixed = middle ? active.mixed_mean : 0;
+      const double mixed = middle && stage_.annealing.range == 0 ? beam.mixed : 0;
       met.expected.residual =
           beam.range - (hit.range + mixed + state.range_bias) - met.effect * offset_of(patch);
       met.expected.variance = std::pow(noise_scale * beam.sigma, 2) +
                               std::pow(stage_.annealing.range, 2) +
                               beam_model_.angle_variance() * hit.range * hit.range * tan2 +
-                              surface_variance + (middle ? active.mixed_square : 0);
+                              surface_variance + mixed * mixed;
       met.expected.drop_out = shares.drop_out_at(met.cosine);
       return met;
     };
@@ -545,7 +642,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     }
 
     // What it says of the state.
-    const Quaterniond to_sensor = pose_of(beam, state).rotation;
+    const Quaterniond to_sensor =
+        still ? state.motion.pose.rotation : pose_of(beam, state).rotation;
     const Velocity& velocity = state.motion.velocity;
     const auto add = [&](const Vector3d& force, const Vector3d& torque, bool rim,
                          std::uint32_t face, double weight, double residual, double effect,

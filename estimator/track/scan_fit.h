@@ -48,11 +48,13 @@ struct Annealing {
 class ScanFit {
  public:
   struct Options {
-    double cells = 3;         ///< patches along a correlation length
-    double part_cell = 0.4;   ///< m, of pieces that are as modelled, or elsewhere
-    double elsewhere = 0.02;  ///< probability of that
-    double extent = 3;        ///< m, of the target: over which stray ranges are spread
-    double depth = 0.03;      ///< m: an edge occludes what is so much farther
+    int thinning = 1;                    ///< every so many-th beam is used, in an order of place
+    double cells = 3;                    ///< patches along a correlation length
+    double part_cell = 0.4;              ///< m, of pieces that are as modelled, or elsewhere
+    double elsewhere = 0.02;             ///< probability of that
+    Vector3d centre = Vector3d::Zero();  ///< m, of the sphere that holds the target, model frame
+    double extent = 3;                   ///< m, its diameter: over which stray ranges are spread
+    double depth = 0.03;                 ///< m: an edge occludes what is so much farther
   };
   /// How far the true surface is from the mesh, as described: standard deviation, and the distance
   /// over which it is alike.
@@ -69,6 +71,7 @@ class ScanFit {
     Annealing annealing;
     bool patches = false;  ///< the surface may be off
     bool pieces = false;   ///< pieces of it may be elsewhere
+    int thinning = 1;  ///< every so many-th beam, in an order in which neighbours are neighbours
   };
   /// Looks at what beams may meet at a state. @param surface_of_face one for each face of the scene
   void prepare(const ScanState& state, const Stage& stage,
@@ -98,9 +101,10 @@ class ScanFit {
  private:
   struct FitBeam {
     Vector3d direction;
-    double range;  // infinite: nothing returned
-    double tau;    // s after the scan's mean time
-    double sigma;  // m
+    double range;      // infinite: nothing returned
+    double tau;        // s after the scan's mean time
+    double sigma;      // m
+    double mixed = 0;  // m, mean of the footprint's ranges about the middle ray's
   };
   /// Patches of a rim, of the face in front of it and of the one behind.
   struct RimPatches {
@@ -115,30 +119,44 @@ class ScanFit {
     int across = -1;  // the nearest on the other side, of a strut
     int patch = -1;   // of the face that the beam met
     int piece = -1;
-    double mixed_mean = 0;  // m, of the footprint's ranges about the middle ray's
-    double mixed_square = 0;
+    SurfaceHit hit;  // of the state that was prepared
   };
 
+  /// m by which any place of the target may have moved between two states, at most.
+  double moved_between(const ScanState& a, const ScanState& b) const;
+  /// rad by which the direction has turned that the target, or a part of it, is seen from.
+  double turned_between(const ScanState& a, const ScanState& b) const;
   Pose pose_of(const FitBeam& beam, const ScanState& state) const;
   Ray ray_of(const FitBeam& beam, const Pose& model_sensor) const;
-  void look_at_footprints(const ScanState& state, const std::vector<SurfaceHit>& hits);
+  void look_at_footprints(const ScanState& state);
 
   const TargetScene& scene_;
   const BeamModel& beam_model_;
   ScanStateLayout layout_;
   Options options_;
   std::vector<FitBeam> beams_;
-  double spacing_ = 0;  // rad, between beams
+  double spacing_ = 0;  // rad, between the beams used
   Vector3d middle_ = Vector3d::UnitZ();
   double cone_cosine_ = 1;
+  double half_duration_ = 0;  // s, about the mean time
+
+  // Beams that may meet the target or an edge of it within that reach (m) of a state.
+  std::vector<std::uint32_t> candidates_;
+  ScanState candidates_at_;
+  double candidates_reach_ = -1;
+  int candidates_thinning_ = 0;
 
   // Of the stage.
   Stage stage_;
+  ScanState prepared_at_;
+  ScanState footprints_at_;
+  bool footprints_ = false;
   double rim_width_ = 0;
   double rim_reach_ = 0;
   std::vector<Surface> surface_of_face_;
-  std::vector<double> angles_;  // as rims_ have them
   std::vector<RimSample> rims_;
+  ScanState rims_at_;
+  int rims_thinning_ = 0;
   std::vector<RimPatches> rim_patches_;
   std::vector<SurfacePatch> patches_;
   std::vector<Active> active_;

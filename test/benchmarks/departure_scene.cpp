@@ -231,6 +231,28 @@ Target with_appendage(Target target) {
   return target;
 }
 
+Target bare(Target target) {
+  target.parts.resize(1);
+  target.parts.front().joint.reset();
+  target.part_of.assign(target.mesh.triangles.size(), 0);
+  target.description_hash.clear();
+  return target;
+}
+
+Target described(Target target, double surface_sigma) {
+  for (TargetPart& part : target.parts) {
+    part.surface_sigma = surface_sigma;
+    part.correlation_length = alike_over;
+  }
+  target.description_hash = "described";
+  return target;
+}
+
+double surface_sigma(const Departures& world) {
+  constexpr double rigid = 0.0005;
+  return std::max({rigid, world.blanket, world.target.rigid_surface.value_or(0)});
+}
+
 SceneMaker::SceneMaker(const std::filesystem::path& config, const std::string& target, bool held) {
   const std::string name = load_target(target, 0).name;
   target_ = with_appendage(load_target(target, held ? held_length(name) : free_length));

@@ -34,6 +34,13 @@ const std::vector<Departures>& departure_worlds();
 /// longest axis where a fifth of the surface is farther out, from there on. What "turned" turns.
 Target with_appendage(Target target);
 
+/// What the estimator is told of a target: its mesh alone.
+Target bare(Target target);
+/// ... or the parts that turn, and how far the surface is from the mesh (m, 1 sigma).
+Target described(Target target, double surface_sigma);
+/// m, 1 sigma: how far the surface of a world is from the mesh, as a description of it would say.
+double surface_sigma(const Departures& world);
+
 /// One true world: the target in one pose, at rest, seen by a scanner with its own noise.
 class DepartedScene {
  public:
@@ -55,7 +62,7 @@ class SceneMaker {
   /// @param config directory of the configuration
   SceneMaker(const std::filesystem::path& config, const std::string& target, bool held);
 
-  /// As the estimator believes it to be.
+  /// As it is where nothing departs, with a part that can turn.
   const Target& target() const { return target_; }
   const BeamModel& noise() const { return noise_; }
   estimator::RangeGate gate() const;

@@ -24,14 +24,19 @@ constexpr double start_rad = radians(2);
 constexpr int reference_points = 20000;
 constexpr std::array<int, 3> filtered_scans = {5, 50, 200};
 
-/// A target as the estimator believes it to be, free or held by the arm.
+/// A target as the estimator believes it to be.
 struct Sighting {
   std::string target;
-  std::string view;  ///< "free", "held"
+  std::string view;  ///< a bare mesh "free" in space or "held" by the arm; free and "described"
   std::shared_ptr<const estimator::TargetModel> model;
-  std::shared_ptr<const PoseJudge> judge;
+  std::shared_ptr<const estimator::TargetModel> soft_model;  ///< where the surface departs
+  std::shared_ptr<const PoseJudge> judge;                    ///< none: tracking alone
   std::vector<SurfacePoint> points;  ///< for the registration that we compare with
   std::shared_ptr<const SceneMaker> scenes;
+
+  const std::shared_ptr<const estimator::TargetModel>& model_in(const Departures& world) const {
+    return world.blanket > 0 || world.target.surface > 0 ? soft_model : model;
+  }
 };
 
 struct Cell {
@@ -41,8 +46,8 @@ struct Cell {
   bool filtered = false;  ///< the whole estimator over many scans, instead of single ones
 
   std::string name() const {
-    return world->name + " " + sighting->target + " " + sighting->view + " " +
-           std::to_string(returns) + (filtered ? " filtered" : "");
+    return world->name + " " + sighting->target + " " + sighting->view +
+           (filtered ? " filtered " : " ") + std::to_string(returns);
   }
 };
 
@@ -51,6 +56,7 @@ struct Errors {
   std::vector<double> mm;
   std::vector<double> deg;
   std::vector<double> nees;
+  std::vector<double> ms;  ///< of processor time
   int refused = 0;
 
   void add(const Vector6d& error) {
@@ -61,6 +67,7 @@ struct Errors {
     mm.insert(mm.end(), other.mm.begin(), other.mm.end());
     deg.insert(deg.end(), other.deg.begin(), other.deg.end());
     nees.insert(nees.end(), other.nees.begin(), other.nees.end());
+    ms.insert(ms.end(), other.ms.begin(), other.ms.end());
     refused += other.refused;
   }
   int count() const { return static_cast<int>(mm.size()) + refused; }
@@ -112,10 +119,13 @@ std::vector<RawBeam> within(std::vector<RawBeam> beams, const estimator::RangeGa
 
 void single_scans(const Settings& settings, const Cell& cell, CellResult& result) {
   const Sighting& sighting = *cell.sighting;
-  const auto acquisition = acquisition_named(settings, settings.acquisition_methods.front(),
-                                             sighting.model, sighting.scenes->noise());
-  const auto tracking = tracking_named(settings, settings.tracking_methods.front(), sighting.model,
-                                       sighting.scenes->noise());
+  AcquisitionSubject acquisition;
+  if (sighting.judge != nullptr && settings.acquisition_methods.front() != no_method) {
+    acquisition = acquisition_named(settings, settings.acquisition_methods.front(), sighting.model,
+                                    sighting.scenes->noise());
+  }
+  const auto tracking = tracking_named(settings, settings.tracking_methods.front(),
+                                       sighting.model_in(*cell.world), sighting.scenes->noise());
   std::vector<TrackingTrial> clouds;
   for (int i = 0; i < trials_of(settings, cell); ++i) {
     Random random(settings.seed, "departures " + cell.name() + " " + std::to_string(i));
@@ -129,8 +139,12 @@ void single_scans(const Settings& settings, const Cell& cell, CellResult& result
     trial.predicted.covariance.diagonal().tail<3>().setConstant(std::pow(start_rad, 2) / 3);
     const estimator::CleanScan clean =
         estimator::preprocess(trial.scan.beams, sighting.scenes->gate(), sighting.scenes->noise());
-    take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
+    if (acquisition) {
+      take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
+    }
+    const double before = cpu_ms();
     const estimator::TrackingResult tracked = (*tracking)->track(clean, trial.predicted);
+    result.tracking.ms.push_back(cpu_ms() - before);
     if (tracked.ok) {
       const Vector6d error = difference(trial.truth, tracked.pose);
       result.tracking.add(error);
@@ -235,6 +249,7 @@ std::vector<std::string> single_columns(std::vector<std::string> first) {
   append(first, error_columns);
   append(first, with_prefix("ICP ", error_columns));
   append(first, nees_columns);
+  first.emplace_back("median ms");
   return first;
 }
 
@@ -244,6 +259,7 @@ std::vector<std::string> single_row(std::vector<std::string> first, const CellRe
   append(first, cells_of(result.tracking));
   append(first, cells_of(result.reference));
   append(first, nees_of(result.tracking));
+  first.push_back(number(median(result.tracking.ms), 1));
   return first;
 }
 
@@ -361,24 +377,39 @@ std::vector<std::string> targets_of(const Settings& settings) {
   return found;
 }
 
+Sighting sighting_of(const Settings& settings, const std::string& target, const char* view) {
+  Sighting sighting;
+  sighting.view = view;
+  const bool held = sighting.view == "held";
+  const bool told = sighting.view == "described";
+  sighting.scenes = std::make_shared<SceneMaker>(settings.config, target, held);
+  const Target& there = sighting.scenes->target();
+  sighting.target = there.name;
+  const auto compiled = [&](const Target& believed) {
+    return estimator::load_target_model(believed, settings.options.model,
+                                        estimator::default_cache_directory());
+  };
+  const auto& worlds = departure_worlds();
+  const auto softest = std::max_element(
+      worlds.begin(), worlds.end(),
+      [](const Departures& a, const Departures& b) { return surface_sigma(a) < surface_sigma(b); });
+  sighting.model = compiled(told ? described(there, surface_sigma(worlds.front())) : bare(there));
+  sighting.soft_model = told ? compiled(described(there, surface_sigma(*softest))) : sighting.model;
+  if (!told) sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
+  sighting.points = points_on(there.mesh, reference_points, Random(settings.seed, "registration"));
+  return sighting;
+}
+
 std::vector<Sighting> sightings_of(const Settings& settings) {
-  const std::vector<std::string> targets = targets_of(settings);
-  return results_of(
-      "targets", static_cast<int>(2 * targets.size()), settings.untimed_jobs, [&](int i) {
-        const bool held = i % 2 == 1;
-        Sighting sighting;
-        sighting.view = held ? "held" : "free";
-        sighting.scenes = std::make_shared<SceneMaker>(
-            settings.config, targets[static_cast<std::size_t>(i / 2)], held);
-        const Target& target = sighting.scenes->target();
-        sighting.target = target.name;
-        sighting.model = estimator::load_target_model(target, settings.options.model,
-                                                      estimator::default_cache_directory());
-        sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
-        sighting.points =
-            points_on(target.mesh, reference_points, Random(settings.seed, "registration"));
-        return sighting;
-      });
+  constexpr std::array views = {"free", "held", "described"};
+  std::vector<std::pair<std::string, const char*>> wanted;
+  for (const std::string& target : targets_of(settings)) {
+    for (const char* view : views) wanted.emplace_back(target, view);
+  }
+  return results_of("targets", static_cast<int>(wanted.size()), settings.untimed_jobs, [&](int i) {
+    const auto& [target, view] = wanted[static_cast<std::size_t>(i)];
+    return sighting_of(settings, target, view);
+  });
 }
 
 std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting>& sightings) {
@@ -388,7 +419,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
         cells.push_back({&sighting, &world, returns});
       }
-      cells.push_back({&sighting, &world, 1000, true});
+      if (sighting.judge != nullptr) cells.push_back({&sighting, &world, 1000, true});
     }
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });

@@ -74,7 +74,9 @@ int run(int argc, char* argv[]) {
                  "of departures: names, meshes, or files of the directory of meshes")
       ->delimiter(',');
   app.add_option("--config", config, "the methods' settings");
-  app.add_option("--acquisition", settings.acquisition_methods, "methods, by name")->delimiter(',');
+  app.add_option("--acquisition", settings.acquisition_methods,
+                 "methods, by name; of departures also 'none': tracking alone")
+      ->delimiter(',');
   app.add_option("--tracking", settings.tracking_methods, "methods, by name")->delimiter(',');
   bool check = false;
   app.add_flag("--check", check,
@@ -99,7 +101,9 @@ int run(int argc, char* argv[]) {
   if (settings.tracking_methods.empty()) {
     settings.tracking_methods = {settings.options.tracking_method};
   }
-  require_known(settings.acquisition_methods, estimator::acquisition_names());
+  std::vector<std::string> acquisition_names = estimator::acquisition_names();
+  if (wanted == std::vector<std::string>{"departures"}) acquisition_names.push_back(no_method);
+  require_known(settings.acquisition_methods, acquisition_names);
   require_known(settings.tracking_methods, estimator::tracking_names());
   std::filesystem::create_directories(settings.out);
   for (const std::string& name : wanted) {

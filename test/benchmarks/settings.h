@@ -16,6 +16,9 @@ namespace berth::benchmark {
 
 using namespace trials;
 
+/// In the place of a method's name: of departures, tracking alone.
+inline constexpr const char* no_method = "none";
+
 /// What the command line says.
 struct Settings {
   int trials = 1000;
