@@ -27,6 +27,14 @@ constexpr Utime message_period = 2500;      // 400 a second, as packet_size has 
 constexpr Utime since_2000 = 946684800LL * second;
 constexpr Utime reading_budget = 60 * second;
 
+/// us by which the stamp of a file's change may be early: file systems use the kernel's coarse
+/// clock.
+Utime stamp_resolution() {
+  std::timespec tick{};
+  if (clock_getres(CLOCK_REALTIME_COARSE, &tick) != 0) return 0;
+  return tick.tv_sec * second + (tick.tv_nsec + 999) / 1000;
+}
+
 Utime system_now() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::system_clock::now().time_since_epoch())
@@ -175,7 +183,7 @@ void FolderAdapter::use(File& file) {
   if (!ready() || !pending_ || pending_->scan) {
     return events_.trouble(path + ": came while no scan was waited for; not used");
   }
-  if (time.first < pending_->ordered - clock_tolerance) {
+  if (time.first < pending_->ordered - clock_tolerance - stamp_resolution()) {
     return events_.trouble(path + ": by " + time.source + " its scan began " +
                            fixed(seconds(pending_->ordered - time.first), 3) +
                            " s before it was ordered; not used");
