@@ -132,6 +132,15 @@ Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) con
   return factor_.solve(patch_gradient_ - coupling_ * x);
 }
 
+Eigen::MatrixXd MarginalisedEquations::offsets_share() const {
+  const Eigen::MatrixXd& h = equations_->coupling;
+  const auto n = equations_->patch_information.asDiagonal();
+  const Eigen::MatrixXd common = l_ * (scale_.asDiagonal() * factor_.solve(coupling_));
+  const Eigen::MatrixXd sh = common + own_.asDiagonal() * (h - n * common);
+  const Eigen::MatrixXd share = h.transpose() * sh - sh.transpose() * (n * sh);
+  return 0.5 * (share + share.transpose());
+}
+
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd common = l_ * scale_.cwiseProduct(coordinates(x));
   const Eigen::VectorXd left = equations_->patch_gradient - equations_->coupling * x -

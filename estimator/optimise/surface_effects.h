@@ -80,6 +80,9 @@ class MarginalisedEquations {
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
+  /// D x D: of the covariance of gradient() at the true x, which is information(), the part that
+  /// the offsets make and not the noise: H' (S - S N S) H.
+  Eigen::MatrixXd offsets_share() const;
   /// Of each patch, the offset's most probable value for a given x (D).
   Eigen::VectorXd offsets(const Eigen::VectorXd& x) const;
   /// delta' K^-1 delta of those.
