@@ -21,8 +21,7 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    const double left = result.rest.cwiseProduct(information).maxCoeff(&pivot);
-    if (!(left > share)) break;
+    if (!(result.rest.cwiseProduct(information).maxCoeff(&pivot) > 0)) break;
     auto column = factor.col(rank);
     const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -30,6 +29,7 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
     }
     column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
     column /= std::sqrt(result.rest[pivot]);
+    if (!(column.cwiseAbs2().dot(information) > share)) break;
     result.rest = (result.rest - column.cwiseAbs2()).cwiseMax(0);
     result.rest[pivot] = 0;
   }

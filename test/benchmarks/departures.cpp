@@ -420,7 +420,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
         cells.push_back({&sighting, &world, returns});
       }
-      if (sighting.judge != nullptr) cells.push_back({&sighting, &world, 1000, true});
+      cells.push_back({&sighting, &world, 1000, true});
     }
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
