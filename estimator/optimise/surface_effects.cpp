@@ -46,15 +46,14 @@ double offset_covariance(SurfaceField field, const SurfacePatch& a, const Surfac
 }
 
 double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const SurfacePatch& b) {
-  if (a.rim != b.rim) return 0;
   const auto squared = [&scales](SurfaceField field) {
     const double q = scales[static_cast<std::size_t>(field)];
     return q * q;
   };
-  const double aligned = a.direction.dot(b.direction) * a.slant * b.slant;
-  const double fields =
-      a.rim ? squared(SurfaceField::rim) * aligned
-            : squared(SurfaceField::normal) * aligned + squared(SurfaceField::sight);
+  const double aligned =
+      (a.rim == b.rim ? 1 : -1) * a.slant * b.slant * a.direction.dot(b.direction);
+  const double fields = squared(SurfaceField::displacement) * aligned +
+                        (a.rim || b.rim ? 0 : squared(SurfaceField::sight));
   if (fields == 0) return 0;
   const double la = a.correlation_length;
   const double lb = b.correlation_length;

@@ -9,8 +9,7 @@
 namespace berth::estimator {
 namespace {
 
-constexpr auto rim_field = static_cast<std::size_t>(SurfaceField::rim);
-constexpr auto normal_field = static_cast<std::size_t>(SurfaceField::normal);
+constexpr auto displacement = static_cast<std::size_t>(SurfaceField::displacement);
 constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
 
 /// A number of a cell of a grid of that size, and of the side that a direction faces.
@@ -244,7 +243,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   double rim_sigma = 0;
   if (stage.patches) {
     for (const RimSample& rim : rims_) {
-      rim_sigma = std::max(rim_sigma, scales[rim_field] * surface_of_face_[rim.front.face].sigma);
+      rim_sigma =
+          std::max(rim_sigma, scales[displacement] * surface_of_face_[rim.front.face].sigma);
     }
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
@@ -615,7 +615,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       double surface_variance = 0;
       met.effect = 0;
       if (stage_.patches) {
-        const double sigma = scales[normal_field] * surface.sigma;
+        const double sigma = scales[displacement] * surface.sigma;
         const double bend = sigma * sigma / (surface.correlation_length * c2);
         const Follows offset =
             follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,

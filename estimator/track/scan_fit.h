@@ -96,7 +96,7 @@ class ScanFit {
   const std::vector<SurfacePatch>& patches() const { return patches_; }
   BeamShares shares;               ///< of the next linearise()
   double noise_scale = 1;          ///< on the range sigma
-  FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
+  FieldScales scales = {1, 1};  ///< on the sigmas of the surface, of each field
 
  private:
   struct FitBeam {
