@@ -35,7 +35,7 @@ struct RealScan {
   Matrix6d truth_covariance = Matrix6d::Zero();
   double tolerance_m = 0;
   double tolerance_rad = 0;
-  BeamModel scanner;                  ///< for tracking: as its maker describes it
+  std::optional<BeamModel> scanner;   ///< for tracking, where its maker describes it
   double published_m = std::nan("");  ///< error of the published method's own estimate
   double published_rad = std::nan("");
 
@@ -91,8 +91,9 @@ void add_umich(const fs::path& folder, std::vector<RealScan>& scans) {
     const Vector3d normal = scan.truths.front().rotation * Vector3d::UnitX();
     scan.truth_covariance.topLeftCorner<3, 3>() = std::pow(0.030, 2) * normal * normal.transpose();
     // Velodyne VLP-32C: ranges good to 3 cm, beams of 3 mrad that leave it 12 mm wide.
-    scan.scanner.range_bias_m = 0.03;
-    scan.scanner.divergence_rad = 3e-3;
+    scan.scanner.emplace();
+    scan.scanner->range_bias_m = 0.03;
+    scan.scanner->divergence_rad = 3e-3;
     scan.tolerance_m = 0.080;
     scan.tolerance_rad = radians(7);
     const Pose published = pose_of(json.at("T_sensor_model_published_estimate"));
@@ -119,10 +120,6 @@ void add_realsense(const fs::path& folder, std::vector<RealScan>& scans) {
     }
     scan.truth_covariance.diagonal().head<3>().setConstant(std::pow(0.003, 2));
     scan.truth_covariance.diagonal().tail<3>().setConstant(std::pow(radians(3), 2));
-    // A depth camera of two eyes: no beam, but pixels of some 2 mrad; 2 % of the range.
-    scan.scanner.range_bias_m = 0.005;
-    scan.scanner.aperture_m = 0;
-    scan.scanner.divergence_rad = 2e-3;
     scan.tolerance_m = 0.008;
     scan.tolerance_rad = radians(5);
     scans.push_back(std::move(scan));
@@ -209,10 +206,10 @@ AcquisitionResult::Status status_of(SingleScanResult::Status status) {
 }
 
 /// From a pose as good as one that counts as right. Lengths as the model has them meanwhile.
-void track(const Settings& settings, const Model& model, const RealScan& scan,
+void track(const Settings& settings, BeamModel noise, const Model& model, const RealScan& scan,
            std::vector<RawBeam> beams, Pose from, Outcome& outcome) {
   const double shrink = 1 / model.scale;
-  BeamModel noise = estimator::without_range_limits(scan.scanner);
+  if (scan.scanner) noise = estimator::without_range_limits(*scan.scanner);
   for (RawBeam& beam : beams) {
     beam.range *= shrink;
     beam.range_sigma *= shrink;
@@ -255,7 +252,7 @@ Outcome estimate(const Settings& settings, const BeamModel& noise, const Model& 
   if (poses.empty()) return outcome;
   outcome.first_right = is_right(scan, poses.front());
   outcome.error = difference(nearest_truth(scan, poses.front()), poses.front());
-  track(settings, model, scan, beams, poses.front(), outcome);
+  track(settings, noise, model, scan, beams, poses.front(), outcome);
   if (const auto& covariance = result.candidates.front().covariance) {
     outcome.covariance = *covariance;
     const Matrix6d both = *covariance + scan.truth_covariance;
