@@ -16,11 +16,11 @@ namespace {
 constexpr double share_of_noise = 0.2;
 /// From one width of the likelihood to the next, about.
 constexpr double annealing_ratio = 4;
-/// Steps at each width, and at the last.
+/// Steps at each width, and at most at the last: views along a panel take many.
 constexpr int first_iterations = 2;
-constexpr int last_iterations = 3;
-/// How often it is looked at what beams may meet, without widening.
-constexpr int max_looks = 2;
+constexpr int last_iterations = 10;
+/// How often it is looked at what beams may meet, at most, without widening.
+constexpr int max_looks = 4;
 /// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
 /// pose has moved by less: chi squared of six degrees of freedom.
 constexpr double settled_gain = 0.1;
