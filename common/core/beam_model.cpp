@@ -26,6 +26,7 @@ void beam_angles(const Vector3d& direction, double& azimuth, double& elevation) 
 BeamModel read_beam_model(Config config) {
   BeamModel beam;
   config.optional("range_sigma", Dimension::length, beam.range_sigma_m);
+  config.optional("range_bias", Dimension::length, beam.range_bias_m);
   config.optional("azimuth_sigma", Dimension::angle, beam.azimuth_sigma_rad);
   config.optional("elevation_sigma", Dimension::angle, beam.elevation_sigma_rad);
   config.optional("divergence", Dimension::angle, beam.divergence_rad);
@@ -34,6 +35,7 @@ BeamModel read_beam_model(Config config) {
   config.optional("range_max", Dimension::length, beam.range_max_m);
   config.finish();
   const std::pair<const char*, double> values[] = {{"range_sigma", beam.range_sigma_m},
+                                                   {"range_bias", beam.range_bias_m},
                                                    {"azimuth_sigma", beam.azimuth_sigma_rad},
                                                    {"elevation_sigma", beam.elevation_sigma_rad},
                                                    {"divergence", beam.divergence_rad},

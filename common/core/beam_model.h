@@ -11,6 +11,7 @@ namespace berth {
 /// Table 1.
 struct BeamModel {
   double range_sigma_m = 0.01;
+  double range_bias_m = 0;  ///< 1 sigma: what all ranges of a run have in common
   double azimuth_sigma_rad = 1e-4;
   double elevation_sigma_rad = 1e-4;
   double divergence_rad = 0.17e-3;  ///< full angle

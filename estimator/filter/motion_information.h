@@ -35,6 +35,9 @@ struct MotionInformation {
 struct MeasuredMotion {
   Motion about;
   MotionInformation said;
+  /// Of the covariance of said.gradient at the true motion, which is said.information, the part of
+  /// errors that the next scan has, too: of the surface, of the range's bias. Zero: none.
+  Matrix12d systematic = Matrix12d::Zero();
 };
 
 /// Linearises a batch's log-likelihood about a motion at the batch's reference time.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <numbers>
 
 #include "common/core/covariance.h"
 
@@ -58,6 +59,7 @@ void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_
   Matrix12d p = Matrix12d::Zero();
   p.topLeftCorner<6, 6>() = covariance;
   p.bottomRightCorner<6, 6>() = velocity_covariance;
+  with_considered_.setZero();
   set_covariance(p);
 }
 
@@ -90,6 +92,10 @@ Matrix6d PoseFilter::predicted_covariance(std::int64_t utime) const {
 void PoseFilter::advance(std::int64_t utime) {
   if (utime <= utime_) return;
   const Matrix12d p = covariance_at(utime);
+  if (!with_considered_.isZero(0)) {
+    with_considered_ =
+        (transition(motion_.velocity, elapsed(utime_, utime)) * with_considered_).eval();
+  }
   motion_ = moved_on(motion_, elapsed(utime_, utime));
   set_covariance(p);
   utime_ = utime;
@@ -146,6 +152,7 @@ bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
   if (!difference(motion_, {measured, {}}).allFinite() || !is_covariance(covariance)) return false;
   return or_unchanged([&] {
     const double factor = doubt(measured, covariance, utime);
+    if (!motion.systematic.isZero(0)) return take_in_considering(motion, factor, utime);
     MotionInformation said = motion.said;
     said.information /= factor;
     return take_in(
@@ -171,6 +178,7 @@ bool PoseFilter::take_in(const InformationSource& returns, std::int64_t utime) {
   if (!covariance_.allFinite() || factor.info() != Eigen::Success) return false;
   const Matrix12d l = factor.matrixL();
   const Motion prior = motion_;
+  Matrix12d last = Matrix12d::Zero();
   for (int i = 0; i < options_.iterations; ++i) {
     MotionInformation batch = returns(moved_on(motion_, -late));
     if (late > 0) {
@@ -189,9 +197,66 @@ bool PoseFilter::take_in(const InformationSource& returns, std::int64_t utime) {
     motion_ = perturbed(motion_, step);
     const Matrix12d root = posterior.matrixL().solve(Matrix12d(l.transpose()));
     set_covariance(root.transpose() * root);
+    last = batch.information;
     constexpr double small = 1e-7;  // m, rad
     if (step.head<6>().norm() < small) break;
   }
+  with_considered_ = (with_considered_ - covariance_ * last * with_considered_).eval();
+  return true;
+}
+
+/// The update by z = motion + c + noise. With the score's covariance Lambda = V + V_c, of the
+/// returns' noise and of c: z has the information Lambda V^-1 Lambda, and C = Lambda^-1 V_c
+/// Lambda^-1. In coordinates in which the motion's covariance is 1, where Lambda may be singular:
+/// of what it does not tell, a billionth of what is known counts as told.
+bool PoseFilter::take_in_considering(const MeasuredMotion& motion, double factor,
+                                     std::int64_t utime) {
+  constexpr double nothing = 1e-9;
+  const double late = elapsed(utime, std::max(utime, utime_));
+  advance(utime);
+  const Eigen::LLT<Matrix12d> known(covariance_);
+  if (!covariance_.allFinite() || known.info() != Eigen::Success) return false;
+  const Matrix12d l = known.matrixL();
+  const Matrix12d to = transition(motion_.velocity, -late) * l;
+  const Matrix12d one = Matrix12d::Identity();
+  const Matrix12d information = to.transpose() * motion.said.information * to / factor;
+  const Matrix12d considered = to.transpose() * motion.systematic * to / factor;
+  const Vector12d gradient =
+      to.transpose() *
+      (motion.said.gradient / factor +
+       motion.said.information / factor * difference(moved_on(motion_, -late), motion.about));
+  const Eigen::LLT<Matrix12d> noise(information - considered + nothing * one);
+  const Eigen::LLT<Matrix12d> all(information + nothing * one);
+  if (noise.info() != Eigen::Success || all.info() != Eigen::Success) return false;
+  const Matrix12d told = information * noise.solve(information);
+  const Matrix12d c = all.solve(all.solve(considered).transpose());
+  Matrix12d spread = l * c * l.transpose();
+  constexpr double exact = 1e-12;  // m^2, rad^2: of no account, but keeps c's covariance positive
+  spread.diagonal().array() += exact;
+  const Eigen::LLT<Matrix12d> root(spread);
+  if (root.info() != Eigen::Success) return false;
+  const Matrix12d s = root.matrixL();
+
+  const Vector3d from = motion.about.pose.inverse().position.normalized();
+  const double angle = std::atan2(seen_from_.cross(from).norm(), seen_from_.dot(from));
+  seen_from_ = from;
+  const Matrix12d kept = (1 - angle / std::numbers::pi) * with_considered_ * s.transpose();
+  const Matrix12d half = known.matrixL().solve(kept);
+  const Matrix12d with_c = known.matrixL().solve(Matrix12d(half.transpose())).transpose();
+  const Matrix12d with_z = one + with_c;
+  const Matrix12d z = with_z + with_c.transpose() + c;
+  const Eigen::PartialPivLU<Matrix12d> sum(one + told * z);
+  const Matrix12d gain = with_z * sum.solve(told);
+  const Vector12d step = l * (with_z * sum.solve(information * noise.solve(gradient)));
+  const Matrix12d posterior = l * (one - gain * with_z.transpose()) * l.transpose();
+  if (!step.allFinite() || !posterior.allFinite() ||
+      Eigen::LLT<Matrix12d>(posterior).info() != Eigen::Success) {
+    return false;
+  }
+  motion_ = perturbed(motion_, step);
+  const Matrix12d with_shift = l * (with_c - gain * (with_c + c)) * l.transpose();
+  with_considered_ = root.matrixL().solve(Matrix12d(with_shift.transpose())).transpose();
+  set_covariance(posterior);
   return true;
 }
 

@@ -24,6 +24,13 @@ struct PoseFilterOptions {
 /// sensor frame (Sola, "Quaternion kinematics for the error-state Kalman filter", 2017). Updates in
 /// information form over the factor L of the covariance P = L L': the posterior is
 /// L (1 + L' H L)^-1 L', symmetric and positive whatever the information H.
+///
+/// Errors that scans have in common, as of the surface where it is not as the mesh says, are a
+/// consider state [Schmidt, Advances in Control Systems 3 (1966) 293]: a shift c of what scans
+/// measure, not estimated, whose covariance C and covariance with the motion are kept. So filtered
+/// covariances do not fall below what the surface does to a pose. As the target is seen from
+/// another direction, c changes: of a convex body a share 1 - angle / pi of what is seen is seen
+/// from both; so much correlation is left.
 class PoseFilter final : public TargetTracker {
  public:
   explicit PoseFilter(const PoseFilterOptions& options) : options_(options) {}
@@ -60,6 +67,7 @@ class PoseFilter final : public TargetTracker {
   void advance(std::int64_t utime);
   double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
   bool take_in(const InformationSource& returns, std::int64_t utime);
+  bool take_in_considering(const MeasuredMotion& motion, double factor, std::int64_t utime);
   template <class Update>
   bool or_unchanged(Update update);
   void set_covariance(const Matrix12d& covariance);
@@ -71,6 +79,9 @@ class PoseFilter final : public TargetTracker {
   std::int64_t utime_ = 0;
   Motion motion_;
   Matrix12d covariance_ = Matrix12d::Identity();
+  // Of the motion with w, where c = S w, C = S S', and w has unit covariance.
+  Matrix12d with_considered_ = Matrix12d::Zero();
+  Vector3d seen_from_ = Vector3d::Zero();  // when c was last met: unit, model frame
   Matrix6d pose_covariance_ = Matrix6d::Identity();
   Matrix6d velocity_covariance_ = Matrix6d::Identity();
 };

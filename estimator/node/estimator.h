@@ -110,6 +110,7 @@ class Estimator {
   };
   struct Stream {                            // of the scan that is running, when streaming
     std::unique_ptr<TargetTracker> tracker;  // as far as its returns go; forgotten at its end
+    std::vector<RawBeam> so_far;             // all that were used, where the method takes them all
     int next_packet = 0;
     int first_packet = 0;        // of the beams that are not used yet
     std::vector<RawBeam> beams;  // these
@@ -144,6 +145,11 @@ class Estimator {
   bool streams() const { return setup_.options.streaming; }
   void stream();
   void use_batch(Stream& stream);
+  void track_so_far(Stream& stream, std::int64_t start);
+  void add_batch(Stream& stream, std::int64_t start);
+  void publish_streamed(Stream& stream, const TargetTracker& tracker,
+                        const TrackingResult& measured, pose_estimate_t& estimate,
+                        std::int64_t start);
   pose_estimate_t blank_estimate(std::int64_t scan_id, const CleanScan& scan) const;
   void acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);

@@ -21,8 +21,7 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    const double left = result.rest.cwiseProduct(information).maxCoeff(&pivot);
-    if (!(left > share)) break;
+    if (!(result.rest.cwiseProduct(information).maxCoeff(&pivot) > 0)) break;
     auto column = factor.col(rank);
     const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -30,6 +29,7 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
     }
     column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
     column /= std::sqrt(result.rest[pivot]);
+    if (!(column.cwiseAbs2().dot(information) > share)) break;
     result.rest = (result.rest - column.cwiseAbs2()).cwiseMax(0);
     result.rest[pivot] = 0;
   }
@@ -46,15 +46,14 @@ double offset_covariance(SurfaceField field, const SurfacePatch& a, const Surfac
 }
 
 double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const SurfacePatch& b) {
-  if (a.rim != b.rim) return 0;
   const auto squared = [&scales](SurfaceField field) {
     const double q = scales[static_cast<std::size_t>(field)];
     return q * q;
   };
-  const double aligned = a.direction.dot(b.direction) * a.slant * b.slant;
-  const double fields =
-      a.rim ? squared(SurfaceField::rim) * aligned
-            : squared(SurfaceField::normal) * aligned + squared(SurfaceField::sight);
+  const double aligned =
+      (a.rim == b.rim ? 1 : -1) * a.slant * b.slant * a.direction.dot(b.direction);
+  const double fields = squared(SurfaceField::displacement) * aligned +
+                        (a.rim || b.rim ? 0 : squared(SurfaceField::sight));
   if (fields == 0) return 0;
   const double la = a.correlation_length;
   const double lb = b.correlation_length;
@@ -130,6 +129,15 @@ void MarginalisedEquations::rescale(const FieldScales& scales) {
 /// Of the fields, in which offsets are L z.
 Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) const {
   return factor_.solve(patch_gradient_ - coupling_ * x);
+}
+
+Eigen::MatrixXd MarginalisedEquations::offsets_share() const {
+  const Eigen::MatrixXd& h = equations_->coupling;
+  const auto n = equations_->patch_information.asDiagonal();
+  const Eigen::MatrixXd common = l_ * (scale_.asDiagonal() * factor_.solve(coupling_));
+  const Eigen::MatrixXd sh = common + own_.asDiagonal() * (h - n * common);
+  const Eigen::MatrixXd share = h.transpose() * sh - sh.transpose() * (n * sh);
+  return 0.5 * (share + share.transpose());
 }
 
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {

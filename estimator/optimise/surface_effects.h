@@ -26,12 +26,12 @@ struct SurfacePatch {
 /// exp(-|x - x'|^2 / (l^2 + l'^2)) [Paciorek, Schervish, NIPS 2004; exp(-d^2 / 2 l^2) for equal
 /// lengths] the covariance of two offsets is
 enum class SurfaceField {
-  rim,     ///< of rims: s s' n.n' E, a component of a vector field along each one's direction
-  normal,  ///< of faces: s s' n.n' E / (cos cos'), the surface displaced by a vector field
-  sight    ///< of faces: s s' E, ranges off alike whatever the incidence (blankets, paint)
+  /// The surface displaced by a vector field of independent components, rims with it: s s' m.m' E,
+  /// m = n of a rim and -n / cos(incidence) of a face, whose ranges shrink as it comes nearer.
+  displacement,
+  sight  ///< of faces: s s' E, ranges off alike whatever the incidence (blankets, paint)
 };
-inline constexpr std::array surface_fields = {SurfaceField::rim, SurfaceField::normal,
-                                              SurfaceField::sight};
+inline constexpr std::array surface_fields = {SurfaceField::displacement, SurfaceField::sight};
 using FieldScales = std::array<double, surface_fields.size()>;
 
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b);
@@ -80,6 +80,9 @@ class MarginalisedEquations {
 
   const Eigen::MatrixXd& information() const { return information_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
+  /// D x D: of the covariance of gradient() at the true x, which is information(), the part that
+  /// the offsets make and not the noise: H' (S - S N S) H.
+  Eigen::MatrixXd offsets_share() const;
   /// Of each patch, the offset's most probable value for a given x (D).
   Eigen::VectorXd offsets(const Eigen::VectorXd& x) const;
   /// delta' K^-1 delta of those.

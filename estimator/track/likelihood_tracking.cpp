@@ -16,11 +16,11 @@ namespace {
 constexpr double share_of_noise = 0.2;
 /// From one width of the likelihood to the next, about.
 constexpr double annealing_ratio = 4;
-/// Steps at each width, and at the last.
+/// Steps at each width, and at most at the last: views along a panel take many.
 constexpr int first_iterations = 2;
-constexpr int last_iterations = 3;
-/// How often it is looked at what beams may meet, without widening.
-constexpr int max_looks = 2;
+constexpr int last_iterations = 10;
+/// How often it is looked at what beams may meet, at most, without widening.
+constexpr int max_looks = 4;
 /// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
 /// pose has moved by less: chi squared of six degrees of freedom.
 constexpr double settled_gain = 0.1;
@@ -118,23 +118,29 @@ class Fit {
         .inverse();
   }
 
-  /// What the scan alone says of pose and velocity: all else that is unknown marginalised.
+  /// What the scan alone says of pose and velocity: all else that is unknown marginalised. What
+  /// scans have in common: the surface, the rims' offset, the range's bias.
   MeasuredMotion measured() const {
     const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
     const Eigen::Index rest = layout_.size() - 12;
     const Eigen::MatrixXd& information = equations.information();
+    const auto prior = prior_.bottomRightCorner(rest, rest);
+    const Eigen::VectorXd gradient = equations.gradient() - prior_ * from_prior(state_);
+    // The score of pose and velocity, free of all else.
+    Eigen::MatrixXd freed(12, layout_.size());
+    freed << Eigen::MatrixXd::Identity(12, 12), -(information.bottomRightCorner(rest, rest) + prior)
+                                                     .ldlt()
+                                                     .solve(information.bottomLeftCorner(rest, 12))
+                                                     .transpose();
     MeasuredMotion motion;
     motion.about = state_.motion;
-    motion.said.information = information.topLeftCorner(12, 12);
-    motion.said.gradient = equations.gradient().head(12);
+    motion.said.information = freed * information.leftCols(12);
+    motion.said.gradient =
+        equations.gradient().head(12) + freed.rightCols(rest) * gradient.tail(rest);
     motion.said.returns = static_cast<int>(std::lround(at_.explained));
-    if (rest == 0) return motion;
-    const Eigen::MatrixXd others =
-        information.bottomRightCorner(rest, rest) + prior_.bottomRightCorner(rest, rest);
-    const Eigen::MatrixXd solved = others.ldlt().solve(information.bottomLeftCorner(rest, 12));
-    const Eigen::VectorXd gradient = equations.gradient() - prior_ * from_prior(state_);
-    motion.said.information -= information.topRightCorner(12, rest) * solved;
-    motion.said.gradient -= solved.transpose() * gradient.tail(rest);
+    Eigen::MatrixXd common = equations.offsets_share();
+    for (int i = layout_.rim_at(); i < layout_.joints_at(); ++i) common(i, i) += prior_(i, i);
+    motion.systematic = freed * common * freed.transpose();
     return motion;
   }
 
@@ -207,6 +213,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   }
   ScanStateLayout layout;
   layout.velocity = !predicted.velocity_covariance.isZero(0);
+  layout.range_bias = beam_model_.range_bias_m > 0;
   layout.joints = static_cast<int>(scene_.joints().size());
   ScanState start;
   start.motion = {predicted.pose, predicted.velocity};
@@ -217,6 +224,9 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   const double threshold =
       std::max(1e-5, 0.25 * beam_model_.footprint(std::max(1e-3, predicted.pose.position.norm())));
   prior(layout.rim_at(), layout.rim_at()) = 1 / (threshold * threshold);
+  if (layout.range_bias) {
+    prior(layout.bias_at(), layout.bias_at()) = 1 / std::pow(beam_model_.range_bias_m, 2);
+  }
   for (const Joint& joint : scene_.joints()) {
     start.angles.push_back(0);
     const auto j = static_cast<int>(start.angles.size()) - 1;

@@ -21,7 +21,7 @@ struct LikelihoodTrackingOptions {
   int min_returns = 20;
   /// Of denser scans every so many-th beam is used, so that about so many return: a choice of cost.
   int max_returns = 3000;
-  int max_coarse_returns = 1000;  ///< ... while the likelihood is widened
+  int max_coarse_returns = 300;  ///< ... while the likelihood is widened
 };
 
 /// Maximum a posteriori pose of one scan under the likelihood of its beams (ScanFit), by

@@ -9,8 +9,7 @@
 namespace berth::estimator {
 namespace {
 
-constexpr auto rim_field = static_cast<std::size_t>(SurfaceField::rim);
-constexpr auto normal_field = static_cast<std::size_t>(SurfaceField::normal);
+constexpr auto displacement = static_cast<std::size_t>(SurfaceField::displacement);
 constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
 
 /// A number of a cell of a grid of that size, and of the side that a direction faces.
@@ -208,6 +207,14 @@ Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
   return {model_sensor.position, model_sensor.rotation * beam.direction};
 }
 
+SurfaceHit ScanFit::continued(const RimSample& rim, const Vector3d& rim_point, const Ray& ray,
+                              const ScanState& state) const {
+  SurfaceHit front = scene_.meet(state.angles, ray, rim.front.face);
+  const double at = (rim_point - ray.origin).norm();
+  if (!(std::abs(front.range - at) < 10 * rim_width_ + 0.1)) front.range = at;  // oblique
+  return front;
+}
+
 void ScanFit::prepare(const ScanState& state, const Stage& stage,
                       const std::vector<Surface>& surface_of_face) {
   stage_ = stage;
@@ -236,7 +243,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   double rim_sigma = 0;
   if (stage.patches) {
     for (const RimSample& rim : rims_) {
-      rim_sigma = std::max(rim_sigma, scales[rim_field] * surface_of_face_[rim.front.face].sigma);
+      rim_sigma =
+          std::max(rim_sigma, scales[displacement] * surface_of_face_[rim.front.face].sigma);
     }
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
@@ -403,12 +411,11 @@ void ScanFit::look_at_footprints(const ScanState& state) {
   footprints_at_ = state;
   constexpr int about = 6;
   std::vector<Ray> rays;
-  std::vector<const Active*> whose;
+  rays.reserve(about * active_.size());
   for (const Active& active : active_) {
-    FitBeam& beam = beams_[active.beam];
-    beam.mixed = 0;
-    if (!active.hit.met()) continue;
-    const double aside = 0.35 * beam_model_.footprint(active.hit.range) / active.hit.range;
+    const FitBeam& beam = beams_[active.beam];
+    const double range = active.hit.met() ? active.hit.range : state.motion.pose.position.norm();
+    const double aside = 0.35 * beam_model_.footprint(range) / range;
     const Pose model_sensor = pose_of(beam, state).inverse();
     const auto [x, y] = across(beam.direction);
     for (int k = 0; k < about; ++k) {
@@ -417,20 +424,30 @@ void ScanFit::look_at_footprints(const ScanState& state) {
       rays.push_back(
           {model_sensor.position, model_sensor.rotation * (beam.direction + to).normalized()});
     }
-    whose.push_back(&active);
   }
   std::vector<SurfaceHit> met(rays.size());
   scene_.cast(state.angles, rays, beam_model_.range_max_m, met);
-  for (std::size_t i = 0; i < whose.size(); ++i) {
-    double sum = 0;
-    int count = 1;
-    for (int k = 0; k < about; ++k) {
-      const double off = met[about * i + static_cast<std::size_t>(k)].range - whose[i]->hit.range;
-      if (!(std::abs(off) < 0.5 * beam_model_.pulse_length_m)) continue;
-      sum += off;
-      ++count;
-    }
-    beams_[whose[i]->beam].mixed = sum / count;
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const Active& active = active_[i];
+    const std::span<const SurfaceHit> ring(met.data() + about * i, about);
+    // Of those about a range, the mean beyond it; `count` that are at it count, too.
+    const auto mean_about = [&](double range, int count) {
+      double sum = 0;
+      for (const SurfaceHit& hit : ring) {
+        const double off = hit.range - range;
+        if (!(std::abs(off) < 0.5 * beam_model_.pulse_length_m)) continue;
+        sum += off;
+        ++count;
+      }
+      return count == 0 ? 0 : sum / count;
+    };
+    FitBeam& beam = beams_[active.beam];
+    beam.mixed = active.hit.met() ? mean_about(active.hit.range, 1) : 0;
+    beam.mixed_front = 0;
+    if (active.near < 0) continue;
+    const RimSample& rim = rims_[static_cast<std::size_t>(active.near)];
+    const Ray ray = ray_of(beam, pose_of(beam, state).inverse());
+    beam.mixed_front = mean_about(continued(rim, rim.point, ray, state).range, 0);
   }
 }
 
@@ -576,10 +593,8 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       } else {
         behind = hits[i];
         behind_patch = active.patch;
-        front = scene_.meet(state.angles, ray, rim.front.face);
+        front = continued(rim, rims[0].point, ray, state);
         front_patch = patches.front;
-        const double at = (rims[0].point - ray.origin).norm();
-        if (!(std::abs(front.range - at) < 10 * rim_width_ + 0.1)) front.range = at;  // oblique
       }
       if (behind.met() && !(behind.range > front.range)) behind = {};
     } else if (!front.met()) {
@@ -590,7 +605,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       double cosine, slope_cosine, effect;
       ExpectedReturn expected;
     };
-    const auto expect = [&](const SurfaceHit& hit, int patch, bool middle) {
+    const auto expect = [&](const SurfaceHit& hit, int patch, double mixed_by) {
       Met met;
       met.cosine = -hit.normal.dot(ray.direction);
       met.slope_cosine = std::max(grazing, met.cosine);
@@ -600,7 +615,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       double surface_variance = 0;
       met.effect = 0;
       if (stage_.patches) {
-        const double sigma = scales[normal_field] * surface.sigma;
+        const double sigma = scales[displacement] * surface.sigma;
         const double bend = sigma * sigma / (surface.correlation_length * c2);
         const Follows offset =
             follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
@@ -608,7 +623,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
         met.effect = offset.effect;
         surface_variance = bend * bend + offset.variance;
       }
-      const double mixed = middle && stage_.annealing.range == 0 ? beam.mixed : 0;
+      const double mixed = stage_.annealing.range == 0 ? mixed_by : 0;
       met.expected.residual =
           beam.range - (hit.range + mixed + state.range_bias) - met.effect * offset_of(patch);
       met.expected.variance = std::pow(noise_scale * beam.sigma, 2) +
@@ -618,11 +633,11 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       met.expected.drop_out = shares.drop_out_at(met.cosine);
       return met;
     };
-    const Met f = expect(front, front_patch, front_is_met);
+    const Met f = expect(front, front_patch, front_is_met ? beam.mixed : beam.mixed_front);
     std::optional<Met> g;
     std::optional<ExpectedReturn> g_expected;
     if (behind.met()) {
-      g = expect(behind, behind_patch, false);
+      g = expect(behind, behind_patch, 0);
       g_expected = g->expected;
     }
     const BeamTerm term =

@@ -96,7 +96,7 @@ class ScanFit {
   const std::vector<SurfacePatch>& patches() const { return patches_; }
   BeamShares shares;               ///< of the next linearise()
   double noise_scale = 1;          ///< on the range sigma
-  FieldScales scales = {1, 1, 1};  ///< on the sigmas of the surface, of each field
+  FieldScales scales = {1, 1};  ///< on the sigmas of the surface, of each field
 
  private:
   struct FitBeam {
@@ -104,7 +104,10 @@ class ScanFit {
     double range;      // infinite: nothing returned
     double tau;        // s after the scan's mean time
     double sigma;      // m
-    double mixed = 0;  // m, mean of the footprint's ranges about the middle ray's
+    // m, mean of the footprint's ranges about the middle ray's, and of those on the front face of
+    // an edge that the middle ray passes, about where that face would go on.
+    double mixed = 0;
+    double mixed_front = 0;
   };
   /// Patches of a rim, of the face in front of it and of the one behind.
   struct RimPatches {
@@ -128,6 +131,9 @@ class ScanFit {
   double turned_between(const ScanState& a, const ScanState& b) const;
   Pose pose_of(const FitBeam& beam, const ScanState& state) const;
   Ray ray_of(const FitBeam& beam, const Pose& model_sensor) const;
+  /// The face in front of an edge where a ray that passes it would meet it, were it larger.
+  SurfaceHit continued(const RimSample& rim, const Vector3d& rim_point, const Ray& ray,
+                       const ScanState& state) const;
   void look_at_footprints(const ScanState& state);
 
   const TargetScene& scene_;

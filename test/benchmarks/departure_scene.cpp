@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/lidar_profile.h"
 #include "drivers/simulated/cell_scene.h"
 #include "drivers/simulated/receiver/mesh_scene.h"
 #include "drivers/simulated/smooth_field.h"
+#include "drivers/simulated/world.h"
 
 namespace berth::benchmark {
 namespace {
@@ -73,6 +75,7 @@ class Departed final : public DepartedScene {
       blanket_ = std::make_unique<Blanket>(*under_, truth, world.blanket, random);
     ReceiverSettings settings;
     settings.errors = world.scanner;
+    if (world.scanner.range_bias > 0) settings.errors.range_bias *= random.normal();
     settings.errors.outlier_range = truth.position.norm() + 3;
     receiver_ = std::make_unique<Receiver>(noise, settings, random.bits());
   }
@@ -150,8 +153,8 @@ Vector3d middle_of(const Mesh& mesh, std::size_t triangle) {
 
 }  // namespace
 
-const std::vector<Departures>& departure_worlds() {
-  static const std::vector<Departures> all = [] {
+const std::vector<Departures>& departure_worlds(const std::filesystem::path& config) {
+  static const std::vector<Departures> all = [&config] {
     const auto named = [](const char* name, auto&& change) {
       Departures world;
       world.name = name;
@@ -161,6 +164,11 @@ const std::vector<Departures>& departure_worlds() {
     const auto warp = [](Departures& w) {
       w.target.rigid_surface = w.target.soft_surface = soft;
       w.target.surface = 1;
+    };
+    const auto lab = [&config](Departures& w) {
+      const WorldSettings users = load_world(config, "lab");
+      w.target = users.target;
+      w.scanner = users.scanner;
     };
     const auto footprint = [](Departures& w) { w.scanner.footprint = true; };
     const auto drop_out = [](Departures& w) {
@@ -173,6 +181,7 @@ const std::vector<Departures>& departure_worlds() {
     const auto extra = [](Departures& w) { w.target.extra = 1; };
     const auto turned = [](Departures& w) { w.turned = true; };
     return std::vector<Departures>{named("as believed", [](Departures&) {}),
+                                   named("lab", lab),
                                    named("blanket", [](Departures& w) { w.blanket = soft; }),
                                    named("warp", warp),
                                    named("footprint", footprint),
@@ -256,6 +265,7 @@ double surface_sigma(const Departures& world) {
 SceneMaker::SceneMaker(const std::filesystem::path& config, const std::string& target, bool held) {
   const std::string name = load_target(target, 0).name;
   target_ = with_appendage(load_target(target, held ? held_length(name) : free_length));
+  noise_ = load_lidar_profile(config / "lidars" / "ilris_3d.yaml").beam;
   noise_.range_min_m = held ? 3 : 1;
   if (held) {
     cell_ = std::make_shared<berth::Cell>(load_cell(config / "layouts" / "range.yaml", target_));

@@ -27,8 +27,9 @@ struct Departures {
   ScannerErrors scanner;
 };
 
-/// Each departure alone, between the world that is as believed (first) and all of them (last).
-const std::vector<Departures>& departure_worlds();
+/// Each departure alone, between the world that is as believed (first), with that of users after
+/// it, and all of them (last). @param config directory of the configuration, the first call's
+const std::vector<Departures>& departure_worlds(const std::filesystem::path& config);
 
 /// The target with its outer end as a part of its own that turns about a hinge: of the side of the
 /// longest axis where a fifth of the surface is farther out, from there on. What "turned" turns.

@@ -10,7 +10,7 @@ namespace berth::benchmark {
 namespace {
 
 const Departures& world_named(const std::string& name) {
-  const auto& all = departure_worlds();
+  const auto& all = departure_worlds("config");
   const auto found =
       std::find_if(all.begin(), all.end(), [&name](const Departures& w) { return w.name == name; });
   REQUIRE(found != all.end());

@@ -313,9 +313,10 @@ void publish_filtered(const Settings& settings, const Results& results) {
 }
 
 /// Of which worlds together the reliability is shown.
-std::string reliability_group(const Departures& world) {
-  if (world.name == departure_worlds().front().name) return world.name;
-  return world.name == departure_worlds().back().name ? world.name : "one departure";
+std::string reliability_group(const Settings& settings, const Departures& world) {
+  const std::vector<Departures>& all = departure_worlds(settings.config);
+  if (world.name == all.front().name) return world.name;
+  return world.name == all.back().name ? world.name : "one departure";
 }
 
 void publish_reliability(const Settings& settings, const Results& results) {
@@ -323,7 +324,7 @@ void publish_reliability(const Settings& settings, const Results& results) {
   std::vector<std::string> order;
   for (const auto& [cell, result] : results) {
     if (cell.filtered) continue;
-    const std::string group = reliability_group(*cell.world) + ", " + cell.sighting->view;
+    const std::string group = reliability_group(settings, *cell.world) + ", " + cell.sighting->view;
     if (groups.count(group) == 0) order.push_back(group);
     groups[group].add(result.reliability);
   }
@@ -389,7 +390,7 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     return estimator::load_target_model(believed, settings.options.model,
                                         estimator::default_cache_directory());
   };
-  const auto& worlds = departure_worlds();
+  const auto& worlds = departure_worlds(settings.config);
   const auto softest = std::max_element(
       worlds.begin(), worlds.end(),
       [](const Departures& a, const Departures& b) { return surface_sigma(a) < surface_sigma(b); });
@@ -414,12 +415,12 @@ std::vector<Sighting> sightings_of(const Settings& settings) {
 
 std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting>& sightings) {
   std::vector<Cell> cells;
-  for (const Departures& world : departure_worlds()) {
+  for (const Departures& world : departure_worlds(settings.config)) {
     for (const Sighting& sighting : sightings) {
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
         cells.push_back({&sighting, &world, returns});
       }
-      if (sighting.judge != nullptr) cells.push_back({&sighting, &world, 1000, true});
+      cells.push_back({&sighting, &world, 1000, true});
     }
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });

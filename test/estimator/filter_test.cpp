@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <limits>
+#include <map>
 #include <memory>
 
 #include "common/core/random.h"
@@ -199,6 +200,74 @@ TEST_CASE("What a scan measured of pose and velocity counts as its returns do") 
   CHECK(distance(by_returns.pose(), by_measurement.pose()) < 1e-5);
   CHECK((by_returns.velocity().angular - by_measurement.velocity().angular).norm() < 1e-4);
   CHECK(by_returns.full_covariance().isApprox(by_measurement.full_covariance(), 1e-2));
+}
+
+TEST_CASE("What is off in every scan alike is averaged away by none of them") {
+  // Each scan shows the target shifted by the same unknown c, and adds noise of its own.
+  constexpr double noise_sigma = 0.002;
+  Vector6d shift_sigma;
+  shift_sigma << 0.003, 0.001, 0.005, 0.0005, 0.002, 0.001;
+  PoseFilterOptions options;
+  options.linear_acceleration = options.angular_acceleration = 1e-3;
+  constexpr int runs = 200;
+  std::map<int, double> nees;
+  for (int run = 0; run < runs; ++run) {
+    Random random(run, "shifted");
+    Vector6d shift;
+    for (int i = 0; i < 6; ++i) shift[i] = shift_sigma[i] * random.normal();
+    PoseFilter filter(options);
+    Vector6d wrong;
+    for (int i = 0; i < 6; ++i) wrong[i] = 0.02 * random.normal();
+    filter.start(perturbed(start_pose, wrong), 4e-4 * Matrix6d::Identity(), 0, {},
+                 1e-8 * Matrix6d::Identity());
+    for (int scan = 1; scan <= 100; ++scan) {
+      Vector6d seen = shift;
+      for (int i = 0; i < 6; ++i) seen[i] += noise_sigma * random.normal();
+      const Matrix6d c = shift_sigma.cwiseAbs2().asDiagonal();
+      const Matrix6d covariance = c + noise_sigma * noise_sigma * Matrix6d::Identity();
+      MeasuredMotion measured;
+      measured.about = {perturbed(start_pose, seen), {}};
+      const Matrix6d information = covariance.inverse();
+      measured.said.information.topLeftCorner<6, 6>() = information;
+      measured.systematic.topLeftCorner<6, 6>() = information * c * information;
+      REQUIRE(filter.update(measured.about.pose, covariance, measured, 500000 * scan));
+      if (scan != 1 && scan != 10 && scan != 100) continue;
+      const Vector6d error = difference(filter.pose(), start_pose);
+      nees[scan] += error.dot(filter.covariance().ldlt().solve(error)) / runs;
+    }
+    for (int i = 0; i < 6; ++i) {
+      CHECK(std::sqrt(filter.covariance()(i, i)) > 0.9 * std::min(0.02, shift_sigma[i]));
+      CHECK(std::sqrt(filter.covariance()(i, i)) < shift_sigma[i] + noise_sigma);
+    }
+  }
+  for (const auto& [scans, mean] : nees) {
+    CAPTURE(scans);
+    CHECK(mean > 5);  // 6 expected; 200 draws: 0.25, 1 sigma
+    CHECK(mean < 7);
+  }
+}
+
+TEST_CASE("A shift that all scans have in common is another as the target turns") {
+  // Seen from all round, the shifts' mean is known better than any of them.
+  const auto sigma_with = [](double rate) {
+    const Velocity turning{Vector3d::Zero(), {0, rate, 0}};
+    PoseFilterOptions options;
+    options.linear_acceleration = options.angular_acceleration = 1e-6;
+    PoseFilter filter(options);
+    filter.start(start_pose, 1e-2 * Matrix6d::Identity(), 0, turning, 1e-12 * Matrix6d::Identity());
+    MeasuredMotion measured;
+    measured.said.information.topLeftCorner<6, 6>() = 1e6 * Matrix6d::Identity();
+    measured.systematic.topLeftCorner<6, 6>() = 0.9e6 * Matrix6d::Identity();
+    for (int scan = 1; scan <= 20; ++scan) {
+      measured.about = {moved(start_pose, turning, 0.1 * scan), turning};
+      REQUIRE(
+          filter.update(measured.about.pose, 1e-6 * Matrix6d::Identity(), measured, 100000 * scan));
+    }
+    return std::sqrt(filter.covariance()(0, 0));
+  };
+  CHECK(sigma_with(0) > 0.94e-3);
+  CHECK(sigma_with(0) < 1e-3);
+  CHECK(sigma_with(radians(90)) < 0.9 * sigma_with(0));
 }
 
 TEST_CASE("A measurement of an earlier time corrects the pose of now") {
