@@ -58,14 +58,26 @@ function(berth_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
-# berth_test(NAME SOURCES... [LINK...]): a Catch2 program, one ctest entry. Who calls ctest says how long it may take.
+# A test on real sockets in real time: one after another, from the start on, while the others, which give way (nice),
+# use what it leaves of the machine.
+function(berth_test_in_real_time name)
+  set_tests_properties(${name} PROPERTIES RESOURCE_LOCK real_time COST 1000)
+endfunction()
+
+# berth_test(NAME [IN_REAL_TIME] SOURCES... [LINK...]): a Catch2 program, one ctest entry. Who calls ctest says how long
+# it may take.
 function(berth_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "IN_REAL_TIME" "" "SOURCES;LINK" ${ARGN})
   if(NOT BUILD_TESTING)
     return()
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_precompile_headers(${name} REUSE_FROM berth_test_precompiled)
   target_link_libraries(${name} PRIVATE berth_options berth_test_main ${ARG_LINK})
-  add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  if(ARG_IN_REAL_TIME)
+    add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    berth_test_in_real_time(${name})
+  else()
+    add_test(NAME ${name} COMMAND nice $<TARGET_FILE:${name}> WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  endif()
 endfunction()

@@ -33,12 +33,6 @@ std::string title_of(const TrendSubject& subject) {
   return "criterion: " + subject.statistic;
 }
 
-double plain_mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
 }  // namespace
 
 report::Chart trend_chart(History& history, const std::vector<Night>& nights,
@@ -52,6 +46,9 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   }
   // Of ones and zeros the mean says more than the middle one.
   const bool is_share = subject.measurement == passed_measurement;
+  const auto middle_of = [&](const std::vector<double>& sorted) {
+    return is_share ? logs::compute(logs::Statistic::mean, sorted) : logs::quantile(sorted, 0.5);
+  };
   report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
   report::Curve median{
       is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
@@ -61,7 +58,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   for (auto [night, values] : tonight) {
     std::sort(values.begin(), values.end());
     const auto x = static_cast<double>(night);
-    const double middle = is_share ? plain_mean(values) : logs::quantile(values, 0.5);
+    const double middle = middle_of(values);
     band.x.push_back(x);
     band.y.push_back(logs::quantile(values, 0.9));
     band.low.push_back(logs::quantile(values, 0.1));
@@ -75,7 +72,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   for (auto [night, values] : baseline) {
     std::sort(values.begin(), values.end());
     old.x.push_back(static_cast<double>(night));
-    old.y.push_back(is_share ? plain_mean(values) : logs::quantile(values, 0.5));
+    old.y.push_back(middle_of(values));
   }
   report::Chart chart;
   chart.title = title_of(subject);

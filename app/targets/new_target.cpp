@@ -17,7 +17,7 @@ namespace berth {
 namespace {
 
 constexpr std::size_t max_parts = 20;
-constexpr double least_share = 0.02;  // of the surface
+constexpr double min_share = 0.02;  // of the surface
 
 struct FoundPart {
   std::string name;
@@ -95,7 +95,7 @@ std::vector<FoundPart> parts_by_connection(const Mesh& mesh) {
   }
   std::vector<const Piece*> order;
   for (const auto& [at, piece] : pieces) {
-    if (piece.area >= least_share * whole) order.push_back(&piece);
+    if (piece.area >= min_share * whole) order.push_back(&piece);
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const Piece* a, const Piece* b) { return a->area > b->area; });

@@ -19,7 +19,7 @@ struct BeamModel {
   double range_min_m = 3.0;
   double range_max_m = 800.0;
   double pulse_length_m = 0.5;  ///< surfaces in one beam nearer to each other than this: one echo
-  double least_echo = 0.25;     ///< of a beam's strongest echo: weaker ones are not seen
+  double min_echo = 0.25;       ///< of a beam's strongest echo: weaker ones are not seen
 
   /// Variance (m^2) along the beam of a return from a surface at this range and incidence (rad from
   /// the normal): range noise, and angle noise seen through the surface's slope.

@@ -31,8 +31,8 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
       throw receiver.error("pulse_length", "expected more than 0");
     }
     expect_new_name(receiver, "least_echo", "min_echo");
-    receiver.optional("min_echo", profile.beam.least_echo);
-    if (!(profile.beam.least_echo >= 0 && profile.beam.least_echo <= 1)) {
+    receiver.optional("min_echo", profile.beam.min_echo);
+    if (!(profile.beam.min_echo >= 0 && profile.beam.min_echo <= 1)) {
       throw receiver.error("min_echo", "expected 0 % to 100 %");
     }
   }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "common/core/error.h"
 #include "common/core/sha256.h"
@@ -47,6 +48,22 @@ void Mesh::append(const Mesh& other, const Pose& placement) {
     }
   }
   faces_without_area += other.faces_without_area;
+}
+
+Mesh cut_out(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  Mesh own;
+  std::unordered_map<std::uint32_t, std::uint32_t> places;
+  for (const std::uint32_t i : triangles) {
+    auto triangle = mesh.triangles[i];
+    for (std::uint32_t& v : triangle) {
+      const auto next = static_cast<std::uint32_t>(own.vertices.size());
+      const auto [place, is_new] = places.try_emplace(v, next);
+      if (is_new) own.vertices.push_back(mesh.vertices[v]);
+      v = place->second;
+    }
+    own.triangles.push_back(triangle);
+  }
+  return own;
 }
 
 Box bounding_box(const Mesh& mesh) {

@@ -35,6 +35,9 @@ struct Box {
   Vector3d centre() const { return 0.5 * (low + high); }
 };
 
+/// Those triangles alone, in that order, with the vertices that they use; without groups.
+Mesh cut_out(const Mesh& mesh, const std::vector<std::uint32_t>& triangles);
+
 Box bounding_box(const Mesh& mesh);
 /// Whether the origin is so far outside of the box that 32 bits, in which surfaces are searched,
 /// would round places in it by more than a millionth of its largest side: at 16 such sides.

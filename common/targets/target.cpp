@@ -43,6 +43,11 @@ Target read_bare_mesh(const fs::path& path, double length) {
 
 }  // namespace
 
+Pose turned(const Joint& joint, double angle) {
+  const Quaterniond rotation = rotation_from_vector(joint.axis * angle);
+  return {joint.point - rotation * joint.point, rotation};
+}
+
 const DockingPort* Target::port(const std::string& port_name) const {
   for (const DockingPort& one : ports) {
     if (port_name.empty() || one.name == port_name) return &one;
@@ -127,9 +132,7 @@ Mesh turned_mesh(const Target& target, const std::vector<double>& angles) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const std::uint16_t part = part_of_vertex[v];
     if (part == nobody || !turns(part)) continue;
-    const Joint& joint = *target.parts[part].joint;
-    const Quaterniond turn = rotation_from_vector(joint.axis * angles[part]);
-    mesh.vertices[v] = joint.point + turn * (mesh.vertices[v] - joint.point);
+    mesh.vertices[v] = turned(*target.parts[part].joint, angles[part]) * mesh.vertices[v];
   }
   return mesh;
 }
@@ -140,27 +143,16 @@ Mesh swept_mesh(const Target& target) {
   for (std::size_t part = 1; part < target.parts.size(); ++part) {
     if (!target.parts[part].joint) continue;
     const Joint& joint = *target.parts[part].joint;
-    Mesh own;  // the part alone
-    std::map<std::uint32_t, std::uint32_t> places;
-    for (std::size_t i = 0; i < target.mesh.triangles.size(); ++i) {
-      if (target.part_index(i) != part) continue;
-      auto triangle = target.mesh.triangles[i];
-      for (std::uint32_t& v : triangle) {
-        const auto next = static_cast<std::uint32_t>(own.vertices.size());
-        const auto [place, is_new] = places.try_emplace(v, next);
-        if (is_new) own.vertices.push_back(target.mesh.vertices[v]);
-        v = place->second;
-      }
-      own.triangles.push_back(triangle);
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t i = 0; i < target.mesh.triangles.size(); ++i) {
+      if (target.part_index(i) == part) triangles.push_back(i);
     }
+    const Mesh own = cut_out(target.mesh, triangles);
     const int steps = static_cast<int>(std::ceil((joint.high - joint.low) / step));
     for (int i = 0; i <= steps; ++i) {
       const double angle =
           steps == 0 ? joint.low : joint.low + (joint.high - joint.low) * i / steps;
-      const Quaterniond turn = rotation_from_vector(joint.axis * (angle - joint.rest));
-      Mesh moved = own;
-      for (Vector3d& v : moved.vertices) v = joint.point + turn * (v - joint.point);
-      swept.append(moved);
+      swept.append(own, turned(joint, angle - joint.rest));
     }
   }
   return swept;

@@ -28,6 +28,9 @@ struct Joint {
   double rest = 0;                    ///< rad, from low to high: where it stands as held
 };
 
+/// T_model_part of a part that its joint has turned by so much (rad) from where the mesh shows it.
+Pose turned(const Joint& joint, double angle);
+
 /// Whether a part is worth scanning: rigid and well known, or soft, shiny, moving.
 enum class ScanPreference { none, prefer, avoid };
 

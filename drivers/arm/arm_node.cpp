@@ -157,8 +157,8 @@ void ArmNode::on_report(const ArmReport& report_now) {
   ++statistics_.reads;
   statistics_.interval_sum += cycle;
   statistics_.interval_square_sum += cycle * cycle;
-  statistics_.longest_round_trip =
-      std::max(statistics_.longest_round_trip, seconds(report_now.received - report_now.sent));
+  statistics_.max_round_trip =
+      std::max(statistics_.max_round_trip, seconds(report_now.received - report_now.sent));
 
   const bool renewed = !have_report_ || report_now.controller_time != report_.controller_time;
   report_ = report_now;
@@ -255,7 +255,7 @@ void ArmNode::show_statistics() {
   count("reads_per_s", n);
   count("read_jitter_ms", 1e3 * std::sqrt(std::max(0.0, variance)));
   count("reads_missed", static_cast<double>(reads_missed_));
-  count("round_trip_max_ms", 1e3 * statistics_.longest_round_trip);
+  count("round_trip_max_ms", 1e3 * statistics_.max_round_trip);
   count("writes_per_s", statistics_.writes);
   count("writes_missed", static_cast<double>(writes_missed_));
   count("samples_not_placed", static_cast<double>(samples_not_placed_));

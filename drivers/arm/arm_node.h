@@ -49,7 +49,7 @@ class ArmNode final : public Node {
     int writes = 0;
     double interval_sum = 0;
     double interval_square_sum = 0;
-    double longest_round_trip = 0;
+    double max_round_trip = 0;
   };
 
   void on_change(ArmAdapter::Change change, const std::string& text);

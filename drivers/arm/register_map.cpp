@@ -14,7 +14,7 @@ namespace berth {
 namespace {
 
 constexpr int last_register = 16384;
-constexpr int longest_name = 37;
+constexpr int max_name = 37;
 
 SnpxAssignment read_assignment(Config config) {
   SnpxAssignment a;
@@ -28,7 +28,7 @@ SnpxAssignment read_assignment(Config config) {
   if (a.address < 1 || a.size < 1 || a.address > last_register - a.size + 1) {
     throw config.error("address", "expected registers within 1 to 16384");
   }
-  if (!parse_snpx_variable(a.variable) || a.variable.size() > longest_name ||
+  if (!parse_snpx_variable(a.variable) || a.variable.size() > max_name ||
       a.variable.find(' ') != std::string::npos) {
     throw config.error("variable", "found '" + a.variable +
                                        "', expected R[n], PR[n], POS[n], PRG[n], ALM[n] or $name, "

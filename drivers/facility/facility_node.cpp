@@ -13,7 +13,7 @@ namespace {
 constexpr Utime publish_period = 100 * millisecond;
 constexpr Utime refusal_repeat_period = second;
 /// Reads with the PLC's heartbeat standing still before it counts as dead.
-constexpr int most_unchanged_reads = 10;
+constexpr int max_unchanged_reads = 10;
 
 }  // namespace
 
@@ -81,7 +81,7 @@ void FacilityNode::on_status(const RegisterAnswer& answer) {
   };
   unchanged_reads_ = word(map_.heartbeat) == last_heartbeat_ ? unchanged_reads_ + 1 : 0;
   last_heartbeat_ = word(map_.heartbeat);
-  if (unchanged_reads_ >= most_unchanged_reads) return lose("the PLC's heartbeat stands still");
+  if (unchanged_reads_ >= max_unchanged_reads) return lose("the PLC's heartbeat stands still");
 
   const facility_state_t before = state_;
   state_.valid = true;

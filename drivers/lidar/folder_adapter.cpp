@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <regex>
@@ -27,19 +26,16 @@ constexpr Utime message_period = 2500;      // 400 a second, as packet_size has 
 constexpr Utime since_2000 = 946684800LL * second;
 constexpr Utime reading_budget = 60 * second;
 
-/// us by which the stamp of a file's change may be early: file systems use the kernel's coarse
-/// clock.
-Utime stamp_resolution() {
-  std::timespec tick{};
-  if (clock_getres(CLOCK_REALTIME_COARSE, &tick) != 0) return 0;
-  return tick.tv_sec * second + (tick.tv_nsec + 999) / 1000;
+Utime read_clock(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return time.tv_sec * second + time.tv_nsec / 1000;
 }
 
-Utime system_now() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
+Utime system_now() { return read_clock(CLOCK_REALTIME); }
+
+/// As the kernel stamps files: of its last tick, which on an idle machine may be some ago.
+Utime file_system_now() { return read_clock(CLOCK_REALTIME_COARSE); }
 
 /// us since 1970.
 std::optional<Utime> time_in(const std::string& name) {
@@ -183,7 +179,7 @@ void FolderAdapter::use(File& file) {
   if (!ready() || !pending_ || pending_->scan) {
     return events_.trouble(path + ": came while no scan was waited for; not used");
   }
-  if (time.first < pending_->ordered - clock_tolerance - stamp_resolution()) {
+  if (time.first < pending_->ordered - clock_tolerance) {
     return events_.trouble(path + ": by " + time.source + " its scan began " +
                            fixed(seconds(pending_->ordered - time.first), 3) +
                            " s before it was ordered; not used");
@@ -193,7 +189,7 @@ void FolderAdapter::use(File& file) {
 }
 
 void FolderAdapter::order(const ScanOrder& order) {
-  pending_ = Pending{order.scan_id, system_now(), {}, 0};
+  pending_ = Pending{order.scan_id, file_system_now(), {}, 0};
   ScanAnswer answer;
   answer.scan_id = order.scan_id;
   answer.accepted = true;  // with how many beams the file will tell

@@ -29,8 +29,7 @@ struct StatedTime {
 /// - times of its beams since 1970 (after 2000-01-01) stay as they are;
 /// - a time in the file's name, YYYYMMDDThhmmss[.ffffff]Z (UTC), is that of the first beam;
 /// - else the last beam was fired when the file was changed last, which is later than the scan by
-/// as
-///   long as the export took.
+///   as long as the export took.
 /// @param changed of the file, us since 1970
 StatedTime state_time(RecordedScan& scan, Utime changed);
 
@@ -63,7 +62,7 @@ class FolderAdapter final : public Adapter {
  private:
   struct Pending {
     std::int64_t id = 0;
-    Utime ordered = 0;  // on the system's clock
+    Utime ordered = 0;  // as a file changed then would be stamped
     std::optional<RecordedScan> scan;
     std::size_t next = 0;  // of its beams
   };

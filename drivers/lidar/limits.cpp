@@ -72,9 +72,9 @@ std::string check_windows(const LidarProfile& profile, const std::vector<Window>
 }
 
 int packet_size(const LidarProfile& profile, int usual) {
-  constexpr double least_time = 2.5e-3;  // s
+  constexpr double min_time = 2.5e-3;  // s
   const double fast =
-      std::min(profile.rate_hz * least_time, static_cast<double>(max_beams_per_message));
+      std::min(profile.rate_hz * min_time, static_cast<double>(max_beams_per_message));
   return std::max(usual, static_cast<int>(fast));
 }
 

@@ -2,6 +2,7 @@
 #include "drivers/lidar/memory_connection.h"
 
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "common/bus/simulation.h"

@@ -80,7 +80,8 @@ void MemoryLink::close() {
   if (!closed) return;
   closed->link = nullptr;
   closed->server_loop.after(closed->latency, [connection = closed] {
-    if (connection->server != nullptr && !connection->deaf) connection->server->drop(connection);
+    if (connection->server != nullptr && !connection->state.deaf)
+      connection->server->drop(connection);
   });
 }
 
@@ -88,22 +89,15 @@ void MemoryLink::close() {
 
 MemoryServer::MemoryServer(SimulatedLoop& loop, Options options, RegisterImage& image,
                            Hook before_read, Hook after_write)
-    : RegisterServer(std::move(options), image, std::move(before_read), std::move(after_write)),
+    : RegisterServer(loop, std::move(options), image, std::move(before_read),
+                     std::move(after_write)),
       loop_(loop) {
   if (!loop.simulation().shared<MemoryServers>().insert({options_.address, this}).second) {
     throw InputError("address " + options_.address + " is served twice");
   }
-  idle_timer_ = loop_.every(second, [this] {
-    const Utime limit = loop_.now() - options_.idle_timeout;
-    const auto connections = connections_;
-    for (const Connection& one : connections) {
-      if (one->last_received < limit) drop(one);
-    }
-  });
 }
 
 MemoryServer::~MemoryServer() {
-  loop_.cancel(idle_timer_);
   drop_connections();
   loop_.simulation().shared<MemoryServers>().erase(options_.address);
 }
@@ -111,7 +105,7 @@ MemoryServer::~MemoryServer() {
 void MemoryServer::accept(const Connection& connection) {
   if (connections() >= options_.connections) return drop(connection);
   connection->server = this;
-  connection->last_received = loop_.now();
+  connection->state.last_received = loop_.now();
   connections_.push_back(connection);
 }
 
@@ -128,11 +122,9 @@ void MemoryServer::drop_connection(int n) {
   drop(connection);
 }
 
-void MemoryServer::half_open(int n) { connections_.at(static_cast<std::size_t>(n))->deaf = true; }
-
 void MemoryServer::take(const Connection& from, const RegisterRequest& request) {
-  if (from->deaf) return;
-  from->last_received = loop_.now();
+  if (from->state.deaf) return;
+  from->state.last_received = loop_.now();
   if (faults_.silent) return;
   if (faults_.garbage) {
     from->link_loop.after(from->latency, [from] {

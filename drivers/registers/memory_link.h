@@ -24,8 +24,7 @@ struct MemoryConnection {
   Loop& server_loop;
   Utime latency;  ///< of each way, us
   int unit;
-  Utime last_received = 0;  ///< by the server
-  bool deaf = false;        ///< the server is
+  RegisterServer::ConnectionState state{};
 };
 
 /// A driver's link to a MemoryServer of the same Simulation: requests as values, each way after the
@@ -58,10 +57,12 @@ class MemoryServer final : public RegisterServer {
 
   int connections() const override { return static_cast<int>(connections_.size()); }
   void drop_connection(int n) override;
-  void half_open(int n) override;
 
  private:
   friend class MemoryLink;
+  ConnectionState& state(int n) override {
+    return connections_.at(static_cast<std::size_t>(n))->state;
+  }
   void accept(const std::shared_ptr<MemoryConnection>& connection);
   void take(const std::shared_ptr<MemoryConnection>& from, const RegisterRequest& request);
   void answer(const std::shared_ptr<MemoryConnection>& to, const RegisterRequest& request);
@@ -70,7 +71,6 @@ class MemoryServer final : public RegisterServer {
 
   SimulatedLoop& loop_;
   std::vector<std::shared_ptr<MemoryConnection>> connections_;
-  Loop::TimerId idle_timer_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

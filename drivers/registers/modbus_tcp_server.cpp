@@ -78,33 +78,23 @@ RegisterAccess access_of(std::span<const std::uint8_t> request, const RegisterIm
 
 ModbusTcpServer::ModbusTcpServer(ProcessLoop& loop, Options options, RegisterImage& image,
                                  Hook before_read, Hook after_write)
-    : RegisterServer(std::move(options), image, std::move(before_read), std::move(after_write)),
+    : RegisterServer(loop, std::move(options), image, std::move(before_read),
+                     std::move(after_write)),
       loop_(loop) {
   loop.sockets().listen(options_.address,
                         [this, alive = std::weak_ptr<bool>(alive_)](Socket socket) {
                           if (!alive.expired()) accept(std::move(socket));
                         });
-  idle_timer_ = loop_.every(second, [this] {
-    const Utime limit = loop_.now() - options_.idle_timeout;
-    std::vector<std::uint64_t> idle;
-    for (const auto& one : connections_) {
-      if (one->last_received < limit) idle.push_back(one->id);
-    }
-    for (const std::uint64_t id : idle) drop(id);
-  });
 }
 
-ModbusTcpServer::~ModbusTcpServer() {
-  loop_.cancel(idle_timer_);
-  drop_connections();
-}
+ModbusTcpServer::~ModbusTcpServer() { drop_connections(); }
 
 void ModbusTcpServer::accept(Socket socket) {
   if (connections() >= options_.connections) return;
   Connection& one = *connections_.emplace_back(std::make_unique<Connection>());
   one.id = ++last_id_;
   one.modbus = make_modbus_context(socket.release(), options_.unit, pause_before_exception);
-  one.last_received = loop_.now();
+  one.state.last_received = loop_.now();
   one.thread = std::thread([this, &one, priority = ThreadPriority()] {
     priority.take();
     receive(one);
@@ -132,7 +122,7 @@ void ModbusTcpServer::receive(Connection& from) {
     from.answered = false;
   }
   post(from.id, [this](Connection& one) {
-    if (!one.deaf) drop(one.id);
+    if (!one.state.deaf) drop(one.id);
   });
 }
 
@@ -143,8 +133,8 @@ ModbusTcpServer::Connection* ModbusTcpServer::connection(std::uint64_t id) {
 }
 
 void ModbusTcpServer::take(Connection& from, const Request& request) {
-  if (from.deaf) return go_on(from);
-  from.last_received = loop_.now();
+  if (from.state.deaf) return go_on(from);
+  from.state.last_received = loop_.now();
   if (faults_.silent) return go_on(from);
   if (faults_.garbage) return send_garbage(from) ? go_on(from) : drop(from.id);
   if (faults_.delay == 0) return answer(from, request);

@@ -42,7 +42,6 @@ class ModbusTcpServer final : public RegisterServer {
 
   int connections() const override { return static_cast<int>(connections_.size()); }
   void drop_connection(int n) override { drop(connections_.at(static_cast<std::size_t>(n))->id); }
-  void half_open(int n) override { connections_.at(static_cast<std::size_t>(n))->deaf = true; }
   /// Takes over a connected socket as if it had been dialled.
   void accept(Socket socket);
 
@@ -51,13 +50,15 @@ class ModbusTcpServer final : public RegisterServer {
   struct Connection {
     std::uint64_t id = 0;
     ModbusContext modbus;  // the thread's while it waits for a request, else the loop's
-    bool deaf = false;
-    Utime last_received = 0;
+    ConnectionState state;
     bool answered = false;  // guarded by mutex_
     bool ends = false;      // guarded by mutex_
     std::thread thread;
   };
 
+  ConnectionState& state(int n) override {
+    return connections_.at(static_cast<std::size_t>(n))->state;
+  }
   void receive(Connection& connection);  // the thread
   void post(std::uint64_t id, std::function<void(Connection&)> task);
   Connection* connection(std::uint64_t id);
@@ -71,7 +72,6 @@ class ModbusTcpServer final : public RegisterServer {
   ProcessLoop& loop_;
   std::vector<std::unique_ptr<Connection>> connections_;
   std::uint64_t last_id_ = 0;
-  Loop::TimerId idle_timer_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

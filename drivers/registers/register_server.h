@@ -34,7 +34,13 @@ class RegisterServer {
   /// before a read, which it may renew, or behind a write.
   using Hook = std::function<void(RegisterTable table, int first, int count)>;
 
-  virtual ~RegisterServer() = default;
+  /// Of one connection, as the server has it.
+  struct ConnectionState {
+    Utime last_received = 0;
+    bool deaf = false;
+  };
+
+  virtual ~RegisterServer() { loop_.cancel(idle_timer_); }
   RegisterServer(const RegisterServer&) = delete;
   RegisterServer& operator=(const RegisterServer&) = delete;
 
@@ -43,7 +49,7 @@ class RegisterServer {
   virtual void drop_connection(int n) = 0;
   /// The connection goes deaf as after a peer's power cut: nothing is received or sent on it, and
   /// nobody is told; it counts until it has been idle too long. New ones are as they should be.
-  virtual void half_open(int n) = 0;
+  void half_open(int n) { state(n).deaf = true; }
 
   void drop_connections() {
     while (connections() > 0) drop_connection(0);
@@ -54,12 +60,16 @@ class RegisterServer {
   RegisterFaults& faults() { return faults_; }
 
  protected:
-  RegisterServer(Options options, RegisterImage& image, Hook before_read, Hook after_write)
+  RegisterServer(Loop& loop, Options options, RegisterImage& image, Hook before_read,
+                 Hook after_write)
       : options_(std::move(options)),
         image_(image),
         before_read_(std::move(before_read)),
-        after_write_(std::move(after_write)) {}
+        after_write_(std::move(after_write)),
+        loop_(loop),
+        idle_timer_(loop.every(second, [this] { drop_idle(); })) {}
 
+  virtual ConnectionState& state(int n) = 0;
   bool is_addressed_by(int unit) const { return unit == options_.unit || unit == 0 || unit == 255; }
 
   const Options options_;
@@ -67,6 +77,17 @@ class RegisterServer {
   const Hook before_read_;
   const Hook after_write_;
   RegisterFaults faults_;
+
+ private:
+  void drop_idle() {
+    const Utime limit = loop_.now() - options_.idle_timeout;
+    for (int n = 0; n < connections();) {
+      state(n).last_received < limit ? drop_connection(n) : void(++n);
+    }
+  }
+
+  Loop& loop_;
+  Loop::TimerId idle_timer_;
 };
 
 /// The server that fits the loop. The hooks may be empty.

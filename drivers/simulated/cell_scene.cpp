@@ -10,7 +10,7 @@ namespace berth {
 namespace {
 
 /// Within this time an arm's links move along straight lines, to some micrometres.
-constexpr Utime longest_span = 5 * millisecond;
+constexpr Utime max_span = 5 * millisecond;
 
 /// Between two poses that are close together.
 Pose blend(const Pose& a, const Pose& b, double s) {
@@ -125,13 +125,13 @@ bool CellScene::move(Arm& arm, Utime t, Utime next) {
   const bool between = before.known && before.time <= t && t <= after.time && after.time <= next;
   if (!between) {
     const Joints was = before.joints;
-    const bool follows = after.known && after.time <= t && t - after.time < longest_span;
+    const bool follows = after.known && after.time <= t && t - after.time < max_span;
     if (follows && next > t) {
       before = after;
     } else {
       find_knot(arm, t, before);
     }
-    if (next > t) find_knot(arm, std::min(next, before.time + longest_span), after);
+    if (next > t) find_knot(arm, std::min(next, before.time + max_span), after);
     if (before.joints != was) arm.placed_once = false;
     arm.frames = before.frames;
     arm.next = after.frames;
@@ -221,8 +221,8 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
       RayHit hit;
       if (body.caster.cast({origin, turn * rays[0].direction}, until, hit)) keep(hit, met[0]);
     } else {
-      std::array<Ray, most_rays> own;
-      std::array<RayHit, most_rays> hits;
+      std::array<Ray, max_rays> own;
+      std::array<RayHit, max_rays> hits;
       for (std::size_t i = 0; i < count; ++i) {
         own[i] = {origin + turn * (rays[i].origin - rays[0].origin), turn * rays[i].direction};
       }
@@ -236,8 +236,8 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
 void CellScene::cast(Utime t, std::span<const Ray> rays, double max_range,
                      std::span<SceneHit> hits) {
   move_to(t);
-  const std::size_t count = std::min(rays.size(), most_rays);
-  std::array<Met, most_rays> all;
+  const std::size_t count = std::min(rays.size(), max_rays);
+  std::array<Met, max_rays> all;
   const std::span<Met> met{all.data(), count};
   for (Met& one : met) one = Met{max_range, nullptr, 0, Vector3d::Zero()};
   for (const Group* group : std::initializer_list<const Group*>{&replica_, &sensor_, &room_}) {

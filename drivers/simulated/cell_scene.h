@@ -101,7 +101,7 @@ class CellScene final : public Scene {
   static constexpr std::size_t last_link = 6;
   static constexpr std::size_t flange_frame = 7;
   static constexpr std::size_t tool_frame = 8;
-  static constexpr std::size_t most_rays = 8;
+  static constexpr std::size_t max_rays = 8;
 
   static Arm make_arm(const PlacedArm& placed, JointsAt joints_at);
   static Body& add(Group& group, const Mesh& mesh, std::size_t frame, const Material& material);

@@ -8,7 +8,7 @@
 namespace berth {
 namespace {
 
-constexpr std::int64_t most_registers = 65536;  // that Modbus can name
+constexpr std::int64_t max_registers = 65536;  // that Modbus can name
 
 void put_number(double value, int multiply, Word* two) {
   if (multiply == 0) {
@@ -55,7 +55,7 @@ void SnpxMemory::find_owners() {
   for (auto it = slots_.rbegin(); it != slots_.rend();
        ++it) {  // a lower slot comes before a higher
     const SnpxAssignment& a = it->second.assignment;
-    const std::int64_t end = std::min(std::int64_t{a.address} + a.size, most_registers);
+    const std::int64_t end = std::min(std::int64_t{a.address} + a.size, max_registers);
     for (std::int64_t address = std::max(a.address, 0); address < end; ++address) {
       const auto at = static_cast<std::size_t>(address);
       if (at >= owners_.size()) owners_.resize(at + 1, nullptr);

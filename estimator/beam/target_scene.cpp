@@ -8,11 +8,6 @@
 
 namespace berth::estimator {
 
-Pose turned(const Joint& joint, double angle) {
-  const Quaterniond rotation(Eigen::AngleAxisd(angle, joint.axis));
-  return {joint.point - rotation * joint.point, rotation};
-}
-
 TargetScene::TargetScene(const Target& target)
     : vertices_(target.mesh.vertices), triangles_(target.mesh.triangles) {
   const std::size_t count = target.mesh.triangles.size();
@@ -38,18 +33,15 @@ TargetScene::TargetScene(const Target& target)
 
 void TargetScene::add_body(const Target& target, int joint,
                            const std::vector<std::uint32_t>& faces) {
-  Mesh mesh;
-  mesh.vertices = target.mesh.vertices;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Side>> edges;
   for (const std::uint32_t f : faces) {
     const auto& t = target.mesh.triangles[f];
-    mesh.triangles.push_back(t);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto key = std::minmax(t[i], t[(i + 1) % 3]);
       edges[key].push_back({f, key.first == t[i]});
     }
   }
-  Body body{joint, RayCaster(mesh), faces, {}};
+  Body body{joint, RayCaster(cut_out(target.mesh, faces)), faces, {}};
   for (const auto& [ends, sides] : edges) {
     body.edges.push_back({ends.first, ends.second, static_cast<std::uint32_t>(sides_.size()),
                           static_cast<std::uint32_t>(sides.size())});

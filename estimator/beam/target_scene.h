@@ -86,7 +86,4 @@ class TargetScene {
   std::vector<Body> bodies_;
 };
 
-/// T_model_part of a part turned by so much (rad).
-Pose turned(const Joint& joint, double angle);
-
 }  // namespace berth::estimator

@@ -76,7 +76,7 @@ class Accumulator {
     blurred_ = angles_blur_edges(beam_model, range);
     edge_.footprint = wide_ ? 2 * width2 / (right2 + up2) : 0;
     edge_.pulse_m = wide_ ? beam_model.pulse_length_m : 0;
-    edge_.least_light = beam_model.least_echo / (1 + beam_model.least_echo);  // of an even beam
+    edge_.least_light = beam_model.min_echo / (1 + beam_model.min_echo);  // of an even beam
   }
 
   BeamInformation cast(std::span<const std::uint32_t> picks) {

@@ -274,16 +274,6 @@ SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views
   return data;
 }
 
-Mesh mesh_of_part(const Target& target, const Mesh& mesh, std::size_t part, bool others) {
-  Mesh own = mesh;
-  own.triangles.clear();
-  own.groups.clear();
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    if ((target.part_index(i) == part) != others) own.triangles.push_back(mesh.triangles[i]);
-  }
-  return own;
-}
-
 /// The angle beyond the mesh, within the joint's range, at which the most returns that nothing else
 /// explains lie on the part.
 double coarse_angle(const Target& target, std::size_t part,
@@ -291,15 +281,16 @@ double coarse_angle(const Target& target, std::size_t part,
   constexpr std::size_t max_points = 1500;
   constexpr double too_far = 0.05;  // m
   const Joint& joint = *target.parts[part].joint;
-  const Mesh own = mesh_of_part(target, target.mesh, part, false);
-  const RayCaster caster(own);
-  const RayCaster others(mesh_of_part(target, target.mesh, part, true));
-  double reach = 0;
-  for (const auto& triangle : own.triangles) {
-    for (const std::uint32_t v : triangle) {
-      reach = std::max(reach, (own.vertices[v] - joint.point).norm());
-    }
+  std::vector<std::uint32_t> turning;
+  std::vector<std::uint32_t> standing;
+  for (std::uint32_t i = 0; i < target.mesh.triangles.size(); ++i) {
+    (target.part_index(i) == part ? turning : standing).push_back(i);
   }
+  const Mesh own = cut_out(target.mesh, turning);
+  const RayCaster caster(own);
+  const RayCaster others(cut_out(target.mesh, standing));
+  double reach = 0;
+  for (const Vector3d& v : own.vertices) reach = std::max(reach, (v - joint.point).norm());
   std::vector<Vector3d> points;
   const std::size_t step = 1 + returns.size() / 20000;
   for (std::size_t i = 0; i < returns.size(); i += step) {
@@ -316,11 +307,11 @@ double coarse_angle(const Target& target, std::size_t part,
   if (points.size() < min_returns) return 0;
   const std::size_t every = 1 + points.size() / max_points;
   const auto cost = [&](double angle) {
-    const Eigen::AngleAxisd back(-angle, joint.axis);
+    const Pose part_model = turned(joint, angle).inverse();
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); i += every) {
-      const Vector3d turned = joint.point + back * (points[i] - joint.point);
-      sum += std::min((caster.nearest(turned) - turned).squaredNorm(), too_far * too_far);
+      const Vector3d point = part_model * points[i];
+      sum += std::min((caster.nearest(point) - point).squaredNorm(), too_far * too_far);
     }
     return sum;
   };

@@ -104,10 +104,10 @@ Scan sweep(Receiver& receiver, Scene& scene, const std::vector<Window>& windows,
 }
 
 double World::expected_returns(const std::vector<Window>& windows, const Pose& pose,
-                               int most_beams) const {
+                               int max_beams) const {
   int total = 0;
   for (const Window& w : windows) total += w.count;
-  const double thinning = std::max(1.0, static_cast<double>(total) / most_beams);
+  const double thinning = std::max(1.0, static_cast<double>(total) / max_beams);
   MeshScene scene = scene_;
   scene.place(0, pose);
   double expected = 0;

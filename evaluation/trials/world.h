@@ -62,9 +62,9 @@ class World {
     return sweep(windows, pose, {}, first_utime, random);
   }
   /// How many of the windows' beams would return from the target without noise. At most
-  /// most_beams of them are cast.
+  /// max_beams of them are cast.
   double expected_returns(const std::vector<Window>& windows, const Pose& pose,
-                          int most_beams = 4000) const;
+                          int max_beams = 4000) const;
 
   const Physics& physics() const { return physics_; }
   const RayCaster& caster() const { return scene_.target(); }

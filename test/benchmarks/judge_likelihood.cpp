@@ -65,8 +65,8 @@ double JudgeLikelihood::of_beam(const RawBeam& beam, const Pose& to_model) const
   };
   const bool met = meets(beam.azimuth, beam.elevation);
   if (!returned && !met) return 0;
-  constexpr double least_facing = 0.15;  // flatter, a slope is no good picture of a surface
-  if (returned && met && facing > least_facing) {
+  constexpr double min_facing = 0.15;  // flatter, a slope is no good picture of a surface
+  if (returned && met && facing > min_facing) {
     const double error = beam.range - hit.range;
     if (error * error < 16 * variance(1)) return log_normal_density(error, variance(1));
   }

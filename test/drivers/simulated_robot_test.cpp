@@ -217,9 +217,9 @@ struct Ramp {
   double mean = 0;
   double slowest = INFINITY;
   double fastest = 0;
-  double hardest = 0;      // rad/s^2
-  double largest_lag = 0;  // s
-  double smallest_lag = INFINITY;
+  double hardest = 0;  // rad/s^2
+  double max_lag = 0;  // s
+  double min_lag = INFINITY;
   int stops = 0;  // periods at rest
 
   Ramp(double rate, const SimulatedRobot::Options& options) {
@@ -248,8 +248,8 @@ struct Ramp {
         hardest = std::max(hardest, std::abs(v - speed) / 0.008);
         stops += v < 1e-9 ? 1 : 0;
         const double lag = seconds(t) - j / rate;
-        largest_lag = std::max(largest_lag, lag);
-        smallest_lag = std::min(smallest_lag, lag);
+        max_lag = std::max(max_lag, lag);
+        min_lag = std::min(min_lag, lag);
       }
       speed = v;
       last = j;
@@ -268,12 +268,12 @@ TEST_CASE("a position-register program follows a ramp at its mean speed, unevenl
   // every 2.08.
   const double periods = 1e3 / 60 / 8;
   const Ramp slow(0.002, position_register(100));
-  CAPTURE(slow.slowest, slow.fastest, slow.smallest_lag, slow.largest_lag, slow.stops);
+  CAPTURE(slow.slowest, slow.fastest, slow.min_lag, slow.max_lag, slow.stops);
   CHECK(slow.mean == Approx(1).epsilon(0.01));
   CHECK(slow.stops == Approx(500 * (1 - 1 / periods)).margin(4));
   CHECK(slow.fastest == Approx(periods).epsilon(0.01));
   const Ramp steady(0.02, position_register(100));
-  CAPTURE(steady.slowest, steady.fastest, steady.smallest_lag, steady.largest_lag, steady.stops);
+  CAPTURE(steady.slowest, steady.fastest, steady.min_lag, steady.max_lag, steady.stops);
   CHECK(steady.mean == Approx(1).epsilon(0.01));
   CHECK(steady.stops == Approx(500 * (1 - 2 / periods)).margin(2));
   CHECK(steady.fastest > 1.2);
@@ -281,23 +281,22 @@ TEST_CASE("a position-register program follows a ramp at its mean speed, unevenl
   // Behind by the dead time and the motion, and until the next one by a set-point's period and by
   // one of the controller's.
   const double motion = 2 * std::sqrt(0.02 / 60 / a);
-  CHECK(steady.smallest_lag > 0.15);
-  CHECK(steady.largest_lag < 0.15 + 1 / 60.0 + 0.008 + motion);
+  CHECK(steady.min_lag > 0.15);
+  CHECK(steady.max_lag < 0.15 + 1 / 60.0 + 0.008 + motion);
   // Fast: points are passed over while a motion gathers speed, and motions blend.
   const Ramp fast(0.2, position_register(100));
-  CAPTURE(fast.slowest, fast.fastest, fast.hardest, fast.smallest_lag, fast.largest_lag,
-          fast.stops);
+  CAPTURE(fast.slowest, fast.fastest, fast.hardest, fast.min_lag, fast.max_lag, fast.stops);
   CHECK(fast.mean == Approx(1).epsilon(0.01));
   CHECK(fast.stops == 0);
   CHECK(fast.slowest < 0.9);
   CHECK(fast.fastest > 1.1);
   CHECK(fast.hardest < 2 * a);
-  CHECK(fast.smallest_lag > 0.15);
+  CHECK(fast.min_lag > 0.15);
   // Without blending it comes to rest at every point that it takes, and falls farther behind.
   const Ramp fine(0.2, position_register(0));
   CHECK(fine.mean == Approx(1).epsilon(0.02));
   CHECK(fine.slowest < a * 0.004 / 0.2);  // the mean of a period that has the rest within
-  CHECK(fine.smallest_lag > fast.largest_lag);
+  CHECK(fine.min_lag > fast.max_lag);
 }
 
 TEST_CASE("a position-register program takes one point within the limits, and rests there") {

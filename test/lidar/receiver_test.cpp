@@ -86,7 +86,7 @@ TEST_CASE(
     "an echo that is weak beside the strongest is not seen; a beam that meets nothing is a miss") {
   CHECK(received(split(1, 5.0, 6.0))->range == Approx(6.0));
   BeamModel keen;
-  keen.least_echo = 0.05;
+  keen.min_echo = 0.05;
   CHECK(received(split(1, 5.0, 6.0), keen)->range == Approx(5.0));
   CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing beside it
   CHECK_FALSE(received(split(0, 0, 0)));

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """An operator's session in a real browser: console_browser.py BERTH WORK LCM_URL [PICTURES].
 
-Brings a cell up, runs an approach from the page, holds, resumes, takes control over from a second viewer, aborts, and
-opens the replay of that run. With a directory, writes there the pictures that the documentation shows."""
+Brings a cell up, runs an approach from the page, holds, resumes, takes control over from a second viewer, aborts, runs
+another procedure through an alarm and its reset, and opens the replay of that approach. With a directory, writes there
+the pictures that the documentation shows."""
 import math
 import os
 import pathlib
@@ -167,17 +168,23 @@ def console_address(run):
     raise AssertionError("the console does not serve")
 
 
+def begin(operator, procedure, **parameters):
+    operator.use("#run", lambda: operator.is_open("#run-dialog"))
+    operator.script("const s = document.querySelector('#run-procedure'); s.value = arguments[0];"
+                    "s.dispatchEvent(new Event('change', {bubbles: true}))", procedure)
+    for name, value in parameters.items():
+        operator.script("document.querySelector(`#run-parameters input[name=${arguments[0]}]`).value = arguments[1]",
+                        name, value)
+    operator.click("#run-start")
+    assert procedure in operator.say_yes()
+    operator.until_procedure("running", 90)
+
+
 def drive(cell):
     operator = Viewer(console_address(cell))
     operator.until("every node", lambda: operator.length("nodes") >= 8, 30)
     assert "Nobody" in operator.text("#control-word")
-    operator.use("#run", lambda: operator.is_open("#run-dialog"))
-    operator.script("const s = document.querySelector('#run-procedure'); s.value = 'approach.yaml';"
-                    "s.dispatchEvent(new Event('change', {bubbles: true}))")
-    operator.script("const i = document.querySelector('#run-parameters input[name=speed]'); i.value = '15 mm/s'")
-    operator.click("#run-start")
-    assert "approach.yaml" in operator.say_yes()
-    operator.until_procedure("running", 90)
+    begin(operator, "approach.yaml", speed="15 mm/s")
 
     # It approaches: estimate and truth come nearer, the plots grow.
     operator.until("the approach", lambda: operator.data("#steps li[data-state=running]", "step") == "4", 120)
@@ -218,6 +225,36 @@ def drive(cell):
         assert viewer.data("#running", "outcome") == "aborted", viewer.data("#running", "outcome")
     assert "enough seen" in second.script("return document.querySelector('#events').textContent")
     second.close()
+    operator.close()
+
+
+# The emergency stop is pressed while the arms move, and let go again.
+alarm = """name: alarm
+layout: range
+steps:
+  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 200 mm/s, turn: 10 deg/s}
+  - inject: {device: plc, fault: estop, for: 15 s, after: 2 s}
+  - move: {to: [200, -100, 4500, 5, 15, -10], speed: 50 mm/s, turn: 5 deg/s}
+"""
+
+
+def recover(cell):
+    """After an alarm: a reset is refused while the stop is in, then it clears the alarm, and the run goes on."""
+    operator = Viewer(console_address(cell))
+    begin(operator, "alarm.yaml")
+    operator.until_procedure("held", 90)
+    operator.until("the stop", lambda: "E-stop" in operator.text("#state"), 5)
+    operator.use("#reset", lambda: "SRVO-001" in operator.text("#notice"))
+    assert operator.data("#running", "procedureState") == "held"
+    operator.until("the stop is let go", lambda: "E-stop" not in operator.text("#state"), 30)
+    assert "SRVO-001" in operator.text("#state"), operator.text("#state")
+    operator.use("#reset", lambda: "resume goes on" in operator.text("#state"))
+    assert operator.data("#running", "procedureState") == "held"
+    operator.use("#resume", lambda: operator.is_open("#confirm-dialog"))
+    operator.say_yes()
+    operator.until_procedure("running", 10)
+    operator.until_procedure("finished", 90)
+    assert operator.data("#running", "outcome") == "pass", operator.data("#running", "outcome")
     operator.close()
 
 
@@ -264,9 +301,20 @@ def run_of(procedure):
     return next(directory for directory in sorted(runs.iterdir()) if directory.name.endswith("_" + procedure))
 
 
+# What is shipped, and a procedure beside it.
+home = work / "home"
+home.mkdir()
+for shipped in pathlib.Path(os.environ["BERTH_HOME"]).iterdir():
+    if shipped.name != "procedures":
+        (home / shipped.name).symlink_to(shipped)
+    else:
+        shutil.copytree(shipped, home / shipped.name)
+(home / "procedures" / "alarm.yaml").write_text(alarm)
+os.environ["BERTH_HOME"] = str(home)
+
 # A machine without a graphics card may keep a page busy for longer than control lasts: that must not hold the run here.
 config = work / "config"
-shutil.copytree(pathlib.Path(os.environ["BERTH_HOME"]) / "config", config)
+shutil.copytree(home / "config", config)
 file = config / "console.yaml"
 file.write_text(file.read_text().replace("on_loss_of_control: hold", "on_loss_of_control: nothing"))
 subprocess.run([berth, "up", "--layout", "range", "--config", str(config), "--detach", "--out", str(runs), "--lcm-url", url],
@@ -275,6 +323,7 @@ os.nice(10)  # the browser's pixels are not to cost the cell its beat
 cell = run_of("cell")
 try:
     drive(cell)
+    recover(cell)
     dark(cell)
 finally:
     subprocess.run([berth, "stop", str(cell)], check=False)

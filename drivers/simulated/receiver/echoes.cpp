@@ -84,7 +84,7 @@ Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
   Echoes echoes;
   for (std::size_t i = 0; i < found && echoes.count < echoes.echo.size(); ++i) {
     const Light& one = all[settings.last_return ? found - 1 - i : i];
-    if (one.power < beam.least_echo * strongest) continue;
+    if (one.power < beam.min_echo * strongest) continue;
     echoes.echo[echoes.count++] = {one.range, one.power, *one.hit};
   }
   return echoes;
