@@ -418,6 +418,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
   for (const Departures& world : departure_worlds(settings.config)) {
     for (const Sighting& sighting : sightings) {
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
+        if (sighting.judge == nullptr && returns != 1000) continue;  // of the bare mesh is enough
         cells.push_back({&sighting, &world, returns});
       }
       cells.push_back({&sighting, &world, 1000, true});
