@@ -205,7 +205,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
               const Vector3d p = middle + places[i];
               const int at = image.pixel(p);
               if (at >= 0 && image.farthest_about(at) > 0 &&
-                  image.nearest_about(at) > p.norm() + 0.05 * length) {
+                  static_cast<double>(image.nearest_about(at)) > p.norm() + 0.05 * length) {
                 ++through;
               }
             }
