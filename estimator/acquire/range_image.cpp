@@ -24,9 +24,17 @@ double normal_density(double error, double sigma) {
 }  // namespace
 
 RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) {
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& p : scan.points) sum += p.normalized();
-  if (sum.norm() > 0) axis_ = sum.normalized();
+  // In whole numbers, whose sum does not depend on their order.
+  std::array<std::int64_t, 3> sum{};
+  for (const Vector3d& p : scan.points) {
+    const Vector3d direction = p.normalized();
+    for (int i = 0; i < 3; ++i) {
+      sum[static_cast<std::size_t>(i)] += std::llround(std::ldexp(direction[i], 32));
+    }
+  }
+  const Vector3d mean(static_cast<double>(sum[0]), static_cast<double>(sum[1]),
+                      static_cast<double>(sum[2]));
+  if (mean.norm() > 0) axis_ = mean.normalized();
   across_ = axis_.unitOrthogonal();
   // The image's sides are those of scanners that sweep azimuth and elevation.
   if (const Vector3d side = Vector3d::UnitY().cross(axis_); side.norm() > 0.1) {
@@ -58,31 +66,44 @@ void RangeImage::place(const CleanScan& scan) {
   }
   if (placed.empty()) return;
   const double area = std::max(1e-12, (right - left) * (bottom - top));
-  spacing_ = std::max(1e-6, std::sqrt(area / static_cast<double>(placed.size())));
-  // A scan of several windows is denser than its outline says: as dense as most beams' neighbours.
-  for (int pass = 0; pass < 2; ++pass) {
-    spacing_ = std::max(spacing_, std::sqrt(area / max_pixels));
-    per_pixel_ = 1 / spacing_;
-    left_ = left - 0.5 * spacing_;
-    top_ = top - 0.5 * spacing_;
-    width_ = static_cast<int>((right - left_) * per_pixel_) + 1;
-    height_ = static_cast<int>((bottom - top_) * per_pixel_) + 1;
+  const auto lay = [&](double spacing, double aspect) {
+    spacing_ = std::max({1e-6, spacing, std::sqrt(area / max_pixels)});
+    columns_per_unit_ = 1 / (spacing_ * aspect);
+    rows_per_unit_ = aspect / spacing_;
+    left_ = left - 0.5 / columns_per_unit_;
+    top_ = top - 0.5 / rows_per_unit_;
+    width_ = static_cast<int>((right - left_) * columns_per_unit_) + 1;
+    height_ = static_cast<int>((bottom - top_) * rows_per_unit_) + 1;
     beam_at_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), -1);
     std::size_t filled = 0;
     for (Placed& p : placed) {
-      p.pixel = static_cast<int>((p.x - left_) * per_pixel_) +
-                width_ * static_cast<int>((p.y - top_) * per_pixel_);
+      p.pixel = static_cast<int>((p.x - left_) * columns_per_unit_) +
+                width_ * static_cast<int>((p.y - top_) * rows_per_unit_);
       int& at = beam_at_[static_cast<std::size_t>(p.pixel)];
       if (at < 0) ++filled;
       at = 0;
     }
-    solid_angle_ = static_cast<double>(filled) * spacing_ * spacing_;
-    if (pass == 0) {
-      const double crowd = static_cast<double>(placed.size()) / static_cast<double>(filled);
-      if (crowd < 2) break;
-      spacing_ /= std::sqrt(crowd);
+    return filled;
+  };
+  // Pixels as high as rows are apart, whatever the scanner: so that beams share as few as can be.
+  double spacing = std::sqrt(area / static_cast<double>(placed.size()));
+  double aspect = 1;
+  for (int pass = 0; pass < 2; ++pass) {
+    std::size_t most = 0;
+    double best = 1;
+    for (const double tried : {1.0, 0.71, 1.41, 0.5, 2.0, 0.35, 2.83, 0.25, 4.0, 0.18, 0.125}) {
+      const std::size_t filled = lay(spacing, tried);
+      if (static_cast<double>(filled) <= 1.05 * static_cast<double>(most)) continue;
+      most = filled;
+      best = tried;
     }
+    aspect = best;
+    // A scan of several windows is denser than its outline says.
+    const double crowd = static_cast<double>(placed.size()) / static_cast<double>(most);
+    if (pass == 1 || crowd < 2) break;
+    spacing /= std::sqrt(crowd);
   }
+  solid_angle_ = static_cast<double>(lay(spacing, aspect)) * spacing_ * spacing_;
   std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
     if (a.pixel != b.pixel) return a.pixel < b.pixel;
     if (a.x != b.x) return a.x < b.x;
@@ -171,7 +192,7 @@ void RangeImage::weigh_background(const BeamModel& beam_model) {
       }
       for (std::size_t side = 0; side < 2; ++side) {
         if (next[side] == nullptr) continue;
-        add(2, 1 / next[side]->range, 1.4 * sigma + 0.4 * spacing_ * z);
+        add(2, 1 / next[side]->range, 1.4 * sigma + 0.4 * apart(next[side]) * z);
         if (second[side] == nullptr) continue;
         const double a = apart(next[side]), c = apart(second[side]);
         if (c <= a) continue;

@@ -9,9 +9,9 @@
 
 namespace berth::estimator {
 
-/// A scan as an image: a pixel about as wide as beams are apart, on the plane square to the mean
-/// direction of its returns. Beams farther than 75 degrees from that are left out. What is computed
-/// from it does not depend on the order of beams.
+/// A scan as an image: pixels about as wide and as high as beams are apart, on the plane square to
+/// the mean direction of its returns. Beams farther than 75 degrees from that are left out. What is
+/// computed from it does not depend on the order of beams.
 class RangeImage {
  public:
   static constexpr double missed = std::numeric_limits<double>::infinity();
@@ -26,7 +26,7 @@ class RangeImage {
   /// through neighbours, in inverse range (exact on planes), by copies of them, and a share of
   /// anywhere.
   const std::vector<double>& log_background() const { return log_background_; }
-  double spacing() const { return spacing_; }          ///< rad, between beams
+  double spacing() const { return spacing_; }  ///< rad, between beams: of both ways the mean
   double solid_angle() const { return solid_angle_; }  ///< sr, that was scanned
   double nearest() const { return nearest_; }          ///< m, of the returns
   double farthest() const { return farthest_; }        ///< m
@@ -35,8 +35,8 @@ class RangeImage {
   int pixel(const Vector3d& place) const {
     const double depth = axis_.dot(place);
     if (depth <= 0.2 * place.norm()) return -1;
-    const int x = static_cast<int>((across_.dot(place) / depth - left_) * per_pixel_);
-    const int y = static_cast<int>((down_.dot(place) / depth - top_) * per_pixel_);
+    const int x = static_cast<int>((across_.dot(place) / depth - left_) * columns_per_unit_);
+    const int y = static_cast<int>((down_.dot(place) / depth - top_) * rows_per_unit_);
     return x < 0 || y < 0 || x >= width_ || y >= height_ ? -1 : x + width_ * y;
   }
   int width() const { return width_; }
@@ -58,7 +58,8 @@ class RangeImage {
   Vector3d axis_ = Vector3d::UnitZ();
   Vector3d across_ = Vector3d::UnitX();
   Vector3d down_ = Vector3d::UnitY();
-  double left_ = 0, top_ = 0, per_pixel_ = 1, spacing_ = 1, solid_angle_ = 0;
+  double left_ = 0, top_ = 0, columns_per_unit_ = 1, rows_per_unit_ = 1, spacing_ = 1,
+         solid_angle_ = 0;
   double nearest_ = 0, farthest_ = 0;
   int width_ = 0, height_ = 0;
   std::vector<int> beam_at_, pixel_of_;
