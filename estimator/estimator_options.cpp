@@ -96,9 +96,24 @@ void read_views(Config config, ViewAcquisitionOptions& v) {
   at_least(config, "most_hypotheses", v.most_hypotheses, 1);
 }
 
+void read_hypotheses(Config config, HypothesisAcquisitionOptions& h) {
+  config.optional("risk", h.risk);
+  config.optional("bare_surface_sigma", Dimension::length, h.bare_surface_sigma_m);
+  config.optional("min_returns", h.min_returns);
+  config.optional("max_hypotheses", h.max_hypotheses);
+  config.finish();
+  if (!(h.risk > 0 && h.risk < 0.5)) {
+    throw config.error("risk", "found a probability outside (0, 50 %)");
+  }
+  at_least(config, "bare_surface_sigma", h.bare_surface_sigma_m, 0);
+  at_least(config, "min_returns", h.min_returns, 6);
+  at_least(config, "max_hypotheses", h.max_hypotheses, 1);
+}
+
 void read_acquisition(Config config, EstimatorOptions& options) {
   options.acquisition_method = config.choice("method", acquisition_names());
   if (config.has("views")) read_views(config.section("views"), options.views);
+  if (config.has("hypotheses")) read_hypotheses(config.section("hypotheses"), options.hypotheses);
   VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
   config.optional("zoom_beams", options.zoom_beams);
@@ -333,7 +348,7 @@ void read_budgets(Config config, Budgets& budgets) {
 }  // namespace
 
 const std::vector<std::string>& acquisition_names() {
-  static const std::vector<std::string> names = {"views", "voxel_template"};
+  static const std::vector<std::string> names = {"views", "hypotheses", "voxel_template"};
   return names;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/acquire/hypothesis_acquisition.h"
 #include "estimator/acquisition/view_acquisition.h"
 #include "estimator/acquisition/voxel_template_acquisition.h"
 #include "estimator/filter/alpha_beta_tracker.h"
@@ -36,6 +37,7 @@ struct EstimatorOptions {
   std::string acquisition_method = "voxel_template";
   VoxelTemplateOptions voxel_template;
   ViewAcquisitionOptions views;
+  HypothesisAcquisitionOptions hypotheses;
   int acquire_beams = 6000;  ///< of a scan of the whole field of view
   int zoom_beams = 5000;     ///< of a scan of the place where the target seems to be
 

@@ -6,6 +6,9 @@ namespace berth::estimator {
 std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
                                               const TargetModel& model,
                                               const BeamModel& beam_model) {
+  if (options.acquisition_method == "hypotheses") {
+    return std::make_unique<HypothesisAcquisition>(model, beam_model, options.hypotheses);
+  }
   if (options.acquisition_method == "views") {
     return std::make_unique<ViewAcquisition>(model, beam_model, options.views);
   }

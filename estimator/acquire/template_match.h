@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "estimator/acquire/range_image.h"
+#include "estimator/acquire/view_templates.h"
+
+namespace berth::estimator {
+
+/// A pose that a template proposes.
+struct Placement {
+  Pose pose;         ///< T_sensor_model
+  double score = 0;  ///< beams, about: those explained less those that speak against it
+};
+
+struct TemplateMatchOptions {
+  int turns = 30;         ///< about the line of sight, of each template
+  int max_anchors = 300;  ///< returns that templates are laid on
+  int placements = 600;   ///< that are kept
+};
+
+/// Lays every template, turned about the line of sight, with its anchors on every return, and keeps
+/// the best. Needs no guess of what of a scan is the target.
+/// @param searched of the image's beams, those whose returns may be the target's
+/// @param centre, radius, length of the target, model frame, m
+std::vector<Placement> match_templates(const RangeImage& image, const std::vector<char>& searched,
+                                       const std::vector<ViewTemplate>& templates,
+                                       const Vector3d& centre, double radius, double length,
+                                       const TemplateMatchOptions& options);
+
+}  // namespace berth::estimator

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "common/core/ray_caster.h"
+
+namespace berth::estimator {
+
+/// What a scan shows of the target from one side. Viewer's axes (z along the line of sight), about
+/// the centre of the target's sphere, m.
+struct ViewTemplate {
+  static constexpr int anchors = 2;  ///< the first of the points
+
+  Quaterniond view;               ///< from model axes to the viewer's
+  std::vector<Vector3d> points;   ///< on the surface, not at rims, spread: every first few too
+  std::vector<Vector3d> outside;  ///< just beside the outline, as deep as the surface there
+  double area = 0;                ///< m^2, of the outline
+  double perimeter = 0;           ///< m
+};
+
+/// Views from all sides, at five radii. @param radius of the sphere about `centre` that holds the
+/// target, m
+std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vector3d& centre,
+                                              double radius, int count);
+
+}  // namespace berth::estimator

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/acquire/hypothesis_acquisition.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "estimator/acquire/large_planes.h"
+#include "test/catch.h"
+#include "test/estimator/scan_maker.h"
+
+using namespace berth;
+using namespace berth::estimator;
+
+namespace {
+
+using Status = AcquisitionResult::Status;
+
+const BeamModel beam_model = [] {
+  BeamModel beam;
+  beam.range_min_m = 0.5;
+  return beam;
+}();
+const HypothesisAcquisitionOptions options;
+const RangeGate gate{1, 9};
+
+/// A small body with a panel to one side and a mast, no two sides alike.
+std::shared_ptr<const TargetModel> lopsided() {
+  static const auto model = [] {
+    Target target;
+    target.mesh = make_box({0.7, 0.5, 0.5});
+    target.mesh.append(make_box({1.2, 0.5, 0.03}), {{0.95, 0, 0.1}, Quaterniond::Identity()});
+    target.mesh.append(make_box({0.1, 0.1, 0.6}), {{-0.2, 0.1, 0.5}, Quaterniond::Identity()});
+    target.name = "lopsided";
+    target.hash = content_hash(target.mesh);
+    target.length = bounding_box(target.mesh).size().maxCoeff();
+    ModelOptions coarse;
+    coarse.surface_samples = 6000;
+    coarse.grid_voxels = 150000;
+    return load_target_model(target, coarse, std::filesystem::path("build") / "test-models");
+  }();
+  return model;
+}
+
+const HypothesisAcquisition& acquisition() {
+  static const HypothesisAcquisition made(*lopsided(), beam_model, options);
+  return made;
+}
+
+/// Floor, wall and a column, on which most of the returns fall.
+Mesh cell() {
+  Mesh mesh = make_box({8, 0.1, 8});
+  for (Vector3d& v : mesh.vertices) v += Vector3d(0, 1.7, 6);
+  mesh.append(make_box({9, 6, 0.1}), {{0, 0, 8}, Quaterniond::Identity()});
+  mesh.append(make_cylinder(0.25, 2.5, 24),
+              {{0.9, 0.5, 6.2}, rotation_from_vector({std::numbers::pi / 2, 0, 0})});
+  return mesh;
+}
+
+CleanScan scan_of_cell(const Pose& pose, std::uint64_t seed, bool target = true) {
+  ScanMaker lidar(target ? lopsided()->target.mesh : make_box({0.01, 0.01, 0.01}), seed);
+  lidar.beam = beam_model;
+  lidar.pose = pose;
+  if (!target) lidar.pose.position = {0, 0, -5};
+  lidar.add_clutter(cell());
+  return preprocess(lidar.sweep(full_view(6000)), gate, beam_model);
+}
+
+Pose drawn(Random& random) {
+  Pose pose = random_pose(random, 5);
+  pose.position.x() += random.uniform(-0.3, 0.3);
+  return pose;
+}
+
+bool right(const Pose& pose, const Pose& truth) {
+  return lopsided()->symmetries.angle_between(pose, truth) < radians(5) &&
+         lopsided()->symmetries.distance(pose, truth) < 0.05 * lopsided()->target.length;
+}
+
+}  // namespace
+
+TEST_CASE("Among floor, wall and column the target is found without a guess of where") {
+  Random random(1, "hypotheses");
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    const Pose truth = drawn(random);
+    const CleanScan scan = scan_of_cell(truth, i + 1);
+    CAPTURE(i);
+    // The decision alone: what is true must pass, wherever the search would have ended.
+    const AcquisitionResult at_truth = acquisition().weigh(scan, {truth});
+    CAPTURE(at_truth.reason);
+    REQUIRE_FALSE(at_truth.hypotheses.empty());
+    CHECK(at_truth.status != Status::not_found);
+    const AcquisitionResult found = acquisition().acquire(scan);
+    CAPTURE(found.reason);
+    REQUIRE((found.status == Status::found || found.status == Status::ambiguous));
+    CHECK(std::any_of(found.hypotheses.begin(), found.hypotheses.end(),
+                      [&](const Hypothesis& h) { return right(h.pose, truth); }));
+    if (found.status == Status::found) CHECK(right(found.hypotheses.front().pose, truth));
+  }
+}
+
+TEST_CASE("Where the target is not, it is lost, and the odds are told") {
+  const AcquisitionResult result = acquisition().acquire(scan_of_cell({}, 7, false));
+  CHECK(result.status == Status::not_found);
+  CHECK_THAT(result.reason, Catch::Matchers::Contains("required"));
+}
+
+TEST_CASE("The order of beams does not matter to hypotheses") {
+  Random random(2, "hypotheses");
+  CleanScan scan = scan_of_cell(drawn(random), 3);
+  const AcquisitionResult before = acquisition().acquire(scan);
+  REQUIRE_FALSE(before.hypotheses.empty());
+  std::reverse(scan.beams.begin(), scan.beams.end());
+  std::reverse(scan.points.begin(), scan.points.end());
+  const AcquisitionResult after = acquisition().acquire(scan);
+  REQUIRE(after.hypotheses.size() == before.hypotheses.size());
+  CHECK(after.hypotheses.front().log_likelihood == before.hypotheses.front().log_likelihood);
+  CHECK(after.hypotheses.front().pose.position == before.hypotheses.front().pose.position);
+}
+
+TEST_CASE("Floor and wall leave the search, the target does not") {
+  Random random(3, "hypotheses");
+  const Pose truth = drawn(random);
+  const CleanScan scan = scan_of_cell(truth, 5);
+  const RangeImage image(scan, beam_model);
+  const std::vector<char> on = on_large_planes(image, 2.15 * lopsided()->radius, 0.01);
+  int on_target = 0, lost = 0, room = 0, left = 0;
+  for (std::size_t b = 0; b < on.size(); ++b) {
+    const Beam& beam = image.beams()[b];
+    if (!beam.hit()) continue;
+    const Vector3d p = truth.inverse() * beam.point();
+    const bool target = (lopsided()->caster.nearest(p) - p).norm() < 0.03;
+    ++(target ? on_target : room);
+    if (target && on[b] != 0) ++lost;
+    if (!target && on[b] == 0) ++left;
+  }
+  REQUIRE(on_target > 80);
+  CHECK(lost < on_target / 20);
+  CHECK(left < room / 2);
+}
+
+TEST_CASE("The gradient of the odds is that of numeric differences") {
+  Random random(4, "hypotheses");
+  const Pose truth = drawn(random);
+  const CleanScan scan = scan_of_cell(truth, 6);
+  const RangeImage image(scan, beam_model);
+  const PoseOdds odds(*lopsided(), beam_model, image, 0.004);
+  constexpr double annealing = 0.05;
+  const Pose off = displaced(truth, random, 0.02, radians(1));
+  const PoseOdds::At at = odds.at(off, annealing, 1);
+  REQUIRE(at.expected > 50);
+  // Shares are held in the gradient, and of beams at rims nothing is said: small steps, and all
+  // directions together.
+  Vector6d numeric;
+  const double step = 1e-6;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6d d = step * Vector6d::Unit(i);
+    numeric[i] = (odds.at(perturbed(off, d), annealing, 1).log_odds -
+                  odds.at(perturbed(off, -d), annealing, 1).log_odds) /
+                 (2 * step);
+  }
+  CHECK((numeric - at.gradient).norm() < 0.1 * numeric.norm());
+}
