@@ -15,13 +15,13 @@ namespace {
 
 using Status = AcquisitionResult::Status;
 
-const BeamModel beam_model = [] {
+const BeamModel near_lidar = [] {
   BeamModel beam;
   beam.range_min_m = 0.5;
   return beam;
 }();
-const HypothesisAcquisitionOptions options;
-const RangeGate gate{1, 9};
+const HypothesisAcquisitionOptions hypotheses_by_default;
+const RangeGate cell_gate{1, 9};
 
 /// A small body with a panel to one side and a mast, no two sides alike.
 std::shared_ptr<const TargetModel> lopsided() {
@@ -42,7 +42,7 @@ std::shared_ptr<const TargetModel> lopsided() {
 }
 
 const HypothesisAcquisition& acquisition() {
-  static const HypothesisAcquisition made(*lopsided(), beam_model, options);
+  static const HypothesisAcquisition made(*lopsided(), near_lidar, hypotheses_by_default);
   return made;
 }
 
@@ -58,11 +58,11 @@ Mesh cell() {
 
 CleanScan scan_of_cell(const Pose& pose, std::uint64_t seed, bool target = true) {
   ScanMaker lidar(target ? lopsided()->target.mesh : make_box({0.01, 0.01, 0.01}), seed);
-  lidar.beam = beam_model;
+  lidar.beam = near_lidar;
   lidar.pose = pose;
   if (!target) lidar.pose.position = {0, 0, -5};
   lidar.add_clutter(cell());
-  return preprocess(lidar.sweep(full_view(6000)), gate, beam_model);
+  return preprocess(lidar.sweep(full_view(6000)), cell_gate, near_lidar);
 }
 
 Pose drawn(Random& random) {
@@ -121,7 +121,7 @@ TEST_CASE("Floor and wall leave the search, the target does not") {
   Random random(3, "hypotheses");
   const Pose truth = drawn(random);
   const CleanScan scan = scan_of_cell(truth, 5);
-  const RangeImage image(scan, beam_model);
+  const RangeImage image(scan, near_lidar);
   const std::vector<char> on = on_large_planes(image, 2.15 * lopsided()->radius, 0.01);
   int on_target = 0, lost = 0, room = 0, left = 0;
   for (std::size_t b = 0; b < on.size(); ++b) {
@@ -142,8 +142,8 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
   Random random(4, "hypotheses");
   const Pose truth = drawn(random);
   const CleanScan scan = scan_of_cell(truth, 6);
-  const RangeImage image(scan, beam_model);
-  const PoseOdds odds(*lopsided(), beam_model, image, 0.004);
+  const RangeImage image(scan, near_lidar);
+  const PoseOdds odds(*lopsided(), near_lidar, image, 0.004);
   constexpr double annealing = 0.05;
   const Pose off = displaced(truth, random, 0.02, radians(1));
   const PoseOdds::At at = odds.at(off, annealing, 1);
