@@ -35,6 +35,7 @@ Pose scaled(Pose pose, double factor) {
 
 BeamModel scaled(BeamModel beam_model, double factor) {
   beam_model.range_sigma_m *= factor;
+  beam_model.range_bias_m *= factor;
   beam_model.aperture_m *= factor;
   beam_model.range_min_m *= factor;
   beam_model.range_max_m *= factor;

@@ -11,6 +11,9 @@
 namespace berth {
 namespace {
 
+constexpr const char* does_logic_run =
+    "does the background logic that counts it run? (docs/commissioning.md)";
+
 using State = Finding::State;
 
 constexpr int command_block_every = 5;  // status reads
@@ -208,7 +211,7 @@ Finding ArmExamination::tick() const {
   if (ticks_ == 0) {
     result.state = State::bad;
     result.found = "stands still";
-    result.remedy = "does the background logic that counts it run? (docs/commissioning.md)";
+    result.remedy = does_logic_run;
     return result;
   }
   const Utime period = setup_.map.tick_period;
@@ -234,7 +237,7 @@ Finding ArmExamination::heartbeat() const {
   if (beats_ == 0) {
     result.state = State::bad;
     result.found = "the controller's own stands still";
-    result.remedy = "does the background logic that counts it run? (docs/commissioning.md)";
+    result.remedy = does_logic_run;
   } else if (host_beats_ == 0) {
     result.found =
         "the controller's own counts; no driver writes the host's, so that its echo "

@@ -55,19 +55,20 @@ bool HypothesisAcquisition::same(const Pose& a, const Pose& b) const {
 std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const PoseOdds& odds,
                                                   const std::vector<Hypothesis>& hints) const {
   const double length = model_.target.length;
-  std::vector<char> searched =
+  const std::vector<char> left_out =
       on_large_planes(image, too_wide * model_.radius, beam_model_.range_sigma_m);
   std::vector<Vector3d> points;
-  for (std::size_t b = 0; b < searched.size(); ++b) {
+  for (std::size_t b = 0; b < left_out.size(); ++b) {
     const Beam& beam = image.beams()[b];
-    searched[b] = searched[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
-                  beam.range <= image.farthest();
-    if (searched[b] != 0) points.push_back(beam.point());
+    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
+        beam.range <= image.farthest()) {
+      points.push_back(beam.point());
+    }
   }
   std::vector<Pose> poses;
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
-  for (const Placement& p : match_templates(image, searched, templates_, model_.centre,
-                                            model_.radius, length, options_.match)) {
+  for (const Placement& p : match_templates(image, points, templates_, model_.centre, model_.radius,
+                                            length, options_.match)) {
     poses.push_back(p.pose);
   }
   struct Weighed {

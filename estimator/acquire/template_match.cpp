@@ -137,14 +137,10 @@ std::vector<Placement> suppressed(std::vector<Placement> all, const Vector3d& ce
 
 }  // namespace
 
-std::vector<Placement> match_templates(const RangeImage& image, const std::vector<char>& searched,
+std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        const TemplateMatchOptions& options) {
-  std::vector<Vector3d> points;
-  for (std::size_t b = 0; b < searched.size(); ++b) {
-    if (searched[b] != 0) points.push_back(image.beams()[b].point());
-  }
   if (points.empty()) return {};
   const ReturnField field(points, cell_of_length * length, 2.2 * radius);
   const std::uint8_t* values = field.values();

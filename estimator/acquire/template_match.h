@@ -22,9 +22,9 @@ struct TemplateMatchOptions {
 
 /// Lays every template, turned about the line of sight, with its anchors on every return, and keeps
 /// the best. Needs no guess of what of a scan is the target.
-/// @param searched of the image's beams, those whose returns may be the target's
+/// @param points returns that may be the target's, sensor frame, m
 /// @param centre, radius, length of the target, model frame, m
-std::vector<Placement> match_templates(const RangeImage& image, const std::vector<char>& searched,
+std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        const TemplateMatchOptions& options);

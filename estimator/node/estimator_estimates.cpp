@@ -148,6 +148,11 @@ void Estimator::tell_noise() {
                            : "the returns scatter as the LIDAR says");
 }
 
+Prediction Estimator::predicted_by(const TargetTracker& tracker, std::int64_t utime) {
+  return {tracker.predict(utime), tracker.predicted_covariance(utime), tracker.velocity(),
+          tracker.predicted_velocity_covariance(utime)};
+}
+
 void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   if (range_ == OperatingRange::long_range) {
@@ -156,9 +161,7 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     return;
   }
   const std::int64_t utime = estimate.utime;
-  TrackingResult measured =
-      measure(scan, {tracker_->predict(utime), tracker_->predicted_covariance(utime),
-                     tracker_->velocity(), tracker_->predicted_velocity_covariance(utime)});
+  TrackingResult measured = measure(scan, predicted_by(*tracker_, utime));
   if (measured.ok) {
     measured.ok = measured.motion ? tracker_->update(measured.pose, measured.covariance,
                                                      *measured.motion, utime)

@@ -65,9 +65,7 @@ void Estimator::track_so_far(Stream& stream, std::int64_t start) {
   if (scan.points.empty()) return;
   const auto tracker = stream.tracker->clone();
   sensor_motions_.carry(*tracker, scan.utime_mean);
-  const TrackingResult measured = tracking_->track(
-      scan, {tracker->predict(scan.utime_mean), tracker->predicted_covariance(scan.utime_mean),
-             tracker->velocity(), tracker->predicted_velocity_covariance(scan.utime_mean)});
+  const TrackingResult measured = tracking_->track(scan, predicted_by(*tracker, scan.utime_mean));
   const double expected = measured.used / std::max(1e-3, measured.confidence);
   stream.doubtful = stream.doubtful || contradicted(measured.used, expected);
   if (stream.doubtful || !measured.ok || !measured.motion ||

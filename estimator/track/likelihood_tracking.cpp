@@ -257,9 +257,10 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
                         : ratio_above(returns / fit_options.thinning, options_.max_coarse_returns);
     const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3, thinning};
     // What beams may meet is decided where a stage begins: again, where that has moved away.
-    for (int i = 0; i < (last ? max_looks : 1); ++i) {
+    for (int i = 0; i < max_looks; ++i) {
       const Pose before = fit.state().motion.pose;
       fit.run(stage, surface_of_face_, last ? last_iterations : first_iterations);
+      if (!last) break;
       const Vector6d moved = difference(before, fit.state().motion.pose);
       const Matrix6d covariance = fit.covariance().topLeftCorner<6, 6>();
       if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;

@@ -410,6 +410,7 @@ void ScanFit::look_at_footprints(const ScanState& state) {
   footprints_ = true;
   footprints_at_ = state;
   constexpr int about = 6;
+  std::vector<Ray> middles;
   std::vector<Ray> rays;
   rays.reserve(about * active_.size());
   for (const Active& active : active_) {
@@ -417,6 +418,7 @@ void ScanFit::look_at_footprints(const ScanState& state) {
     const double range = active.hit.met() ? active.hit.range : state.motion.pose.position.norm();
     const double aside = 0.35 * beam_model_.footprint(range) / range;
     const Pose model_sensor = pose_of(beam, state).inverse();
+    middles.push_back(ray_of(beam, model_sensor));
     const auto [x, y] = across(beam.direction);
     for (int k = 0; k < about; ++k) {
       const double angle = radians(360.0 * k / about);
@@ -446,8 +448,7 @@ void ScanFit::look_at_footprints(const ScanState& state) {
     beam.mixed_front = 0;
     if (active.near < 0) continue;
     const RimSample& rim = rims_[static_cast<std::size_t>(active.near)];
-    const Ray ray = ray_of(beam, pose_of(beam, state).inverse());
-    beam.mixed_front = mean_about(continued(rim, rim.point, ray, state).range, 0);
+    beam.mixed_front = mean_about(continued(rim, rim.point, middles[i], state).range, 0);
   }
 }
 
