@@ -33,14 +33,14 @@ BeamModel read_beam_model(Config config) {
   config.optional("aperture", Dimension::length, beam.aperture_m);
   config.optional("range_min", Dimension::length, beam.range_min_m);
   config.optional("range_max", Dimension::length, beam.range_max_m);
+  config.optional("second_returns", beam.second_returns);
+  config.optional("intensity_sigma", beam.intensity_sigma);
   config.finish();
-  const std::pair<const char*, double> values[] = {{"range_sigma", beam.range_sigma_m},
-                                                   {"range_bias", beam.range_bias_m},
-                                                   {"azimuth_sigma", beam.azimuth_sigma_rad},
-                                                   {"elevation_sigma", beam.elevation_sigma_rad},
-                                                   {"divergence", beam.divergence_rad},
-                                                   {"aperture", beam.aperture_m},
-                                                   {"range_min", beam.range_min_m}};
+  const std::pair<const char*, double> values[] = {
+      {"range_sigma", beam.range_sigma_m},       {"range_bias", beam.range_bias_m},
+      {"azimuth_sigma", beam.azimuth_sigma_rad}, {"elevation_sigma", beam.elevation_sigma_rad},
+      {"divergence", beam.divergence_rad},       {"aperture", beam.aperture_m},
+      {"range_min", beam.range_min_m},           {"intensity_sigma", beam.intensity_sigma}};
   for (const auto& [key, value] : values) {
     if (value < 0) throw config.error(key, "found a negative value, expected at least 0");
   }

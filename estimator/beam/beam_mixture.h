@@ -13,6 +13,8 @@ struct BeamShares {
   /// Of beams that meet the target and do not return, by the cosine of incidence in quarters.
   std::array<double, 4> drop_out = {0.1, 0.05, 0.03, 0.03};
   double background = 0.5;  ///< of beams that pass the target and return from behind it
+  /// Logarithm of the intensity of a white surface square on at 1 m, once returns have shown it.
+  std::optional<double> white;
 
   double drop_out_at(double cosine) const {
     return drop_out[static_cast<std::size_t>(std::fmin(3.0, std::fmax(0.0, 4 * cosine)))];
@@ -24,6 +26,7 @@ struct ExpectedReturn {
   double residual = 0;  ///< m: range read, less the range expected
   double variance = 1;  ///< m^2, of residual
   double drop_out = 0;  ///< probability that nothing returns
+  double light = 1;     ///< density of its intensity, over that of the intensity of anything
 };
 
 /// The likelihood of one beam and what it says of its parts; log L and its derivatives.
@@ -42,7 +45,7 @@ struct BeamTerm {
 /// occluding edge: with coverage c (probability that the beam meets the front face f, not what is
 /// behind, g), range z or nothing,
 ///   L = c A + (1 - c) G,
-///   A = (1 - p_d - p_o) N(z; r_f, s_f^2) + p_o / U,   G the same of g,
+///   A = (1 - p_d - p_o) N(z; r_f, s_f^2) light + p_o / U,   G the same of g,
 ///       or (1 - p_o) p_b / 2U + p_o / U for the background;
 ///   nothing returned: A = p_d, G the same of g, or (1 - p_o) (1 - p_b) for the background.
 /// @param depth U, m: over which ranges of nothing in particular are spread
@@ -51,7 +54,7 @@ inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& 
                           double depth) {
   constexpr double least = 1e-300;
   const auto normal = [](const ExpectedReturn& r) {
-    return std::exp(-0.5 * r.residual * r.residual / r.variance) /
+    return r.light * std::exp(-0.5 * r.residual * r.residual / r.variance) /
            std::sqrt(6.283185307179586 * r.variance);
   };
   const double stray = shares.outlier / depth;

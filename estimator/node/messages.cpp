@@ -26,6 +26,15 @@ void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams) {
     beam.range = seen.range;
     beam.azimuth = seen.azimuth;
     beam.elevation = seen.elevation;
+    beam.range_sigma = static_cast<double>(packet.range_sigma_m[i]);
+    beam.intensity = packet.intensity[i];
+    if (packet.range2_m[i] != 0) {
+      // Of a beam from beside the origin, as far behind the first return as along the beam.
+      beam.second_range = seen.range + static_cast<double>(packet.range2_m[i]) -
+                          static_cast<double>(packet.range_m[i]);
+      beam.second_range_sigma = static_cast<double>(packet.range2_sigma_m[i]);
+      beam.second_intensity = packet.intensity2[i];
+    }
     switch (packet.status[i]) {
       case ScanPacket::HIT:
         beam.status = BeamStatus::hit;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/core/pose.h"
+#include "estimator/optimise/observations.h"
 
 namespace berth::estimator {
 
@@ -37,16 +38,6 @@ using FieldScales = std::array<double, surface_fields.size()>;
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b);
 /// Of all fields together.
 double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const SurfacePatch& b);
-
-/// Weighted least squares of observations e = J x + a delta + noise, with J of D columns and one
-/// offset delta for each of n patches: sums of them.
-struct NormalEquations {
-  Eigen::MatrixXd information;        ///< D x D: sum w J J'
-  Eigen::VectorXd gradient;           ///< D: sum w J e
-  Eigen::VectorXd patch_information;  ///< n: N = sum w a^2
-  Eigen::VectorXd patch_gradient;     ///< n: g = sum w a e
-  Eigen::MatrixXd coupling;           ///< n x D: H = sum w a J'
-};
 
 /// The covariance K (n x n) of all patches' offsets, a sum over the fields f of
 /// q_f^2 (L_f L_f' + diag(rest_f)): Cholesky decompositions with pivots [Harbrecht, Peters,

@@ -52,7 +52,7 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
   CleanScan clean;
   clean.received = static_cast<int>(scan.size());
   clean.beams.reserve(scan.size());
-  Repetitions repetitions(clean.beams, scan.size());
+  Repetitions repetitions(clean.beams, (beam_model.second_returns ? 2 : 1) * scan.size());
   std::int64_t sum_of_times = 0;
   for (const RawBeam& raw : scan) {
     if (!std::isfinite(raw.azimuth) || !std::isfinite(raw.elevation)) {
@@ -77,28 +77,38 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
       ++clean.saturated;
       continue;
     }
-    // written so that a NaN fails too
-    if (!(raw.range > 0 && raw.range <= beam_model.range_max_m)) {
-      ++clean.invalid;
-      continue;
-    }
-    beam.range = raw.range;
-    if (repetitions.take(beam)) {
-      ++clean.repeated;
-      continue;
-    }
-    clean.beams.push_back(beam);
-    if (raw.range < gate.near) {
-      ++clean.nearer;
-    } else if (raw.range > gate.far) {
-      ++clean.farther;
-    } else {
-      clean.points.push_back(beam.point());
-      clean.beam_of_point.push_back(static_cast<std::uint32_t>(clean.beams.size() - 1));
-      if (clean.points.size() == 1) clean.utime_first = clean.utime_last = raw.utime;
-      clean.utime_first = std::min(clean.utime_first, raw.utime);
-      clean.utime_last = std::max(clean.utime_last, raw.utime);
-      sum_of_times += raw.utime - scan.front().utime;
+    // One return.
+    const auto take = [&](double range, double range_sigma, double intensity) {
+      // written so that a NaN fails too
+      if (!(range > 0 && range <= beam_model.range_max_m)) {
+        ++clean.invalid;
+        return;
+      }
+      beam.range = range;
+      beam.range_sigma = range_sigma;
+      beam.intensity = intensity;
+      if (repetitions.take(beam)) {
+        ++clean.repeated;
+        return;
+      }
+      clean.beams.push_back(beam);
+      if (range < gate.near) {
+        ++clean.nearer;
+      } else if (range > gate.far) {
+        ++clean.farther;
+      } else {
+        clean.points.push_back(beam.point());
+        clean.beam_of_point.push_back(static_cast<std::uint32_t>(clean.beams.size() - 1));
+        if (clean.points.size() == 1) clean.utime_first = clean.utime_last = raw.utime;
+        clean.utime_first = std::min(clean.utime_first, raw.utime);
+        clean.utime_last = std::max(clean.utime_last, raw.utime);
+        sum_of_times += raw.utime - scan.front().utime;
+      }
+    };
+    take(raw.range, raw.range_sigma, raw.intensity);
+    if (beam_model.second_returns && raw.second_range != 0) {
+      ++clean.received;
+      take(raw.second_range, raw.second_range_sigma, raw.second_intensity);
     }
   }
   if (!clean.points.empty()) {

@@ -9,12 +9,13 @@
 
 namespace berth::estimator {
 
-/// A usable beam in the sensor frame.
+/// A usable beam in the sensor frame. Of two returns of one beam each is a beam.
 struct Beam {
   Vector3d direction = Vector3d::UnitZ();  ///< unit
   double range = 0;                        ///< m; infinity when nothing came back
   std::int64_t utime = 0;
   double range_sigma = 0;  ///< m; 0: the beam model's
+  double intensity = 0;    ///< of the return, on any scale; 0: not told
 
   bool hit() const { return range < std::numeric_limits<double>::infinity(); }
   Vector3d point() const { return direction * range; }
@@ -50,7 +51,8 @@ struct CleanScan {
 
 /// Filters by status and range gate and converts to Cartesian coordinates. Misses and returns from
 /// behind the gate stay as evidence of free space. Of beams that are identical the first counts:
-/// noise does not repeat itself, senders do (dual returns, merged files). No input is an error.
+/// noise does not repeat itself, senders do (dual returns, merged files). Second returns count
+/// where the beam model says that the scanner tells them. No input is an error.
 CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
                      const BeamModel& beam_model);
 

@@ -19,7 +19,11 @@ struct RawBeam {
   double azimuth = 0;      ///< rad, to the right
   double elevation = 0;    ///< rad, up
   BeamStatus status = BeamStatus::miss;
-  double range_sigma = 0;  ///< m, where the sensor says it of each beam; 0: the beam model's
+  double range_sigma = 0;   ///< m, where the sensor says it of each beam; 0: the beam model's
+  double intensity = 0;     ///< of the return, on any scale; 0: not told
+  double second_range = 0;  ///< m, of another return of the same beam; 0: there is none
+  double second_range_sigma = 0;
+  double second_intensity = 0;
 };
 
 /// A rectangle in azimuth and elevation, swept with count beams.

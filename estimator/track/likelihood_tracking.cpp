@@ -21,6 +21,8 @@ constexpr int first_iterations = 2;
 constexpr int last_iterations = 10;
 /// How often it is looked at what beams may meet, at most, without widening.
 constexpr int max_looks = 4;
+/// On the information of what a stage holds as it was known before: a hundredth of its sigma.
+constexpr double held = 1e4;
 /// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
 /// pose has moved by less: chi squared of six degrees of freedom.
 constexpr double settled_gain = 0.1;
@@ -29,16 +31,14 @@ constexpr double settled_move = 1;
 /// The optimisation of one scan.
 class Fit {
  public:
-  Fit(ScanFit& scan, const ScanStateLayout& layout, const ScanState& prior_state,
-      const Eigen::MatrixXd& prior)
-      : scan_(scan),
-        layout_(layout),
-        prior_state_(prior_state),
-        prior_(prior),
-        state_(prior_state) {}
+  Fit(ScanFit& scan, const ScanStateLayout& layout, const ScanState& start,
+      const ScanState& prior_state)
+      : scan_(scan), layout_(layout), prior_state_(prior_state), state_(start) {}
 
+  /// @param prior information about the prior state, in this stage and what is asked for after it
   void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
-           int iterations) {
+           const Eigen::MatrixXd& prior, int iterations) {
+    prior_ = prior;
     scan_.prepare(state_, stage, surfaces);
     at_ = scan_.linearise(state_,
                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
@@ -189,8 +189,8 @@ LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel
   const bool bare = model.target.description_hash.empty();
   for (std::uint32_t f = 0; f < model.target.mesh.triangles.size(); ++f) {
     const TargetPart& part = model.target.part(f);
-    surface_of_face_.push_back(
-        {bare ? options.bare_surface_sigma_m : part.surface_sigma, part.correlation_length});
+    surface_of_face_.push_back({bare ? options.bare_surface_sigma_m : part.surface_sigma,
+                                part.correlation_length, part.material.reflectivity});
   }
   scale_prior_ = std::log(bare ? options.bare_surface_factor : options.described_surface_factor);
 }
@@ -227,9 +227,11 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   if (layout.range_bias) {
     prior(layout.bias_at(), layout.bias_at()) = 1 / std::pow(beam_model_.range_bias_m, 2);
   }
+  ScanState prior_state = start;
   for (const Joint& joint : scene_.joints()) {
+    const auto j = static_cast<int>(start.angles.size());
     start.angles.push_back(0);
-    const auto j = static_cast<int>(start.angles.size()) - 1;
+    prior_state.angles.push_back(0.5 * (joint.low + joint.high) - joint.rest);
     prior(layout.joints_at() + j, layout.joints_at() + j) =
         12 / std::max(1e-12, std::pow(joint.high - joint.low, 2));
   }
@@ -239,7 +241,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   const auto returns = static_cast<int>(scan.points.size());
   fit_options.thinning = ratio_above(returns, options_.max_returns);
   ScanFit scan_fit(scene_, beam_model_, scan, layout, fit_options);
-  Fit fit(scan_fit, layout, start, prior);
+  Fit fit(scan_fit, layout, start, prior_state);
 
   // From the width that the prediction leaves to that of the beams, in equal ratios.
   const double range = std::max(1e-3, predicted.pose.position.norm());
@@ -248,6 +250,9 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
                                  0.1 * model_.radius);
   const int stages =
       2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
+  // Of what the velocity may be, how far ends move during half the scan.
+  const double moves = 0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
+                       uncertainty_of_ends(model_, predicted.velocity_covariance);
   for (int s = 0; s < stages; ++s) {
     const bool last = s == stages - 1;
     const double width =
@@ -256,10 +261,15 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
         s >= stages - 2 ? 1
                         : ratio_above(returns / fit_options.thinning, options_.max_coarse_returns);
     const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3, thinning};
+    // What moves beams by less than the likelihood is widened cannot be seen: it stays as it was.
+    Eigen::MatrixXd known = prior;
+    for (int i = moves < width ? 6 : layout.rim_at(); i < layout.joints_at() && !last; ++i) {
+      known(i, i) *= held;
+    }
     // What beams may meet is decided where a stage begins: again, where that has moved away.
     for (int i = 0; i < max_looks; ++i) {
       const Pose before = fit.state().motion.pose;
-      fit.run(stage, surface_of_face_, last ? last_iterations : first_iterations);
+      fit.run(stage, surface_of_face_, known, last ? last_iterations : first_iterations);
       if (!last) break;
       const Vector6d moved = difference(before, fit.state().motion.pose);
       const Matrix6d covariance = fit.covariance().topLeftCorner<6, 6>();

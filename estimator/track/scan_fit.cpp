@@ -167,7 +167,8 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
     }
     beams_.push_back({beam.direction, beam.range,
                       1e-6 * static_cast<double>(beam.utime - scan.utime_mean),
-                      beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m, 0});
+                      beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m,
+                      beam_model.intensity_sigma > 0 ? beam.intensity : 0});
     half_duration_ = std::max(half_duration_, std::abs(beams_.back().tau));
   }
   if (steps.empty()) return;
@@ -406,15 +407,20 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
 void ScanFit::look_at_footprints(const ScanState& state) {
   const double radius = 0.5 * beam_model_.footprint(state.motion.pose.position.norm());
   if (!(radius > 0)) return;
-  if (footprints_ && moved_between(footprints_at_, state) < radius) return;
-  footprints_ = true;
-  footprints_at_ = state;
+  if (!(moved_between(footprints_at_, state) < radius)) {
+    for (FitBeam& beam : beams_) beam.footprint_known = false;
+    footprints_at_ = state;
+  }
   constexpr int about = 6;
+  std::vector<const Active*> unknown;
   std::vector<Ray> middles;
   std::vector<Ray> rays;
   rays.reserve(about * active_.size());
   for (const Active& active : active_) {
-    const FitBeam& beam = beams_[active.beam];
+    FitBeam& beam = beams_[active.beam];
+    if (beam.footprint_known) continue;
+    beam.footprint_known = true;
+    unknown.push_back(&active);
     const double range = active.hit.met() ? active.hit.range : state.motion.pose.position.norm();
     const double aside = 0.35 * beam_model_.footprint(range) / range;
     const Pose model_sensor = pose_of(beam, state).inverse();
@@ -429,8 +435,8 @@ void ScanFit::look_at_footprints(const ScanState& state) {
   }
   std::vector<SurfaceHit> met(rays.size());
   scene_.cast(state.angles, rays, beam_model_.range_max_m, met);
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    const Active& active = active_[i];
+  for (std::size_t i = 0; i < unknown.size(); ++i) {
+    const Active& active = *unknown[i];
     const std::span<const SurfaceHit> ring(met.data() + about * i, about);
     // Of those about a range, the mean beyond it; `count` that are at it count, too.
     const auto mean_about = [&](double range, int count) {
@@ -452,339 +458,285 @@ void ScanFit::look_at_footprints(const ScanState& state) {
   }
 }
 
-ScanFit::Linearised ScanFit::linearise(const ScanState& state,
-                                       const Eigen::VectorXd& offsets) const {
-  const int size = layout_.size();
-  const auto patch_count = static_cast<Eigen::Index>(patches_.size());
-  std::vector<Ray> rays(active_.size());
-  std::vector<SurfaceHit> hits(active_.size());
-  const Pose at_rest = state.motion.pose.inverse();
-  const bool still = stands_still(state);
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    const FitBeam& beam = beams_[active_[i].beam];
-    rays[i] = ray_of(beam, still ? at_rest : pose_of(beam, state).inverse());
-    hits[i] = active_[i].hit;
+/// How an error of a place of the surface follows its patch's offset, and what is left of its
+/// variance [the fully independent training conditional of Snelson, Ghahramani, NIPS 2006].
+ScanFit::Follows ScanFit::follows(int patch, const SurfacePatch& own) const {
+  const double alone = offset_covariance(scales, own, own);
+  if (patch < 0) return {0, alone};
+  const auto at = static_cast<std::size_t>(patch);
+  const double both = offset_covariance(scales, own, patches_[at]);
+  const double effect =
+      both / std::max(1e-300, offset_covariance(scales, patches_[at], patches_[at]));
+  return {effect, std::max(0.0, alone - effect * both)};
+}
+
+ScanFit::Edge ScanFit::edge_at(const Place& at, int rim, const Ray& ray) const {
+  Edge edge;
+  edge.rim = &rims_[static_cast<std::size_t>(rim)];
+  edge.patch = rim_patches_[static_cast<std::size_t>(rim)].rim;
+  edge.point = edge.rim->point;
+  edge.outward = edge.rim->outward;
+  const int joint = scene_.joint_of(edge.rim->front.face);
+  if (joint >= 0) {
+    const Pose& since = at.turned_since[static_cast<std::size_t>(joint)];
+    edge.point = since * edge.point;
+    edge.outward = since.rotation * edge.outward;
   }
-  if (!same(state, prepared_at_)) scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
-
-  std::vector<Pose> turned_since;
-  for (std::size_t j = 0; j < state.angles.size(); ++j) {
-    const Joint& joint = scene_.joints()[j];
-    turned_since.push_back(turned(joint, state.angles[j]) *
-                           turned(joint, rims_at_.angles[j]).inverse());
+  const Vector3d to = edge.point - ray.origin;
+  edge.apart = to - to.dot(ray.direction) * ray.direction;
+  edge.across = edge.outward - edge.outward.dot(ray.direction) * ray.direction;
+  edge.inside = edge.outward.dot(edge.apart);
+  double variance = rim_width_ * rim_width_;
+  if (stage_.patches) {
+    const Surface& surface = surface_of_face_[edge.rim->front.face];
+    const Follows offset =
+        follows(edge.patch, {edge.point - edge.apart, edge.outward, surface.sigma,
+                             surface.correlation_length, true, 1});
+    edge.effect = offset.effect;
+    variance += offset.variance;
   }
+  edge.width = std::sqrt(variance);
+  edge.at = (edge.inside + at.state.rim_offset + edge.effect * at.offset(edge.patch)) / edge.width;
+  return edge;
+}
 
-  struct Observation {
-    double weight;
-    double residual;  // at zero offset
-    double effect;    // of the offset
-    int patch;
-    int piece;
-  };
-  std::vector<Observation> observations;
-  observations.reserve(2 * active_.size());
-  Eigen::MatrixXd jacobian(size, static_cast<Eigen::Index>(4 * active_.size()));
-  const auto offset_of = [&offsets](int patch) { return patch < 0 ? 0 : offsets[patch]; };
-  // How an error of a beam's own place follows its patch's offset, and what is left of its variance
-  // [the fully independent training conditional of Snelson, Ghahramani, NIPS 2006].
-  struct Follows {
-    double effect = 0;
-    double variance = 0;
-  };
-  const auto follows = [&](int patch, const SurfacePatch& own) {
-    const double alone = offset_covariance(scales, own, own);
-    if (patch < 0) return Follows{0, alone};
-    const auto at = static_cast<std::size_t>(patch);
-    const double both = offset_covariance(scales, own, patches_[at]);
-    const double effect =
-        both / std::max(1e-300, offset_covariance(scales, patches_[at], patches_[at]));
-    return Follows{effect, std::max(0.0, alone - effect * both)};
-  };
-
-  std::vector<std::pair<double, double>> piece_sums(static_cast<std::size_t>(pieces_), {0, 0});
-  struct Expected {  // what shares are counted from
-    double bin_met[4] = {0, 0, 0, 0};
-    double bin_missed[4] = {0, 0, 0, 0};
-    double passed = 0, passed_returned = 0;
-  } counts;
-  struct Kept {
-    BeamTerm term;
-    double coverage;
-    double drop_out;
-    int piece;
-    int bin;
-    bool returned;
-    double square;
-    double variance;
-  };
-  std::vector<Kept> kept;
-  kept.reserve(active_.size());
-  Linearised result;
-  const double unknown = 0.5 / options_.extent;
-
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    const Active& active = active_[i];
-    const FitBeam& beam = beams_[active.beam];
-    const Ray& ray = rays[i];
-    const bool returned = beam.range < std::numeric_limits<double>::infinity();
-
-    // Occluding edges.
-    struct Rim {
-      double away = 0;
-      Vector3d point, outward;  // of the sample, as its part has turned since
-      Vector3d q, across;
-      const RimSample* sample = nullptr;
-      int patch = -1;
-      double density = 0;  // d c / d away
-      double effect = 0;   // of the patch's offset
-      double width = 0;
-    };
-    std::array<Rim, 2> rims;
-    double coverage = 1;
-    const auto place_rim = [&](int r, Rim& rim) {
-      rim.sample = &rims_[static_cast<std::size_t>(r)];
-      rim.patch = rim_patches_[static_cast<std::size_t>(r)].rim;
-      rim.point = rim.sample->point;
-      rim.outward = rim.sample->outward;
-      const int joint = scene_.joint_of(rim.sample->front.face);
-      if (joint >= 0) {
-        const Pose& since = turned_since[static_cast<std::size_t>(joint)];
-        rim.point = since * rim.point;
-        rim.outward = since.rotation * rim.outward;
-      }
-      const Vector3d to = rim.point - ray.origin;
-      rim.q = to - to.dot(ray.direction) * ray.direction;
-      rim.across = rim.outward - rim.outward.dot(ray.direction) * ray.direction;
-      rim.away = rim.outward.dot(rim.q);
-      double variance = rim_width_ * rim_width_;
-      if (stage_.patches) {
-        const Surface& surface = surface_of_face_[rim.sample->front.face];
-        const Follows offset = follows(rim.patch, {rim.point - rim.q, rim.outward, surface.sigma,
-                                                   surface.correlation_length, true, 1});
-        rim.effect = offset.effect;
-        variance += offset.variance;
-      }
-      rim.width = std::sqrt(variance);
-      const double x =
-          (rim.away + state.rim_offset + rim.effect * offset_of(rim.patch)) / rim.width;
-      rim.density = normal_at(x) / rim.width;
-      return normal_below(x);
-    };
-    if (active.near >= 0) {
-      coverage = place_rim(active.near, rims[0]);
-      if (active.across >= 0) {
-        coverage = std::max(0.0, coverage + place_rim(active.across, rims[1]) - 1);
-      }
-    }
-
-    // Faces.
-    SurfaceHit front = hits[i];
-    SurfaceHit behind;
-    int front_patch = active.patch;
-    int behind_patch = -1;
-    bool front_is_met = true;
-    if (active.near >= 0) {
-      const RimSample& rim = *rims[0].sample;
-      const RimPatches& patches = rim_patches_[static_cast<std::size_t>(active.near)];
-      front_is_met =
-          front.met() && rims[0].away >= 0 && (rims[1].sample == nullptr || rims[1].away >= 0);
-      if (front_is_met) {
-        if (rim.behind.met()) behind = scene_.meet(state.angles, ray, rim.behind.face);
-        behind_patch = patches.behind;
-      } else {
-        behind = hits[i];
-        behind_patch = active.patch;
-        front = continued(rim, rims[0].point, ray, state);
-        front_patch = patches.front;
-      }
-      if (behind.met() && !(behind.range > front.range)) behind = {};
-    } else if (!front.met()) {
-      continue;  // not before the target any more
-    }
-
-    struct Met {
-      double cosine, slope_cosine, effect;
-      ExpectedReturn expected;
-    };
-    const auto expect = [&](const SurfaceHit& hit, int patch, double mixed_by) {
-      Met met;
-      met.cosine = -hit.normal.dot(ray.direction);
-      met.slope_cosine = std::max(grazing, met.cosine);
-      const double c2 = met.slope_cosine * met.slope_cosine;
-      const double tan2 = (1 - c2) / c2;
-      const Surface& surface = surface_of_face_[hit.face];
-      double surface_variance = 0;
-      met.effect = 0;
-      if (stage_.patches) {
-        const double sigma = scales[displacement] * surface.sigma;
-        const double bend = sigma * sigma / (surface.correlation_length * c2);
-        const Follows offset =
-            follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
-                            surface.correlation_length, false, 1 / met.slope_cosine});
-        met.effect = offset.effect;
-        surface_variance = bend * bend + offset.variance;
-      }
-      const double mixed = stage_.annealing.range == 0 ? mixed_by : 0;
-      met.expected.residual =
-          beam.range - (hit.range + mixed + state.range_bias) - met.effect * offset_of(patch);
-      met.expected.variance = std::pow(noise_scale * beam.sigma, 2) +
-                              std::pow(stage_.annealing.range, 2) +
-                              beam_model_.angle_variance() * hit.range * hit.range * tan2 +
-                              surface_variance + mixed * mixed;
-      met.expected.drop_out = shares.drop_out_at(met.cosine);
-      return met;
-    };
-    const Met f = expect(front, front_patch, front_is_met ? beam.mixed : beam.mixed_front);
-    std::optional<Met> g;
-    std::optional<ExpectedReturn> g_expected;
-    if (behind.met()) {
-      g = expect(behind, behind_patch, 0);
-      g_expected = g->expected;
-    }
-    const BeamTerm term =
-        beam_term(returned, coverage, f.expected, g_expected, shares, options_.extent);
-
-    // What shares and pieces are made of.
-    kept.push_back({term, behind.met() ? 1.0 : coverage, f.expected.drop_out, active.piece,
-                    static_cast<int>(std::clamp(4 * f.cosine, 0.0, 3.0)), returned,
-                    term.front * f.expected.residual * f.expected.residual,
-                    term.front * (f.expected.variance - std::pow(stage_.annealing.range, 2))});
-    if (active.piece >= 0) {
-      auto& [modelled, elsewhere] = piece_sums[static_cast<std::size_t>(active.piece)];
-      modelled += term.log_likelihood;
-      elsewhere += std::log(returned ? unknown : 0.5);
-    } else {
-      result.log_likelihood += term.log_likelihood;
-    }
-
-    // What it says of the state.
-    const Quaterniond to_sensor =
-        still ? state.motion.pose.rotation : pose_of(beam, state).rotation;
-    const Velocity& velocity = state.motion.velocity;
-    const auto add = [&](const Vector3d& force, const Vector3d& torque, bool rim,
-                         std::uint32_t face, double weight, double residual, double effect,
-                         int patch) {
-      auto j = jacobian.col(static_cast<Eigen::Index>(observations.size()));
-      j.setZero();
-      j.head<3>() = to_sensor * force;
-      const Vector3d turn = to_sensor * torque;
-      j.segment<3>(3) = turn;
-      if (beam.tau != 0 && !velocity.angular.isZero(0)) {
-        j.segment<3>(3) = rotation_from_vector(-beam.tau * velocity.angular) * turn;
-      }
-      if (layout_.velocity) {
-        j.segment<3>(6) = beam.tau * j.head<3>();
-        j.segment<3>(9) = beam.tau * turn;
-      }
-      if (rim) j[layout_.rim_at()] = 1;
-      if (layout_.range_bias && !rim) j[layout_.bias_at()] = 1;
-      const int joint = scene_.joint_of(face);
-      if (joint >= 0 && joint < layout_.joints) {
-        const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
-        j[layout_.joints_at() + joint] = hinge.axis.dot(torque - hinge.point.cross(force));
-      }
-      observations.push_back(
-          {weight, residual + effect * offset_of(patch), effect, patch, active.piece});
-    };
-    const auto add_range = [&](const SurfaceHit& hit, const Met& met, double probability,
-                               int patch) {
-      if (!(probability > 1e-4)) return;
-      const Vector3d place = ray.origin + hit.range * ray.direction;
-      const Vector3d force = hit.normal / -met.slope_cosine;
-      const Vector3d torque = place.cross(force);
-      add(force, torque, false, hit.face, probability / met.expected.variance,
-          met.expected.residual, met.effect, patch);
-    };
-    if (returned) {
-      add_range(front, f, term.front, front_patch);
-      if (g) add_range(behind, *g, term.behind, behind_patch);
-    }
-    for (const Rim& rim : rims) {
-      if (rim.sample == nullptr || !(rim.density * rim.width > 1e-4)) continue;
-      const double spread = coverage * (1 - coverage);
-      if (!(spread > 1e-9)) continue;
-      const double score = rim.density * term.coverage_score;
-      // Fisher's information, but never a step farther than the edge's width reaches.
-      const double weight = std::max(rim.density * rim.density / spread * term.coverage_certainty,
-                                     std::abs(score) / (2 * rim.width));
-      if (!(weight * rim.width * rim.width > 1e-6)) continue;
-      const Vector3d torque = rim.point.cross(rim.across) + rim.outward.cross(rim.q);
-      add(rim.across, torque, true, rim.sample->front.face, weight, score / weight, rim.effect,
-          rim.patch);
+ScanFit::Face ScanFit::face_at(const Place& at, const SurfaceHit& hit, int patch, double mixed,
+                               const FitBeam& beam, const Ray& ray) const {
+  Face face;
+  face.hit = hit;
+  face.patch = patch;
+  const double cosine = -hit.normal.dot(ray.direction);
+  face.cosine = std::max(grazing, cosine);
+  const double c2 = face.cosine * face.cosine;
+  const double tan2 = (1 - c2) / c2;
+  double surface_variance = 0;
+  if (stage_.patches) {
+    const Surface& surface = surface_of_face_[hit.face];
+    const double sigma = scales[displacement] * surface.sigma;
+    const double bend = sigma * sigma / (surface.correlation_length * c2);
+    const Follows offset =
+        follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
+                        surface.correlation_length, false, 1 / face.cosine});
+    face.effect = offset.effect;
+    surface_variance = bend * bend + offset.variance;
+  }
+  if (stage_.annealing.range > 0) mixed = 0;
+  ExpectedReturn& expected = face.expected;
+  expected.residual =
+      beam.range - (hit.range + mixed + at.state.range_bias) - face.effect * at.offset(patch);
+  face.own_variance = std::pow(noise_scale * beam.sigma, 2) +
+                      beam_model_.angle_variance() * hit.range * hit.range * tan2 +
+                      surface_variance + mixed * mixed;
+  expected.variance = face.own_variance + std::pow(stage_.annealing.range, 2);
+  expected.drop_out = shares.drop_out_at(cosine);
+  face.share_bin = static_cast<std::size_t>(std::clamp(4 * cosine, 0.0, 3.0));
+  if (beam.intensity > 0) {
+    // Lambert's law; anything else may have any intensity of twelve bits.
+    face.white = std::log(beam.intensity * hit.range * hit.range /
+                          (std::max(0.01, surface_of_face_[hit.face].reflectivity) * face.cosine));
+    if (shares.white) {
+      const double off = (*face.white - *shares.white) / beam_model_.intensity_sigma;
+      expected.light = std::log(4095.0) * normal_at(off) / beam_model_.intensity_sigma;
     }
   }
+  return face;
+}
 
-  // Pieces: as modelled or elsewhere.
-  std::vector<double> modelled(static_cast<std::size_t>(pieces_), 1);
-  for (int p = 0; p < pieces_; ++p) {
-    const auto at = static_cast<std::size_t>(p);
-    const double yes = piece_sums[at].first + std::log(1 - options_.elsewhere);
-    const double no = piece_sums[at].second + std::log(options_.elsewhere);
-    const double larger = std::max(yes, no);
-    result.log_likelihood += larger + std::log1p(std::exp(std::min(yes, no) - larger));
-    modelled[at] = 1 / (1 + std::exp(std::clamp(no - yes, -700.0, 700.0)));
+std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& active,
+                                                const Ray& ray, const SurfaceHit& hit) const {
+  const FitBeam& beam = beams_[active.beam];
+  if (active.near < 0 && !hit.met()) return std::nullopt;  // not before the target any more
+  Sight sight{ray, {}, 1, {}, {}};
+  SurfaceHit edged;  // the face that ends at the edge, where it would be met
+  if (active.near >= 0) {
+    sight.edges[0] = edge_at(at, active.near, ray);
+    edged = continued(*sight.edges[0]->rim, sight.edges[0]->point, ray, at.state);
   }
-  const auto share_of = [&modelled](int piece) {
-    return piece < 0 ? 1.0 : modelled[static_cast<std::size_t>(piece)];
-  };
-  double stray_beams = 0;
-  double stray = 0;
-  for (const Kept& k : kept) {
-    const double share = share_of(k.piece);
-    const auto bin = static_cast<std::size_t>(k.bin);
-    const double met_here = share * (k.term.front + k.term.behind + k.term.missed);
-    counts.bin_met[bin] += met_here;
-    counts.bin_missed[bin] += share * k.term.missed;
-    counts.passed += k.term.passed;
-    if (k.returned) counts.passed_returned += k.term.passed;
-    result.expected += k.coverage * (1 - std::min(0.5, k.drop_out));
-    const double as_modelled = share * (k.term.front + k.term.behind);
-    result.fit += k.coverage * as_modelled;
-    if (k.returned) {
-      result.returns += 1;
-      result.explained += as_modelled;
-      stray += share * k.term.outlier;
-      stray_beams += share;
-      result.square_sum += share * k.square;
-      result.variance_sum += share * k.variance;
+  // Without an edge, or with one that is behind what is met.
+  if (active.near < 0 || hit.range < edged.range - options_.depth) {
+    sight.edges[0].reset();
+    sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
+    return sight;
+  }
+  sight.coverage = normal_below(sight.edges[0]->at);
+  bool inside = sight.edges[0]->inside >= 0 && hit.met();
+  if (active.across >= 0) {
+    sight.edges[1] = edge_at(at, active.across, ray);
+    sight.coverage = std::max(0.0, sight.coverage + normal_below(sight.edges[1]->at) - 1);
+    inside = inside && sight.edges[1]->inside >= 0;
+  }
+  const RimPatches& patches = rim_patches_[static_cast<std::size_t>(active.near)];
+  if (inside) {
+    sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
+    const SurfaceHit& beyond = sight.edges[0]->rim->behind;
+    if (!beyond.met()) return sight;
+    const SurfaceHit behind = scene_.meet(at.state.angles, ray, beyond.face);
+    if (behind.met() && behind.range > hit.range) {
+      sight.behind = face_at(at, behind, patches.behind, 0, beam, ray);
     }
+    return sight;
+  }
+  sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
+  if (hit.met()) sight.behind = face_at(at, hit, active.patch, 0, beam, ray);
+  return sight;
+}
+
+void ScanFit::observe(const Place& at, const Active& active, const Sight& sight,
+                      const BeamTerm& term, Observations& observations) const {
+  const FitBeam& beam = beams_[active.beam];
+  const Velocity& velocity = at.state.motion.velocity;
+  const Quaterniond to_sensor =
+      at.still ? at.state.motion.pose.rotation : pose_of(beam, at.state).rotation;
+  // force, torque: how what is observed follows a move and a turn of the model, model frame.
+  const auto add = [&](const Vector3d& force, const Vector3d& torque, bool edge, std::uint32_t face,
+                       const Observation& observation) {
+    auto j = observations.add(observation);
+    j.head<3>() = to_sensor * force;
+    const Vector3d turn = to_sensor * torque;
+    j.segment<3>(3) = turn;
+    if (beam.tau != 0 && !velocity.angular.isZero(0)) {
+      j.segment<3>(3) = rotation_from_vector(-beam.tau * velocity.angular) * turn;
+    }
+    if (layout_.velocity) {
+      j.segment<3>(6) = beam.tau * j.head<3>();
+      j.segment<3>(9) = beam.tau * turn;
+    }
+    if (edge) j[layout_.rim_at()] = 1;
+    if (layout_.range_bias && !edge) j[layout_.bias_at()] = 1;
+    const int joint = scene_.joint_of(face);
+    if (joint >= 0 && joint < layout_.joints) {
+      const Joint& hinge = scene_.joints()[static_cast<std::size_t>(joint)];
+      j[layout_.joints_at() + joint] = hinge.axis.dot(torque - hinge.point.cross(force));
+    }
+  };
+  constexpr double negligible = 1e-4;  // of a probability
+  const auto add_range = [&](const Face& face, double probability) {
+    if (!(probability > negligible)) return;
+    const Vector3d force = face.hit.normal / -face.cosine;
+    const Vector3d place = sight.ray.origin + face.hit.range * sight.ray.direction;
+    add(force, place.cross(force), false, face.hit.face,
+        {probability / face.expected.variance,
+         face.expected.residual + face.effect * at.offset(face.patch), face.effect, face.patch,
+         active.piece});
+  };
+  if (beam.returned()) {
+    add_range(sight.front, term.front);
+    if (sight.behind) add_range(*sight.behind, term.behind);
+  }
+  const double spread = sight.coverage * (1 - sight.coverage);
+  for (const std::optional<Edge>& edge : sight.edges) {
+    if (!edge || !(spread > 1e-9)) continue;
+    const double density = normal_at(edge->at);
+    if (!(density > negligible)) continue;
+    const double slope = density * term.coverage_score;
+    // The curvature of -log L, and hardly anything where that has none: the gradient stays.
+    const double weight = std::max(slope * (slope + edge->at), 1e-6);
+    add(edge->across, edge->point.cross(edge->across) + edge->outward.cross(edge->apart), true,
+        edge->rim->front.face,
+        {weight / (edge->width * edge->width),
+         slope * edge->width / weight + edge->effect * at.offset(edge->patch), edge->effect,
+         edge->patch, active.piece});
+  }
+}
+
+void ScanFit::count(const std::vector<Explained>& beams, const std::vector<double>& as_modelled,
+                    Linearised& result) const {
+  std::array<double, 4> met{};
+  std::array<double, 4> missed{};
+  double passed = 0, passed_returned = 0, stray = 0, stray_beams = 0, white = 0, lit = 0;
+  for (const Explained& b : beams) {
+    const double share = b.piece < 0 ? 1.0 : as_modelled[static_cast<std::size_t>(b.piece)];
+    met[b.share_bin] += share * (b.term.front + b.term.behind + b.term.missed);
+    missed[b.share_bin] += share * b.term.missed;
+    passed += b.term.passed;
+    result.expected += b.expected * (1 - std::min(0.5, b.drop_out));
+    const double explained = share * (b.term.front + b.term.behind);
+    result.fit += b.expected * explained;
+    if (!b.returned) continue;
+    passed_returned += b.term.passed;
+    result.returns += 1;
+    result.explained += explained;
+    stray += share * b.term.outlier;
+    stray_beams += share;
+    const double front = share * b.term.front;
+    result.square_sum += front * b.square;
+    result.variance_sum += front * b.variance;
+    if (!b.white) continue;
+    white += front * *b.white;
+    lit += front;
   }
   // Each share as if some beams had been seen before that were as is usual.
   constexpr double before = 20;
   const BeamShares usual;
-  result.shares.outlier =
-      std::clamp((stray + before * usual.outlier) / (stray_beams + before), 1e-3, 0.5);
-  for (std::size_t b = 0; b < 4; ++b) {
-    result.shares.drop_out[b] = std::clamp(
-        (counts.bin_missed[b] + before * usual.drop_out[b]) / (counts.bin_met[b] + before), 2e-3,
-        0.9);
+  const auto share = [](double some, double of, double as_usual) {
+    return (some + before * as_usual) / (of + before);
+  };
+  result.shares.outlier = std::clamp(share(stray, stray_beams, usual.outlier), 1e-3, 0.5);
+  for (std::size_t b = 0; b < met.size(); ++b) {
+    result.shares.drop_out[b] = std::clamp(share(missed[b], met[b], usual.drop_out[b]), 2e-3, 0.9);
   }
-  result.shares.background = std::clamp(
-      (counts.passed_returned + before * usual.background) / (counts.passed + before), 0.01, 0.99);
+  result.shares.background =
+      std::clamp(share(passed_returned, passed, usual.background), 0.01, 0.99);
+  if (lit >= 1) result.shares.white = white / lit;
+}
 
-  // Sums.
-  const auto n = static_cast<Eigen::Index>(observations.size());
-  NormalEquations& sums = result.sums;
-  sums.patch_information = Eigen::VectorXd::Zero(patch_count);
-  sums.patch_gradient = Eigen::VectorXd::Zero(patch_count);
-  sums.coupling = Eigen::MatrixXd::Zero(patch_count, size);
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, patch_count);
-  Eigen::VectorXd weights(n);
-  Eigen::VectorXd residuals(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Observation& o = observations[static_cast<std::size_t>(k)];
-    const double w = o.weight * share_of(o.piece);
-    weights[k] = w;
-    residuals[k] = o.residual;
-    if (o.patch < 0) continue;
-    sums.patch_information[o.patch] += w * o.effect * o.effect;
-    sums.patch_gradient[o.patch] += w * o.effect * o.residual;
-    coupling.col(o.patch) += w * o.effect * jacobian.col(k);
+ScanFit::Linearised ScanFit::linearise(const ScanState& state,
+                                       const Eigen::VectorXd& offsets) const {
+  Place at{state, offsets, state.motion.pose.inverse(), stands_still(state), {}};
+  for (std::size_t j = 0; j < state.angles.size(); ++j) {
+    const Joint& joint = scene_.joints()[j];
+    at.turned_since.push_back(turned(joint, state.angles[j]) *
+                              turned(joint, rims_at_.angles[j]).inverse());
   }
-  sums.coupling = coupling.transpose();
-  const Eigen::MatrixXd weighted = jacobian.leftCols(n) * weights.asDiagonal();
-  sums.information = weighted * jacobian.leftCols(n).transpose();
-  sums.gradient = weighted * residuals;
+  std::vector<Ray> rays(active_.size());
+  std::vector<SurfaceHit> hits(active_.size());
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const FitBeam& beam = beams_[active_[i].beam];
+    rays[i] = ray_of(beam, at.still ? at.model_sensor : pose_of(beam, state).inverse());
+    hits[i] = active_[i].hit;
+  }
+  if (!same(state, prepared_at_)) scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
+
+  Linearised result;
+  Observations observations(layout_.size(), 4 * active_.size());
+  std::vector<Explained> beams;
+  beams.reserve(active_.size());
+  // Of pieces, log-likelihoods: as modelled, and of anything else.
+  std::vector<std::pair<double, double>> pieces(static_cast<std::size_t>(pieces_), {0, 0});
+  const double anything = std::log(0.5 / options_.extent);
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const Active& active = active_[i];
+    const std::optional<Sight> sight = sight_of(at, active, rays[i], hits[i]);
+    if (!sight) continue;
+    const bool returned = beams_[active.beam].returned();
+    std::optional<ExpectedReturn> behind;
+    if (sight->behind) behind = sight->behind->expected;
+    const BeamTerm term = beam_term(returned, sight->coverage, sight->front.expected, behind,
+                                    shares, options_.extent);
+    if (active.piece < 0) {
+      result.log_likelihood += term.log_likelihood;
+    } else {
+      auto& [modelled, elsewhere] = pieces[static_cast<std::size_t>(active.piece)];
+      modelled += term.log_likelihood;
+      elsewhere += returned ? anything : std::log(0.5);
+    }
+    observe(at, active, *sight, term, observations);
+    const Face& front = sight->front;
+    beams.push_back({term, returned, active.piece, behind ? 1 : sight->coverage,
+                     front.expected.drop_out, front.share_bin, front.white,
+                     front.expected.residual * front.expected.residual, front.own_variance});
+  }
+
+  std::vector<double> as_modelled(pieces.size());
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    const double yes = pieces[p].first + std::log(1 - options_.elsewhere);
+    const double no = pieces[p].second + std::log(options_.elsewhere);
+    const double larger = std::max(yes, no);
+    result.log_likelihood += larger + std::log1p(std::exp(std::min(yes, no) - larger));
+    as_modelled[p] = 1 / (1 + std::exp(std::clamp(no - yes, -700.0, 700.0)));
+  }
+  count(beams, as_modelled, result);
+  result.sums = observations.sums(as_modelled, static_cast<Eigen::Index>(patches_.size()));
   return result;
 }
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/core/beam_model.h"
 #include "estimator/beam/beam_mixture.h"
 #include "estimator/beam/target_scene.h"
 #include "estimator/filter/motion_information.h"
+#include "estimator/optimise/observations.h"
 #include "estimator/optimise/surface_effects.h"
 #include "estimator/scan/preprocessing.h"
 
@@ -61,6 +65,7 @@ class ScanFit {
   struct Surface {
     double sigma = 0;               ///< m
     double correlation_length = 1;  ///< m
+    double reflectivity = 0.5;      ///< diffuse, 0..1
   };
 
   /// Scene and beam model must outlive the fit. layout: what is unknown of a state.
@@ -94,8 +99,8 @@ class ScanFit {
   Linearised linearise(const ScanState& state, const Eigen::VectorXd& offsets) const;
 
   const std::vector<SurfacePatch>& patches() const { return patches_; }
-  BeamShares shares;               ///< of the next linearise()
-  double noise_scale = 1;          ///< on the range sigma
+  BeamShares shares;            ///< of the next linearise()
+  double noise_scale = 1;       ///< on the range sigma
   FieldScales scales = {1, 1};  ///< on the sigmas of the surface, of each field
 
  private:
@@ -104,10 +109,13 @@ class ScanFit {
     double range;      // infinite: nothing returned
     double tau;        // s after the scan's mean time
     double sigma;      // m
+    double intensity;  // 0: says nothing
     // m, mean of the footprint's ranges about the middle ray's, and of those on the front face of
     // an edge that the middle ray passes, about where that face would go on.
     double mixed = 0;
     double mixed_front = 0;
+    bool footprint_known = false;  // of footprints_at_
+    bool returned() const { return range < std::numeric_limits<double>::infinity(); }
   };
   /// Patches of a rim, of the face in front of it and of the one behind.
   struct RimPatches {
@@ -124,6 +132,74 @@ class ScanFit {
     int piece = -1;
     SurfaceHit hit;  // of the state that was prepared
   };
+
+  /// Where the likelihood is taken.
+  struct Place {
+    const ScanState& state;
+    const Eigen::VectorXd& offsets;  // of patches, m
+    Pose model_sensor;               // at the mean time
+    bool still;
+    std::vector<Pose> turned_since;  // of each joint, since edges were found
+
+    double offset(int patch) const { return patch < 0 ? 0 : offsets[patch]; }
+  };
+  struct Follows {
+    double effect = 0;
+    double variance = 0;  // m^2
+  };
+  /// An occluding edge beside a beam's axis. Model frame.
+  struct Edge {
+    const RimSample* rim = nullptr;
+    int patch = -1;
+    Vector3d point, outward;  // of the sample, as its part has turned since
+    Vector3d apart;           // m, from the axis to the point
+    Vector3d across;          // outward, square to the axis
+    double inside = 0;        // m, of the axis
+    double width = 0;         // m
+    double at = 0;            // the axis, inside the edge as it is offset, in widths
+    double effect = 0;        // of the patch's offset
+  };
+  /// A face that a beam may meet.
+  struct Face {
+    SurfaceHit hit;
+    int patch = -1;
+    double cosine = 1;            // of incidence, as far as slopes have a meaning
+    double effect = 0;            // of the patch's offset
+    double own_variance = 0;      // m^2, without annealing
+    std::size_t share_bin = 0;    // of BeamShares::drop_out
+    std::optional<double> white;  // see BeamShares, as this return's intensity has it
+    ExpectedReturn expected;
+  };
+  /// What a beam may meet.
+  struct Sight {
+    Ray ray;
+    std::array<std::optional<Edge>, 2> edges;
+    double coverage = 1;
+    Face front;
+    std::optional<Face> behind;
+  };
+  /// What shares are counted from.
+  struct Explained {
+    BeamTerm term;
+    bool returned;
+    int piece;
+    double expected;  // probability that the target is met
+    double drop_out;
+    std::size_t share_bin;
+    std::optional<double> white;
+    double square, variance;  // m^2, of the range before the front face
+  };
+  Follows follows(int patch, const SurfacePatch& own) const;
+  Edge edge_at(const Place& at, int rim, const Ray& ray) const;
+  Face face_at(const Place& at, const SurfaceHit& hit, int patch, double mixed, const FitBeam& beam,
+               const Ray& ray) const;
+  /// Nothing, of a beam that is not before the target any more.
+  std::optional<Sight> sight_of(const Place& at, const Active& active, const Ray& ray,
+                                const SurfaceHit& hit) const;
+  void observe(const Place& at, const Active& active, const Sight& sight, const BeamTerm& term,
+               Observations& observations) const;
+  void count(const std::vector<Explained>& beams, const std::vector<double>& as_modelled,
+             Linearised& result) const;
 
   /// m by which any place of the target may have moved between two states, at most.
   double moved_between(const ScanState& a, const ScanState& b) const;
@@ -156,7 +232,6 @@ class ScanFit {
   Stage stage_;
   ScanState prepared_at_;
   ScanState footprints_at_;
-  bool footprints_ = false;
   double rim_width_ = 0;
   double rim_reach_ = 0;
   std::vector<Surface> surface_of_face_;

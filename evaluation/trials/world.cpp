@@ -93,6 +93,9 @@ Scan sweep(Receiver& receiver, Scene& scene, const std::vector<Window>& windows,
       const Received received = receiver.measure(scene, beam.utime, azimuth, elevation);
       beam.status = status_of(received.status);
       beam.range = received.range;
+      beam.intensity = received.power;
+      beam.second_range = received.second_range;
+      beam.second_intensity = received.second_power;
       const bool of_target = received.surface.target;
       scan.beams.push_back(beam);
       scan.faces.push_back(of_target ? TrueFace{received.surface.normal, received.surface.range}

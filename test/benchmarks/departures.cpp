@@ -93,8 +93,8 @@ struct CellResult {
 /// two cores.
 int trials_of(const Settings& settings, const Cell& cell) {
   if (settings.trials_given) return settings.trials;
-  if (cell.filtered) return 4;
-  return cell.returns <= 3000 ? 30 : cell.returns <= 10000 ? 12 : 4;
+  if (cell.filtered) return 3;
+  return cell.returns <= 1000 ? 30 : cell.returns <= 3000 ? 12 : cell.returns <= 10000 ? 6 : 3;
 }
 
 void take_acquisition(const Sighting& sighting, const estimator::AcquisitionResult& found,

@@ -74,6 +74,30 @@ TEST_CASE("A beam that repeats another, whenever it comes, is one beam") {
   CHECK(scan.utime_mean == preprocess(once, {3, 7}, {}).utime_mean);
 }
 
+TEST_CASE("Second returns count where the scanner is said to tell them") {
+  RawBeam both{10, 5, 0.1, 0.2, BeamStatus::hit, 0.01, 300, 6.5, 0.02, 200};
+  RawBeam far = both;
+  far.azimuth = 0.2;
+  far.second_range = 9;
+  RawBeam broken = both;
+  broken.azimuth = 0.3;
+  broken.second_range = std::nan("");
+  const std::vector<RawBeam> raw = {both, far, broken};
+  BeamModel beam_model;
+  CHECK(preprocess(raw, {3, 7}, beam_model).beams.size() == 3);
+  beam_model.second_returns = true;
+  const CleanScan scan = preprocess(raw, {3, 7}, beam_model);
+  REQUIRE(scan.beams.size() == 5);
+  CHECK(scan.beams[1].direction == scan.beams[0].direction);
+  CHECK(scan.beams[1].range == 6.5);
+  CHECK(scan.beams[1].range_sigma == 0.02);
+  CHECK(scan.beams[1].intensity == 200);
+  CHECK(scan.points.size() == 4);
+  CHECK(scan.farther == 1);
+  CHECK(scan.invalid == 1);
+  CHECK(scan.received == 6);
+}
+
 TEST_CASE("An empty scan is an empty scan") {
   const CleanScan scan = preprocess({}, {}, {});
   CHECK(scan.received == 0);

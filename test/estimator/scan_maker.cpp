@@ -14,6 +14,7 @@ ScanMaker::ScanMaker(const Mesh& mesh, std::uint64_t seed)
 std::vector<RawBeam> ScanMaker::measure(const std::vector<Window>& windows) {
   receiver_.beam = beam;
   receiver_.settings.errors.footprint = footprint;
+  receiver_.settings.errors.returns = beam.second_returns ? 2 : 1;
   scene_.place(utime, pose, velocity);
   return trials::sweep(receiver_, scene_, windows, utime, rate_hz).beams;
 }

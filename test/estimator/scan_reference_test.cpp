@@ -284,9 +284,7 @@ class ScanReference {
       const double c = 0.5 * std::erfc(-u / std::sqrt(2.0));
       if (!(c * (1 - c) > 1e-9)) continue;
       const double score = slope * (a - g) / here;
-      const double weight = std::max(slope * slope / (c * (1 - c)) * std::pow((a - g) / (a + g), 2),
-                                     std::abs(score) / (2 * w));
-      if (!(weight * w * w > 1e-6)) continue;
+      const double weight = std::max(score * (score + u / w), 1e-6 / (w * w));
       rows.push_back({m.index, true, weight, score / weight + out_[m.index], jacobian(inside_at),
                       m.edge_place, m.outward});
     }
@@ -325,12 +323,10 @@ class ScanReference {
         passed += behind * (1 - background_) / sum;
       }
     }
-    const BeamShares usual;
-    constexpr double before = 20;
-    outlier_ = (stray + before * usual.outlier) / (returned + before);
-    background_ = (passed_returned + before * usual.background) / (passed + before);
+    outlier_ = (stray + worth * usual_outlier) / (returned + worth);
+    background_ = (passed_returned + worth * usual_background) / (passed + worth);
     for (std::size_t b = 0; b < 4; ++b) {
-      drop_out_[b] = (missed[b] + before * usual.drop_out[b]) / (met_beams[b] + before);
+      drop_out_[b] = (missed[b] + worth * usual_drop_out[b]) / (met_beams[b] + worth);
     }
   }
 
@@ -342,9 +338,12 @@ class ScanReference {
   Vector3d centre_ = Vector3d::Zero();
   double depth_ = 0;
   std::vector<double> by_, out_;  // most probable offsets of each beam's face and edge, m
-  double outlier_ = BeamShares{}.outlier;
-  double background_ = BeamShares{}.background;
-  std::array<double, 4> drop_out_ = BeamShares{}.drop_out;
+  // Usual shares, and what they are worth in beams.
+  static constexpr double usual_outlier = 0.02, usual_background = 0.5, worth = 20;
+  static constexpr std::array<double, 4> usual_drop_out = {0.1, 0.05, 0.03, 0.03};
+  double outlier_ = usual_outlier;
+  double background_ = usual_background;
+  std::array<double, 4> drop_out_ = usual_drop_out;
 };
 
 }  // namespace
