@@ -37,8 +37,7 @@ struct BeamTerm {
   double missed = 0;  ///< probability that it met a face and did not return
   double passed = 0;  ///< probability that it met the background
   double outlier = 0;
-  double coverage_score = 0;      ///< d log L / d c
-  double coverage_certainty = 0;  ///< ((A - G) / (A + G))^2: 1 where front and behind differ
+  double coverage_score = 0;  ///< d log L / d c
 };
 
 /// The mixture of a beam range finder [Thrun, Burgard, Fox, Probabilistic Robotics, ch. 6] at an
@@ -65,7 +64,6 @@ inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& 
     const double sum = coverage * a + (1 - coverage) * g + least;
     term.log_likelihood = std::log(sum);
     term.coverage_score = (a - g) / sum;
-    term.coverage_certainty = (a - g) * (a - g) / ((a + g) * (a + g) + least);
     term.missed = (coverage * a + (behind ? (1 - coverage) * g : 0)) / sum;
     term.passed = behind ? 0 : (1 - coverage) * g / sum;
     return term;
@@ -79,7 +77,6 @@ inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& 
   const double sum = coverage * a + (1 - coverage) * g + least;
   term.log_likelihood = std::log(sum);
   term.coverage_score = (a - g) / sum;
-  term.coverage_certainty = (a - g) * (a - g) / ((a + g) * (a + g) + least);
   term.front = coverage * from_front / sum;
   (behind ? term.behind : term.passed) = (1 - coverage) * from_behind / sum;
   term.outlier = stray / sum;

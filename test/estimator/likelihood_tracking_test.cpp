@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "estimator/track/scan_fit.h"
-#include "evaluation/trials/world.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -270,23 +269,19 @@ namespace {
 
 /// A body with a panel that turns about a hinge, a strut, and a box behind.
 Target hinged_target() {
-  Target target;
+  Mesh mesh = make_box({0.8, 0.8, 0.6});
+  const std::size_t body = mesh.triangles.size();
+  mesh.append(make_box({1.2, 0.5, 0.03}), {{1.1, 0, 0.1}, Quaterniond::Identity()});
+  const std::size_t panel = mesh.triangles.size();
+  mesh.append(make_strut({-0.4, 0, 0}, {-1.2, 0.4, 0.2}, 0.02));
+  Target target = described(mesh);
   target.name = "hinged";
-  target.mesh = make_box({0.8, 0.8, 0.6});
-  const std::size_t body = target.mesh.triangles.size();
-  target.mesh.append(make_box({1.2, 0.5, 0.03}), {{1.1, 0, 0.1}, Quaterniond::Identity()});
-  const std::size_t panel = target.mesh.triangles.size();
-  target.mesh.append(make_strut({-0.4, 0, 0}, {-1.2, 0.4, 0.2}, 0.02));
-  target.part_of.assign(target.mesh.triangles.size(), 0);
   std::fill(target.part_of.begin() + static_cast<std::ptrdiff_t>(body),
             target.part_of.begin() + static_cast<std::ptrdiff_t>(panel), std::uint16_t{1});
   target.parts.resize(2);
   for (TargetPart& part : target.parts) part.surface_sigma = 1e-4;
   target.parts[1].name = "panel";
   target.parts[1].joint = Joint{Vector3d::UnitY(), {0.45, 0, 0.1}, -radians(20), radians(20), 0};
-  target.description_hash = "described";
-  target.hash = content_hash(target.mesh);
-  target.length = bounding_box(target.mesh).size().maxCoeff();
   return target;
 }
 
@@ -297,9 +292,7 @@ CleanScan scan_of(const Mesh& mesh, const Pose& pose, int count, std::uint64_t s
   ScanMaker lidar(mesh, seed);
   lidar.pose = pose;
   lidar.velocity = velocity;
-  Window window = trials::window_around(mesh, pose, 0.1);
-  window.count = count;
-  return preprocess(lidar.sweep({window}), {}, nominal_beam);
+  return preprocess(sweep_around(lidar, mesh, count), {}, nominal_beam);
 }
 
 Prediction prediction_off(const Pose& truth, double metres, double angle, Random& random) {
@@ -495,7 +488,7 @@ TEST_CASE("The gradient for the surface's offsets is that of numeric differences
 
 TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") {
   const Target target = hinged_target();
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
   const double angle = GENERATE(0.0, -10.0, 14.0);
   const Mesh real = turned_mesh(target, {0, radians(angle)});
@@ -518,13 +511,11 @@ TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") 
 
 TEST_CASE("Neither the order of beams nor beams sent twice change what is tracked") {
   const Target target = hinged_target();
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
   ScanMaker lidar(target.mesh, 4);
   lidar.pose = hinged_pose;
-  Window window = trials::window_around(target.mesh, hinged_pose, 0.1);
-  window.count = 1200;
-  std::vector<RawBeam> beams = lidar.sweep({window});
+  std::vector<RawBeam> beams = sweep_around(lidar, target.mesh, 1200);
   Random random(1, "order");
   const Prediction predicted = prediction_off(hinged_pose, 0.02, radians(1), random);
   const auto first = tracking.track(preprocess(beams, {}, nominal_beam), predicted);
@@ -552,7 +543,7 @@ TEST_CASE("Neither the order of beams nor beams sent twice change what is tracke
 
 TEST_CASE("A scan of nothing that the target explains is lost, with the reason") {
   const Target target = hinged_target();
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
   Random random(1, "other");
   const CleanScan scan = scan_of(make_box({2, 2, 0.5}), {{0, 0, 5}, hinged_pose.rotation}, 1500, 1);
@@ -564,14 +555,9 @@ TEST_CASE("A scan of nothing that the target explains is lost, with the reason")
 
 TEST_CASE("A return that is as bright as no face here is none of it") {
   // A bright plate with something dark stuck on that no mesh has, nearer by 1.5 sigma of a range.
-  Target target;
-  target.mesh = make_box({1.2, 0.9, 0.3});
-  target.part_of.assign(target.mesh.triangles.size(), 0);
+  Target target = described(make_box({1.2, 0.9, 0.3}));
   target.parts.front().material = {0.8, 0};
-  target.description_hash = "described";
-  target.hash = content_hash(target.mesh);
-  target.length = 1.2;
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   const Pose truth{{0.1, -0.05, 4.5}, rotation_from_vector({0.2, 0.3, 0.1})};
   BeamModel beam_model = nominal_beam;
   const auto error_with = [&](double intensity_sigma) {
@@ -579,9 +565,7 @@ TEST_CASE("A return that is as bright as no face here is none of it") {
     const LikelihoodTracking tracking(*model, beam_model, {});
     ScanMaker lidar(target.mesh, 1);
     lidar.pose = truth;
-    Window window = trials::window_around(target.mesh, truth, 0.1);
-    window.count = 1500;
-    std::vector<RawBeam> beams = lidar.sweep({window});
+    std::vector<RawBeam> beams = sweep_around(lidar, target.mesh, 1500);
     Random random(1, "light");
     for (RawBeam& beam : beams) {
       if (beam.status != BeamStatus::hit) continue;
@@ -603,15 +587,11 @@ TEST_CASE("A return that is as bright as no face here is none of it") {
 
 TEST_CASE("Two returns of a beam say where an edge is") {
   // Two plates behind each other; edges of the front one part the light of wide beams.
-  Target target;
-  target.mesh = make_box({0.6, 0.6, 0.02});
-  target.mesh.append(make_box({1.4, 1.2, 0.02}), {{0.1, 0, 0.7}, Quaterniond::Identity()});
-  target.part_of.assign(target.mesh.triangles.size(), 0);
+  Mesh mesh = make_box({0.6, 0.6, 0.02});
+  mesh.append(make_box({1.4, 1.2, 0.02}), {{0.1, 0, 0.7}, Quaterniond::Identity()});
+  Target target = described(mesh);
   target.parts.front().surface_sigma = 1e-4;
-  target.description_hash = "described";
-  target.hash = content_hash(target.mesh);
-  target.length = 1.4;
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   const Pose truth{{0.1, -0.05, 4.5}, rotation_from_vector({0.1, 0.15, 0.5})};
   double sigma[2] = {0, 0};
   for (const bool second : {false, true}) {
@@ -627,11 +607,9 @@ TEST_CASE("Two returns of a beam say where an edge is") {
       lidar.beam = beam_model;
       lidar.footprint = true;
       lidar.pose = truth;
-      Window window = trials::window_around(target.mesh, truth, 0.1);
-      window.count = 3000;
       Random random(static_cast<std::uint64_t>(i), "returns");
-      const auto result = tracking.track(preprocess(lidar.sweep({window}), {}, beam_model),
-                                         prediction_off(truth, 0.02, radians(1), random));
+      const CleanScan scan = preprocess(sweep_around(lidar, mesh, 3000), {}, beam_model);
+      const auto result = tracking.track(scan, prediction_off(truth, 0.02, radians(1), random));
       REQUIRE(result.ok);
       const Vector6d error = difference(truth, result.pose);
       nees += error.dot(result.covariance.ldlt().solve(error)) / trials;

@@ -56,6 +56,26 @@ std::shared_ptr<const TargetModel> cube_model() {
   return model;
 }
 
+Target described(const Mesh& mesh) {
+  Target target;
+  target.mesh = mesh;
+  target.part_of.assign(mesh.triangles.size(), 0);
+  target.description_hash = "described";
+  target.hash = content_hash(mesh);
+  target.length = bounding_box(mesh).size().maxCoeff();
+  return target;
+}
+
+std::shared_ptr<const TargetModel> coarse_model(const Target& target) {
+  return compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+}
+
+std::vector<RawBeam> sweep_around(ScanMaker& lidar, const Mesh& mesh, int count) {
+  Window window = trials::window_around(mesh, lidar.pose, 0.1);
+  window.count = count;
+  return lidar.sweep({window});
+}
+
 const Pose paper_pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
 
 Matrix6d prior(double translation, double rotation) {

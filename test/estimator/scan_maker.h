@@ -49,6 +49,12 @@ std::shared_ptr<const TargetModel> replica_model();
 std::shared_ptr<const TargetModel> cube_model();
 /// The paper's pose (section 5.3.1).
 extern const Pose paper_pose;
+/// A mesh of one part that somebody described: its surface is as its part says.
+Target described(const Mesh& mesh);
+/// Compiled for methods that need no views of it.
+std::shared_ptr<const TargetModel> coarse_model(const Target& target);
+/// One raster around a mesh where the LIDAR has it, a tenth wider on every side.
+std::vector<RawBeam> sweep_around(ScanMaker& lidar, const Mesh& mesh, int count);
 /// Covariance of a pose known so well in every direction: standard deviations, m and rad.
 Matrix6d prior(double translation, double rotation);
 /// Moved and turned by so much (m, rad) in random directions.

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "estimator/track/likelihood_tracking.h"
-#include "evaluation/trials/world.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -352,20 +351,13 @@ TEST_CASE("A slow reference, written from the documentation, finds the same pose
   const double soft = GENERATE(1e-6, 0.008);
   const int seed = GENERATE(1, 2);
   CAPTURE(soft, seed);
-  Target target;
-  target.mesh = make_box({1.4, 0.9, 0.6});
-  target.part_of.assign(target.mesh.triangles.size(), 0);
+  Target target = described(make_box({1.4, 0.9, 0.6}));
   target.parts.front().surface_sigma = soft;
   target.parts.front().correlation_length = 0.3;
-  target.description_hash = "described";
-  target.hash = content_hash(target.mesh);
-  target.length = 1.4;
   const Pose truth{{0.1, -0.05, 4.5}, rotation_from_vector({0.4, 0.5, 0.1 * seed})};
   ScanMaker lidar(target.mesh, static_cast<std::uint64_t>(seed));
   lidar.pose = truth;
-  Window window = trials::window_around(target.mesh, truth, 0.1);
-  window.count = 260;
-  CleanScan scan = preprocess(lidar.sweep({window}), {}, nominal_beam);
+  CleanScan scan = preprocess(sweep_around(lidar, target.mesh, 260), {}, nominal_beam);
   // The surface off along the line of sight by a smooth function of the place.
   for (Beam& beam : scan.beams) {
     if (!beam.hit()) continue;
@@ -380,7 +372,7 @@ TEST_CASE("A slow reference, written from the documentation, finds the same pose
   predicted.covariance.diagonal().head<3>().setConstant(1e-4);
   predicted.covariance.diagonal().tail<3>().setConstant(1e-4);
 
-  const auto model = compile_target_model(target, {200, 1, 8, 1000, 0.1, 0.05, 20});
+  const auto model = coarse_model(target);
   LikelihoodTrackingOptions options;
   options.described_surface_factor = 1.001;  // scales as described: the reference learns none
   const LikelihoodTracking method(*model, nominal_beam, options);
