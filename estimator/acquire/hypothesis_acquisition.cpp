@@ -3,10 +3,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 #include "common/core/text.h"
 #include "estimator/acquire/large_planes.h"
+#include "estimator/model/point_fit.h"
 
 namespace berth::estimator {
 namespace {
@@ -14,8 +17,11 @@ namespace {
 // Choices of cost.
 constexpr int coarse_beams = 300;  // in the target's sphere, of which poses are first weighed
 constexpr int middle_beams = 800;
-constexpr std::size_t semifinalists = 20;
-constexpr std::size_t finalists = 5;
+constexpr int final_beams = 4000;
+constexpr std::size_t laid_points = 600;
+/// Of what is searched, and of the beams that should meet the target, what a pose explains that
+/// needs no wider search.
+constexpr double explains_enough = 0.9;
 
 /// Planes wider than this, in radii of the target's sphere, cannot be the target's.
 constexpr double too_wide = 2.15;
@@ -28,6 +34,24 @@ double surface_sigma_of(const TargetModel& model, double bare) {
   return largest;
 }
 
+/// The first of every cube with that side.
+std::vector<Vector3d> one_a_cube(const std::vector<Vector3d>& points, double side) {
+  std::set<std::array<int, 3>> taken;
+  std::vector<Vector3d> kept;
+  for (const Vector3d& p : points) {
+    const auto at = [&](int axis) { return static_cast<int>(std::floor(p[axis] / side)); };
+    if (taken.insert({at(0), at(1), at(2)}).second) kept.push_back(p);
+  }
+  return kept;
+}
+
+std::vector<Vector3d> evenly(const std::vector<Vector3d>& points, std::size_t max) {
+  if (points.size() <= max) return points;
+  std::vector<Vector3d> some;
+  for (std::size_t i = 0; i < max; ++i) some.push_back(points[i * points.size() / max]);
+  return some;
+}
+
 /// Every so many-th beam, so that about so many are in a sphere of that radius at the range of the
 /// returns.
 int thinning_for(const RangeImage& image, double radius, int beams) {
@@ -35,6 +59,34 @@ int thinning_for(const RangeImage& image, double radius, int beams) {
   const double inside = std::min(static_cast<double>(image.beams().size()),
                                  3.14159 * std::pow(radius / (middle * image.spacing()), 2));
   return std::max(1, static_cast<int>(inside / beams));
+}
+
+/// Returns that may be the target's.
+std::vector<Vector3d> searched(const RangeImage& image, double radius) {
+  const std::vector<char> left_out =
+      on_large_planes(image, too_wide * radius, image.noise().range_sigma_m);
+  std::vector<Vector3d> points;
+  for (std::size_t b = 0; b < left_out.size(); ++b) {
+    const Beam& beam = image.beams()[b];
+    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
+        beam.range <= image.farthest()) {
+      points.push_back(beam.point());
+    }
+  }
+  return points;
+}
+
+/// Those nearest to the middle of all.
+std::vector<Vector3d> middle_of(std::vector<Vector3d> points, std::size_t count) {
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  count = std::min(count, points.size());
+  std::partial_sort(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count),
+                    points.end(), [&](const Vector3d& a, const Vector3d& b) {
+                      return (a - mean).squaredNorm() < (b - mean).squaredNorm();
+                    });
+  points.resize(count);
+  return points;
 }
 
 }  // namespace
@@ -53,39 +105,46 @@ bool HypothesisAcquisition::same(const Pose& a, const Pose& b) const {
 }
 
 std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const PoseOdds& odds,
-                                                  const std::vector<Hypothesis>& hints) const {
+                                                  const std::vector<Vector3d>& points,
+                                                  const std::vector<Hypothesis>& hints,
+                                                  const Effort& effort) const {
   const double length = model_.target.length;
-  const std::vector<char> left_out =
-      on_large_planes(image, too_wide * model_.radius, beam_model_.range_sigma_m);
-  std::vector<Vector3d> points;
-  for (std::size_t b = 0; b < left_out.size(); ++b) {
-    const Beam& beam = image.beams()[b];
-    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
-        beam.range <= image.farthest()) {
-      points.push_back(beam.point());
-    }
-  }
+  const std::vector<Vector3d> spread = one_a_cube(points, 0.05 * length);
+  const std::vector<Vector3d> anchors =
+      effort.everywhere ? evenly(spread, effort.anchors) : middle_of(spread, effort.anchors);
   std::vector<Pose> poses;
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
-  for (const Placement& p : match_templates(image, points, templates_, model_.centre, model_.radius,
-                                            length, options_.match)) {
+  for (const Placement& p : match_templates(image, points, anchors, templates_, model_.centre,
+                                            model_.radius, length, effort.placements)) {
     poses.push_back(p.pose);
   }
   struct Weighed {
     Pose pose;
     double log_odds;
   };
+  const std::vector<Vector3d> some = evenly(points, laid_points);
+  const auto laid = [&](const Pose& pose) {
+    const Pose middle{pose * model_.centre, Quaterniond::Identity()};
+    std::vector<Vector3d> near;
+    for (const Vector3d& p : some) {
+      const Vector3d q = p - middle.position;
+      if (q.squaredNorm() < std::pow(1.1 * model_.radius, 2)) near.push_back(q);
+    }
+    return middle *
+           lay_points(model_.grid, near, pose.inverse() * middle, 0.06 * length, 0.015 * length, 6)
+               .inverse();
+  };
   const int thinning = thinning_for(image, model_.radius, coarse_beams);
   std::vector<Weighed> weighed;
   for (const Pose& p : poses) {
-    const Pose laid = laid_on(model_, p, points, 0.1 * length, 0.03 * length, 6);
-    weighed.push_back({laid, odds.at(laid, 0.02 * length, thinning).log_odds});
+    const Pose pose = laid(p);
+    weighed.push_back({pose, odds.at(pose, 0.02 * length, thinning).log_odds});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Weighed& a, const Weighed& b) { return a.log_odds > b.log_odds; });
   std::vector<Pose> best;
   for (const Weighed& w : weighed) {
-    if (best.size() == semifinalists) break;
+    if (best.size() == effort.semifinalists) break;
     if (std::none_of(best.begin(), best.end(), [&](const Pose& b) { return same(b, w.pose); })) {
       best.push_back(w.pose);
     }
@@ -93,8 +152,10 @@ std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const
   return best;
 }
 
-std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(
-    const RangeImage& image, const PoseOdds& odds, std::vector<Pose> poses) const {
+std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(const RangeImage& image,
+                                                                      const PoseOdds& odds,
+                                                                      std::vector<Pose> poses,
+                                                                      std::size_t finalists) const {
   const double length = model_.target.length;
   const int thinning = thinning_for(image, model_.radius, middle_beams);
   const auto climb = [&](const Pose& pose, double from, double to, int thin) {
@@ -142,9 +203,10 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(
   poses.clear();
   for (const Mode& m : best) poses.push_back(m.pose);
   best.clear();
+  const int fine = thinning_for(image, model_.radius, final_beams);
   for (const Pose& p : poses) {
-    const Pose pose = odds.climbed(odds.climbed(p, 0.003, 1, 2), 0, 1, 3);
-    Mode mode{pose, odds.at(pose, 0, 1), 0};
+    const Pose pose = odds.climbed(odds.climbed(p, 0.003, fine, 2), 0, fine, 3);
+    Mode mode{pose, odds.at(pose, 0, fine), 0};
     if (std::none_of(best.begin(), best.end(), [&](const Mode& m) {
           return same(m.pose, pose) && m.at.log_odds >= mode.at.log_odds;
         })) {
@@ -176,16 +238,16 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
     result.reason = "no view of the target lies on the returns";
     return result;
   }
-  const double best = std::max(0.0, modes.front().log_evidence);
-  double all = std::exp(-best);
+  const double best = modes.front().log_evidence;
+  double all = 0;
   for (const Mode& m : modes) all += std::exp(m.log_evidence - best);
-  const double none = std::exp(-best) / all;
+  const double none = 1 / (1 + all * std::exp(std::min(best, 700.0)));
   for (const Mode& m : modes) {
     if (static_cast<int>(result.hypotheses.size()) == options_.max_hypotheses) break;
     Hypothesis h;
     h.pose = m.pose;
     h.log_likelihood = m.at.log_odds;
-    h.probability = std::exp(m.log_evidence - best) / (all * std::max(1e-300, 1 - none));
+    h.probability = std::exp(m.log_evidence - best) / all;
     h.inlier_share = m.at.shares.hit;
     h.equal_poses = model_.symmetries.exact_count();
     h.constrained = true;
@@ -226,15 +288,31 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
     return result;
   }
   const RangeImage image(scan, beam_model_);
-  const PoseOdds odds(model_, beam_model_, image, surface_sigma_);
-  return decided(modes(image, odds, proposed(image, odds, hints)));
+  const PoseOdds odds(model_, image, surface_sigma_);
+  const std::vector<Vector3d> points = searched(image, model_.radius);
+  AcquisitionResult result;
+  std::vector<Hypothesis> known = hints;
+  for (const Effort& effort : {first_look, full_search}) {
+    const std::vector<Mode> found =
+        modes(image, odds, proposed(image, odds, points, known, effort), effort.finalists);
+    result = decided(found);
+    known.insert(known.end(), result.hypotheses.begin(), result.hypotheses.end());
+    if (result.status != AcquisitionResult::Status::found) continue;
+    const PoseOdds::At& at = found.front().at;
+    if (at.shares.hit > explains_enough &&
+        at.shares.hit * at.expected > explains_enough * static_cast<double>(points.size())) {
+      break;
+    }
+  }
+  result.noise_scale = image.noise_scale();
+  return result;
 }
 
 AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& scan,
                                                const std::vector<Pose>& poses) const {
   const RangeImage image(scan, beam_model_);
-  const PoseOdds odds(model_, beam_model_, image, surface_sigma_);
-  return decided(modes(image, odds, poses));
+  const PoseOdds odds(model_, image, surface_sigma_);
+  return decided(modes(image, odds, poses, full_search.finalists));
 }
 
 }  // namespace berth::estimator

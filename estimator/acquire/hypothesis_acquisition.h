@@ -18,7 +18,6 @@ struct HypothesisAcquisitionOptions {
   int min_returns = 20;    ///< inside the gate
   int max_hypotheses = 4;  ///< reported
   int views = 320;         ///< that templates are made of
-  TemplateMatchOptions match;
 };
 
 /// Finds the target's pose without any prior, among whatever else is in view. Templates of all
@@ -43,10 +42,22 @@ class HypothesisAcquisition final : public Acquisition {
     PoseOdds::At at;
     double log_evidence = 0;  ///< of this mode against no target
   };
+  /// How much of a search is done.
+  struct Effort {
+    bool everywhere;  ///< else only where the target's middle is, if nearly all returns are its own
+    std::size_t anchors;
+    std::size_t placements;
+    std::size_t semifinalists;
+    std::size_t finalists;
+  };
+  static constexpr Effort first_look{false, 20, 60, 6, 2};
+  static constexpr Effort full_search{true, 300, 600, 20, 5};
+
   std::vector<Pose> proposed(const RangeImage& image, const PoseOdds& odds,
-                             const std::vector<Hypothesis>& hints) const;
-  std::vector<Mode> modes(const RangeImage& image, const PoseOdds& odds,
-                          std::vector<Pose> poses) const;
+                             const std::vector<Vector3d>& points,
+                             const std::vector<Hypothesis>& hints, const Effort& effort) const;
+  std::vector<Mode> modes(const RangeImage& image, const PoseOdds& odds, std::vector<Pose> poses,
+                          std::size_t finalists) const;
   bool same(const Pose& a, const Pose& b) const;
   AcquisitionResult decided(const std::vector<Mode>& modes) const;
 

@@ -16,7 +16,14 @@ constexpr double min_cosine = 0.1;  // slope beyond which a range says nothing s
 /// While ranges are widened, the background may not be sharper than they are.
 constexpr double annealed_lead = 2;
 
+/// Pieces of the target, cubes with a side of so much of its length, that are elsewhere than
+/// modelled, missing or turned, with a probability of their own.
+constexpr double piece_of_length = 1.0 / 8;
+constexpr int pieces_along = 10;
+constexpr double elsewhere = 0.02;
+
 struct Expected {
+  int piece;
   double hit_odds;   // N(z; r, s^2) / b(z); of one that missed 0
   double miss_odds;  // 1 / (1 - p_returns); of one that returned 0
   bool front;
@@ -42,6 +49,24 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
   rays.clear();
   concerned.clear();
   met.clear();
+  struct Piece {
+    double log_odds = 0;  ///< of its beams, where it is as modelled
+    double present = 1;   ///< probability of that
+  };
+  static thread_local std::vector<Piece> pieces;
+  pieces.assign(pieces_along * pieces_along * pieces_along, {});
+  const auto piece_at = [&](const Vector3d& place) {
+    int index = 0;
+    for (int i = 0; i < 3; ++i) {
+      // Faces often lie in planes through the centre: those are not to be between two pieces.
+      const double along =
+          (place[i] - model_.centre[i]) / (piece_of_length * model_.target.length) + 0.3;
+      index =
+          pieces_along * index +
+          std::clamp(static_cast<int>(std::floor(along)) + pieces_along / 2, 0, pieces_along - 1);
+    }
+    return index;
+  };
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const auto& beams = image_.beams();
   for (std::size_t b = 0; b < beams.size(); b += static_cast<std::size_t>(thinning)) {
@@ -56,6 +81,7 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     const Beam& beam = beams[concerned[i]];
     const double background = image_.log_background()[concerned[i]];
     Expected e{};
+    e.piece = piece_at(rays[i].origin + hits[i].range * rays[i].direction);
     if (!beam.hit()) {
       e.miss_odds = std::exp(-background);
       met.push_back(e);
@@ -65,8 +91,8 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     const double cosine = std::max(min_cosine, -normal.dot(beam.direction));
     const double surface = surface_sigma_ / std::max(0.25, cosine);
     e.residual = beam.range - hits[i].range;
-    e.variance = beam_model_.range_variance(hits[i].range, std::acos(cosine)) + surface * surface +
-                 annealing * annealing;
+    e.variance = image_.noise().range_variance(hits[i].range, std::acos(cosine)) +
+                 surface * surface + annealing * annealing;
     const double peak = -0.5 * std::log(6.283185307179586 * e.variance);
     double log_b = background;
     if (annealing > 0) log_b = std::min(log_b, peak - annealed_lead);
@@ -81,35 +107,52 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
   PoseShares& w = result.shares;
   const PoseShares prior;
   const double weight = prior_beams / thinning;
+  const auto weigh = [&](const Expected& e) {
+    return e.miss_odds > 0 ? w.missing * e.miss_odds
+                           : w.hit * e.hit_odds + (e.front ? w.front : w.through);
+  };
   for (int step = 0; step <= share_steps; ++step) {
-    double hit = prior.hit * weight, front = prior.front * weight, through = prior.through * weight,
-           missing = prior.missing * weight;
-    result.log_odds = 0;
+    for (Piece& piece : pieces) piece.log_odds = 0;
     for (const Expected& e : met) {
-      if (e.miss_odds > 0) {
-        result.log_odds += std::log(w.missing * e.miss_odds);
-        missing += 1;
-        continue;
-      }
-      const double from_target = w.hit * e.hit_odds;
-      const double otherwise = e.front ? w.front : w.through;
-      result.log_odds += std::log(from_target + otherwise);
-      const double p = from_target / (from_target + otherwise);
-      hit += p;
-      (e.front ? front : through) += 1 - p;
+      pieces[static_cast<std::size_t>(e.piece)].log_odds += thinning * std::log(weigh(e));
+    }
+    result.log_odds = 0;
+    for (Piece& piece : pieces) {
+      if (piece.log_odds == 0) continue;
+      const double larger = std::max(0.0, piece.log_odds);
+      const double here = (1 - elsewhere) * std::exp(piece.log_odds - larger);
+      const double either = here + elsewhere * std::exp(-larger);
+      piece.present = here / either;
+      result.log_odds += larger + std::log(either);
     }
     if (step == share_steps) break;
+    double hit = prior.hit * weight, front = prior.front * weight, through = prior.through * weight,
+           missing = prior.missing * weight;
+    for (const Expected& e : met) {
+      const double present = pieces[static_cast<std::size_t>(e.piece)].present;
+      if (e.miss_odds > 0) {
+        missing += present;
+        continue;
+      }
+      const double p = w.hit * e.hit_odds / weigh(e);
+      hit += present * p;
+      (e.front ? front : through) += present * (1 - p);
+    }
     const double all = hit + front + through + missing;
     w = {hit / all, front / all, std::min(max_through, through / all), missing / all};
   }
   for (const Expected& e : met) {
     if (e.miss_odds > 0) continue;
-    const double from_target = w.hit * e.hit_odds;
-    const double p = from_target / (from_target + (e.front ? w.front : w.through));
-    result.gradient += (p * e.residual / e.variance * thinning) * e.jacobian;
-    result.information += (p / e.variance * thinning) * e.jacobian * e.jacobian.transpose();
+    const double p = thinning * pieces[static_cast<std::size_t>(e.piece)].present * w.hit *
+                     e.hit_odds / weigh(e);
+    result.gradient += (p * e.residual / e.variance) * e.jacobian;
+    result.information += (p / e.variance) * e.jacobian * e.jacobian.transpose();
   }
-  result.log_odds *= thinning;
+  for (const auto& [share, usual] :
+       {std::pair{w.hit, prior.hit}, std::pair{w.front, prior.front},
+        std::pair{w.through, prior.through}, std::pair{w.missing, prior.missing}}) {
+    result.log_odds += prior_beams * usual * std::log(share / usual);
+  }
   return result;
 }
 
@@ -121,7 +164,7 @@ Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int ro
   about.rightCols<3>() /= model_.radius;
   Pose pose = start;
   At here = at(pose, annealing, thinning);
-  const double width = std::hypot(annealing, beam_model_.range_sigma_m);
+  const double width = std::hypot(annealing, image_.noise().range_sigma_m);
   for (int round = 0; round < rounds; ++round) {
     const double before = here.log_odds;
     Eigen::SelfAdjointEigenSolver<Matrix6d> axes(
@@ -141,60 +184,29 @@ Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int ro
     }
     for (int a = 0; a < 3; ++a) {
       const Vector6d axis = about * axes.eigenvectors().col(a);
-      double step = 2 * width;
-      int sign = 1;
-      for (int tries = 0; tries < 6; ++tries) {
-        const Pose trial = perturbed(pose, sign * step * axis);
+      const auto higher = [&](double step, double& log_odds) {
+        const Pose trial = perturbed(pose, step * axis);
         const At there = at(trial, annealing, thinning);
-        if (there.log_odds > here.log_odds) {
-          pose = trial;
-          here = there;
-          step *= 1.5;
-        } else if (sign > 0 && tries == 0) {
-          sign = -1;
-        } else {
-          step *= 0.4;
+        log_odds = there.log_odds;
+        if (log_odds <= here.log_odds) return false;
+        pose = trial;
+        here = there;
+        return true;
+      };
+      double step = 2 * width;
+      const double middle = here.log_odds;
+      double up = 0, down = 0;
+      if (!higher(step, up)) {
+        if (!higher(-step, down)) {  // the top of the parabola through all three
+          higher(0.5 * step * (up - down) / (2 * middle - up - down + 1e-9), up);
+          continue;
         }
+        step = -step;
+      }
+      for (int tries = 0; tries < 4 && higher(step *= 1.5, up); ++tries) {
       }
     }
     if (here.log_odds - before < 0.5) break;
-  }
-  return pose;
-}
-
-Pose laid_on(const TargetModel& model, Pose pose, const std::vector<Vector3d>& points,
-             double first_gate, double last_gate, int steps) {
-  for (int step = 0; step < steps; ++step) {
-    const double gate =
-        first_gate * std::pow(last_gate / first_gate, step / std::max(1.0, steps - 1.0));
-    const Pose model_sensor = pose.inverse();
-    Matrix6d information = Matrix6d::Zero();
-    Vector6d gradient = Vector6d::Zero();
-    int used = 0;
-    for (const Vector3d& point : points) {
-      const Vector3d p = model_sensor * point;
-      ClosestPointGrid::Match match;
-      if ((p - model.centre).squaredNorm() > std::pow(model.radius + gate, 2) ||
-          !model.grid.stored(p, match)) {
-        continue;
-      }
-      const Vector3d off = p - match.point;
-      if (off.squaredNorm() > gate * gate) continue;
-      const double e = match.normal.dot(off);
-      Vector6d j;  // of the surface's way along its normal, about the target's centre
-      j << match.normal, (match.point - model.centre).cross(match.normal);
-      information += j * j.transpose();
-      gradient += e * j;
-      ++used;
-    }
-    if (used < 6) return pose;
-    information.diagonal().head<3>().array() += 0.02 * used;
-    information.diagonal().tail<3>().array() += 0.02 * used * model.radius * model.radius;
-    const Vector6d d = information.ldlt().solve(gradient);
-    const Quaterniond turn = rotation_from_vector(d.tail<3>());
-    const Vector3d centre = pose * (model.centre + d.head<3>());
-    pose.rotation = (pose.rotation * turn).normalized();
-    pose.position = centre - pose.rotation * model.centre;
   }
   return pose;
 }

@@ -21,13 +21,14 @@ struct PoseShares {
 ///   z:       L/b = w_hit N(z; r, s^2) / b(z) + (w_front if z < r, w_through if z > r),
 ///   nothing: L/b = w_missing / (1 - p_returns);
 /// all other beams are the background's under both. So an occluder costs log w_front whatever its
-/// shape, and only what neighbours do not foretell speaks for the target.
+/// shape, and only what neighbours do not foretell speaks for the target. A piece of the target is
+/// as modelled with probability 0.98; else its beams are the background's, too. The shares w are
+/// those most probable, and their prior counts.
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.
-  PoseOdds(const TargetModel& model, const BeamModel& beam_model, const RangeImage& image,
-           double surface_sigma)
-      : model_(model), beam_model_(beam_model), image_(image), surface_sigma_(surface_sigma) {}
+  PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)
+      : model_(model), image_(image), surface_sigma_(surface_sigma) {}
 
   struct At {
     double log_odds = 0;
@@ -45,14 +46,8 @@ class PoseOdds {
 
  private:
   const TargetModel& model_;
-  const BeamModel& beam_model_;
   const RangeImage& image_;
   double surface_sigma_;
 };
-
-/// Laid on those of the points that are nearer to its surface than a gate, which narrows: point to
-/// plane. Points: sensor frame, m. Gates: m.
-Pose laid_on(const TargetModel& model, Pose pose, const std::vector<Vector3d>& points,
-             double first_gate, double last_gate, int steps);
 
 }  // namespace berth::estimator

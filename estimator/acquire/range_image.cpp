@@ -11,19 +11,21 @@ namespace {
 constexpr double max_turn_cosine = 0.26;  // of 75 degrees
 constexpr int max_pixels = 4000000;
 
-/// Shares of what neighbours say, where they say it: a line between two, a line beyond two, a copy
-/// of one; the rest is anywhere.
-constexpr double between = 0.5;
-constexpr double beyond = 0.2;
-constexpr double copied = 0.15;
-
 double normal_density(double error, double sigma) {
   return std::exp(-0.5 * error * error / (sigma * sigma)) / (2.5066282746310002 * sigma);
 }
 
+double spacing_of(const Beam& a, const Beam& b) { return (a.direction - b.direction).norm(); }
+
+/// Range of a beam on the line through the returns of two on either side.
+double on_line(const Beam& beam, const Beam& one, const Beam& other) {
+  const double a = spacing_of(beam, one), c = spacing_of(beam, other);
+  return (a + c) / (c / one.range + a / other.range);
+}
+
 }  // namespace
 
-RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) {
+RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) : noise_(beam_model) {
   // In whole numbers, whose sum does not depend on their order.
   std::array<std::int64_t, 3> sum{};
   for (const Vector3d& p : scan.points) {
@@ -42,7 +44,8 @@ RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) {
   }
   down_ = axis_.cross(across_);
   place(scan);
-  weigh_background(beam_model);
+  scale_noise();
+  weigh_background();
 }
 
 void RangeImage::place(const CleanScan& scan) {
@@ -138,80 +141,144 @@ void RangeImage::place(const CleanScan& scan) {
   }
 }
 
-/// The next beam in a direction, across at most one pixel without a beam.
-int RangeImage::neighbour(int beam, int dx, int dy) const {
-  if (beam < 0) return -1;
-  int x = pixel_of(beam) % width_;
-  int y = pixel_of(beam) / width_;
+/// The next beam in a direction, across at most one pixel without a beam; none: null.
+const Beam* RangeImage::neighbour(const Beam* beam, int dx, int dy) const {
+  if (beam == nullptr) return nullptr;
+  const int pixel = pixel_of(static_cast<int>(beam - beams_.data()));
+  int x = pixel % width_;
+  int y = pixel / width_;
   for (int step = 0; step < 2; ++step) {
     x += dx;
     y += dy;
-    if (x < 0 || y < 0 || x >= width_ || y >= height_) return -1;
-    if (const int found = beam_at(x + width_ * y); found >= 0) return found;
+    if (x < 0 || y < 0 || x >= width_ || y >= height_) return nullptr;
+    if (const int found = beam_at(x + width_ * y); found >= 0) {
+      return &beams_[static_cast<std::size_t>(found)];
+    }
   }
-  return -1;
+  return nullptr;
 }
 
-void RangeImage::weigh_background(const BeamModel& beam_model) {
+/// Expectation maximisation: of beams between two others some are on their line but for noise, the
+/// rest, at edges, anywhere.
+void RangeImage::scale_noise() {
+  constexpr double said_beams = 20;  // worth of what the scanner says of itself
+  constexpr int steps = 20;
+  std::vector<double> errors;  // in sigmas
+  for (const Beam& beam : beams_) {
+    for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
+      const Beam* one = neighbour(&beam, dx, dy);
+      const Beam* other = neighbour(&beam, -dx, -dy);
+      if (!beam.hit() || one == nullptr || other == nullptr || !one->hit() || !other->hit()) {
+        continue;
+      }
+      const double share =
+          spacing_of(beam, *one) / (spacing_of(beam, *one) + spacing_of(beam, *other));
+      const double of_line = 1 + share * share + (1 - share) * (1 - share);
+      errors.push_back((beam.range - on_line(beam, *one, *other)) /
+                       (noise_.range_sigma_m * std::sqrt(of_line)));
+    }
+  }
+  const double anywhere = noise_.range_sigma_m / std::max(1.0, farthest_ - nearest_);
+  double on_lines = 0.5;
+  for (int step = 0; step < steps; ++step) {
+    double count = said_beams, sum = said_beams;
+    for (const double e : errors) {
+      const double on = on_lines * normal_density(e, noise_scale_);
+      const double p = on / (on + (1 - on_lines) * anywhere);
+      count += p;
+      sum += p * e * e;
+    }
+    on_lines = count / (static_cast<double>(errors.size()) + 2 * said_beams);
+    const double before = noise_scale_;
+    noise_scale_ = std::max(1.0, std::sqrt(sum / count));
+    if (std::abs(noise_scale_ - before) < 0.01) break;
+  }
+  noise_.range_sigma_m *= noise_scale_;
+  noise_.azimuth_sigma_rad *= noise_scale_;
+  noise_.elevation_sigma_rad *= noise_scale_;
+}
+
+void RangeImage::weigh_background() {
+  enum : std::size_t { plane, line, beyond, copy, anywhere, kinds };
+  constexpr double not_said = -1;
+  constexpr double as_likely = 1.0 / static_cast<double>(kinds);
+  constexpr double prior_beams = 20;
+  constexpr int steps = 8;
   const double depth = std::max(1.0, farthest_ - nearest_);
-  log_background_.resize(beams_.size());
   const std::array<std::array<int, 2>, 4> ways = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  std::vector<std::array<double, kinds>> said(beams_.size());
+  std::vector<double> returns(beams_.size());
   for (std::size_t b = 0; b < beams_.size(); ++b) {
     const Beam& beam = beams_[b];
-    double seen = 0.5, neighbours = 1;
-    std::array<double, 3> density{}, count{};
+    const double z = beam.range;
+    const double sigma = beam.hit() ? std::sqrt(noise_.range_variance(z, 0.6)) : 0;
+    double seen = 0.5, neighbours = 1, lines = 0, on_lines = 0;
+    std::array<double, kinds> sum{}, count{};
+    const auto add = [&](std::size_t kind, double range, double width) {
+      if (range <= 0) return;
+      sum[kind] += normal_density(z - range, width);
+      ++count[kind];
+    };
     for (std::size_t w = 0; w < ways.size(); ++w) {
-      std::array<const Beam*, 2> next{}, second{};
+      std::array<const Beam*, 2> next{};  // that returned
       for (std::size_t side = 0; side < 2; ++side) {
         const int sign = side == 0 ? 1 : -1;
-        const int n = neighbour(static_cast<int>(b), sign * ways[w][0], sign * ways[w][1]);
-        const int s = neighbour(n, sign * ways[w][0], sign * ways[w][1]);
-        if (n < 0) continue;
+        const Beam* n = neighbour(&beam, sign * ways[w][0], sign * ways[w][1]);
+        if (n == nullptr) continue;
         ++neighbours;
-        if (!beams_[static_cast<std::size_t>(n)].hit()) continue;
+        if (!n->hit()) continue;
         ++seen;
-        next[side] = &beams_[static_cast<std::size_t>(n)];
-        if (s >= 0 && beams_[static_cast<std::size_t>(s)].hit()) {
-          second[side] = &beams_[static_cast<std::size_t>(s)];
-        }
+        next[side] = n;
+        if (!beam.hit() || w >= 2) continue;
+        add(copy, n->range, 1.4 * sigma + 0.4 * spacing_of(beam, *n) * z);
+        const Beam* s = neighbour(n, sign * ways[w][0], sign * ways[w][1]);
+        if (s == nullptr || !s->hit()) continue;
+        const double a = spacing_of(beam, *n), c = spacing_of(beam, *s);
+        if (c > a) add(beyond, (c - a) / (c / n->range - a / s->range), 2.5 * sigma + 0.005);
       }
-      if (!beam.hit() || w >= 2) continue;
-      const double z = beam.range;
-      const double sigma = std::sqrt(beam_model.range_variance(z, 0.6));
-      const auto add = [&](std::size_t kind, double inverse, double width) {
-        if (inverse <= 0) return;
-        density[kind] += normal_density(z - 1 / inverse, width);
-        ++count[kind];
-      };
-      const auto apart = [&beam](const Beam* other) {
-        return (other->direction - beam.direction).norm();
-      };
-      if (next[0] != nullptr && next[1] != nullptr) {
-        const double a = apart(next[0]), c = apart(next[1]);
-        add(0, (c / next[0]->range + a / next[1]->range) / (a + c), 1.25 * sigma + 0.002);
-      }
-      for (std::size_t side = 0; side < 2; ++side) {
-        if (next[side] == nullptr) continue;
-        add(2, 1 / next[side]->range, 1.4 * sigma + 0.4 * apart(next[side]) * z);
-        if (second[side] == nullptr) continue;
-        const double a = apart(next[side]), c = apart(second[side]);
-        if (c <= a) continue;
-        add(1, (c / next[side]->range - a / second[side]->range) / (c - a), 2.5 * sigma + 0.005);
-      }
+      if (!beam.hit() || next[0] == nullptr || next[1] == nullptr) continue;
+      const double range = on_line(beam, *next[0], *next[1]);
+      if (w < 2) add(line, range, 1.25 * sigma + 0.002);
+      on_lines += range;
+      ++lines;
     }
-    const double returns = seen / neighbours;
-    if (!beam.hit()) {
-      log_background_[b] = std::log(1 - returns);
-      continue;
-    }
+    if (lines >= 3) add(plane, on_lines / lines, std::sqrt(1 + 0.5 / lines) * sigma + 0.002);
+    returns[b] = seen / neighbours;
+    for (std::size_t k = 0; k < kinds; ++k)
+      said[b][k] = count[k] > 0 ? sum[k] / count[k] : not_said;
+    said[b][anywhere] = 1 / depth;
+  }
+  // How often each is right where it is said, by expectation maximisation.
+  std::array<double, kinds> share;
+  share.fill(as_likely);
+  const auto mixed = [&](const std::array<double, kinds>& densities) {
     double sum = 0, known = 0;
-    const std::array<double, 3> shares = {between, beyond, copied};
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (count[k] == 0) continue;
-      sum += shares[k] * density[k] / count[k];
-      known += shares[k];
+    for (std::size_t k = 0; k < kinds; ++k) {
+      if (densities[k] == not_said) continue;
+      sum += share[k] * densities[k];
+      known += share[k];
     }
-    log_background_[b] = std::log(returns * (sum + (1 - known) / depth));
+    return std::pair(sum, known);
+  };
+  for (int step = 0; step < steps; ++step) {
+    std::array<double, kinds> right, all;
+    right.fill(prior_beams * as_likely);
+    all.fill(prior_beams);
+    for (std::size_t b = 0; b < beams_.size(); ++b) {
+      if (!beams_[b].hit()) continue;
+      const double sum = mixed(said[b]).first;
+      for (std::size_t k = 0; k < kinds; ++k) {
+        if (said[b][k] == not_said) continue;
+        right[k] += share[k] * said[b][k] / sum;
+        ++all[k];
+      }
+    }
+    for (std::size_t k = 0; k < kinds; ++k) share[k] = right[k] / all[k];
+  }
+  for (std::size_t b = 0; b < beams_.size(); ++b) {
+    const auto [sum, known] = mixed(said[b]);
+    log_background_.push_back(
+        std::log(beams_[b].hit() ? returns[b] * sum / known : 1 - returns[b]));
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -16,7 +17,7 @@ class RangeImage {
  public:
   static constexpr double missed = std::numeric_limits<double>::infinity();
 
-  /// beam_model: of the noise that neighbouring ranges have.
+  /// beam_model: as the scanner says of itself.
   RangeImage(const CleanScan& scan, const BeamModel& beam_model);
 
   /// Row by row.
@@ -26,19 +27,34 @@ class RangeImage {
   /// through neighbours, in inverse range (exact on planes), by copies of them, and a share of
   /// anywhere.
   const std::vector<double>& log_background() const { return log_background_; }
+  /// The beam model, its sigmas times the noise scale.
+  const BeamModel& noise() const { return noise_; }
+  /// By how much ranges are off lines through their neighbours, over what the scanner says; 1 at
+  /// least: noise that neighbours have in common does not show.
+  double noise_scale() const { return noise_scale_; }
   double spacing() const { return spacing_; }  ///< rad, between beams: of both ways the mean
   double solid_angle() const { return solid_angle_; }  ///< sr, that was scanned
   double nearest() const { return nearest_; }          ///< m, of the returns
   double farthest() const { return farthest_; }        ///< m
 
-  /// -1 outside. Place: sensor frame.
-  int pixel(const Vector3d& place) const {
-    const double depth = axis_.dot(place);
-    if (depth <= 0.2 * place.norm()) return -1;
-    const int x = static_cast<int>((across_.dot(place) / depth - left_) * columns_per_unit_);
-    const int y = static_cast<int>((down_.dot(place) / depth - top_) * rows_per_unit_);
-    return x < 0 || y < 0 || x >= width_ || y >= height_ ? -1 : x + width_ * y;
+  /// From the sensor's axes to the image's: across, down, along its mean direction.
+  Matrix3d axes() const {
+    Matrix3d rows;
+    rows << across_.transpose(), down_.transpose(), axis_.transpose();
+    return rows;
   }
+  /// Of a place in the image's axes; -1 outside.
+  int pixel(float across, float down, float along) const {
+    if (along <= 0) return -1;
+    const float x =
+        (across / along - static_cast<float>(left_)) * static_cast<float>(columns_per_unit_);
+    const float y = (down / along - static_cast<float>(top_)) * static_cast<float>(rows_per_unit_);
+    const bool inside =
+        x >= 0 && y >= 0 && x < static_cast<float>(width_) && y < static_cast<float>(height_);
+    return inside ? static_cast<int>(x) + width_ * static_cast<int>(y) : -1;
+  }
+  /// rad, between rows or columns, whichever are farther apart.
+  double widest_spacing() const { return 1 / std::min(columns_per_unit_, rows_per_unit_); }
   int width() const { return width_; }
   int height() const { return height_; }
   /// Of the pixel's first beam; -1: not scanned.
@@ -49,12 +65,15 @@ class RangeImage {
   float farthest_about(int pixel) const { return farthest_about_[static_cast<std::size_t>(pixel)]; }
 
  private:
-  int neighbour(int beam, int dx, int dy) const;
+  const Beam* neighbour(const Beam* beam, int dx, int dy) const;
   void place(const CleanScan& scan);
-  void weigh_background(const BeamModel& beam_model);
+  void scale_noise();
+  void weigh_background();
 
   std::vector<Beam> beams_;
   std::vector<double> log_background_;
+  BeamModel noise_;
+  double noise_scale_ = 1;
   Vector3d axis_ = Vector3d::UnitZ();
   Vector3d across_ = Vector3d::UnitX();
   Vector3d down_ = Vector3d::UnitY();

@@ -15,7 +15,8 @@ constexpr int reach = 4;  // cells
 constexpr double max_cells = 3e7;
 /// Of the field at its highest, what the first points of a template have where it fits.
 constexpr int early = 0.6 * 255;
-constexpr double bin = 0.2;  // rad, of lines of sight for which templates are turned once
+constexpr int template_turns = 30;  // about the line of sight, of each template
+constexpr double bin = 0.2;         // rad, of lines of sight for which templates are turned once
 constexpr std::size_t max_pool = 24000;
 
 /// How near a place is to a return: 255 there, 0 from `reach` cells on. A margin all around is
@@ -70,11 +71,12 @@ class ReturnField {
     return empty_ +
            offset({static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z())});
   }
-  /// Between the indices of two places so far apart (m).
-  int offset_of(const Vector3d& d) const {
-    return offset({static_cast<int>(std::lround(d.x() / cell_)),
-                   static_cast<int>(std::lround(d.y() / cell_)),
-                   static_cast<int>(std::lround(d.z() / cell_))});
+  /// Between the indices of places so far apart (m).
+  template <typename Places, typename Offsets>
+  void offsets_of(const Places& d, Offsets& offsets) const {
+    const auto cells = static_cast<float>(1 / cell_);
+    const auto along = [&](int axis) { return (d.col(axis) * cells).round().template cast<int>(); };
+    offsets = along(0) + size_[0] * (along(1) + size_[1] * along(2));
   }
   const std::uint8_t* values() const { return values_.data(); }
 
@@ -88,23 +90,6 @@ class ReturnField {
   int empty_ = 0;
   std::vector<std::uint8_t> values_;
 };
-
-/// The first of every cube with that side, then so many at even steps.
-std::vector<Vector3d> thinned(const std::vector<Vector3d>& points, double side, int max) {
-  std::map<std::array<int, 3>, bool> taken;
-  std::vector<Vector3d> kept;
-  for (const Vector3d& p : points) {
-    const std::array<int, 3> cube = {static_cast<int>(std::floor(p.x() / side)),
-                                     static_cast<int>(std::floor(p.y() / side)),
-                                     static_cast<int>(std::floor(p.z() / side))};
-    if (taken.emplace(cube, true).second) kept.push_back(p);
-  }
-  const auto count = static_cast<std::size_t>(max);
-  if (kept.size() <= count) return kept;
-  std::vector<Vector3d> some;
-  for (std::size_t i = 0; i < count; ++i) some.push_back(kept[i * kept.size() / count]);
-  return some;
-}
 
 bool better(const Placement& a, const Placement& b) {
   if (a.score != b.score) return a.score > b.score;
@@ -138,15 +123,28 @@ std::vector<Placement> suppressed(std::vector<Placement> all, const Vector3d& ce
 }  // namespace
 
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
+                                       const std::vector<Vector3d>& anchors,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
-                                       const TemplateMatchOptions& options) {
+                                       std::size_t placements) {
   if (points.empty()) return {};
-  const ReturnField field(points, cell_of_length * length, 2.2 * radius);
+  // All in the image's axes.
+  const Matrix3d to_image = image.axes();
+  std::vector<Vector3d> places;
+  double range = 0;
+  for (const Vector3d& p : points) {
+    places.emplace_back(to_image * p);
+    range += p.norm() / static_cast<double>(points.size());
+  }
+  // As wide as the target asks for, or so that places between returns are near to some.
+  const double cell =
+      std::max(cell_of_length * length, 1.5 / reach * image.widest_spacing() * range);
+  const ReturnField field(places, cell, 2.2 * radius);
   const std::uint8_t* values = field.values();
 
   std::map<std::array<int, 2>, std::vector<Vector3d>> bins;
-  for (const Vector3d& p : thinned(points, 0.05 * length, options.max_anchors)) {
+  for (const Vector3d& anchor : anchors) {
+    const Vector3d p = to_image * anchor;
     bins[{static_cast<int>(std::floor(std::atan2(p.x(), p.z()) / bin)),
           static_cast<int>(std::floor(std::asin(p.y() / p.norm()) / bin))}]
         .push_back(p);
@@ -161,75 +159,76 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
     floor = pool.back().score;
     for (const Placement& p : pool) floor = std::min(floor, p.score);
   };
-  constexpr std::size_t most = 64;
-  std::array<int, most> offsets{};
-  std::array<Vector3d, most> places, outside;
-  for (const auto& [key, anchors] : bins) {
+  const auto seen_through = static_cast<float>(0.05 * length);
+  const auto at_depth = static_cast<float>(0.08 * length);
+  constexpr int count = ViewTemplate::surface_points;
+  Eigen::Array<int, count, 1> offsets;
+  Eigen::Array<float, count, 3> on;
+  decltype(ViewTemplate::outside) beside;
+  const auto turned = [](const Matrix3d& rotation, const auto& from, auto& to) {
+    const Eigen::Matrix3f r = rotation.cast<float>();
+    to.resize(from.rows(), 3);
+    for (int k = 0; k < 3; ++k) {
+      to.col(k) = r(k, 0) * from.col(0) + r(k, 1) * from.col(1) + r(k, 2) * from.col(2);
+    }
+  };
+  for (const auto& [key, here] : bins) {
     Vector3d sight = Vector3d::Zero();
-    for (const Vector3d& p : anchors) sight += p.normalized();
+    for (const Vector3d& p : here) sight += p.normalized();
     const Quaterniond aim = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), sight);
     for (const ViewTemplate& t : templates) {
-      const std::size_t count = std::min(most, t.points.size());
-      const std::size_t around = std::min(most, t.outside.size());
-      for (int turn = 0; turn < options.turns; ++turn) {
+      for (int turn = 0; turn < template_turns; ++turn) {
         const Quaterniond rotation =
             aim *
-            Quaterniond(Eigen::AngleAxisd(radians(360) * turn / options.turns, Vector3d::UnitZ()));
-        const Matrix3d r = rotation.toRotationMatrix();
-        for (std::size_t i = 0; i < count; ++i) {
-          places[i] = r * t.points[i];
-          offsets[i] = field.offset_of(places[i]);
-        }
-        for (std::size_t i = 0; i < around; ++i) outside[i] = r * t.outside[i];
-        for (std::size_t a = 0; a < ViewTemplate::anchors; ++a) {
-          for (const Vector3d& anchor : anchors) {
-            const int base = field.index(anchor) - offsets[a];
+            Quaterniond(Eigen::AngleAxisd(radians(360) * turn / template_turns, Vector3d::UnitZ()));
+        turned(rotation.toRotationMatrix(), t.points, on);
+        turned(rotation.toRotationMatrix(), t.outside, beside);
+        field.offsets_of(on, offsets);
+        for (int a = 0; a < ViewTemplate::anchors; ++a) {
+          for (const Vector3d& anchor : here) {
+            const std::uint8_t* near = values + field.index(anchor) - offsets[a];
             int sum = 0;
-            std::size_t i = 0;
-            for (; i < 5; ++i) sum += values[base + offsets[i]];
+            int i = 0;
+            for (; i < 5; ++i) sum += near[offsets[i]];
             if (sum < 5 * early) continue;
-            for (; i < 10; ++i) sum += values[base + offsets[i]];
+            for (; i < 10; ++i) sum += near[offsets[i]];
             if (sum < 10 * early) continue;
-            for (; i < count; ++i) sum += values[base + offsets[i]];
-            const Vector3d middle = anchor - places[a];
-            const double pixel = image.spacing() * middle.norm();
+            for (; i < count; ++i) sum += near[offsets[i]];
+            const Eigen::Vector3f middle = anchor.cast<float>() - on.row(a).matrix().transpose();
+            const double pixel = image.spacing() * static_cast<double>(middle.norm());
             const double beams = t.area / (pixel * pixel);
-            const double mean = sum / (255.0 * static_cast<double>(count)) - 0.5;
-            if (beams * mean <= floor) continue;
-            int through = 0;
-            for (i = 0; i < count; ++i) {
-              const Vector3d p = middle + places[i];
-              const int at = image.pixel(p);
+            double score = beams * (sum / (255.0 * count) - 0.5);
+            for (i = 0; i < count && score > floor; ++i) {
+              const Eigen::Vector3f p = middle + on.row(i).matrix().transpose();
+              const int at = image.pixel(p.x(), p.y(), p.z());
               if (at >= 0 && image.farthest_about(at) > 0 &&
-                  static_cast<double>(image.nearest_about(at)) > p.norm() + 0.05 * length) {
-                ++through;
+                  image.nearest_about(at) > p.norm() + seen_through) {
+                score -= beams / count;
               }
             }
-            double score = beams * (mean - through / static_cast<double>(count));
-            if (score <= floor) continue;
-            int stopped = 0;
-            for (i = 0; i < around; ++i) {
-              const Vector3d p = middle + outside[i];
-              const int at = image.pixel(p);
-              if (at < 0) continue;
-              const int beam = image.beam_at(at);
+            const auto around = beside.rows();
+            for (i = 0; i < around && score > floor; ++i) {
+              const Eigen::Vector3f p = middle + beside.row(i).matrix().transpose();
+              const int at = image.pixel(p.x(), p.y(), p.z());
+              const int beam = at < 0 ? -1 : image.beam_at(at);
               if (beam < 0) continue;
-              const double range = image.beams()[static_cast<std::size_t>(beam)].range;
-              if (std::abs(range - p.norm()) < 0.08 * length) ++stopped;
+              const auto z =
+                  static_cast<float>(image.beams()[static_cast<std::size_t>(beam)].range);
+              if (std::abs(z - p.norm()) < at_depth) {
+                score -= t.perimeter / pixel / static_cast<double>(around);
+              }
             }
-            score -= t.perimeter / pixel * stopped / std::max<double>(1, around);
             if (score <= floor) continue;
             Pose pose;
-            pose.rotation = (rotation * t.view).normalized();
-            pose.position = middle - pose.rotation * centre;
+            pose.rotation = (Quaterniond(to_image.transpose()) * rotation * t.view).normalized();
+            pose.position = to_image.transpose() * middle.cast<double>() - pose.rotation * centre;
             add(pose, score);
           }
         }
       }
     }
   }
-  return suppressed(std::move(pool), centre, 0.04 * length,
-                    static_cast<std::size_t>(options.placements));
+  return suppressed(std::move(pool), centre, 0.04 * length, placements);
 }
 
 }  // namespace berth::estimator

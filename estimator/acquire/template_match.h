@@ -14,19 +14,15 @@ struct Placement {
   double score = 0;  ///< beams, about: those explained less those that speak against it
 };
 
-struct TemplateMatchOptions {
-  int turns = 30;         ///< about the line of sight, of each template
-  int max_anchors = 300;  ///< returns that templates are laid on
-  int placements = 600;   ///< that are kept
-};
-
-/// Lays every template, turned about the line of sight, with its anchors on every return, and keeps
-/// the best. Needs no guess of what of a scan is the target.
+/// Lays every template, turned about the line of sight, with its anchors on returns, and keeps the
+/// best placements. Needs no guess of what of a scan is the target.
 /// @param points returns that may be the target's, sensor frame, m
+/// @param anchors those of them that templates are laid on
 /// @param centre, radius, length of the target, model frame, m
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
+                                       const std::vector<Vector3d>& anchors,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
-                                       const TemplateMatchOptions& options);
+                                       std::size_t placements);
 
 }  // namespace berth::estimator

@@ -12,12 +12,12 @@ namespace {
 
 constexpr double viewer = 5;  // radii away
 constexpr int pixels = 64;    // across the sphere
-constexpr std::size_t surface_points = 48;
-constexpr std::size_t outside_points = 20;
 
 /// The farthest from those before, again and again, from the one nearest to their mean.
-std::vector<Vector3d> spread(const std::vector<Vector3d>& all, std::size_t count) {
-  if (all.empty()) return {};
+Eigen::ArrayX3f spread(const std::vector<Vector3d>& all, int max) {
+  const int count = std::min(max, static_cast<int>(all.size()));
+  Eigen::ArrayX3f chosen(count, 3);
+  if (all.empty()) return chosen;
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : all) mean += p;
   mean /= static_cast<double>(all.size());
@@ -25,11 +25,10 @@ std::vector<Vector3d> spread(const std::vector<Vector3d>& all, std::size_t count
   for (std::size_t i = 1; i < all.size(); ++i) {
     if ((all[i] - mean).squaredNorm() < (all[next] - mean).squaredNorm()) next = i;
   }
-  std::vector<Vector3d> chosen;
   std::vector<double> away(all.size(), std::numeric_limits<double>::infinity());
-  while (chosen.size() < std::min(count, all.size())) {
-    chosen.push_back(all[next]);
+  for (int c = 0; c < count; ++c) {
     const Vector3d last = all[next];
+    chosen.row(c) = last.transpose().cast<float>();
     for (std::size_t i = 0; i < all.size(); ++i) {
       away[i] = std::min(away[i], (all[i] - last).squaredNorm());
       if (away[i] > away[next]) next = i;
@@ -98,9 +97,11 @@ std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vec
     const double side = pixel * viewer * radius;
     t.area *= side * side;
     t.perimeter = rim * side;
-    t.points = spread(inside.size() >= surface_points ? inside : any, surface_points);
-    t.outside = spread(outside, outside_points);
-    if (t.points.size() == surface_points) templates.push_back(std::move(t));
+    if (any.size() < ViewTemplate::surface_points) continue;
+    t.points = spread(inside.size() < ViewTemplate::surface_points ? any : inside,
+                      ViewTemplate::surface_points);
+    t.outside = spread(outside, ViewTemplate::outside_points);
+    templates.push_back(t);
   }
   return templates;
 }

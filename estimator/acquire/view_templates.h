@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "common/core/ray_caster.h"
@@ -11,12 +12,16 @@ namespace berth::estimator {
 /// the centre of the target's sphere, m.
 struct ViewTemplate {
   static constexpr int anchors = 2;  ///< the first of the points
+  static constexpr int surface_points = 48;
+  static constexpr int outside_points = 20;
 
-  Quaterniond view;               ///< from model axes to the viewer's
-  std::vector<Vector3d> points;   ///< on the surface, not at rims, spread: every first few too
-  std::vector<Vector3d> outside;  ///< just beside the outline, as deep as the surface there
-  double area = 0;                ///< m^2, of the outline
-  double perimeter = 0;           ///< m
+  Quaterniond view;  ///< from model axes to the viewer's
+  /// On the surface, not at rims, spread: every first few too. A row each.
+  Eigen::Array<float, surface_points, 3> points;
+  /// Just beside the outline, as deep as the surface there.
+  Eigen::Array<float, Eigen::Dynamic, 3, 0, outside_points, 3> outside;
+  double area = 0;       ///< m^2, of the outline
+  double perimeter = 0;  ///< m
 };
 
 /// Views from all sides, at five radii. @param radius of the sphere about `centre` that holds the

@@ -104,6 +104,56 @@ TEST_CASE("Where the target is not, it is lost, and the odds are told") {
   CHECK_THAT(result.reason, Catch::Matchers::Contains("required"));
 }
 
+TEST_CASE("Noise is as ranges show it beside their neighbours, not less than the scanner says") {
+  Random random(6, "hypotheses");
+  const Pose truth = drawn(random);
+  for (const double factor : {0.3, 1.0, 3.0}) {
+    ScanMaker lidar(lopsided()->target.mesh, 8);
+    lidar.beam = near_lidar;
+    lidar.beam.range_sigma_m *= factor;
+    lidar.pose = truth;
+    lidar.add_clutter(cell());
+    const CleanScan scan = preprocess(lidar.sweep(full_view(6000)), cell_gate, near_lidar);
+    CHECK_THAT(RangeImage(scan, near_lidar).noise_scale(),
+               Catch::Matchers::WithinRel(std::max(1.0, factor), 0.15));
+  }
+}
+
+TEST_CASE("A flat target is found by its outline, in few rows of returns of its own alone") {
+  Mesh quadrilateral;
+  quadrilateral.vertices = {{-0.6, -0.2, 0}, {0.5, -0.3, 0}, {0.3, 0.4, 0}, {-0.2, 0.3, 0}};
+  quadrilateral.triangles = {{0, 1, 2}, {0, 2, 3}};
+  Target target;
+  target.mesh = quadrilateral;
+  target.name = "quadrilateral";
+  target.hash = content_hash(target.mesh);
+  target.length = 1.1;
+  ModelOptions coarse;
+  coarse.surface_samples = 4000;
+  coarse.grid_voxels = 60000;
+  const auto model = compile_target_model(target, coarse);
+  const HypothesisAcquisition flat(*model, near_lidar, hypotheses_by_default);
+  for (const int rows : {8, 16}) {
+    ScanMaker lidar(quadrilateral, 9);
+    lidar.beam = near_lidar;
+    lidar.pose = {{0.1, 0, 10}, rotation_from_vector({0.2, 0.3, 0.4})};
+    std::vector<RawBeam> beams;
+    for (int row = 0; row < rows; ++row) {
+      for (double azimuth = -0.08; azimuth < 0.1; azimuth += 0.0035) {
+        const RawBeam beam = lidar.shoot(azimuth, 0.08 * (2.0 * row / (rows - 1) - 1));
+        if (beam.status == BeamStatus::hit) beams.push_back(beam);
+      }
+    }
+    const AcquisitionResult found = flat.acquire(preprocess(beams, {1, 20}, near_lidar));
+    CAPTURE(rows, beams.size(), found.reason);
+    REQUIRE((found.status == Status::found || found.status == Status::ambiguous));
+    CHECK(std::any_of(found.hypotheses.begin(), found.hypotheses.end(), [&](const Hypothesis& h) {
+      return model->symmetries.angle_between(h.pose, lidar.pose) < radians(7) &&
+             model->symmetries.distance(h.pose, lidar.pose) < 0.08;
+    }));
+  }
+}
+
 TEST_CASE("The order of beams does not matter to hypotheses") {
   Random random(2, "hypotheses");
   CleanScan scan = scan_of_cell(drawn(random), 3);
@@ -143,7 +193,7 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
   const Pose truth = drawn(random);
   const CleanScan scan = scan_of_cell(truth, 6);
   const RangeImage image(scan, near_lidar);
-  const PoseOdds odds(*lopsided(), near_lidar, image, 0.004);
+  const PoseOdds odds(*lopsided(), image, 0.004);
   constexpr double annealing = 0.05;
   const Pose off = displaced(truth, random, 0.02, radians(1));
   const PoseOdds::At at = odds.at(off, annealing, 1);
