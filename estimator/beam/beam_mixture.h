@@ -27,17 +27,20 @@ struct ExpectedReturn {
   double variance = 1;  ///< m^2, of residual
   double drop_out = 0;  ///< probability that nothing returns
   double light = 1;     ///< density of its intensity, over that of the intensity of anything
+  double coverage = 1;  ///< probability that it is met; of what is behind all others it is the rest
 };
 
 /// The likelihood of one beam and what it says of its parts; log L and its derivatives.
 struct BeamTerm {
   double log_likelihood = 0;
   double front = 0;   ///< probability that the range is the front face's
+  double beside = 0;  ///< ... the face's on the other side of a slit
   double behind = 0;  ///< ... the face's behind it
   double missed = 0;  ///< probability that it met a face and did not return
   double passed = 0;  ///< probability that it met the background
   double outlier = 0;
   double coverage_score = 0;  ///< d log L / d c
+  double beside_score = 0;    ///< d log L / d c of the face beside
 };
 
 /// The mixture of a beam range finder [Thrun, Burgard, Fox, Probabilistic Robotics, ch. 6] at an
@@ -47,8 +50,10 @@ struct BeamTerm {
 ///   A = (1 - p_d - p_o) N(z; r_f, s_f^2) light + p_o / U,   G the same of g,
 ///       or (1 - p_o) p_b / 2U + p_o / U for the background;
 ///   nothing returned: A = p_d, G the same of g, or (1 - p_o) (1 - p_b) for the background.
+/// Of a slit between two faces, L = c1 A1 + c2 A2 + (1 - c1 - c2) G.
 /// @param depth U, m: over which ranges of nothing in particular are spread
-inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& front,
+inline BeamTerm beam_term(bool returned, const ExpectedReturn& front,
+                          const std::optional<ExpectedReturn>& beside,
                           const std::optional<ExpectedReturn>& behind, const BeamShares& shares,
                           double depth) {
   constexpr double least = 1e-300;
@@ -56,29 +61,35 @@ inline BeamTerm beam_term(bool returned, double coverage, const ExpectedReturn& 
     return r.light * std::exp(-0.5 * r.residual * r.residual / r.variance) /
            std::sqrt(6.283185307179586 * r.variance);
   };
-  const double stray = shares.outlier / depth;
+  const double other = beside ? beside->coverage : 0;
+  const double rest = 1 - front.coverage - other;
   BeamTerm term;
   if (!returned) {
     const double a = front.drop_out;
+    const double b = beside ? beside->drop_out : 0;
     const double g = behind ? behind->drop_out : (1 - shares.outlier) * (1 - shares.background);
-    const double sum = coverage * a + (1 - coverage) * g + least;
+    const double sum = front.coverage * a + other * b + rest * g + least;
     term.log_likelihood = std::log(sum);
     term.coverage_score = (a - g) / sum;
-    term.missed = (coverage * a + (behind ? (1 - coverage) * g : 0)) / sum;
-    term.passed = behind ? 0 : (1 - coverage) * g / sum;
+    term.beside_score = (b - g) / sum;
+    term.missed = (front.coverage * a + other * b + (behind ? rest * g : 0)) / sum;
+    term.passed = behind ? 0 : rest * g / sum;
     return term;
   }
-  const double from_front = std::fmax(0.0, 1 - front.drop_out - shares.outlier) * normal(front);
-  const double from_behind =
-      behind ? std::fmax(0.0, 1 - behind->drop_out - shares.outlier) * normal(*behind)
-             : (1 - shares.outlier) * shares.background / (2 * depth);
-  const double a = from_front + stray;
-  const double g = from_behind + stray;
-  const double sum = coverage * a + (1 - coverage) * g + least;
+  const auto from = [&](const ExpectedReturn& face) {
+    return std::fmax(0.0, 1 - face.drop_out - shares.outlier) * normal(face);
+  };
+  const double stray = shares.outlier / depth;
+  const double a = from(front);
+  const double b = beside ? from(*beside) : 0;
+  const double g = behind ? from(*behind) : (1 - shares.outlier) * shares.background / (2 * depth);
+  const double sum = front.coverage * a + other * b + rest * g + stray + least;
   term.log_likelihood = std::log(sum);
   term.coverage_score = (a - g) / sum;
-  term.front = coverage * from_front / sum;
-  (behind ? term.behind : term.passed) = (1 - coverage) * from_behind / sum;
+  term.beside_score = (b - g) / sum;
+  term.front = front.coverage * a / sum;
+  term.beside = other * b / sum;
+  (behind ? term.behind : term.passed) = rest * g / sum;
   term.outlier = stray / sum;
   return term;
 }

@@ -42,6 +42,12 @@ std::uint64_t interleaved(std::uint32_t x, std::uint32_t y) {
   return spread(x) | (spread(y) << 1);
 }
 
+/// Whether the range of a face changes by more than what a ray moves aside: past the edge of such a
+/// face its plane is not what is met.
+bool is_oblique(const Vector3d& normal, const Vector3d& sight) {
+  return !(-normal.dot(sight) > 0.7071067811865476);
+}
+
 double normal_below(double x) { return 0.5 * std::erfc(-x * 0.7071067811865476); }
 double normal_at(double x) { return 0.3989422804014327 * std::exp(-0.5 * x * x); }
 
@@ -211,8 +217,12 @@ Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
 SurfaceHit ScanFit::continued(const RimSample& rim, const Vector3d& rim_point, const Ray& ray,
                               const ScanState& state) const {
   SurfaceHit front = scene_.meet(state.angles, ray, rim.front.face);
-  const double at = (rim_point - ray.origin).norm();
-  if (!(std::abs(front.range - at) < 10 * rim_width_ + 0.1)) front.range = at;  // oblique
+  const Vector3d to = rim_point - ray.origin;
+  const double along = to.dot(ray.direction);
+  const bool past = (to - along * ray.direction).dot(rim.outward) < 0;
+  if (front.met() && !(past && is_oblique(front.normal, ray.direction))) return front;
+  front.range = along;
+  front.normal = -ray.direction;
   return front;
 }
 
@@ -370,9 +380,11 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
       RimPatches& of_rim = rim_patches_[static_cast<std::size_t>(r)];
       of_rim.made = true;
       of_rim.rim = patch_at(rim.point, rim.outward, rim.front.face, true);
-      of_rim.front = patch_at(rim.point, rim.front.normal, rim.front.face, false);
-      if (!rim.behind.met()) continue;
       const Vector3d sight = (rim.point - model_sensor.position).normalized();
+      const bool oblique = is_oblique(rim.front.normal, sight);
+      of_rim.front =
+          patch_at(rim.point, oblique ? Vector3d(-sight) : rim.front.normal, rim.front.face, false);
+      if (!rim.behind.met()) continue;
       of_rim.behind = patch_at(model_sensor.position + rim.behind.range * sight, rim.behind.normal,
                                rim.behind.face, false);
     }
@@ -546,7 +558,7 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
                                                 const Ray& ray, const SurfaceHit& hit) const {
   const FitBeam& beam = beams_[active.beam];
   if (active.near < 0 && !hit.met()) return std::nullopt;  // not before the target any more
-  Sight sight{ray, {}, 1, {}, {}};
+  Sight sight{ray, {}, {}, {}, {}};
   SurfaceHit edged;  // the face that ends at the edge, where it would be met
   if (active.near >= 0) {
     sight.edges[0] = edge_at(at, active.near, ray);
@@ -558,26 +570,36 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
     sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
     return sight;
   }
-  sight.coverage = normal_below(sight.edges[0]->at);
-  bool inside = sight.edges[0]->inside >= 0 && hit.met();
+  const Edge& edge = *sight.edges[0];
+  double coverage = normal_below(edge.at);
+  bool inside = edge.inside >= 0 && hit.met();
   if (active.across >= 0) {
-    sight.edges[1] = edge_at(at, active.across, ray);
-    sight.coverage = std::max(0.0, sight.coverage + normal_below(sight.edges[1]->at) - 1);
-    inside = inside && sight.edges[1]->inside >= 0;
+    const Edge& other = sight.edges[1].emplace(edge_at(at, active.across, ray));
+    const double of_other = normal_below(other.at);
+    if ((other.point - edge.point).dot(edge.outward) < 0) {  // a strut
+      coverage = std::max(0.0, coverage + of_other - 1);
+      inside = inside && other.inside >= 0;
+    } else {  // a slit
+      const int patch = rim_patches_[static_cast<std::size_t>(active.across)].front;
+      sight.beside = face_at(at, continued(*other.rim, other.point, ray, at.state), patch,
+                             beam.mixed_front, beam, ray);
+      sight.beside->expected.coverage = std::min(of_other, 1 - coverage);
+    }
   }
   const RimPatches& patches = rim_patches_[static_cast<std::size_t>(active.near)];
   if (inside) {
     sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
-    const SurfaceHit& beyond = sight.edges[0]->rim->behind;
-    if (!beyond.met()) return sight;
-    const SurfaceHit behind = scene_.meet(at.state.angles, ray, beyond.face);
-    if (behind.met() && behind.range > hit.range) {
-      sight.behind = face_at(at, behind, patches.behind, 0, beam, ray);
+    if (const SurfaceHit& passed = edge.rim->behind; passed.met()) {
+      const SurfaceHit behind = scene_.meet(at.state.angles, ray, passed.face);
+      if (behind.met() && behind.range > hit.range) {
+        sight.behind = face_at(at, behind, patches.behind, 0, beam, ray);
+      }
     }
-    return sight;
+  } else {
+    sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
+    if (hit.met()) sight.behind = face_at(at, hit, active.patch, 0, beam, ray);
   }
-  sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
-  if (hit.met()) sight.behind = face_at(at, hit, active.patch, 0, beam, ray);
+  sight.front.expected.coverage = coverage;
   return sight;
 }
 
@@ -621,14 +643,17 @@ void ScanFit::observe(const Place& at, const Active& active, const Sight& sight,
   };
   if (beam.returned()) {
     add_range(sight.front, term.front);
+    if (sight.beside) add_range(*sight.beside, term.beside);
     if (sight.behind) add_range(*sight.behind, term.behind);
   }
-  const double spread = sight.coverage * (1 - sight.coverage);
-  for (const std::optional<Edge>& edge : sight.edges) {
-    if (!edge || !(spread > 1e-9)) continue;
+  for (std::size_t i = 0; i < sight.edges.size(); ++i) {
+    const std::optional<Edge>& edge = sight.edges[i];
+    const bool other = i == 1 && sight.beside.has_value();
+    const double coverage = (other ? *sight.beside : sight.front).expected.coverage;
+    if (!edge || !(coverage * (1 - coverage) > 1e-9)) continue;
     const double density = normal_at(edge->at);
     if (!(density > negligible)) continue;
-    const double slope = density * term.coverage_score;
+    const double slope = density * (other ? term.beside_score : term.coverage_score);
     // The curvature of -log L, and hardly anything where that has none: the gradient stays.
     const double weight = std::max(slope * (slope + edge->at), 1e-6);
     add(edge->across, edge->point.cross(edge->across) + edge->outward.cross(edge->apart), true,
@@ -646,11 +671,11 @@ void ScanFit::count(const std::vector<Explained>& beams, const std::vector<doubl
   double passed = 0, passed_returned = 0, stray = 0, stray_beams = 0, white = 0, lit = 0;
   for (const Explained& b : beams) {
     const double share = b.piece < 0 ? 1.0 : as_modelled[static_cast<std::size_t>(b.piece)];
-    met[b.share_bin] += share * (b.term.front + b.term.behind + b.term.missed);
+    met[b.share_bin] += share * (b.term.front + b.term.beside + b.term.behind + b.term.missed);
     missed[b.share_bin] += share * b.term.missed;
     passed += b.term.passed;
     result.expected += b.expected * (1 - std::min(0.5, b.drop_out));
-    const double explained = share * (b.term.front + b.term.behind);
+    const double explained = share * (b.term.front + b.term.beside + b.term.behind);
     result.fit += b.expected * explained;
     if (!b.returned) continue;
     passed_returned += b.term.passed;
@@ -709,10 +734,12 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     const std::optional<Sight> sight = sight_of(at, active, rays[i], hits[i]);
     if (!sight) continue;
     const bool returned = beams_[active.beam].returned();
-    std::optional<ExpectedReturn> behind;
+    std::optional<ExpectedReturn> beside, behind;
+    if (sight->beside) beside = sight->beside->expected;
     if (sight->behind) behind = sight->behind->expected;
-    const BeamTerm term = beam_term(returned, sight->coverage, sight->front.expected, behind,
-                                    shares, options_.extent);
+    const Face& front = sight->front;
+    const BeamTerm term =
+        beam_term(returned, front.expected, beside, behind, shares, options_.extent);
     if (active.piece < 0) {
       result.log_likelihood += term.log_likelihood;
     } else {
@@ -721,9 +748,9 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       elsewhere += returned ? anything : std::log(0.5);
     }
     observe(at, active, *sight, term, observations);
-    const Face& front = sight->front;
-    beams.push_back({term, returned, active.piece, behind ? 1 : sight->coverage,
-                     front.expected.drop_out, front.share_bin, front.white,
+    const double met = front.expected.coverage + (beside ? beside->coverage : 0);
+    beams.push_back({term, returned, active.piece, behind ? 1 : met, front.expected.drop_out,
+                     front.share_bin, front.white,
                      front.expected.residual * front.expected.residual, front.own_variance});
   }
 

@@ -127,7 +127,7 @@ class ScanFit {
   struct Active {
     std::uint32_t beam;
     int near = -1;    // the nearest occluding edge
-    int across = -1;  // the nearest on the other side, of a strut
+    int across = -1;  // the nearest on the other side, of a strut or a slit
     int patch = -1;   // of the face that the beam met
     int piece = -1;
     SurfaceHit hit;  // of the state that was prepared
@@ -174,8 +174,8 @@ class ScanFit {
   struct Sight {
     Ray ray;
     std::array<std::optional<Edge>, 2> edges;
-    double coverage = 1;
     Face front;
+    std::optional<Face> beside;  // on the other side of a slit
     std::optional<Face> behind;
   };
   /// What shares are counted from.
@@ -207,7 +207,8 @@ class ScanFit {
   double turned_between(const ScanState& a, const ScanState& b) const;
   Pose pose_of(const FitBeam& beam, const ScanState& state) const;
   Ray ray_of(const FitBeam& beam, const Pose& model_sensor) const;
-  /// The face in front of an edge where a ray that passes it would meet it, were it larger.
+  /// The face in front of an edge where a ray that passes it would meet it, were it larger; of an
+  /// oblique one the edge.
   SurfaceHit continued(const RimSample& rim, const Vector3d& rim_point, const Ray& ray,
                        const ScanState& state) const;
   void look_at_footprints(const ScanState& state);

@@ -110,18 +110,21 @@ TEST_CASE("The probabilities of what a beam may read sum up to one") {
   shares.outlier = 0.1;
   constexpr double depth = 3;
   const double coverage = GENERATE(0.0, 0.3, 1.0);
+  const bool slit = GENERATE(false, true);
   const bool backed = GENERATE(false, true);
+  const double beside_coverage = slit ? 0.4 * (1 - coverage) : 0;
   const auto term = [&](bool returned, double range) {
-    const ExpectedReturn front{range - 1.2, 1e-4, 0.05};
+    const ExpectedReturn front{range - 1.2, 1e-4, 0.05, 1, coverage};
+    const ExpectedReturn beside{range - 1.4, 1e-4, 0.1, 1, beside_coverage};
     const ExpectedReturn behind{range - 1.7, 2e-4, 0.2};
-    return std::exp(beam_term(returned, coverage, front,
+    return std::exp(beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
                               backed ? std::optional(behind) : std::nullopt, shares, depth)
                         .log_likelihood);
   };
   // Stray ranges are spread over one depth, those of the background over two.
   double sum = term(false, 0) + integral(0, depth, [&](double z) { return term(true, z); });
   if (!backed) {
-    sum += (1 - coverage) * integral(depth, 2 * depth, [&](double) {
+    sum += (1 - coverage - beside_coverage) * integral(depth, 2 * depth, [&](double) {
              return (1 - shares.outlier) * shares.background / (2 * depth);
            });
   }
@@ -129,33 +132,31 @@ TEST_CASE("The probabilities of what a beam may read sum up to one") {
 }
 
 TEST_CASE("The score of a beam is the derivative of its likelihood") {
-  const BeamShares shares;
-  const auto at = [&](bool returned, double coverage, double off, bool backed) {
-    const ExpectedReturn front{off, 1e-4, 0.05};
-    const ExpectedReturn behind{off - 0.04, 3e-4, 0.1};
-    return beam_term(returned, coverage, front, backed ? std::optional(behind) : std::nullopt,
-                     shares, 3);
+  const bool returned = GENERATE(true, false);
+  const bool backed = GENERATE(true, false);
+  const bool slit = GENERATE(true, false);
+  const double coverage = GENERATE(0.02, 0.5, 0.97);
+  const double off = GENERATE(-0.03, 0.005, 0.03);
+  const auto at = [&](double d_coverage, double d_beside, double d_range) {
+    const double range = off + d_range;
+    const ExpectedReturn front{range, 1e-4, 0.05, 1, coverage + d_coverage};
+    const ExpectedReturn beside{range - 0.02, 2e-4, 0.2, 1, 0.7 * (1 - coverage) + d_beside};
+    const ExpectedReturn behind{range - 0.04, 3e-4, 0.1};
+    return beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
+                     backed ? std::optional(behind) : std::nullopt, {}, 3);
   };
-  for (const bool returned : {true, false}) {
-    for (const bool backed : {true, false}) {
-      for (const double coverage : {0.02, 0.5, 0.97}) {
-        for (const double off : {-0.03, 0.005, 0.03}) {
-          constexpr double step = 1e-6;
-          const BeamTerm term = at(returned, coverage, off, backed);
-          const double slope = (at(returned, coverage + step, off, backed).log_likelihood -
-                                at(returned, coverage - step, off, backed).log_likelihood) /
-                               (2 * step);
-          CHECK(term.coverage_score == Approx(slope).epsilon(1e-5));
-          const double by_range = (at(returned, coverage, off + step, backed).log_likelihood -
-                                   at(returned, coverage, off - step, backed).log_likelihood) /
-                                  (2 * step);
-          const double expected =
-              -term.front * off / 1e-4 - (backed ? term.behind * (off - 0.04) / 3e-4 : 0);
-          CHECK(by_range == Approx(expected).epsilon(1e-4).margin(1e-6));
-        }
-      }
-    }
-  }
+  const BeamTerm term = at(0, 0, 0);
+  constexpr double step = 1e-6;
+  const auto slope = [&](double d_coverage, double d_beside, double d_range) {
+    return (at(d_coverage, d_beside, d_range).log_likelihood -
+            at(-d_coverage, -d_beside, -d_range).log_likelihood) /
+           (2 * step);
+  };
+  CHECK(term.coverage_score == Approx(slope(step, 0, 0)).epsilon(1e-5));
+  if (slit) CHECK(term.beside_score == Approx(slope(0, step, 0)).epsilon(1e-5));
+  const double expected = -term.front * off / 1e-4 - term.beside * (off - 0.02) / 2e-4 -
+                          term.behind * (off - 0.04) / 3e-4;
+  CHECK(slope(0, 0, step) == Approx(expected).epsilon(1e-4).margin(1e-6));
 }
 
 TEST_CASE("The covariance of offsets as factors is the covariance, as far as asked") {
@@ -354,15 +355,23 @@ TEST_CASE("Occluding edges are where rays on one side pass") {
   }
 }
 
-TEST_CASE("Thin struts and mixed pixels are what the integral over a beam's footprint says") {
-  // A strut along x before a wall, or before nothing. A beam is a bundle of rays, normally
-  // distributed about its middle, of which the receiver takes one.
+TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's footprint says") {
+  // A strut along x, or a slit, before a wall, or before nothing. A beam is a bundle of rays,
+  // normally distributed about its middle, of which the receiver takes one.
   const bool wall = GENERATE(false, true);
+  const bool slit = GENERATE(false, true);
   constexpr double half = 0.008;
   constexpr double strut_range = 5;
   constexpr double wall_range = 5.2;
   Target target;
-  target.mesh = make_box({2, 2 * half, 0.002});
+  if (slit) {
+    for (const double side : {-1.0, 1.0}) {
+      target.mesh.append(make_box({2, 1, 0.002}),
+                         {{0, side * (half + 0.5), 0}, Quaterniond::Identity()});
+    }
+  } else {
+    target.mesh = make_box({2, 2 * half, 0.002});
+  }
   if (wall) target.mesh.append(make_box({3, 3, 0.002}), {{0, 0, 0.2}, Quaterniond::Identity()});
   target.parts.front().surface_sigma = 0;
   const TargetScene scene(target);
@@ -372,7 +381,7 @@ TEST_CASE("Thin struts and mixed pixels are what the integral over a beam's foot
   ScanState state;
   state.motion.pose.position = {0, 0, strut_range + 0.001};
   const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 0.3});
-  for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.008, 0.011}) {
+  for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.0079, 0.011}) {
     for (const double range :
          {std::numeric_limits<double>::infinity(), strut_range + 0.004, wall_range - 0.01}) {
       // Two beams alike, beside each other along the strut.
@@ -403,10 +412,11 @@ TEST_CASE("Thin struts and mixed pixels are what the integral over a beam's foot
       const double expected = integral(-8 * width, 8 * width, [&](double off) {
         const double weight =
             std::exp(-0.5 * off * off / (width * width)) / (std::sqrt(2 * M_PI) * width);
-        if (std::abs(aside + off) < half) return weight * of_face(strut_range);
+        const bool within = std::abs(aside + off) < half;
+        if (within != slit) return weight * of_face(strut_range);
         return weight * (wall ? of_face(wall_range) : background);
       });
-      CAPTURE(wall, aside, range);
+      CAPTURE(wall, slit, aside, range);
       CHECK(found == Approx(std::log(expected)).margin(0.03));
     }
   }

@@ -194,6 +194,13 @@ class ScanReference {
       met.range = std::isfinite(hit.range)
                       ? hit.range
                       : met.normal.dot(front->a - eye) / met.normal.dot(direction);
+      if (!std::isfinite(hit.range)) {
+        const double at = (met.edge_place - eye).dot(direction);
+        if (-met.normal.dot(direction) < std::sqrt(0.5)) {
+          met.range = at;
+          met.normal = -direction;
+        }
+      }
       met.cosine = std::max(0.03, -met.normal.dot(direction));
       met.place = eye + met.range * direction;
       // The footprint: six rays about the axis.
