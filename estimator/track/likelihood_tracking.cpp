@@ -15,9 +15,9 @@ namespace {
 /// Of the noise of a patch's returns, what the alikeness of the surface may leave out.
 constexpr double share_of_noise = 0.2;
 /// From one width of the likelihood to the next, about.
-constexpr double annealing_ratio = 4;
+constexpr double annealing_ratio = 2;
 /// Steps at each width, and at most at the last: views along a panel take many.
-constexpr int first_iterations = 2;
+constexpr int first_iterations = 3;
 constexpr int last_iterations = 10;
 /// How often it is looked at what beams may meet, at most, without widening.
 constexpr int max_looks = 4;
