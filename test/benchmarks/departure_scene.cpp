@@ -180,9 +180,18 @@ const std::vector<Departures>& departure_worlds(const std::filesystem::path& con
     const auto missing = [](Departures& w) { w.target.missing = 1; };
     const auto extra = [](Departures& w) { w.target.extra = 1; };
     const auto turned = [](Departures& w) { w.turned = true; };
+    const auto blanket = [](double sigma) {
+      return [sigma](Departures& w) {
+        w.blanket = sigma;
+        w.for_figure = sigma != soft;
+      };
+    };
     return std::vector<Departures>{named("as believed", [](Departures&) {}),
                                    named("lab", lab),
-                                   named("blanket", [](Departures& w) { w.blanket = soft; }),
+                                   named("blanket", blanket(soft)),
+                                   named("blanket of 2 mm", blanket(0.002)),
+                                   named("blanket of 4 mm", blanket(0.004)),
+                                   named("blanket of 16 mm", blanket(0.016)),
                                    named("warp", warp),
                                    named("footprint", footprint),
                                    named("drop-out", drop_out),

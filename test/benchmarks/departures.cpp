@@ -29,13 +29,14 @@ struct Sighting {
   std::string target;
   std::string view;  ///< a bare mesh "free" in space or "held" by the arm; free and "described"
   std::shared_ptr<const estimator::TargetModel> model;
-  std::shared_ptr<const estimator::TargetModel> soft_model;  ///< where the surface departs
-  std::shared_ptr<const PoseJudge> judge;                    ///< none: tracking alone
-  std::vector<SurfacePoint> points;  ///< for the registration that we compare with
+  /// As target.yaml would describe it, by the surface's sigma in m.
+  std::map<double, std::shared_ptr<const estimator::TargetModel>> described;
+  std::shared_ptr<const PoseJudge> judge;  ///< none: tracking alone
+  std::vector<SurfacePoint> points;        ///< for the registration that we compare with
   std::shared_ptr<const SceneMaker> scenes;
 
   const std::shared_ptr<const estimator::TargetModel>& model_in(const Departures& world) const {
-    return world.blanket > 0 || world.target.surface > 0 ? soft_model : model;
+    return described.empty() ? model : described.at(surface_sigma(world));
   }
 };
 
@@ -175,7 +176,7 @@ void filtered_poses(const Settings& settings, const Cell& cell, CellResult& resu
   for (int i = 0; i < trials_of(settings, cell); ++i) {
     Random random(settings.seed, "departures " + cell.name() + " " + std::to_string(i));
     const auto scene = sighting.scenes->make(*cell.world, random);
-    ClosedLoop loop(options, sighting.model, sighting.scenes->noise(),
+    ClosedLoop loop(options, sighting.model_in(*cell.world), sighting.scenes->noise(),
                     [&scene](const std::vector<Window>& windows, std::int64_t utime) {
                       return scene->sweep(windows, utime);
                     },
@@ -359,6 +360,44 @@ void publish_reliability(const Settings& settings, const Results& results) {
   figure.draw(settings.out);
 }
 
+/// Errors and how honest they are, over how far the surface is from the mesh.
+void draw_surface(const Settings& settings, const Results& results) {
+  std::map<std::string, std::map<double, CellResult>> curves;
+  for (const auto& [cell, result] : results) {
+    if (cell.world->blanket == 0 || cell.filtered || cell.returns != 1000) continue;
+    const std::string& view = cell.sighting->view;
+    if (view != "held") curves[view][1e3 * cell.world->blanket].add(result);
+  }
+  if (curves.empty()) return;
+  Figure figure("departures_surface", 900, 420);
+  figure.line(
+      "set multiplot layout 1,2\nset xlabel 'surface off, mm (1 sigma)'\nset logscale xy\n"
+      "set xrange [1.5:22]\nset xtics (2,4,8,16)\nset grid\nset key top left");
+  std::string errors = "set ylabel 'error, mm (median; ICP dashed)'\nplot ";
+  std::string honesty =
+      "set ylabel 'mean NEES'\nset yrange [1:100]\nplot 6 with lines lc rgb "
+      "'#909090' dt 2 title 'honest'";
+  std::size_t c = 0;
+  for (const auto& [view, by_sigma] : curves) {
+    std::vector<std::vector<double>> rows;
+    for (const auto& [sigma, result] : by_sigma) {
+      const std::vector<double>& nees = result.tracking.nees;
+      if (nees.empty()) continue;
+      const Interval interval = bootstrap(nees, mean);
+      rows.push_back({sigma, median(result.tracking.mm), median(result.reference.mm), mean(nees),
+                      interval.low, interval.high});
+    }
+    figure.data(view, rows);
+    const std::string colour = std::string("lc rgb '") + colour_of(c++) + "'";
+    errors += "$" + view + " using 1:2 with linespoints pt 7 ps 0.6 " + colour + " title '" + view +
+              "', $" + view + " using 1:3 with lines dt 2 " + colour + " notitle, ";
+    honesty += ", $" + view + " using 1:4:5:6 with yerrorlines pt 7 ps 0.6 " + colour + " title '" +
+               view + "'";
+  }
+  figure.line(errors + "\n" + honesty + "\nunset multiplot");
+  figure.draw(settings.out);
+}
+
 /// By name or path; foreign meshes are looked for in the folder of meshes.
 std::vector<std::string> targets_of(const Settings& settings) {
   std::vector<std::string> wanted = settings.targets;
@@ -390,12 +429,11 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     return estimator::load_target_model(believed, settings.options.model,
                                         estimator::default_cache_directory());
   };
-  const auto& worlds = departure_worlds(settings.config);
-  const auto softest = std::max_element(
-      worlds.begin(), worlds.end(),
-      [](const Departures& a, const Departures& b) { return surface_sigma(a) < surface_sigma(b); });
-  sighting.model = compiled(told ? described(there, surface_sigma(worlds.front())) : bare(there));
-  sighting.soft_model = told ? compiled(described(there, surface_sigma(*softest))) : sighting.model;
+  sighting.model = compiled(bare(there));
+  for (const Departures& world : departure_worlds(settings.config)) {
+    const double sigma = surface_sigma(world);
+    if (told) sighting.described.try_emplace(sigma, compiled(described(there, sigma)));
+  }
   if (!told) sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
   sighting.points = points_on(there.mesh, reference_points, Random(settings.seed, "registration"));
   return sighting;
@@ -417,11 +455,13 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
   std::vector<Cell> cells;
   for (const Departures& world : departure_worlds(settings.config)) {
     for (const Sighting& sighting : sightings) {
+      if (world.for_figure && sighting.view == "held") continue;
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
-        if (sighting.judge == nullptr && returns != 1000) continue;  // of the bare mesh is enough
+        const bool once = sighting.judge == nullptr || world.for_figure;
+        if (once && returns != 1000) continue;
         cells.push_back({&sighting, &world, returns});
       }
-      cells.push_back({&sighting, &world, 1000, true});
+      if (!world.for_figure) cells.push_back({&sighting, &world, 1000, true});
     }
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
@@ -447,6 +487,7 @@ int run_departures(const Settings& settings) {
   publish_single(settings, results);
   publish_filtered(settings, results);
   publish_reliability(settings, results);
+  draw_surface(settings, results);
   return 0;
 }
 
