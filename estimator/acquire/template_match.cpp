@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 
 namespace berth::estimator {
@@ -150,7 +151,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
         .push_back(p);
   }
   std::vector<Placement> pool;
-  double floor = 0;  // of scores worth keeping
+  double floor = -std::numeric_limits<double>::infinity();  // of scores worth keeping
   const auto add = [&](const Pose& pose, double score) {
     pool.push_back({pose, score});
     if (pool.size() < max_pool) return;
