@@ -23,25 +23,47 @@ constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
 
 struct Expected {
-  int piece;
-  double hit_odds;   // N(z; r, s^2) / b(z); of one that missed 0
-  double miss_odds;  // 1 / (1 - p_returns); of one that returned 0
-  bool front;
-  double residual;
-  double variance;
-  Vector6d jacobian;  // of the range expected
+  std::size_t ray = 0;
+  std::size_t piece = 0;
+  double hit_odds = 0;   // N(z; r, s^2) / b(z); of one that missed 0
+  double miss_odds = 0;  // 1 / (1 - p_returns); of one that returned 0
+  bool front = false;
+  double cosine = 0;
+  double residual = 0;
+  double variance = 0;
+  double odds = 0;  // of the beam, where the piece is as modelled
+};
+
+/// The logarithm of a product of many, and few logarithms.
+class LogProduct {
+ public:
+  void multiply(double factor) {
+    product_ *= factor;
+    if (product_ > 1e100 || product_ < 1e-100) *this = LogProduct(log(), 1);
+  }
+  double log() const { return log_ + std::log(product_); }
+  LogProduct() = default;
+
+ private:
+  LogProduct(double log, double product) : log_(log), product_(product) {}
+  double log_ = 0;
+  double product_ = 1;
 };
 
 }  // namespace
 
+PoseOdds::PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)
+    : model_(model), image_(image), surface_sigma_(surface_sigma) {
+  for (const double log_b : image.log_background()) {
+    inverse_background_.push_back(std::exp(-log_b));
+  }
+}
+
 PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) const {
   At result;
   const Pose model_sensor = pose.inverse();
-  const Vector3d middle = pose * model_.centre;
-  const double distance = middle.norm();
-  const double reach = 1.02 * model_.radius;
-  const double cone = distance > reach ? std::sqrt(1 - std::pow(reach / distance, 2)) : -1;
-  const Vector3d sight = middle / std::max(1e-9, distance);
+  const double distance = (pose * model_.centre).norm();
+  static thread_local std::vector<RangeImage::Span> spans;
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
   static thread_local std::vector<std::size_t> concerned;
@@ -50,77 +72,84 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
   concerned.clear();
   met.clear();
   struct Piece {
-    double log_odds = 0;  ///< of its beams, where it is as modelled
-    double present = 1;   ///< probability of that
+    LogProduct odds;     ///< of its beams, where it is as modelled
+    double present = 1;  ///< probability of that
   };
   static thread_local std::vector<Piece> pieces;
-  pieces.assign(pieces_along * pieces_along * pieces_along, {});
+  static thread_local std::vector<int> piece_of_cube;
+  pieces.clear();
+  piece_of_cube.assign(pieces_along * pieces_along * pieces_along, -1);
   const auto piece_at = [&](const Vector3d& place) {
-    int index = 0;
+    std::size_t cube = 0;
     for (int i = 0; i < 3; ++i) {
       // Faces often lie in planes through the centre: those are not to be between two pieces.
       const double along =
           (place[i] - model_.centre[i]) / (piece_of_length * model_.target.length) + 0.3;
-      index =
-          pieces_along * index +
+      const int at =
           std::clamp(static_cast<int>(std::floor(along)) + pieces_along / 2, 0, pieces_along - 1);
+      cube = pieces_along * cube + static_cast<std::size_t>(at);
     }
-    return index;
+    if (piece_of_cube[cube] < 0) {
+      piece_of_cube[cube] = static_cast<int>(pieces.size());
+      pieces.emplace_back();
+    }
+    return static_cast<std::size_t>(piece_of_cube[cube]);
   };
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const auto& beams = image_.beams();
-  for (std::size_t b = 0; b < beams.size(); b += static_cast<std::size_t>(thinning)) {
-    if (sight.dot(beams[b].direction) < cone) continue;
-    concerned.push_back(b);
-    rays.push_back({model_sensor.position, to_model * beams[b].direction});
+  image_.spans_of(model_.caster.bounds(), pose, spans);
+  const auto every = static_cast<std::size_t>(thinning);
+  for (const RangeImage::Span& span : spans) {
+    for (std::size_t b = (span.from + every - 1) / every * every; b < span.to; b += every) {
+      concerned.push_back(b);
+      rays.push_back({model_sensor.position, to_model * beams[b].direction});
+    }
   }
   hits.resize(rays.size());
   model_.caster.cast(rays, distance + 2 * model_.radius, hits);
+  const double range_variance = std::pow(image_.noise().range_sigma_m, 2);
+  const double angle_variance = image_.noise().angle_variance();
+  const double blunt = std::exp(annealed_lead);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!std::isfinite(hits[i].range)) continue;
     const Beam& beam = beams[concerned[i]];
-    const double background = image_.log_background()[concerned[i]];
-    Expected e{};
-    e.piece = piece_at(rays[i].origin + hits[i].range * rays[i].direction);
+    const double range = hits[i].range;
+    Expected& e = met.emplace_back();
+    e.ray = i;
+    e.piece = piece_at(rays[i].origin + range * rays[i].direction);
     if (!beam.hit()) {
-      e.miss_odds = std::exp(-background);
-      met.push_back(e);
+      e.miss_odds = inverse_background_[concerned[i]];
       continue;
     }
-    const Vector3d normal = pose.rotation * hits[i].normal;
-    const double cosine = std::max(min_cosine, -normal.dot(beam.direction));
-    const double surface = surface_sigma_ / std::max(0.25, cosine);
-    e.residual = beam.range - hits[i].range;
-    e.variance = image_.noise().range_variance(hits[i].range, std::acos(cosine)) +
+    e.cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
+    const double surface = surface_sigma_ / std::max(0.25, e.cosine);
+    e.residual = beam.range - range;
+    // As BeamModel::range_variance.
+    const double squared_slope = 1 / (e.cosine * e.cosine) - 1;
+    e.variance = range_variance + angle_variance * range * range * squared_slope +
                  surface * surface + annealing * annealing;
-    const double peak = -0.5 * std::log(6.283185307179586 * e.variance);
-    double log_b = background;
-    if (annealing > 0) log_b = std::min(log_b, peak - annealed_lead);
-    e.hit_odds = std::exp(peak - 0.5 * e.residual * e.residual / e.variance - log_b);
+    const double peak = 1 / std::sqrt(6.283185307179586 * e.variance);
+    double peak_odds = peak * inverse_background_[concerned[i]];
+    if (annealing > 0) peak_odds = std::max(peak_odds, blunt);
+    e.hit_odds = peak_odds * std::exp(-0.5 * e.residual * e.residual / e.variance);
     e.front = e.residual < 0;
-    const Vector3d arm = hits[i].range * beam.direction - pose.position;
-    e.jacobian.head<3>() = -normal / cosine;
-    e.jacobian.tail<3>() = -arm.cross(normal) / cosine;
-    met.push_back(e);
   }
   result.expected = static_cast<double>(met.size()) * thinning;
   PoseShares& w = result.shares;
   const PoseShares prior;
   const double weight = prior_beams / thinning;
-  const auto weigh = [&](const Expected& e) {
-    return e.miss_odds > 0 ? w.missing * e.miss_odds
-                           : w.hit * e.hit_odds + (e.front ? w.front : w.through);
-  };
   for (int step = 0; step <= share_steps; ++step) {
-    for (Piece& piece : pieces) piece.log_odds = 0;
-    for (const Expected& e : met) {
-      pieces[static_cast<std::size_t>(e.piece)].log_odds += thinning * std::log(weigh(e));
+    for (Piece& piece : pieces) piece.odds = {};
+    for (Expected& e : met) {
+      e.odds = e.miss_odds > 0 ? w.missing * e.miss_odds
+                               : w.hit * e.hit_odds + (e.front ? w.front : w.through);
+      pieces[e.piece].odds.multiply(e.odds);
     }
     result.log_odds = 0;
     for (Piece& piece : pieces) {
-      if (piece.log_odds == 0) continue;
-      const double larger = std::max(0.0, piece.log_odds);
-      const double here = (1 - elsewhere) * std::exp(piece.log_odds - larger);
+      const double log_odds = thinning * piece.odds.log();
+      const double larger = std::max(0.0, log_odds);
+      const double here = (1 - elsewhere) * std::exp(log_odds - larger);
       const double either = here + elsewhere * std::exp(-larger);
       piece.present = here / either;
       result.log_odds += larger + std::log(either);
@@ -129,12 +158,12 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     double hit = prior.hit * weight, front = prior.front * weight, through = prior.through * weight,
            missing = prior.missing * weight;
     for (const Expected& e : met) {
-      const double present = pieces[static_cast<std::size_t>(e.piece)].present;
+      const double present = pieces[e.piece].present;
       if (e.miss_odds > 0) {
         missing += present;
         continue;
       }
-      const double p = w.hit * e.hit_odds / weigh(e);
+      const double p = w.hit * e.hit_odds / e.odds;
       hit += present * p;
       (e.front ? front : through) += present * (1 - p);
     }
@@ -142,11 +171,15 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     w = {hit / all, front / all, std::min(max_through, through / all), missing / all};
   }
   for (const Expected& e : met) {
-    if (e.miss_odds > 0) continue;
-    const double p = thinning * pieces[static_cast<std::size_t>(e.piece)].present * w.hit *
-                     e.hit_odds / weigh(e);
-    result.gradient += (p * e.residual / e.variance) * e.jacobian;
-    result.information += (p / e.variance) * e.jacobian * e.jacobian.transpose();
+    if (e.hit_odds == 0) continue;
+    const double p = thinning * pieces[e.piece].present * w.hit * e.hit_odds / e.odds / e.variance;
+    const Vector3d normal = pose.rotation * hits[e.ray].normal;
+    const Vector3d arm = hits[e.ray].range * beams[concerned[e.ray]].direction - pose.position;
+    Vector6d jacobian;  // of the range expected
+    jacobian.head<3>() = -normal / e.cosine;
+    jacobian.tail<3>() = -arm.cross(normal) / e.cosine;
+    result.gradient += (p * e.residual) * jacobian;
+    for (int k = 0; k < 6; ++k) result.information.col(k) += (p * jacobian[k]) * jacobian;
   }
   for (const auto& [share, usual] :
        {std::pair{w.hit, prior.hit}, std::pair{w.front, prior.front},

@@ -27,8 +27,7 @@ struct PoseShares {
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.
-  PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)
-      : model_(model), image_(image), surface_sigma_(surface_sigma) {}
+  PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma);
 
   struct At {
     double log_odds = 0;
@@ -48,6 +47,7 @@ class PoseOdds {
   const TargetModel& model_;
   const RangeImage& image_;
   double surface_sigma_;
+  std::vector<double> inverse_background_;  // of each beam
 };
 
 }  // namespace berth::estimator

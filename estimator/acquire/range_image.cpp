@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace berth::estimator {
 namespace {
@@ -121,6 +122,9 @@ void RangeImage::place(const CleanScan& scan) {
     beams_.push_back(*p.beam);
     pixel_of_.push_back(p.pixel);
   }
+  first_from_.assign(beam_at_.size() + 1, 0);
+  for (const int pixel : pixel_of_) ++first_from_[static_cast<std::size_t>(pixel) + 1];
+  std::partial_sum(first_from_.begin(), first_from_.end(), first_from_.begin());
   for (const Vector3d& p : scan.points) {
     nearest_ = std::min(nearest_, p.norm());
     farthest_ = std::max(farthest_, p.norm());
@@ -138,6 +142,62 @@ void RangeImage::place(const CleanScan& scan) {
         farthest_about_[at] = std::max(farthest_about_[at], range);
       }
     }
+  }
+}
+
+void RangeImage::spans_of(const Box& box, const Pose& pose, std::vector<Span>& spans) const {
+  spans.clear();
+  const Pose to_image = Pose{Vector3d::Zero(), Quaterniond(axes())} * pose;
+  struct Place {
+    float x, y;  // pixels
+  };
+  std::array<Place, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    Vector3d corner = box.low;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (i >> axis & 1) corner[axis] = box.high[axis];
+    }
+    const Vector3d p = to_image * corner;
+    if (p.z() < 0.1 * p.norm()) {  // beyond 84 degrees from the mean direction
+      spans.push_back({0, beams_.size()});
+      return;
+    }
+    corners[i] = {static_cast<float>((p.x() / p.z() - left_) * columns_per_unit_),
+                  static_cast<float>((p.y() / p.z() - top_) * rows_per_unit_)};
+  }
+  // What of the box's edges is in each row of pixels.
+  static thread_local std::vector<std::array<float, 2>> rows;
+  rows.assign(static_cast<std::size_t>(height_), {1e9F, -1e9F});
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t side = 1; side < corners.size(); side *= 2) {
+      if ((i & side) != 0) continue;
+      const Place& a = corners[i];
+      const Place& b = corners[i + side];
+      const Place& top = a.y < b.y ? a : b;
+      const Place& bottom = a.y < b.y ? b : a;
+      const float slope = (bottom.x - top.x) / (bottom.y - top.y);
+      const int first = static_cast<int>(std::floor(std::max(0.0F, top.y)));
+      const int last =
+          static_cast<int>(std::floor(std::min(bottom.y, static_cast<float>(height_ - 1))));
+      for (int y = first; y <= last; ++y) {
+        const auto above = static_cast<float>(y);
+        const float in = above > top.y ? top.x + slope * (above - top.y) : top.x;
+        const float out = above + 1 < bottom.y ? top.x + slope * (above + 1 - top.y) : bottom.x;
+        auto& [left, right] = rows[static_cast<std::size_t>(y)];
+        left = std::min({left, in, out});
+        right = std::max({right, in, out});
+      }
+    }
+  }
+  constexpr float rounding = 0.01F;
+  for (int y = 0; y < height_; ++y) {
+    const auto& [left, right] = rows[static_cast<std::size_t>(y)];
+    const float from = std::max(0.0F, left - rounding);
+    const float to = std::min(static_cast<float>(width_) - 0.5F, right + rounding);
+    if (from > to) continue;
+    const auto row = static_cast<std::size_t>(width_) * static_cast<std::size_t>(y);
+    spans.push_back({first_from_[row + static_cast<std::size_t>(from)],
+                     first_from_[row + static_cast<std::size_t>(to) + 1]});
   }
 }
 

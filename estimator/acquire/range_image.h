@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
+#include "common/core/mesh.h"
 #include "estimator/scan/preprocessing.h"
 
 namespace berth::estimator {
@@ -60,6 +61,11 @@ class RangeImage {
   /// Of the pixel's first beam; -1: not scanned.
   int beam_at(int pixel) const { return beam_at_[static_cast<std::size_t>(pixel)]; }
   int pixel_of(int beam) const { return pixel_of_[static_cast<std::size_t>(beam)]; }
+  struct Span {
+    std::size_t from, to;
+  };
+  /// Beams, of a row each, that meet what fills the box, and few others.
+  void spans_of(const Box& box, const Pose& pose, std::vector<Span>& spans) const;
   /// m, in the pixel and its eight neighbours. Not scanned: nearest is infinite, farthest 0.
   float nearest_about(int pixel) const { return nearest_about_[static_cast<std::size_t>(pixel)]; }
   float farthest_about(int pixel) const { return farthest_about_[static_cast<std::size_t>(pixel)]; }
@@ -82,6 +88,7 @@ class RangeImage {
   double nearest_ = 0, farthest_ = 0;
   int width_ = 0, height_ = 0;
   std::vector<int> beam_at_, pixel_of_;
+  std::vector<std::size_t> first_from_;  // of each pixel, the first beam there or after
   std::vector<float> nearest_about_, farthest_about_;
 };
 
