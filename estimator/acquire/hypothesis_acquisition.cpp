@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "common/core/text.h"
 #include "estimator/acquire/large_planes.h"
@@ -18,10 +19,12 @@ namespace {
 constexpr int coarse_beams = 300;  // in the target's sphere, of which poses are first weighed
 constexpr int middle_beams = 800;
 constexpr int final_beams = 4000;
-constexpr std::size_t laid_points = 600;
+constexpr std::size_t laid_points = 200;
 /// Of what is searched, and of the beams that should meet the target, what a pose explains that
 /// needs no wider search.
 constexpr double explains_enough = 0.9;
+/// Of the best pose's log odds, with ranges widened: one so much below it is no rival.
+constexpr double no_rival = 0.5;
 
 /// Planes wider than this, in radii of the target's sphere, cannot be the target's.
 constexpr double too_wide = 2.15;
@@ -122,17 +125,16 @@ std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const
     Pose pose;
     double log_odds;
   };
-  const std::vector<Vector3d> some = evenly(points, laid_points);
   const auto laid = [&](const Pose& pose) {
     const Pose middle{pose * model_.centre, Quaterniond::Identity()};
     std::vector<Vector3d> near;
-    for (const Vector3d& p : some) {
+    for (const Vector3d& p : points) {
       const Vector3d q = p - middle.position;
       if (q.squaredNorm() < std::pow(1.1 * model_.radius, 2)) near.push_back(q);
     }
-    return middle *
-           lay_points(model_.grid, near, pose.inverse() * middle, 0.06 * length, 0.015 * length, 6)
-               .inverse();
+    return middle * lay_points(model_.grid, evenly(near, laid_points), pose.inverse() * middle,
+                               0.06 * length, 0.015 * length, 6)
+                        .inverse();
   };
   const int thinning = thinning_for(image, model_.radius, coarse_beams);
   std::vector<Weighed> weighed;
@@ -157,12 +159,8 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(const Rang
                                                                       std::vector<Pose> poses,
                                                                       std::size_t finalists) const {
   const double length = model_.target.length;
-  const int thinning = thinning_for(image, model_.radius, middle_beams);
-  const auto climb = [&](const Pose& pose, double from, double to, int thin) {
-    return odds.climbed(odds.climbed(pose, from * length, thin, 2), to * length, thin, 3);
-  };
   std::vector<Mode> best;
-  const auto add = [&](const Pose& pose, double annealing) {
+  const auto add = [&](const Pose& pose, double annealing, int thinning) {
     Mode mode{pose, odds.at(pose, annealing, thinning), 0};
     const auto twin =
         std::find_if(best.begin(), best.end(), [&](const Mode& m) { return same(m.pose, pose); });
@@ -177,11 +175,24 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(const Rang
                      [&](const Mode& a, const Mode& b) { return value(a) > value(b); });
   };
   const auto log_odds = [](const Mode& m) { return m.at.log_odds; };
-  for (const Pose& p : poses) add(climb(p, 0.02, 0.007, thinning), 0.007 * length);
+  // Of the best so far, so many, each climbed further.
+  const auto climb = [&](std::size_t count, double annealing, int thinning, int rounds) {
+    sort(log_odds);
+    if (best.size() > count) best.resize(count);
+    for (const Mode& m : std::exchange(best, {})) {
+      add(odds.climbed(m.pose, annealing * length, thinning, rounds), annealing * length, thinning);
+    }
+    sort(log_odds);
+  };
+  const int coarse = thinning_for(image, model_.radius, coarse_beams);
+  const int middle = thinning_for(image, model_.radius, middle_beams);
+  const auto first_climb = [&](const Pose& p) {
+    add(odds.climbed(p, 0.02 * length, coarse, 0), 0.02 * length, coarse);
+  };
+  for (const Pose& p : poses) first_climb(p);
   sort(log_odds);
-  if (best.size() > finalists) best.resize(finalists);
-  // What a finalist is easily confused with: half turns about the axes that it is spread along, and
-  // the target's near symmetries.
+  // What the best are easily confused with: half turns about the axes that the target is spread
+  // along, and its near symmetries.
   std::vector<Pose> alike;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, best.size()); ++i) {
     const Pose& p = best[i].pose;
@@ -196,16 +207,21 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(const Rang
       if (!s.exact) alike.push_back(p * s.motion);
     }
   }
-  for (const Pose& p : alike) add(climb(p, 0.02, 0.007, thinning), 0.007 * length);
-  sort(log_odds);
-  if (best.size() > finalists) best.resize(finalists);
+  for (const Pose& p : alike) first_climb(p);
+  climb(4 * finalists, 0.02, middle, 0);
+  climb(finalists, 0.007, middle, 3);
+  if (!best.empty()) {
+    const double highest = best.front().at.log_odds;
+    const double enough = highest - no_rival * std::abs(highest);
+    std::erase_if(best, [&](const Mode& m) { return m.at.log_odds < enough; });
+  }
 
   poses.clear();
   for (const Mode& m : best) poses.push_back(m.pose);
   best.clear();
   const int fine = thinning_for(image, model_.radius, final_beams);
   for (const Pose& p : poses) {
-    const Pose pose = odds.climbed(odds.climbed(p, 0.003, fine, 2), 0, fine, 3);
+    const Pose pose = odds.climbed(p, 0, fine, 3);
     Mode mode{pose, odds.at(pose, 0, fine), 0};
     if (std::none_of(best.begin(), best.end(), [&](const Mode& m) {
           return same(m.pose, pose) && m.at.log_odds >= mode.at.log_odds;

@@ -171,7 +171,7 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     w = {hit / all, front / all, std::min(max_through, through / all), missing / all};
   }
   for (const Expected& e : met) {
-    if (e.hit_odds == 0) continue;
+    if (e.hit_odds < 1e-6 * e.odds) continue;
     const double p = thinning * pieces[e.piece].present * w.hit * e.hit_odds / e.odds / e.variance;
     const Vector3d normal = pose.rotation * hits[e.ray].normal;
     const Vector3d arm = hits[e.ray].range * beams[concerned[e.ray]].direction - pose.position;
@@ -198,7 +198,7 @@ Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int ro
   Pose pose = start;
   At here = at(pose, annealing, thinning);
   const double width = std::hypot(annealing, image_.noise().range_sigma_m);
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < std::max(1, rounds); ++round) {
     const double before = here.log_odds;
     Eigen::SelfAdjointEigenSolver<Matrix6d> axes(
         Matrix6d(about.transpose() * here.information * about));
@@ -215,7 +215,7 @@ Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int ro
       here = there;
       if (small) break;
     }
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 0; a < (rounds > 0 ? 3 : 0); ++a) {
       const Vector6d axis = about * axes.eigenvectors().col(a);
       const auto higher = [&](double step, double& log_odds) {
         const Pose trial = perturbed(pose, step * axis);

@@ -40,7 +40,8 @@ class PoseOdds {
   At at(const Pose& pose, double annealing, int thinning) const;
 
   /// The pose of the highest odds about one: Gauss-Newton steps on ranges, and steps along the
-  /// directions that ranges say least of, which beams at the outline may decide.
+  /// directions that ranges say least of, which beams at the outline may decide. Without rounds:
+  /// one, of Gauss-Newton steps alone.
   Pose climbed(const Pose& pose, double annealing, int thinning, int rounds) const;
 
  private:

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace berth::estimator {
 namespace {
@@ -18,7 +19,8 @@ constexpr double max_cells = 3e7;
 constexpr int early = 0.6 * 255;
 constexpr int template_turns = 30;  // about the line of sight, of each template
 constexpr double bin = 0.2;         // rad, of lines of sight for which templates are turned once
-constexpr std::size_t max_pool = 24000;
+/// Kept for each placement wanted, of which many are near each other.
+constexpr std::size_t pooled = 40;
 
 /// How near a place is to a return: 255 there, 0 from `reach` cells on. A margin all around is
 /// empty, so that an index may leave the box.
@@ -74,7 +76,7 @@ class ReturnField {
   }
   /// Between the indices of places so far apart (m).
   template <typename Places, typename Offsets>
-  void offsets_of(const Places& d, Offsets& offsets) const {
+  void offsets_of(const Places& d, Offsets&& offsets) const {
     const auto cells = static_cast<float>(1 / cell_);
     const auto along = [&](int axis) { return (d.col(axis) * cells).round().template cast<int>(); };
     offsets = along(0) + size_[0] * (along(1) + size_[1] * along(2));
@@ -146,56 +148,74 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
   std::map<std::array<int, 2>, std::vector<Vector3d>> bins;
   for (const Vector3d& anchor : anchors) {
     const Vector3d p = to_image * anchor;
-    bins[{static_cast<int>(std::floor(std::atan2(p.x(), p.z()) / bin)),
-          static_cast<int>(std::floor(std::asin(p.y() / p.norm()) / bin))}]
+    bins[{static_cast<int>(std::round(std::atan2(p.x(), p.z()) / bin)),
+          static_cast<int>(std::round(std::asin(p.y() / p.norm()) / bin))}]
         .push_back(p);
   }
   std::vector<Placement> pool;
   double floor = -std::numeric_limits<double>::infinity();  // of scores worth keeping
   const auto add = [&](const Pose& pose, double score) {
     pool.push_back({pose, score});
-    if (pool.size() < max_pool) return;
-    std::nth_element(pool.begin(), pool.begin() + max_pool / 4, pool.end(), better);
-    pool.resize(max_pool / 4);
+    if (pool.size() < pooled * placements) return;
+    std::nth_element(pool.begin(),
+                     pool.begin() + static_cast<std::ptrdiff_t>(pooled / 4 * placements),
+                     pool.end(), better);
+    pool.resize(pooled / 4 * placements);
     floor = pool.back().score;
     for (const Placement& p : pool) floor = std::min(floor, p.score);
   };
   const auto seen_through = static_cast<float>(0.05 * length);
   const auto at_depth = static_cast<float>(0.08 * length);
   constexpr int count = ViewTemplate::surface_points;
+  constexpr int first = 16;
   Eigen::Array<int, count, 1> offsets;
   Eigen::Array<float, count, 3> on;
   decltype(ViewTemplate::outside) beside;
-  const auto turned = [](const Matrix3d& rotation, const auto& from, auto& to) {
-    const Eigen::Matrix3f r = rotation.cast<float>();
-    to.resize(from.rows(), 3);
+  const auto turned = [](const Eigen::Matrix3f& r, const auto& from, auto&& to) {
     for (int k = 0; k < 3; ++k) {
       to.col(k) = r(k, 0) * from.col(0) + r(k, 1) * from.col(1) + r(k, 2) * from.col(2);
     }
   };
   for (const auto& [key, here] : bins) {
     Vector3d sight = Vector3d::Zero();
-    for (const Vector3d& p : here) sight += p.normalized();
+    std::vector<const std::uint8_t*> places_of;  // in the field
+    for (const Vector3d& p : here) {
+      sight += p.normalized();
+      places_of.push_back(values + field.index(p));
+    }
     const Quaterniond aim = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), sight);
+    std::array<Quaterniond, template_turns> turns;
+    for (int turn = 0; turn < template_turns; ++turn) {
+      turns[static_cast<std::size_t>(turn)] =
+          aim *
+          Quaterniond(Eigen::AngleAxisd(radians(360) * turn / template_turns, Vector3d::UnitZ()));
+    }
     for (const ViewTemplate& t : templates) {
-      for (int turn = 0; turn < template_turns; ++turn) {
-        const Quaterniond rotation =
-            aim *
-            Quaterniond(Eigen::AngleAxisd(radians(360) * turn / template_turns, Vector3d::UnitZ()));
-        turned(rotation.toRotationMatrix(), t.points, on);
-        turned(rotation.toRotationMatrix(), t.outside, beside);
-        field.offsets_of(on, offsets);
+      for (const Quaterniond& rotation : turns) {
+        const Eigen::Matrix3f r = rotation.toRotationMatrix().cast<float>();
+        // The rest only once the first few fit somewhere.
+        turned(r, t.points.topRows<first>(), on.topRows<first>());
+        field.offsets_of(on.topRows<first>(), offsets.head<first>());
+        bool all_turned = false;
         for (int a = 0; a < ViewTemplate::anchors; ++a) {
-          for (const Vector3d& anchor : here) {
-            const std::uint8_t* near = values + field.index(anchor) - offsets[a];
+          for (std::size_t h = 0; h < here.size(); ++h) {
+            const std::uint8_t* near = places_of[h] - offsets[a];
             int sum = 0;
             int i = 0;
             for (; i < 5; ++i) sum += near[offsets[i]];
             if (sum < 5 * early) continue;
             for (; i < 10; ++i) sum += near[offsets[i]];
             if (sum < 10 * early) continue;
+            for (; i < first; ++i) sum += near[offsets[i]];
+            if (sum < first * early) continue;
+            if (!std::exchange(all_turned, true)) {
+              turned(r, t.points.bottomRows<count - first>(), on.bottomRows<count - first>());
+              field.offsets_of(on.bottomRows<count - first>(), offsets.tail<count - first>());
+              beside.resize(t.outside.rows(), 3);
+              turned(r, t.outside, beside);
+            }
             for (; i < count; ++i) sum += near[offsets[i]];
-            const Eigen::Vector3f middle = anchor.cast<float>() - on.row(a).matrix().transpose();
+            const Eigen::Vector3f middle = here[h].cast<float>() - on.row(a).matrix().transpose();
             const double pixel = image.spacing() * static_cast<double>(middle.norm());
             const double beams = t.area / (pixel * pixel);
             double score = beams * (sum / (255.0 * count) - 0.5);
