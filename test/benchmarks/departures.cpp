@@ -28,8 +28,8 @@ constexpr std::array<int, 3> filtered_scans = {5, 50, 200};
 struct Sighting {
   std::string target;
   std::string view;  ///< a bare mesh "free" in space or "held" by the arm; free and "described"
-  std::shared_ptr<const estimator::TargetModel> model;
-  /// As target.yaml would describe it, by the surface's sigma in m.
+  std::shared_ptr<const estimator::TargetModel> model;  ///< of the bare mesh
+  /// Else as target.yaml would describe it, by the surface's sigma in m.
   std::map<double, std::shared_ptr<const estimator::TargetModel>> described;
   std::shared_ptr<const PoseJudge> judge;  ///< none: tracking alone
   std::vector<SurfacePoint> points;        ///< for the registration that we compare with
@@ -429,12 +429,15 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     return estimator::load_target_model(believed, settings.options.model,
                                         estimator::default_cache_directory());
   };
-  sighting.model = compiled(bare(there));
-  for (const Departures& world : departure_worlds(settings.config)) {
-    const double sigma = surface_sigma(world);
-    if (told) sighting.described.try_emplace(sigma, compiled(described(there, sigma)));
+  if (told) {
+    for (const Departures& world : departure_worlds(settings.config)) {
+      auto& model = sighting.described[surface_sigma(world)];
+      if (model == nullptr) model = compiled(described(there, surface_sigma(world)));
+    }
+  } else {
+    sighting.model = compiled(bare(there));
+    sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
   }
-  if (!told) sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
   sighting.points = points_on(there.mesh, reference_points, Random(settings.seed, "registration"));
   return sighting;
 }
