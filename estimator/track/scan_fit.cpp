@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 #include <unordered_map>
+#include <utility>
 
 namespace berth::estimator {
 namespace {
@@ -583,7 +584,7 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
       const int patch = rim_patches_[static_cast<std::size_t>(active.across)].front;
       sight.beside = face_at(at, continued(*other.rim, other.point, ray, at.state), patch,
                              beam.mixed_front, beam, ray);
-      sight.beside->expected.coverage = std::min(of_other, 1 - coverage);
+      sight.beside->expected.coverage = of_other;
     }
   }
   const RimPatches& patches = rim_patches_[static_cast<std::size_t>(active.near)];
@@ -600,6 +601,15 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
     if (hit.met()) sight.behind = face_at(at, hit, active.patch, 0, beam, ray);
   }
   sight.front.expected.coverage = coverage;
+  if (sight.beside && coverage + sight.beside->expected.coverage >= 1) {
+    // A slit that is closed: the nearer face ends before the other.
+    if (sight.beside->hit.range < sight.front.hit.range) {
+      std::swap(sight.front, *sight.beside);
+      std::swap(sight.edges[0], sight.edges[1]);
+    }
+    sight.behind = std::exchange(sight.beside, std::nullopt);
+    sight.edges[1].reset();
+  }
   return sight;
 }
 
