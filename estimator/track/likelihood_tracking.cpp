@@ -2,8 +2,10 @@
 #include "estimator/track/likelihood_tracking.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "common/core/covariance.h"
 #include "common/core/text.h"
@@ -27,6 +29,12 @@ constexpr double held = 1e4;
 /// pose has moved by less: chi squared of six degrees of freedom.
 constexpr double settled_gain = 0.1;
 constexpr double settled_move = 1;
+/// Where fewer of the beams that should meet the target fit than this, other starts are tried; they
+/// cost time alone where the first was right.
+constexpr double fit_as_usual = 0.95;
+/// Chi squared of six degrees of freedom that one in a million exceeds: what is farther from the
+/// prediction has another cause than its error.
+constexpr double max_from_prediction = 38.3;
 
 /// The optimisation of one scan.
 class Fit {
@@ -43,7 +51,8 @@ class Fit {
     at_ = scan_.linearise(state_,
                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
     covariance_ = OffsetCovariance(scan_.patches(), at_.sums, scan_.scales, share_of_noise);
-    double cost = cost_of(at_, state_, 0);
+    offsets_squared_ = 0;
+    double cost = cost_of(at_, state_, offsets_squared_);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
       const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
@@ -66,6 +75,7 @@ class Fit {
           state_ = trial;
           at_ = std::move(there);
           cost = trial_cost;
+          offsets_squared_ = equations.offsets_squared(step);
           damping /= 10;
           if (damping < 1e-4) damping = 0;
         } else {
@@ -110,6 +120,17 @@ class Fit {
     const double free = std::max(1.0, at_.explained - determined_ - layout_.size());
     const double ratio = at_.square_sum / std::max(1e-300, at_.variance_sum);
     scan_.noise_scale *= std::sqrt((ratio * at_.explained + before) / (free + before));
+  }
+
+  /// But for a constant: of the beams, over what they would have if there were no target.
+  double log_posterior() const {
+    return -cost_of(at_, state_, offsets_squared_) - at_.log_likelihood_without;
+  }
+
+  /// Chi squared of the pose, as predicted.
+  double from_prediction() const {
+    const Vector6d off = from_prior(state_).head<6>();
+    return off.dot(prior_.topLeftCorner<6, 6>() * off);
   }
 
   /// Of the whole state, prior included (Laplace's approximation).
@@ -175,11 +196,139 @@ class Fit {
   ScanState state_;
   OffsetCovariance covariance_;
   ScanFit::Linearised at_;
+  double offsets_squared_ = 0;  // of the surface's patches, in sigmas
   double determined_ = 0;
   int evaluations_ = 0;
 };
 
 int ratio_above(int count, int max) { return (count + max - 1) / max; }
+
+/// A scan, what is known before it, and in which steps the likelihood is narrowed.
+struct Task {
+  ScanFit scan;
+  ScanStateLayout layout;
+  ScanState prior_state;
+  Eigen::MatrixXd prior;  // information
+  const std::vector<ScanFit::Surface>& surface_of_face;
+  double scale_prior = 1;
+  // m, of the likelihood: from what the prediction leaves to that of the beams.
+  double wide = 0, narrow = 0;
+  double moves = 0;  // m, of ends, by what the velocity may be
+  int coarse_thinning = 1;
+
+  /// Widened, with and without the surface's patches, and as it is.
+  int stages() const {
+    return 2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
+  }
+};
+
+/// The optimisation of one scan from one start.
+class Descent {
+ public:
+  Descent(const Task& task, const ScanState& start)
+      : task_(task), scan_(task.scan), fit_(scan_, task.layout, start, task.prior_state) {}
+  Descent(const Descent&) = delete;
+  Descent& operator=(const Descent&) = delete;
+
+  /// From wide to narrow, by some of the beams, as if the surface were the mesh.
+  void coarse() {
+    for (int s = 0; s < task_.stages() - 2; ++s) run(s);
+    coarse_log_posterior_ = fit_.log_posterior();
+  }
+  double coarse_log_posterior() const { return coarse_log_posterior_; }
+  /// Then by all of them, as it is.
+  void fine() {
+    run(task_.stages() - 2);
+    run(task_.stages() - 1);
+  }
+  /// Of the beams that should return from the target as modelled, the share that did.
+  double fit_share() const { return fit_.at().fit / std::max(1.0, fit_.at().expected); }
+  double noise_scale() const { return scan_.noise_scale; }
+  const Fit& fit() const { return fit_; }
+
+ private:
+  void run(int s) {
+    const int stages = task_.stages();
+    const bool last = s == stages - 1;
+    const double width =
+        last ? 0
+             : task_.wide * std::pow(task_.wide / task_.narrow, -s / std::max(1.0, stages - 2.0));
+    const ScanFit::Stage stage{{width, width},
+                               s >= stages - 2,
+                               s >= stages - 3,
+                               s >= stages - 2 ? 1 : task_.coarse_thinning};
+    // What moves beams by less than the likelihood is widened cannot be seen: it stays as it was.
+    Eigen::MatrixXd known = task_.prior;
+    for (int i = task_.moves < width ? 6 : task_.layout.rim_at();
+         i < task_.layout.joints_at() && !last; ++i) {
+      known(i, i) *= held;
+    }
+    // What beams may meet is decided where a stage begins: again, where that has moved away.
+    for (int i = 0; i < max_looks; ++i) {
+      const Pose before = fit_.state().motion.pose;
+      fit_.run(stage, task_.surface_of_face, known, last ? last_iterations : first_iterations);
+      if (!last) break;
+      const Vector6d moved = difference(before, fit_.state().motion.pose);
+      const Matrix6d covariance = fit_.covariance().topLeftCorner<6, 6>();
+      if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;
+    }
+    if (!stage.patches) return;
+    fit_.learn_scales(task_.scale_prior);
+    if (!last) fit_.learn_noise();
+  }
+
+  const Task& task_;
+  ScanFit scan_;
+  Fit fit_;
+  double coarse_log_posterior_ = 0;
+};
+
+/// The most probable of the optima that are found from the prediction and, where beams do not fit,
+/// from a sigma of it to either side: turned about its principal axes, with a joint's angle
+/// another. Past the edge of a panel that is seen edge on there is another optimum, and most of
+/// them are about it.
+std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
+                                      const Matrix6d& covariance, const Vector3d& centre) {
+  auto best = std::make_unique<Descent>(task, start);
+  best->coarse();
+  best->fine();
+  // Closer together than beams are wide, starts are one.
+  if (best->fit_share() > fit_as_usual || task.wide <= 2 * task.narrow) return best;
+  const auto near = [](const Descent& d) {
+    return d.fit().from_prediction() < max_from_prediction;
+  };
+  const auto attempt = [&](const ScanState& other) {
+    auto tried = std::make_unique<Descent>(task, other);
+    tried->coarse();
+    if (!(tried->coarse_log_posterior() > best->coarse_log_posterior())) return;
+    tried->fine();
+    const bool better = tried->fit().log_posterior() > best->fit().log_posterior();
+    if (near(*tried) && (better || !near(*best))) best = std::move(tried);
+  };
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> turns(covariance.bottomRightCorner<3, 3>());
+  const Vector3d middle = start.motion.pose * centre;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      const Quaterniond turn = rotation_from_vector(sign * std::sqrt(turns.eigenvalues()[axis]) *
+                                                    turns.eigenvectors().col(axis));
+      ScanState other = start;
+      Pose& pose = other.motion.pose;
+      pose.rotation = turn * pose.rotation;
+      pose.position += middle - pose * centre;
+      attempt(other);
+    }
+  }
+  for (int j = 0; j < task.layout.joints; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    const double information = task.prior(task.layout.joints_at() + j, task.layout.joints_at() + j);
+    for (const double sign : {-1.0, 1.0}) {
+      ScanState other = best->fit().state();
+      other.angles[at] = task.prior_state.angles[at] + sign / std::sqrt(information);
+      attempt(other);
+    }
+  }
+  return best;
+}
 
 }  // namespace
 
@@ -240,46 +389,22 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   fit_options.extent = 2 * model_.radius;
   const auto returns = static_cast<int>(scan.points.size());
   fit_options.thinning = ratio_above(returns, options_.max_returns);
-  ScanFit scan_fit(scene_, beam_model_, scan, layout, fit_options);
-  Fit fit(scan_fit, layout, start, prior_state);
-
-  // From the width that the prediction leaves to that of the beams, in equal ratios.
   const double range = std::max(1e-3, predicted.pose.position.norm());
   const double narrow = 0.25 * beam_model_.footprint(range);
-  const double wide = std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
-                                 0.1 * model_.radius);
-  const int stages =
-      2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
-  // Of what the velocity may be, how far ends move during half the scan.
-  const double moves = 0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
-                       uncertainty_of_ends(model_, predicted.velocity_covariance);
-  for (int s = 0; s < stages; ++s) {
-    const bool last = s == stages - 1;
-    const double width =
-        last ? 0 : wide * std::pow(wide / narrow, -s / std::max(1.0, stages - 2.0));
-    const int thinning =
-        s >= stages - 2 ? 1
-                        : ratio_above(returns / fit_options.thinning, options_.max_coarse_returns);
-    const ScanFit::Stage stage{{width, width}, s >= stages - 2, s >= stages - 3, thinning};
-    // What moves beams by less than the likelihood is widened cannot be seen: it stays as it was.
-    Eigen::MatrixXd known = prior;
-    for (int i = moves < width ? 6 : layout.rim_at(); i < layout.joints_at() && !last; ++i) {
-      known(i, i) *= held;
-    }
-    // What beams may meet is decided where a stage begins: again, where that has moved away.
-    for (int i = 0; i < max_looks; ++i) {
-      const Pose before = fit.state().motion.pose;
-      fit.run(stage, surface_of_face_, known, last ? last_iterations : first_iterations);
-      if (!last) break;
-      const Vector6d moved = difference(before, fit.state().motion.pose);
-      const Matrix6d covariance = fit.covariance().topLeftCorner<6, 6>();
-      if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;
-    }
-    if (!stage.patches) continue;
-    fit.learn_scales(scale_prior_);
-    if (!last) fit.learn_noise();
-  }
-
+  const Task task{ScanFit(scene_, beam_model_, scan, layout, fit_options),
+                  layout,
+                  prior_state,
+                  prior,
+                  surface_of_face_,
+                  scale_prior_,
+                  std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
+                             0.1 * model_.radius),
+                  narrow,
+                  0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
+                      uncertainty_of_ends(model_, predicted.velocity_covariance),
+                  ratio_above(returns / fit_options.thinning, options_.max_coarse_returns)};
+  const auto found = best_descent(task, start, predicted.covariance, model_.centre);
+  const Fit& fit = found->fit();
   const ScanFit::Linearised& at = fit.at();
   result.pose = fit.state().motion.pose;
   result.covariance = fit.covariance().topLeftCorner<6, 6>();
@@ -289,9 +414,14 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.used = static_cast<int>(std::lround(at.explained));
   result.near = static_cast<int>(std::lround(at.returns));
   result.residual_rms = std::sqrt(at.square_sum / std::max(1.0, at.explained));
-  result.spread = scan_fit.noise_scale * scan_fit.noise_scale;
-  result.confidence = at.fit / std::max(1.0, at.expected);
+  result.spread = found->noise_scale() * found->noise_scale();
+  result.confidence = found->fit_share();
   if (!is_covariance(result.covariance)) return lost("the covariance is none");
+  if (!(fit.from_prediction() < max_from_prediction)) {
+    return lost(fixed(std::sqrt(fit.from_prediction()), 1) +
+                " sigmas from the prediction, at most " + fixed(std::sqrt(max_from_prediction), 1) +
+                " are believed");
+  }
   if (result.confidence < options_.min_fit) {
     return lost(fixed(100 * result.confidence, 0) +
                 " % of the beams that should meet the target fit it as modelled, at least " +

@@ -739,6 +739,11 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   // Of pieces, log-likelihoods: as modelled, and of anything else.
   std::vector<std::pair<double, double>> pieces(static_cast<std::size_t>(pieces_), {0, 0});
   const double anything = std::log(0.5 / options_.extent);
+  std::array<double, 2> log_without;
+  for (const bool returned : {false, true}) {
+    log_without[returned ? 1 : 0] =
+        beam_term(returned, {0, 1, 0, 1, 0}, {}, {}, {}, options_.extent).log_likelihood;
+  }
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Active& active = active_[i];
     const std::optional<Sight> sight = sight_of(at, active, rays[i], hits[i]);
@@ -757,6 +762,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       modelled += term.log_likelihood;
       elsewhere += returned ? anything : std::log(0.5);
     }
+    result.log_likelihood_without += log_without[returned ? 1 : 0];
     observe(at, active, *sight, term, observations);
     const double met = front.expected.coverage + (beside ? beside->coverage : 0);
     beams.push_back({term, returned, active.piece, behind ? 1 : met, front.expected.drop_out,

@@ -85,6 +85,7 @@ class ScanFit {
   /// The likelihood about one state.
   struct Linearised {
     double log_likelihood = 0;
+    double log_likelihood_without = 0;  ///< of the same beams, if there were no target
     NormalEquations sums;  ///< e is at zero offsets
     // Expected numbers of beams.
     double returns = 0;       ///< inside the gate, of beams that may meet the target

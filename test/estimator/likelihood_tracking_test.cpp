@@ -422,6 +422,44 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   }
 }
 
+TEST_CASE("A slit that seems closed says nothing of its width") {
+  // As seen by beams that come back from the wall behind it, the edges offset so that they meet.
+  constexpr double half = 0.002;
+  const double farther = GENERATE(0.0, 0.3);  // m, of one of its sides
+  Target target;
+  target.mesh.append(make_box({2, 1, 0.002}), {{0, half + 0.5, 0}, Quaterniond::Identity()});
+  target.mesh.append(make_box({2, 1, 0.002}), {{0, -half - 0.5, farther}, Quaterniond::Identity()});
+  target.mesh.append(make_box({3, 3, 0.002}), {{0, 0, 1}, Quaterniond::Identity()});
+  const TargetScene scene(target);
+  CleanScan scan;
+  for (const double along : {-0.005, 0.005}) {
+    Beam beam;
+    beam.direction = Vector3d(along, 0.0003, 5).normalized();
+    beam.range = 6;
+    scan.beams.push_back(beam);
+  }
+  const ScanStateLayout layout;
+  ScanFit fit(scene, nominal_beam, scan, layout, {});
+  ScanState state;
+  state.motion.pose.position = {0, 0, 5};
+  fit.prepare(state, {}, std::vector<ScanFit::Surface>(target.mesh.triangles.size(), {0, 0.3}));
+  for (const double offset : {0.0, 0.0015, 0.0025, 0.004}) {
+    state.rim_offset = offset;
+    CAPTURE(farther, offset);
+    const auto at = fit.linearise(state, {});
+    constexpr double step = 1e-6;
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(layout.size());
+    d[layout.rim_at()] = step;
+    const double slope = (fit.linearise(layout.moved(state, d), {}).log_likelihood -
+                          fit.linearise(layout.moved(state, -d), {}).log_likelihood) /
+                         (2 * step);
+    CHECK(at.sums.gradient[layout.rim_at()] == Approx(slope).epsilon(0.01).margin(0.1));
+    if (offset <= half) continue;
+    const double width = 0.25 * nominal_beam.footprint(5);
+    CHECK(at.sums.information(layout.rim_at(), layout.rim_at()) < 2 / (width * width));
+  }
+}
+
 TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") {
   const Target target = hinged_target();
   const TargetScene scene(target);
