@@ -29,9 +29,9 @@ constexpr double held = 1e4;
 /// pose has moved by less: chi squared of six degrees of freedom.
 constexpr double settled_gain = 0.1;
 constexpr double settled_move = 1;
-/// Where fewer of the beams that should meet the target fit than this, other starts are tried; they
-/// cost time alone where the first was right.
-constexpr double fit_as_usual = 0.95;
+/// Where fewer of the beams that should meet the target fit than outliers usually leave, other
+/// starts are tried; they cost time alone where the first was right.
+constexpr double fit_as_usual = 1 - BeamShares{}.outlier;
 /// Chi squared of six degrees of freedom that one in a million exceeds: what is farther from the
 /// prediction has another cause than its error.
 constexpr double max_from_prediction = 38.3;

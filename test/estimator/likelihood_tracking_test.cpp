@@ -557,6 +557,23 @@ TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") 
   CHECK(nees < 10);
 }
 
+TEST_CASE("Tracking from the other side of a panel that is seen edge on finds the pose") {
+  const Target target = hinged_target();
+  const auto model = coarse_model(target);
+  const LikelihoodTracking tracking(*model, nominal_beam, {});
+  for (int i = 0; i < 24; ++i) {
+    Random random(static_cast<std::uint64_t>(i), "edge on");
+    const Pose truth =
+        pose_from_xyzwpr({0, 0, 5000, 90 + random.uniform(-0.5, 0.5), 0, random.uniform(-90, 90)});
+    const CleanScan scan = scan_of(target.mesh, truth, 1500, static_cast<std::uint64_t>(i + 1));
+    const auto result = tracking.track(scan, prediction_off(truth, 0.03, radians(2), random));
+    const Vector6d error = difference(truth, result.pose);
+    CAPTURE(i, 1e3 * error.head<3>().norm(), degrees(error.tail<3>().norm()), result.confidence);
+    REQUIRE(result.ok);
+    CHECK(error.dot(result.covariance.ldlt().solve(error)) < 50);
+  }
+}
+
 TEST_CASE("Neither the order of beams nor beams sent twice change what is tracked") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);
