@@ -68,14 +68,15 @@ class Fit {
         gain = gradient.dot(step);
         const ScanState trial = layout_.moved(state_, step);
         ScanFit::Linearised there = scan_.linearise(trial, equations.offsets(step));
-        const double trial_cost = cost_of(there, trial, equations.offsets_squared(step));
+        const double offsets_squared = equations.offsets_squared(step);
+        const double trial_cost = cost_of(there, trial, offsets_squared);
         ++evaluations_;
         if (trial_cost < cost + 0.01) {
           better = true;
           state_ = trial;
           at_ = std::move(there);
           cost = trial_cost;
-          offsets_squared_ = equations.offsets_squared(step);
+          offsets_squared_ = offsets_squared;
           damping /= 10;
           if (damping < 1e-4) damping = 0;
         } else {

@@ -86,7 +86,7 @@ class ScanFit {
   struct Linearised {
     double log_likelihood = 0;
     double log_likelihood_without = 0;  ///< of the same beams, if there were no target
-    NormalEquations sums;  ///< e is at zero offsets
+    NormalEquations sums;               ///< e is at zero offsets
     // Expected numbers of beams.
     double returns = 0;       ///< inside the gate, of beams that may meet the target
     double explained = 0;     ///< of those, from a face as modelled
