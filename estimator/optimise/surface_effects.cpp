@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace berth::estimator {
 namespace {
@@ -72,12 +73,12 @@ OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches,
   }
 }
 
-MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
+MarginalisedEquations::MarginalisedEquations(NormalEquations equations,
                                              const OffsetCovariance& covariance,
                                              const FieldScales& scales)
-    : equations_(&equations) {
-  const Eigen::MatrixXd& h = equations.coupling;
-  const Eigen::VectorXd& n = equations.patch_information;
+    : equations_(std::move(equations)) {
+  const Eigen::MatrixXd& h = equations_.coupling;
+  const Eigen::VectorXd& n = equations_.patch_information;
   Eigen::Index rank = 0;
   for (std::size_t f = 0; f < scales.size(); ++f) {
     ranks_[f] = covariance.fields[f].factor.cols();
@@ -98,10 +99,10 @@ MarginalisedEquations::MarginalisedEquations(const NormalEquations& equations,
   between_ = Eigen::MatrixXd::Zero(rank, rank);
   between_.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   h_ = l_.transpose() * (kept.asDiagonal() * h);
-  g_ = l_.transpose() * kept.cwiseProduct(equations.patch_gradient);
+  g_ = l_.transpose() * kept.cwiseProduct(equations_.patch_gradient);
   const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
-  rigid_ = equations.information - h.transpose() * own_h;
-  rigid_gradient_ = equations.gradient - own_h.transpose() * equations.patch_gradient;
+  rigid_ = equations_.information - h.transpose() * own_h;
+  rigid_gradient_ = equations_.gradient - own_h.transpose() * equations_.patch_gradient;
   rescale(scales);
 }
 
@@ -132,8 +133,8 @@ Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) con
 }
 
 Eigen::MatrixXd MarginalisedEquations::offsets_share() const {
-  const Eigen::MatrixXd& h = equations_->coupling;
-  const auto n = equations_->patch_information.asDiagonal();
+  const Eigen::MatrixXd& h = equations_.coupling;
+  const auto n = equations_.patch_information.asDiagonal();
   const Eigen::MatrixXd common = l_ * (scale_.asDiagonal() * factor_.solve(coupling_));
   const Eigen::MatrixXd sh = common + own_.asDiagonal() * (h - n * common);
   const Eigen::MatrixXd share = h.transpose() * sh - sh.transpose() * (n * sh);
@@ -142,15 +143,15 @@ Eigen::MatrixXd MarginalisedEquations::offsets_share() const {
 
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd common = l_ * scale_.cwiseProduct(coordinates(x));
-  const Eigen::VectorXd left = equations_->patch_gradient - equations_->coupling * x -
-                               equations_->patch_information.cwiseProduct(common);
+  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
+                               equations_.patch_information.cwiseProduct(common);
   return common + own_.cwiseProduct(left);
 }
 
 double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd delta = offsets(x);
-  return delta.dot(equations_->patch_gradient - equations_->coupling * x -
-                   equations_->patch_information.cwiseProduct(delta));
+  return delta.dot(equations_.patch_gradient - equations_.coupling * x -
+                   equations_.patch_information.cwiseProduct(delta));
 }
 
 std::array<MarginalisedEquations::FieldEvidence, surface_fields.size()>

@@ -63,8 +63,7 @@ struct OffsetCovariance {
 ///   information = sum w J J' - H' S H,  gradient = sum w J e - H' S g.
 class MarginalisedEquations {
  public:
-  /// @param equations must outlive it
-  MarginalisedEquations(const NormalEquations& equations, const OffsetCovariance& covariance,
+  MarginalisedEquations(NormalEquations equations, const OffsetCovariance& covariance,
                         const FieldScales& scales);
   /// Other scales on the L_f. The rest, small as it is, stays as it was.
   void rescale(const FieldScales& scales);
@@ -92,7 +91,7 @@ class MarginalisedEquations {
  private:
   Eigen::VectorXd coordinates(const Eigen::VectorXd& x) const;
 
-  const NormalEquations* equations_;
+  NormalEquations equations_;
   std::array<Eigen::Index, surface_fields.size()> ranks_{};
   Eigen::VectorXd own_;  // rest / (1 + N rest): what a patch takes alone
   // At scales of 1, N, H, g shrunk by the rest:
