@@ -322,6 +322,7 @@ void read_ranges(Config config, RangeOptions& ranges) {
   config.optional("axis_returns", ranges.axis_returns);
   config.optional("search_growth", ranges.search_growth);
   config.optional("docking_region", ranges.docking_share);
+  config.optional("docking_port", ranges.docking_port);
   config.finish();
   at_least(config, "medium_beams", ranges.medium_beams, 5);
   at_least(config, "axis_returns", ranges.axis_returns, 10);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/node/estimator_node.h"
 
+#include "estimator/ranges/short_range.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -131,8 +132,10 @@ std::unique_ptr<Node> make_estimator_node(NodeSetup setup, const RunSetup& run, 
   estimator.target = run.target;
   estimator.session = setup.session;
   estimator.find_model = [length = run.target_length,
-                          options = estimator.options.model](const std::string& target) {
-    return estimator::load_target_model(load_target(target, length), options,
+                          options = estimator.options](const std::string& name) {
+    const Target target = load_target(name, length);
+    estimator::require_port(target, options.ranges);
+    return estimator::load_target_model(target, options.model,
                                         estimator::default_cache_directory());
   };
   estimator.stopwatch = [&loop] { return loop.stopwatch(); };

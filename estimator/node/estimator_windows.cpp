@@ -44,7 +44,7 @@ std::vector<Window> Estimator::plan_windows() {
   // Windows that have grown to the size of the target find nothing that the whole view does not.
   const double most = 0.3 * model_->canonical.half_length;
   if (range_ == OperatingRange::short_range) {
-    if (auto sphere = docking_region(*model_, o.ranges.docking_share, pose)) {
+    if (auto sphere = docking_region(*model_, o.ranges, pose)) {
       sphere->radius += o.planner.margin_sigmas * std::min(sigma, most);
       const auto window = window_around(*sphere, pose, field_of_view(), beams, "docking interface");
       if (window) return {*window};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "common/core/lidar_profile.h"
 #include "estimator/model/target_model.h"
@@ -20,6 +21,7 @@ struct RangeOptions {
   int search_growth = 4;        ///< times the beams of the next search after one that met nothing
   double docking_share = 0.12;  ///< radius of what is scanned about the docking interface, of the
                                 ///< target's length
+  std::string docking_port;     ///< its name; empty: the nearest to the sensor
 };
 
 /// Which range a distance belongs to, with hysteresis about the boundaries.

@@ -5,18 +5,34 @@
 #include <cmath>
 
 #include "common/core/beam_model.h"
+#include "common/core/error.h"
 
 namespace berth::estimator {
 
-std::optional<ModelSphere> docking_region(const TargetModel& model, double share,
+std::optional<ModelSphere> docking_region(const TargetModel& model, const RangeOptions& options,
                                           const Pose& pose) {
+  const double radius = options.docking_share * 2 * model.canonical.half_length;
   const auto& ports = model.target.ports;
+  if (!options.docking_port.empty()) {
+    const DockingPort* port = model.target.port(options.docking_port);
+    if (port == nullptr) return std::nullopt;
+    return ModelSphere{port->pose.position, radius};
+  }
   const auto nearest =
       std::min_element(ports.begin(), ports.end(), [&](const DockingPort& a, const DockingPort& b) {
         return (pose * a.pose.position).norm() < (pose * b.pose.position).norm();
       });
   if (nearest == ports.end()) return std::nullopt;
-  return ModelSphere{nearest->pose.position, share * 2 * model.canonical.half_length};
+  return ModelSphere{nearest->pose.position, radius};
+}
+
+void require_port(const Target& target, const RangeOptions& options) {
+  if (options.docking_port.empty() || target.port(options.docking_port) != nullptr) return;
+  std::string names;
+  for (const DockingPort& port : target.ports) names += " " + port.name;
+  throw InputError("estimator.yaml: ranges.docking_port '" + options.docking_port +
+                   "' is not a docking port of target " + target.name + ", expected " +
+                   (names.empty() ? "none: it has none" : "one of:" + names));
 }
 
 std::optional<Window> window_around(const ModelSphere& sphere, const Pose& pose,

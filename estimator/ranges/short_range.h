@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "estimator/planning/scan_planner.h"
+#include "estimator/ranges/operating_range.h"
 
 namespace berth::estimator {
 
@@ -14,10 +15,13 @@ struct ModelSphere {
 };
 
 /// What is looked at when the whole target no longer fits in the field of view: a sphere about the
-/// docking port that is nearest to the sensor. Nothing when the target has none.
-/// @param share the radius, of the target's length
+/// docking port of the options, or that which is nearest to the sensor. Nothing when the target has
+/// none.
 /// @param pose T_sensor_model
-std::optional<ModelSphere> docking_region(const TargetModel& model, double share, const Pose& pose);
+std::optional<ModelSphere> docking_region(const TargetModel& model, const RangeOptions& options,
+                                          const Pose& pose);
+/// @throws InputError where the options name a docking port that the target has not.
+void require_port(const Target& target, const RangeOptions& options);
 
 /// The window about a sphere in a pose, cut to the field of view. Nothing when none of it is in
 /// view.

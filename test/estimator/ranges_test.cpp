@@ -181,7 +181,8 @@ TEST_CASE("The docking interface's window follows it and ends with the field of 
   const auto model = replica_model();
   const Pose near{Vector3d(0, 0, 0.5) - model->target.port()->pose.position,
                   Quaterniond::Identity()};
-  const auto region = docking_region(*model, 0.12, near);
+  const RangeOptions ranges;
+  const auto region = docking_region(*model, ranges, near);
   REQUIRE(region);
   const auto window = window_around(*region, near, {}, 500, "docking interface");
   REQUIRE(window);
@@ -191,7 +192,31 @@ TEST_CASE("The docking interface's window follows it and ends with the field of 
   CHECK_FALSE(window_around(*region, behind, {}, 500, ""));
   const Pose aside{Vector3d(50, 0, 5), Quaterniond::Identity()};
   CHECK_FALSE(window_around(*region, aside, {}, 500, ""));
-  CHECK_FALSE(docking_region(*cube_model(), 0.12, near));
+  CHECK_FALSE(docking_region(*cube_model(), ranges, near));
+}
+
+TEST_CASE("In short range the port that is named is scanned, wherever the sensor is") {
+  Target relay;
+  relay.mesh = make_box({1, 1, 2});
+  relay.name = "relay";
+  relay.hash = content_hash(relay.mesh);
+  relay.length = 2;
+  relay.ports.resize(2);
+  relay.ports[0].name = "grapple";
+  relay.ports[0].pose.position = {0, 0, -1};
+  relay.ports[1].name = "berthing";
+  relay.ports[1].pose.position = {0, 0, 1};
+  const auto model = coarse_model(relay);
+  const Pose pose{{0, 0, 3}, Quaterniond::Identity()};
+  RangeOptions ranges;
+  CHECK(docking_region(*model, ranges, pose)->centre.z() == -1);
+  ranges.docking_port = "berthing";
+  CHECK(docking_region(*model, ranges, pose)->centre.z() == 1);
+  CHECK_NOTHROW(require_port(relay, ranges));
+  ranges.docking_port = "berthign";
+  CHECK_THROWS_WITH(require_port(relay, ranges),
+                    Catch::Matchers::Contains("'berthign' is not a docking port of target relay, "
+                                              "expected one of: grapple berthing"));
 }
 
 TEST_CASE("An approach passes from long to medium range without a gap or a jump") {
