@@ -113,6 +113,27 @@ class Departed final : public DepartedScene {
   BeamModel noise_;
 };
 
+/// A plate between the sensor and the target, turned by up to 30 deg, whose straight edge passes
+/// before the middle of it. Sensor frame.
+Mesh plate_before(const Vector3d& centre, double radius, Random& random) {
+  const Vector3d sight = centre.normalized();
+  const Vector3d side = sight.unitOrthogonal();
+  const Vector3d along = Eigen::AngleAxisd(random.uniform(0, radians(360)), sight) * side;
+  const Vector3d across =
+      Eigen::AngleAxisd(random.uniform(-radians(30), radians(30)), along) * sight.cross(along);
+  const double nearer = random.uniform(0.35, 0.65);
+  const Vector3d edge = nearer * centre;
+  const double width = 1.4 * nearer * radius;
+  Mesh plate;
+  for (const double out : {0.0, width}) {
+    for (const double way : {-width, width}) {
+      plate.vertices.emplace_back(edge + out * across + way * along);
+    }
+  }
+  plate.triangles = {{0, 1, 2}, {1, 3, 2}};
+  return plate;
+}
+
 /// Joints of the replica arm, the sensor's at home, that show the target about as
 /// acquisition_survey does. The nearest to home, of all that reach one pose.
 Joints draw_joints(const berth::Cell& cell, Random& random) {
@@ -183,9 +204,11 @@ const std::vector<Departures>& departure_worlds(const std::filesystem::path& con
     const auto blanket = [](double sigma) {
       return [sigma](Departures& w) {
         w.blanket = sigma;
-        w.for_figure = sigma != soft;
+        w.once = sigma != soft;
       };
     };
+    const auto half_hidden = [](Departures& w) { w.half_hidden = w.once = true; };
+    const auto another = [](Departures& w) { w.another = w.once = true; };
     return std::vector<Departures>{named("as believed", [](Departures&) {}),
                                    named("lab", lab),
                                    named("blanket", blanket(soft)),
@@ -200,6 +223,8 @@ const std::vector<Departures>& departure_worlds(const std::filesystem::path& con
                                    named("part missing", missing),
                                    named("part too many", extra),
                                    named("part turned", turned),
+                                   named("half hidden", half_hidden),
+                                   named("another target", another),
                                    named("all of it", [&](Departures& w) {
                                      warp(w);
                                      footprint(w);
@@ -303,6 +328,10 @@ std::unique_ptr<DepartedScene> SceneMaker::make(const Departures& world, Random&
   truth.position -= truth.rotation * bounding_box(target_.mesh).centre();
   auto scene = std::make_unique<MeshScene>(real.mesh);
   scene->place(World::first_utime, truth);
+  if (world.half_hidden) {
+    const Box box = bounding_box(real.mesh);
+    scene->add_clutter(plate_before(truth * box.centre(), 0.5 * box.size().norm(), random));
+  }
   return std::make_unique<Departed>(
       std::move(scene), truth, window_around(target_.mesh, truth, 0.05), noise_, world, random);
 }

@@ -25,7 +25,9 @@ struct Departures {
   double blanket = 0;
   bool turned = false;  ///< the appendage, by 8 to 15 deg, either way
   ScannerErrors scanner;
-  bool for_figure = false;  ///< single scans of 1,000 returns in free space alone
+  bool half_hidden = false;  ///< a plate that is much nearer stands before half of the target
+  bool another = false;      ///< another target is there: for acquisition alone
+  bool once = false;         ///< single scans of 1,000 returns in free space alone
 };
 
 /// Each departure alone, between the world that is as believed (first), with that of users after

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include "test/benchmarks/closed_loop.h"
 #include "test/benchmarks/cpu_time.h"
@@ -41,7 +42,8 @@ struct Sighting {
 };
 
 struct Cell {
-  const Sighting* sighting = nullptr;
+  const Sighting* sighting = nullptr;  ///< as is believed
+  const Sighting* seen = nullptr;      ///< what is there
   const Departures* world = nullptr;
   int returns = 0;
   bool filtered = false;  ///< the whole estimator over many scans, instead of single ones
@@ -77,6 +79,7 @@ struct Errors {
 struct CellResult {
   Tally tally;
   Reliability reliability;
+  std::vector<double> acquisition_ms;  ///< of processor time
   Errors tracking;
   Errors reference;
   std::map<int, Errors> filtered;  ///< after so many scans
@@ -84,6 +87,8 @@ struct CellResult {
   void add(const CellResult& other) {
     tally.add(other.tally);
     reliability.add(other.reliability);
+    acquisition_ms.insert(acquisition_ms.end(), other.acquisition_ms.begin(),
+                          other.acquisition_ms.end());
     tracking.add(other.tracking);
     reference.add(other.reference);
     for (const auto& [scans, errors] : other.filtered) filtered[scans].add(errors);
@@ -98,16 +103,73 @@ int trials_of(const Settings& settings, const Cell& cell) {
   return cell.returns <= 1000 ? 30 : cell.returns <= 3000 ? 12 : cell.returns <= 10000 ? 6 : 3;
 }
 
-void take_acquisition(const Sighting& sighting, const estimator::AcquisitionResult& found,
-                      const Pose& truth, CellResult& result) {
-  const bool first_right =
-      !found.hypotheses.empty() && sighting.judge->right(truth, found.hypotheses.front().pose);
-  const Verdict verdict = verdict_on(found, *sighting.judge, truth);
-  result.tally.add(verdict, first_right);
-  if (verdict == Verdict::lost) return;
+Verdict take_acquisition(const Cell& cell, const estimator::AcquisitionResult& found,
+                         const Pose& truth, CellResult& result) {
+  // Where another target is, no pose is right.
+  const auto right = [&](const Pose& pose) {
+    return cell.seen == cell.sighting && cell.sighting->judge->right(truth, pose);
+  };
+  std::vector<Pose> poses;
+  for (const estimator::Hypothesis& h : found.hypotheses) poses.push_back(h.pose);
+  const Verdict verdict = verdict_on(found.status, poses, right);
+  result.tally.add(verdict, !poses.empty() && right(poses.front()));
+  if (verdict == Verdict::lost) return verdict;
   for (const estimator::Hypothesis& h : found.hypotheses) {
-    result.reliability.add(h.probability, sighting.judge->right(truth, h.pose));
+    result.reliability.add(h.probability, right(h.pose));
   }
+  return verdict;
+}
+
+/// The returns as the sensor sees them, nearer ones darker, with the target where it is and where
+/// it was thought to be.
+void draw_failure(const Settings& settings, const Cell& cell, const estimator::CleanScan& scan,
+                  const Pose& truth, const estimator::AcquisitionResult& found) {
+  std::string name = "failure " + cell.name();
+  std::replace(name.begin(), name.end(), ' ', '_');
+  Figure figure(name, 720, 640);
+  const auto degrees_of = [](const Vector3d& p) {
+    double azimuth = 0, elevation = 0;
+    beam_angles(p, azimuth, elevation);
+    return std::vector<double>{degrees(azimuth), degrees(elevation), p.norm()};
+  };
+  std::vector<std::vector<double>> returns;
+  for (const Vector3d& p : scan.points) returns.push_back(degrees_of(p));
+  figure.data("returns", returns);
+  figure.line(
+      "set xlabel 'azimuth, deg'\nset ylabel 'elevation, deg'\nset cblabel 'range, m'\n"
+      "set size ratio -1\nset palette gray\nset key outside top horizontal");
+  std::string plot = "plot $returns with points pt 7 ps 0.5 palette title 'returns'";
+  const auto add = [&](const char* block, const char* title, const char* colour,
+                       const estimator::TargetModel& model, const Pose& pose) {
+    std::vector<std::vector<double>> rows;
+    for (const auto& s : model.surface.samples) {
+      const Vector3d p = pose * s.position.cast<double>();
+      if (p.dot(pose.rotation * s.normal.cast<double>()) < 0) rows.push_back(degrees_of(p));
+    }
+    figure.data(block, rows);
+    plot += std::string(", $") + block + " with dots lc rgb '" + colour + "' title '" + title + "'";
+  };
+  add("truth", "the target", "#30a030", *cell.seen->model, truth);
+  if (!found.hypotheses.empty()) {
+    add("found", "the best hypothesis", "#c03030", *cell.sighting->model,
+        found.hypotheses.front().pose);
+  }
+  figure.line(plot);
+  figure.draw(settings.out);
+}
+
+void track_one(const estimator::Tracking& tracking, const estimator::CleanScan& clean,
+               const TrackingTrial& trial, Errors& errors) {
+  const double before = cpu_ms();
+  const estimator::TrackingResult tracked = tracking.track(clean, trial.predicted);
+  errors.ms.push_back(cpu_ms() - before);
+  if (!tracked.ok) {
+    ++errors.refused;
+    return;
+  }
+  const Vector6d error = difference(trial.truth, tracked.pose);
+  errors.add(error);
+  errors.nees.push_back(normalised_error_squared(error, tracked.covariance));
 }
 
 /// The beams that ended inside the gate: what both registrations get.
@@ -120,43 +182,49 @@ std::vector<RawBeam> within(std::vector<RawBeam> beams, const estimator::RangeGa
 
 void single_scans(const Settings& settings, const Cell& cell, CellResult& result) {
   const Sighting& sighting = *cell.sighting;
+  const SceneMaker& scenes = *cell.seen->scenes;
   AcquisitionSubject acquisition;
   if (sighting.judge != nullptr && settings.acquisition_methods.front() != no_method) {
     acquisition = acquisition_named(settings, settings.acquisition_methods.front(), sighting.model,
-                                    sighting.scenes->noise());
+                                    scenes.noise());
   }
-  const auto tracking = tracking_named(settings, settings.tracking_methods.front(),
-                                       sighting.model_in(*cell.world), sighting.scenes->noise());
+  TrackingSubject tracking;
+  if (!cell.world->another && settings.tracking_methods.front() != no_method) {
+    tracking = tracking_named(settings, settings.tracking_methods.front(),
+                              sighting.model_in(*cell.world), scenes.noise());
+  }
   std::vector<TrackingTrial> clouds;
+  bool drawn = false;  // of a cell, one
   for (int i = 0; i < trials_of(settings, cell); ++i) {
     Random random(settings.seed, "departures " + cell.name() + " " + std::to_string(i));
-    const auto scene = sighting.scenes->make(*cell.world, random);
+    const auto scene = scenes.make(*cell.world, random);
     TrackingTrial trial;
     trial.truth = scene->truth();
     trial.scan = scene->scan(cell.returns);
+    const estimator::CleanScan clean =
+        estimator::preprocess(trial.scan.beams, scenes.gate(), scenes.noise());
+    if (acquisition) {
+      const double before = cpu_ms();
+      const estimator::AcquisitionResult found = (*acquisition)->acquire(clean);
+      result.acquisition_ms.push_back(cpu_ms() - before);
+      const Verdict verdict = take_acquisition(cell, found, trial.truth, result);
+      const bool fine = verdict == Verdict::right || verdict == Verdict::ambiguous_with_truth ||
+                        (cell.world->another && verdict == Verdict::lost);
+      if (!fine && !std::exchange(drawn, true)) {
+        draw_failure(settings, cell, clean, trial.truth, found);
+      }
+    }
+    if (!tracking) continue;
     trial.predicted.pose = pose_off(trial.truth, start_m, start_rad, random);
     trial.predicted.covariance = Matrix6d::Zero();
     trial.predicted.covariance.diagonal().head<3>().setConstant(std::pow(start_m, 2) / 3);
     trial.predicted.covariance.diagonal().tail<3>().setConstant(std::pow(start_rad, 2) / 3);
-    const estimator::CleanScan clean =
-        estimator::preprocess(trial.scan.beams, sighting.scenes->gate(), sighting.scenes->noise());
-    if (acquisition) {
-      take_acquisition(sighting, (*acquisition)->acquire(clean), trial.truth, result);
-    }
-    const double before = cpu_ms();
-    const estimator::TrackingResult tracked = (*tracking)->track(clean, trial.predicted);
-    result.tracking.ms.push_back(cpu_ms() - before);
-    if (tracked.ok) {
-      const Vector6d error = difference(trial.truth, tracked.pose);
-      result.tracking.add(error);
-      result.tracking.nees.push_back(normalised_error_squared(error, tracked.covariance));
-    } else {
-      ++result.tracking.refused;
-    }
-    trial.scan.beams = within(std::move(trial.scan.beams), sighting.scenes->gate());
+    track_one(**tracking, clean, trial, result.tracking);
+    trial.scan.beams = within(std::move(trial.scan.beams), scenes.gate());
     trial.scan.faces.clear();
     clouds.push_back(std::move(trial));
   }
+  if (clouds.empty()) return;
   std::string file = cell.name() + ".txt";
   std::replace(file.begin(), file.end(), ' ', '_');
   const auto registered =
@@ -223,6 +291,7 @@ void append(std::vector<std::string>& row, const std::vector<std::string>& cells
 
 const std::vector<std::string> error_columns = {"median mm", "p95 mm", "median deg", "p95 deg"};
 std::vector<std::string> cells_of(const Errors& errors) {
+  if (errors.mm.empty()) return std::vector<std::string>(error_columns.size(), "-");
   return {with_interval(median(errors.mm), bootstrap(errors.mm, median), 1),
           number(percentile_95(errors.mm), 1), number(median(errors.deg)),
           number(percentile_95(errors.deg))};
@@ -233,6 +302,12 @@ std::vector<std::string> nees_of(const Errors& errors) {
   if (errors.nees.empty()) return {"-", "-"};
   return {with_interval(mean(errors.nees), bootstrap(errors.nees, mean), 1),
           number(median(errors.nees), 1)};
+}
+
+/// Median and greatest.
+std::vector<std::string> times_of(const std::vector<double>& ms) {
+  if (ms.empty()) return {"-", "-"};
+  return {number(median(ms), 1), number(*std::max_element(ms.begin(), ms.end()), 1)};
 }
 
 std::vector<std::string> with_prefix(const std::string& prefix,
@@ -246,21 +321,22 @@ using Results = std::vector<std::pair<Cell, CellResult>>;
 
 std::vector<std::string> single_columns(std::vector<std::string> first) {
   append(first, Tally::columns());
-  first.emplace_back("tracking refused");
+  append(first, {"acquisition ms", "greatest ms", "tracking refused"});
   append(first, error_columns);
   append(first, with_prefix("ICP ", error_columns));
   append(first, nees_columns);
-  first.emplace_back("median ms");
+  first.emplace_back("tracking ms");
   return first;
 }
 
 std::vector<std::string> single_row(std::vector<std::string> first, const CellResult& result) {
   append(first, result.tally.cells());
+  append(first, times_of(result.acquisition_ms));
   first.push_back(share(result.tracking.refused, result.tracking.count()));
   append(first, cells_of(result.tracking));
   append(first, cells_of(result.reference));
   append(first, nees_of(result.tracking));
-  first.push_back(number(median(result.tracking.ms), 1));
+  first.push_back(times_of(result.tracking.ms).front());
   return first;
 }
 
@@ -324,7 +400,7 @@ void publish_reliability(const Settings& settings, const Results& results) {
   std::map<std::string, Reliability> groups;
   std::vector<std::string> order;
   for (const auto& [cell, result] : results) {
-    if (cell.filtered) continue;
+    if (cell.filtered || cell.world->another) continue;
     const std::string group = reliability_group(settings, *cell.world) + ", " + cell.sighting->view;
     if (groups.count(group) == 0) order.push_back(group);
     groups[group].add(result.reliability);
@@ -454,20 +530,35 @@ std::vector<Sighting> sightings_of(const Settings& settings) {
   });
 }
 
+/// The next of those seen the same way; none: null.
+const Sighting* another_than(const Sighting& sighting, const std::vector<Sighting>& sightings) {
+  const auto here = static_cast<std::size_t>(&sighting - sightings.data());
+  for (std::size_t i = 1; i < sightings.size(); ++i) {
+    const Sighting& other = sightings[(here + i) % sightings.size()];
+    if (other.view == sighting.view && other.target != sighting.target) return &other;
+  }
+  return nullptr;
+}
+
 std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting>& sightings) {
   std::vector<Cell> cells;
   for (const Departures& world : departure_worlds(settings.config)) {
     for (const Sighting& sighting : sightings) {
-      if (world.for_figure && sighting.view == "held") continue;
+      if (world.once && sighting.view == "held") continue;
+      const Sighting* seen = world.another ? another_than(sighting, sightings) : &sighting;
+      if (seen == nullptr || (world.another && sighting.judge == nullptr)) continue;
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
-        const bool once = sighting.judge == nullptr || world.for_figure;
+        const bool once = sighting.judge == nullptr || world.once;
         if (once && returns != 1000) continue;
-        cells.push_back({&sighting, &world, returns});
+        cells.push_back({&sighting, seen, &world, returns});
       }
-      if (!world.for_figure) cells.push_back({&sighting, &world, 1000, true});
+      if (!world.once) cells.push_back({&sighting, seen, &world, 1000, true});
     }
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  if (settings.tracking_methods.front() == no_method) {
+    std::erase_if(cells, [](const Cell& c) { return c.filtered || c.sighting->judge == nullptr; });
+  }
   return cells;
 }
 

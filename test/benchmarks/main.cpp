@@ -77,7 +77,9 @@ int run(int argc, char* argv[]) {
   app.add_option("--acquisition", settings.acquisition_methods,
                  "methods, by name; of departures also 'none': tracking alone")
       ->delimiter(',');
-  app.add_option("--tracking", settings.tracking_methods, "methods, by name")->delimiter(',');
+  app.add_option("--tracking", settings.tracking_methods,
+                 "methods, by name; of departures also 'none': acquisition alone")
+      ->delimiter(',');
   bool check = false;
   app.add_flag("--check", check,
                "for few trials: missed is what their 95 % intervals exclude; time counts beside "
@@ -102,9 +104,13 @@ int run(int argc, char* argv[]) {
     settings.tracking_methods = {settings.options.tracking_method};
   }
   std::vector<std::string> acquisition_names = estimator::acquisition_names();
-  if (wanted == std::vector<std::string>{"departures"}) acquisition_names.push_back(no_method);
+  std::vector<std::string> tracking_names = estimator::tracking_names();
+  if (wanted == std::vector<std::string>{"departures"}) {
+    acquisition_names.push_back(no_method);
+    tracking_names.push_back(no_method);
+  }
   require_known(settings.acquisition_methods, acquisition_names);
-  require_known(settings.tracking_methods, estimator::tracking_names());
+  require_known(settings.tracking_methods, tracking_names);
   std::filesystem::create_directories(settings.out);
   for (const std::string& name : wanted) {
     const auto known = [&name](const Part& part) { return name == part.name; };

@@ -16,7 +16,7 @@ namespace berth::benchmark {
 
 using namespace trials;
 
-/// In the place of a method's name: of departures, tracking alone.
+/// In the place of a method's name, of departures: tracking alone, or acquisition alone.
 inline constexpr const char* no_method = "none";
 
 /// What the command line says.
