@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/core/text.h"
+#include "estimator/acquire/connected.h"
 #include "estimator/acquire/large_planes.h"
 #include "estimator/model/point_fit.h"
 
@@ -26,16 +27,12 @@ constexpr double explains_enough = 0.9;
 /// Of the best pose's log odds, with ranges widened: one so much below it is no rival.
 constexpr double no_rival = 0.5;
 
+/// Of what is searched, the share of a surface that is looked behind.
+constexpr double worth_a_search = 0.1;
+
 /// Planes wider than this, in radii of the target's sphere, cannot be the target's.
 constexpr double too_wide = 2.15;
 constexpr double log_two_pi = 1.8378770664093453;
-
-double surface_sigma_of(const TargetModel& model, double bare) {
-  if (model.target.description_hash.empty()) return bare;
-  double largest = 0;
-  for (const TargetPart& part : model.target.parts) largest = std::max(largest, part.surface_sigma);
-  return largest;
-}
 
 /// The first of every cube with that side.
 std::vector<Vector3d> one_a_cube(const std::vector<Vector3d>& points, double side) {
@@ -64,21 +61,6 @@ int thinning_for(const RangeImage& image, double radius, int beams) {
   return std::max(1, static_cast<int>(inside / beams));
 }
 
-/// Returns that may be the target's.
-std::vector<Vector3d> searched(const RangeImage& image, double radius) {
-  const std::vector<char> left_out =
-      on_large_planes(image, too_wide * radius, image.noise().range_sigma_m);
-  std::vector<Vector3d> points;
-  for (std::size_t b = 0; b < left_out.size(); ++b) {
-    const Beam& beam = image.beams()[b];
-    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
-        beam.range <= image.farthest()) {
-      points.push_back(beam.point());
-    }
-  }
-  return points;
-}
-
 /// Those nearest to the middle of all.
 std::vector<Vector3d> middle_of(std::vector<Vector3d> points, std::size_t count) {
   Vector3d mean = Vector3d::Zero();
@@ -102,23 +84,94 @@ HypothesisAcquisition::HypothesisAcquisition(const TargetModel& model, const Bea
       surface_sigma_(surface_sigma_of(model, options.bare_surface_sigma_m)),
       templates_(make_view_templates(model.caster, model.centre, model.radius, options.views)) {}
 
+void HypothesisAcquisition::sort(std::vector<Mode>& modes) {
+  std::stable_sort(modes.begin(), modes.end(),
+                   [](const Mode& a, const Mode& b) { return a.log_evidence > b.log_evidence; });
+}
+
 bool HypothesisAcquisition::same(const Pose& a, const Pose& b) const {
   return model_.symmetries.distance(a, b) < 0.05 * model_.target.length &&
          model_.symmetries.angle_between(a, b) < radians(6);
 }
 
+HypothesisAcquisition::Part HypothesisAcquisition::searched(const RangeImage& image) const {
+  Part part;
+  part.hiding.assign(image.beams().size(), 0);
+  const std::vector<char> left_out =
+      on_large_planes(image, too_wide * model_.radius, image.noise().range_sigma_m);
+  for (std::size_t b = 0; b < left_out.size(); ++b) {
+    const Beam& beam = image.beams()[b];
+    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
+        beam.range <= image.farthest()) {
+      part.points.push_back(beam.point());
+      part.beams.push_back(static_cast<int>(b));
+    }
+  }
+  return part;
+}
+
+/// What is left without a surface, connected in the image, and what is nearer than that: it may
+/// hide the target. Two surfaces of one target are seldom half of its length apart, in the mean:
+/// what is nearer than the rest by more is something else, if the rest is the target.
+HypothesisAcquisition::Behind HypothesisAcquisition::behind_surfaces(const RangeImage& image,
+                                                                     const Part& all) const {
+  const double step = 0.1 * model_.target.length;
+  const auto range = [&image](int b) { return image.beams()[static_cast<std::size_t>(b)].range; };
+  const auto joined = [&](int a, int b) { return std::abs(range(a) - range(b)) < step; };
+  std::vector<char> marked(image.beams().size(), 0);
+  for (const int b : all.beams) marked[static_cast<std::size_t>(b)] = 1;
+  struct Surface {
+    double middle;  // m, of ranges
+    std::vector<int> beams;
+  };
+  std::vector<Surface> surfaces;
+  for (const int b : all.beams) {
+    if (marked[static_cast<std::size_t>(b)] == 0) continue;
+    Surface& s = surfaces.emplace_back();
+    s.beams = connected(image, marked, b, joined);
+    for (const int m : s.beams) s.middle += range(m) / static_cast<double>(s.beams.size());
+  }
+  std::stable_sort(surfaces.begin(), surfaces.end(),
+                   [](const Surface& a, const Surface& b) { return a.middle < b.middle; });
+  const auto enough = static_cast<std::size_t>(std::max<double>(
+      options_.min_returns, worth_a_search * static_cast<double>(all.beams.size())));
+  Behind behind;
+  behind.much_nearer.assign(image.beams().size(), 0);
+  Part rest = all;
+  for (const Surface& s : surfaces) {
+    for (const int b : s.beams) rest.hiding[static_cast<std::size_t>(b)] = 1;
+    if (s.beams.size() < enough) continue;
+    Part part;
+    part.hiding = rest.hiding;
+    double sum = 0;
+    for (std::size_t i = 0; i < all.beams.size(); ++i) {
+      if (part.hiding[static_cast<std::size_t>(all.beams[i])] != 0) continue;
+      part.beams.push_back(all.beams[i]);
+      part.points.push_back(all.points[i]);
+      sum += range(all.beams[i]);
+    }
+    if (static_cast<int>(part.beams.size()) < options_.min_returns) break;
+    const double away = sum / static_cast<double>(part.beams.size()) - s.middle;
+    if (away > 0.5 * model_.target.length) behind.much_nearer = part.hiding;
+    behind.parts.push_back(std::move(part));
+  }
+  return behind;
+}
+
 std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const PoseOdds& odds,
-                                                  const std::vector<Vector3d>& points,
+                                                  const Part& part,
                                                   const std::vector<Hypothesis>& hints,
                                                   const Effort& effort) const {
   const double length = model_.target.length;
+  const std::vector<Vector3d>& points = part.points;
   const std::vector<Vector3d> spread = one_a_cube(points, 0.05 * length);
   const std::vector<Vector3d> anchors =
       effort.everywhere ? evenly(spread, effort.anchors) : middle_of(spread, effort.anchors);
   std::vector<Pose> poses;
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
-  for (const Placement& p : match_templates(image, points, anchors, templates_, model_.centre,
-                                            model_.radius, length, effort.placements)) {
+  for (const Placement& p :
+       match_templates(image, points, anchors, part.hiding, templates_, model_.centre,
+                       model_.radius, length, effort.placements)) {
     poses.push_back(p.pose);
   }
   struct Weighed {
@@ -154,97 +207,139 @@ std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const
   return best;
 }
 
-std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::modes(const RangeImage& image,
-                                                                      const PoseOdds& odds,
-                                                                      std::vector<Pose> poses,
-                                                                      std::size_t finalists) const {
+/// What a pose is easily confused with: half turns about the axes that the target is spread along,
+/// and its near symmetries.
+std::vector<Pose> HypothesisAcquisition::alike(const Pose& pose) const {
+  std::vector<Pose> poses;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d about = model_.canonical.pose.rotation.conjugate() * Vector3d::Unit(axis);
+    Pose turn;
+    turn.rotation = Quaterniond(Eigen::AngleAxisd(radians(180), about));
+    turn.position = model_.centre - turn.rotation * model_.centre;
+    poses.push_back(pose * turn);
+  }
+  for (const Symmetry& s : model_.symmetries.motions) {
+    if (!s.exact) poses.push_back(pose * s.motion);
+  }
+  return poses;
+}
+
+/// The best of them, so many, climbed where ranges are widened.
+std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const PoseOdds& odds,
+                                                 const std::vector<Pose>& poses,
+                                                 std::size_t finalists) const {
   const double length = model_.target.length;
-  std::vector<Mode> best;
-  const auto add = [&](const Pose& pose, double annealing, int thinning) {
-    Mode mode{pose, odds.at(pose, annealing, thinning), 0};
+  struct Climber {
+    Pose pose;
+    double log_odds;
+  };
+  std::vector<Climber> best;
+  const auto add = [&](const Pose& start, double annealing, int thinning, int rounds) {
+    const Pose pose = odds.climbed(start, annealing * length, thinning, rounds);
+    const Climber here{pose, odds.at(pose, annealing * length, thinning).log_odds};
     const auto twin =
-        std::find_if(best.begin(), best.end(), [&](const Mode& m) { return same(m.pose, pose); });
+        std::find_if(best.begin(), best.end(), [&](const auto& c) { return same(c.pose, pose); });
     if (twin == best.end()) {
-      best.push_back(mode);
-    } else if (mode.at.log_odds > twin->at.log_odds) {
-      *twin = mode;
+      best.push_back(here);
+    } else if (here.log_odds > twin->log_odds) {
+      *twin = here;
     }
   };
-  const auto sort = [&best](auto&& value) {
+  const auto sort = [&best] {
     std::stable_sort(best.begin(), best.end(),
-                     [&](const Mode& a, const Mode& b) { return value(a) > value(b); });
+                     [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   };
-  const auto log_odds = [](const Mode& m) { return m.at.log_odds; };
   // Of the best so far, so many, each climbed further.
   const auto climb = [&](std::size_t count, double annealing, int thinning, int rounds) {
-    sort(log_odds);
+    sort();
     if (best.size() > count) best.resize(count);
-    for (const Mode& m : std::exchange(best, {})) {
-      add(odds.climbed(m.pose, annealing * length, thinning, rounds), annealing * length, thinning);
-    }
-    sort(log_odds);
+    for (const Climber& c : std::exchange(best, {})) add(c.pose, annealing, thinning, rounds);
   };
   const int coarse = thinning_for(image, model_.radius, coarse_beams);
   const int middle = thinning_for(image, model_.radius, middle_beams);
-  const auto first_climb = [&](const Pose& p) {
-    add(odds.climbed(p, 0.02 * length, coarse, 0), 0.02 * length, coarse);
-  };
-  for (const Pose& p : poses) first_climb(p);
-  sort(log_odds);
-  // What the best are easily confused with: half turns about the axes that the target is spread
-  // along, and its near symmetries.
-  std::vector<Pose> alike;
+  for (const Pose& p : poses) add(p, 0.02, coarse, 0);
+  sort();
+  std::vector<Pose> others;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, best.size()); ++i) {
-    const Pose& p = best[i].pose;
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector3d about = model_.canonical.pose.rotation.conjugate() * Vector3d::Unit(axis);
-      Pose turn;
-      turn.rotation = Quaterniond(Eigen::AngleAxisd(radians(180), about));
-      turn.position = model_.centre - turn.rotation * model_.centre;
-      alike.push_back(p * turn);
-    }
-    for (const Symmetry& s : model_.symmetries.motions) {
-      if (!s.exact) alike.push_back(p * s.motion);
-    }
+    for (const Pose& p : alike(best[i].pose)) others.push_back(p);
   }
-  for (const Pose& p : alike) first_climb(p);
+  for (const Pose& p : others) add(p, 0.02, coarse, 0);
   climb(4 * finalists, 0.02, middle, 0);
   climb(finalists, 0.007, middle, 3);
-  if (!best.empty()) {
-    const double highest = best.front().at.log_odds;
-    const double enough = highest - no_rival * std::abs(highest);
-    std::erase_if(best, [&](const Mode& m) { return m.at.log_odds < enough; });
+  sort();
+  std::vector<Pose> result;
+  for (const Climber& c : best) {
+    const double highest = best.front().log_odds;
+    if (c.log_odds >= highest - no_rival * std::abs(highest)) result.push_back(c.pose);
   }
+  return result;
+}
 
-  poses.clear();
-  for (const Mode& m : best) poses.push_back(m.pose);
-  best.clear();
-  const int fine = thinning_for(image, model_.radius, final_beams);
-  for (const Pose& p : poses) {
-    const Pose pose = odds.climbed(p, 0, fine, 3);
-    Mode mode{pose, odds.at(pose, 0, fine), 0};
-    if (std::none_of(best.begin(), best.end(), [&](const Mode& m) {
-          return same(m.pose, pose) && m.at.log_odds >= mode.at.log_odds;
-        })) {
-      std::erase_if(best, [&](const Mode& m) { return same(m.pose, pose); });
-      best.push_back(mode);
-    }
-  }
-  // Evidence: odds at the mode times its share of all poses that were possible [MacKay, Information
-  // Theory, Inference, and Learning Algorithms, ch. 28].
+/// Evidence: odds at the mode times its share of all poses that were possible [MacKay, Information
+/// Theory, Inference, and Learning Algorithms, ch. 28].
+double HypothesisAcquisition::log_evidence(const RangeImage& image, const PoseOdds::At& at) const {
+  const double length = model_.target.length;
   const double volume = image.solid_angle() / 3 *
                         (std::pow(image.farthest(), 3) - std::pow(image.nearest(), 3)) * 8 *
                         9.8696 / model_.symmetries.exact_count();
-  for (Mode& m : best) {
-    Matrix6d information = m.at.information;
-    information.diagonal().head<3>().array() += 1 / (length * length);
-    information.diagonal().tail<3>().array() += 1;
-    double log_determinant = 0;
-    for (const double d : information.ldlt().vectorD()) log_determinant += std::log(d);
-    m.log_evidence = m.at.log_odds + 3 * log_two_pi - 0.5 * log_determinant - std::log(volume);
+  Matrix6d information = at.information;
+  information.diagonal().head<3>().array() += 1 / (length * length);
+  information.diagonal().tail<3>().array() += 1;
+  double log_determinant = 0;
+  for (const double d : information.ldlt().vectorD()) log_determinant += std::log(d);
+  return at.log_odds + 3 * log_two_pi - 0.5 * log_determinant - std::log(volume);
+}
+
+/// The modes that are highest about these poses: of all of them, the most probable first.
+void HypothesisAcquisition::add_modes(const RangeImage& image, const PoseOdds& odds,
+                                      const std::vector<Pose>& poses,
+                                      std::vector<Mode>& modes) const {
+  const int fine = thinning_for(image, model_.radius, final_beams);
+  for (const Pose& start : poses) {
+    Mode mode;
+    mode.pose = odds.climbed(start, 0, fine, 3);
+    mode.at = odds.at(mode.pose, 0, fine);
+    mode.log_evidence = log_evidence(image, mode.at);
+    if (std::none_of(modes.begin(), modes.end(), [&](const Mode& m) {
+          return same(m.pose, mode.pose) && m.at.log_odds >= mode.at.log_odds;
+        })) {
+      std::erase_if(modes, [&](const Mode& m) { return same(m.pose, mode.pose); });
+      modes.push_back(mode);
+    }
   }
-  sort([](const Mode& m) { return m.log_evidence; });
-  return best;
+  sort(modes);
+}
+
+/// What may hide the target may be taken for it, too. A plane of many returns is foretold by more
+/// of them than those beside each: as background it costs what it takes to say where it is, and no
+/// pose gains more by saying it.
+std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
+    const RangeImage& image, const PoseOdds& odds, const PlaneSegments& planes,
+    std::vector<Mode> modes) const {
+  if (planes.nats.empty()) return modes;
+  const int fine = thinning_for(image, model_.radius, final_beams);
+  std::vector<PoseOdds::Gain> highest(planes.nats.size());
+  for (const Mode& m : modes) {
+    std::vector<PoseOdds::Gain> gains(planes.nats.size());
+    odds.at(m.pose, 0, fine, planes.of_beam, gains);
+    for (std::size_t g = 0; g < gains.size(); ++g) {
+      if (gains[g].log_odds > highest[g].log_odds) highest[g] = gains[g];
+    }
+  }
+  std::vector<double> log_background = image.log_background();
+  for (std::size_t b = 0; b < log_background.size(); ++b) {
+    if (planes.of_beam[b] < 0) continue;
+    const auto g = static_cast<std::size_t>(planes.of_beam[b]);
+    const double more = highest[g].log_odds - planes.nats[g];
+    if (more > 0) log_background[b] += more / highest[g].beams;
+  }
+  const PoseOdds against_planes = odds.with_background(log_background);
+  for (Mode& m : modes) {
+    m.at = against_planes.at(m.pose, 0, fine);
+    m.log_evidence = log_evidence(image, m.at);
+  }
+  sort(modes);
+  return modes;
 }
 
 AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes) const {
@@ -305,21 +400,34 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
   }
   const RangeImage image(scan, beam_model_);
   const PoseOdds odds(model_, image, surface_sigma_);
-  const std::vector<Vector3d> points = searched(image, model_.radius);
-  AcquisitionResult result;
-  std::vector<Hypothesis> known = hints;
-  for (const Effort& effort : {first_look, full_search}) {
-    const std::vector<Mode> found =
-        modes(image, odds, proposed(image, odds, points, known, effort), effort.finalists);
-    result = decided(found);
-    known.insert(known.end(), result.hypotheses.begin(), result.hypotheses.end());
-    if (result.status != AcquisitionResult::Status::found) continue;
-    const PoseOdds::At& at = found.front().at;
-    if (at.shares.hit > explains_enough &&
-        at.shares.hit * at.expected > explains_enough * static_cast<double>(points.size())) {
-      break;
+  const Part all = searched(image);
+  const Behind behind = behind_surfaces(image, all);
+  const PlaneSegments planes = plane_segments(image, behind.much_nearer);
+  std::vector<Mode> modes;
+  std::vector<Mode> weighed;
+  const auto search = [&](const Part& part, const Effort& effort) {
+    const PoseOdds of_part = odds.without(part.hiding);
+    const std::vector<Pose> poses = proposed(image, of_part, part, hints, effort);
+    add_modes(image, odds, climbed(image, of_part, poses, effort.finalists), modes);
+    weighed = priced(image, odds, planes, modes);
+  };
+  const auto explained = [&] {
+    if (decided(weighed).status != AcquisitionResult::Status::found) return false;
+    const PoseOdds::At& at = weighed.front().at;
+    return at.shares.hit > explains_enough &&
+           at.shares.hit * at.expected > explains_enough * static_cast<double>(all.points.size());
+  };
+  search(all, first_look);
+  if (!explained()) search(all, full_search);
+  if (!explained()) {
+    for (const Part& part : behind.parts) search(part, full_search);
+    if (!weighed.empty()) {
+      const std::vector<Pose> rivals = alike(weighed.front().pose);
+      add_modes(image, odds, climbed(image, odds, rivals, full_search.finalists), modes);
     }
+    weighed = priced(image, odds, planes, modes);
   }
+  AcquisitionResult result = decided(weighed);
   result.noise_scale = image.noise_scale();
   return result;
 }
@@ -328,7 +436,10 @@ AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& scan,
                                                const std::vector<Pose>& poses) const {
   const RangeImage image(scan, beam_model_);
   const PoseOdds odds(model_, image, surface_sigma_);
-  return decided(modes(image, odds, poses, full_search.finalists));
+  std::vector<Mode> modes;
+  add_modes(image, odds, climbed(image, odds, poses, full_search.finalists), modes);
+  const Behind behind = behind_surfaces(image, searched(image));
+  return decided(priced(image, odds, plane_segments(image, behind.much_nearer), modes));
 }
 
 }  // namespace berth::estimator

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/acquire/plane_segments.h"
 #include "estimator/acquire/pose_odds.h"
 #include "estimator/acquire/template_match.h"
 #include "estimator/acquisition/acquisition.h"
@@ -42,6 +43,12 @@ class HypothesisAcquisition final : public Acquisition {
     PoseOdds::At at;
     double log_evidence = 0;  ///< of this mode against no target
   };
+  /// What may be the target's, and what is left out because it may hide it.
+  struct Part {
+    std::vector<int> beams;        ///< of the image
+    std::vector<Vector3d> points;  ///< the same, sensor frame, m
+    std::vector<char> hiding;      ///< of each beam
+  };
   /// How much of a search is done.
   struct Effort {
     bool everywhere;  ///< else only where the target's middle is, if nearly all returns are its own
@@ -53,12 +60,24 @@ class HypothesisAcquisition final : public Acquisition {
   static constexpr Effort first_look{false, 20, 60, 6, 2};
   static constexpr Effort full_search{true, 300, 600, 20, 5};
 
-  std::vector<Pose> proposed(const RangeImage& image, const PoseOdds& odds,
-                             const std::vector<Vector3d>& points,
+  Part searched(const RangeImage& image) const;
+  struct Behind {
+    std::vector<Part> parts;
+    std::vector<char> much_nearer;  ///< of each beam, whether what it met may be no target's
+  };
+  Behind behind_surfaces(const RangeImage& image, const Part& all) const;
+  std::vector<Pose> proposed(const RangeImage& image, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;
-  std::vector<Mode> modes(const RangeImage& image, const PoseOdds& odds, std::vector<Pose> poses,
-                          std::size_t finalists) const;
+  std::vector<Pose> alike(const Pose& pose) const;
+  std::vector<Pose> climbed(const RangeImage& image, const PoseOdds& odds,
+                            const std::vector<Pose>& poses, std::size_t finalists) const;
+  void add_modes(const RangeImage& image, const PoseOdds& odds, const std::vector<Pose>& poses,
+                 std::vector<Mode>& modes) const;
+  double log_evidence(const RangeImage& image, const PoseOdds::At& at) const;
+  std::vector<Mode> priced(const RangeImage& image, const PoseOdds& odds,
+                           const PlaneSegments& planes, std::vector<Mode> modes) const;
   bool same(const Pose& a, const Pose& b) const;
+  static void sort(std::vector<Mode>& modes);
   AcquisitionResult decided(const std::vector<Mode>& modes) const;
 
   const TargetModel& model_;

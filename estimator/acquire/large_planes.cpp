@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/random.h"
+#include "estimator/acquire/connected.h"
 
 namespace berth::estimator {
 namespace {
@@ -12,25 +13,6 @@ namespace {
 constexpr int max_planes = 8;
 constexpr int draws = 150;
 constexpr double min_filled = 0.15;  // of width^2
-
-/// Of beams that are marked, those connected with one of them in the image, across one pixel.
-std::vector<int> connected(const RangeImage& image, std::vector<char>& marked, int start) {
-  std::vector<int> found = {start};
-  marked[static_cast<std::size_t>(start)] = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const int x = image.pixel_of(found[i]) % image.width();
-    const int y = image.pixel_of(found[i]) / image.width();
-    for (int v = std::max(0, y - 2); v <= std::min(image.height() - 1, y + 2); ++v) {
-      for (int u = std::max(0, x - 2); u <= std::min(image.width() - 1, x + 2); ++u) {
-        const int other = image.beam_at(u + image.width() * v);
-        if (other < 0 || marked[static_cast<std::size_t>(other)] == 0) continue;
-        marked[static_cast<std::size_t>(other)] = 0;
-        found.push_back(other);
-      }
-    }
-  }
-  return found;
-}
 
 bool is_large(const RangeImage& image, const std::vector<int>& members, double width) {
   Vector3d mean = Vector3d::Zero();
@@ -104,7 +86,7 @@ std::vector<char> on_large_planes(const RangeImage& image, double width, double 
     bool any_large = false;
     for (const int r : rest) {
       if (marked[static_cast<std::size_t>(r)] == 0) continue;
-      const std::vector<int> members = connected(image, marked, r);
+      const std::vector<int> members = connected(image, marked, r, [](int, int) { return true; });
       if (members.size() < 20 || !is_large(image, members, width)) continue;
       any_large = true;
       for (const int m : members) {

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace berth::estimator {
 namespace {
@@ -12,7 +13,8 @@ namespace {
 constexpr double prior_beams = 20;
 constexpr double max_through = 0.05;
 constexpr int share_steps = 3;
-constexpr double min_cosine = 0.1;  // slope beyond which a range says nothing sharper
+constexpr double min_cosine = 0.1;           // slope beyond which a range says nothing sharper
+constexpr double min_surface_cosine = 0.25;  // ... beyond which the surface is off by no more
 /// While ranges are widened, the background may not be sharper than they are.
 constexpr double annealed_lead = 2;
 
@@ -52,17 +54,72 @@ class LogProduct {
 
 }  // namespace
 
+double surface_sigma_of(const TargetModel& model, double bare) {
+  if (model.target.description_hash.empty()) return bare;
+  double largest = 0;
+  for (const TargetPart& part : model.target.parts) largest = std::max(largest, part.surface_sigma);
+  return largest;
+}
+
+double range_variance(const BeamModel& noise, double surface_sigma, double range, double cosine) {
+  // As BeamModel::range_variance, without its trigonometry.
+  const double slope = std::max(min_cosine, cosine);
+  const double surface = surface_sigma / std::max(min_surface_cosine, cosine);
+  return noise.range_sigma_m * noise.range_sigma_m +
+         noise.angle_variance() * range * range * (1 / (slope * slope) - 1) + surface * surface;
+}
+
+double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double depth) {
+  constexpr PoseShares w;
+  constexpr double elsewhere_share = w.front + w.through;
+  const auto met = [](const BeamMeets& m) { return std::isfinite(m.range); };
+  if (!met(truth)) {
+    if (!met(other)) return 0;
+    return 0.5 * std::log(0.5 / elsewhere_share) + 0.5 * std::log(0.5 / w.missing);
+  }
+  const auto density = [&](const BeamMeets& m) {
+    if (!met(m)) return 0.5 / depth;
+    const double off = truth.range - m.range;
+    return w.hit * std::exp(-0.5 * off * off / m.variance) /
+               std::sqrt(2 * std::numbers::pi * m.variance) +
+           elsewhere_share / depth;
+  };
+  double evidence = w.hit * std::log(density(truth) / density(other));
+  if (!met(other)) {
+    evidence +=
+        elsewhere_share * std::log(elsewhere_share / 0.5) + w.missing * std::log(w.missing / 0.5);
+  }
+  return evidence;
+}
+
 PoseOdds::PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)
     : model_(model), image_(image), surface_sigma_(surface_sigma) {
   for (const double log_b : image.log_background()) {
     inverse_background_.push_back(std::exp(-log_b));
   }
+  left_out_.assign(inverse_background_.size(), 0);
 }
 
-PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) const {
+PoseOdds PoseOdds::without(const std::vector<char>& left_out) const {
+  PoseOdds odds = *this;
+  odds.left_out_ = left_out;
+  return odds;
+}
+
+PoseOdds PoseOdds::with_background(const std::vector<double>& log_background) const {
+  PoseOdds odds = *this;
+  for (std::size_t b = 0; b < log_background.size(); ++b) {
+    odds.inverse_background_[b] = std::exp(-log_background[b]);
+  }
+  return odds;
+}
+
+PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
+                          std::span<const int> groups, std::span<Gain> gains) const {
   At result;
   const Pose model_sensor = pose.inverse();
   const double distance = (pose * model_.centre).norm();
+  const double nearest = distance - model_.radius;  // what is before that hides the target
   static thread_local std::vector<RangeImage::Span> spans;
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
@@ -107,12 +164,11 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
   }
   hits.resize(rays.size());
   model_.caster.cast(rays, distance + 2 * model_.radius, hits);
-  const double range_variance = std::pow(image_.noise().range_sigma_m, 2);
-  const double angle_variance = image_.noise().angle_variance();
   const double blunt = std::exp(annealed_lead);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!std::isfinite(hits[i].range)) continue;
     const Beam& beam = beams[concerned[i]];
+    if (beam.range < nearest || left_out_[concerned[i]] != 0) continue;
     const double range = hits[i].range;
     Expected& e = met.emplace_back();
     e.ray = i;
@@ -122,13 +178,10 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
       continue;
     }
     e.cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
-    const double surface = surface_sigma_ / std::max(0.25, e.cosine);
     e.residual = beam.range - range;
-    // As BeamModel::range_variance.
-    const double squared_slope = 1 / (e.cosine * e.cosine) - 1;
-    e.variance = range_variance + angle_variance * range * range * squared_slope +
-                 surface * surface + annealing * annealing;
-    const double peak = 1 / std::sqrt(6.283185307179586 * e.variance);
+    e.variance =
+        range_variance(image_.noise(), surface_sigma_, range, e.cosine) + annealing * annealing;
+    const double peak = 1 / std::sqrt(2 * std::numbers::pi * e.variance);
     double peak_odds = peak * inverse_background_[concerned[i]];
     if (annealing > 0) peak_odds = std::max(peak_odds, blunt);
     e.hit_odds = peak_odds * std::exp(-0.5 * e.residual * e.residual / e.variance);
@@ -169,6 +222,14 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning) cons
     }
     const double all = hit + front + through + missing;
     w = {hit / all, front / all, std::min(max_through, through / all), missing / all};
+  }
+  for (const Expected& e : met) {
+    const int group = groups.empty() ? -1 : groups[concerned[e.ray]];
+    if (group < 0) continue;
+    Gain& gain = gains[static_cast<std::size_t>(group)];
+    const double beams_of = thinning * pieces[e.piece].present;
+    gain.log_odds += beams_of * std::log(e.odds);
+    gain.beams += beams_of;
   }
   for (const Expected& e : met) {
     if (e.hit_odds < 1e-6 * e.odds) continue;

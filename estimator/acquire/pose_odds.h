@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "estimator/acquire/range_image.h"
@@ -16,18 +18,43 @@ struct PoseShares {
   double missing = 0.07;  ///< did not return
 };
 
+/// What a beam would meet of the target in a pose.
+struct BeamMeets {
+  double range = std::numeric_limits<double>::infinity();  ///< m; infinite: nothing
+  double variance = 0;                                     ///< m^2, of the range measured
+};
+/// m^2, of a range measured on the target. surface_sigma: of its distance from the mesh, m.
+double range_variance(const BeamModel& noise, double surface_sigma, double range, double cosine);
+
+/// The log odds (nats, in the mean) that a beam gives to what is true against another pose, before
+/// it is measured: the Kullback-Leibler divergence of
+///   p(z) = w_hit N(z; r, s^2) + (w_front + w_through) / depth,  p(nothing) = w_missing
+/// of the two, with the usual PoseShares w; of a pose that it does not meet p(z) = 1 / (2 depth),
+/// p(nothing) = 1/2. depth: over which what is not the target is spread, m.
+double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double depth);
+
+/// m, 1 sigma: of the true surface's distance from the mesh, as target.yaml says it, else of a bare
+/// mesh.
+double surface_sigma_of(const TargetModel& model, double bare);
+
 /// The odds that a scan gives to the target in a pose, against something smooth being there.
 /// A beam that should meet the target at r, with range z and background density b(z) (RangeImage):
 ///   z:       L/b = w_hit N(z; r, s^2) / b(z) + (w_front if z < r, w_through if z > r),
 ///   nothing: L/b = w_missing / (1 - p_returns);
-/// all other beams are the background's under both. So an occluder costs log w_front whatever its
-/// shape, and only what neighbours do not foretell speaks for the target. A piece of the target is
-/// as modelled with probability 0.98; else its beams are the background's, too. The shares w are
-/// those most probable, and their prior counts.
+/// all other beams are the background's under both, and so is one that ended before the sphere that
+/// holds the target: whatever hides it there does so with or without a target. So an occluder costs
+/// log w_front whatever its shape, and only what neighbours do not foretell speaks for the target.
+/// A piece of the target is as modelled with probability 0.98; else its beams are the background's,
+/// too. The shares w are those most probable, and their prior counts.
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.
   PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma);
+
+  /// The same with another log background density.
+  PoseOdds with_background(const std::vector<double>& log_background) const;
+  /// The same without beams that are marked, one by one: as if they had not been sent.
+  PoseOdds without(const std::vector<char>& left_out) const;
 
   struct At {
     double log_odds = 0;
@@ -37,7 +64,17 @@ class PoseOdds {
     Vector6d gradient = Vector6d::Zero();     ///< of log_odds, of ranges alone, shares held
   };
   /// @param annealing m, 1 sigma, added to ranges. thinning: every so many-th beam, and odds of all
-  At at(const Pose& pose, double annealing, int thinning) const;
+  At at(const Pose& pose, double annealing, int thinning) const {
+    return at(pose, annealing, thinning, {}, {});
+  }
+  struct Gain {
+    double log_odds = 0;
+    double beams = 0;
+  };
+  /// @param groups of each beam, one or -1. gains: to each group, of its beams, without their
+  /// shares
+  At at(const Pose& pose, double annealing, int thinning, std::span<const int> groups,
+        std::span<Gain> gains) const;
 
   /// The pose of the highest odds about one: Gauss-Newton steps on ranges, and steps along the
   /// directions that ranges say least of, which beams at the outline may decide. Without rounds:
@@ -49,6 +86,7 @@ class PoseOdds {
   const RangeImage& image_;
   double surface_sigma_;
   std::vector<double> inverse_background_;  // of each beam
+  std::vector<char> left_out_;              // of each beam
 };
 
 }  // namespace berth::estimator

@@ -304,8 +304,9 @@ void RangeImage::weigh_background() {
     }
     if (lines >= 3) add(plane, on_lines / lines, std::sqrt(1 + 0.5 / lines) * sigma + 0.002);
     returns[b] = seen / neighbours;
-    for (std::size_t k = 0; k < kinds; ++k)
+    for (std::size_t k = 0; k < kinds; ++k) {
       said[b][k] = count[k] > 0 ? sum[k] / count[k] : not_said;
+    }
     said[b][anywhere] = 1 / depth;
   }
   // How often each is right where it is said, by expectation maximisation.

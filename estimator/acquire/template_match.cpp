@@ -15,7 +15,8 @@ namespace {
 constexpr double cell_of_length = 0.025;
 constexpr int reach = 4;  // cells
 constexpr double max_cells = 3e7;
-/// Of the field at its highest, what the first points of a template have where it fits.
+/// Of the field at its highest, what the first points of a template have where it fits; what just
+/// this has may be there, hidden.
 constexpr int early = 0.6 * 255;
 constexpr int template_turns = 30;  // about the line of sight, of each template
 constexpr double bin = 0.2;         // rad, of lines of sight for which templates are turned once
@@ -26,12 +27,17 @@ constexpr std::size_t pooled = 40;
 /// empty, so that an index may leave the box.
 class ReturnField {
  public:
-  ReturnField(const std::vector<Vector3d>& points, double cell, double margin) : cell_(cell) {
+  /// @param around m, that the box is wider on all sides than the points
+  /// @param margin m, by which places may be beyond a point
+  ReturnField(const std::vector<Vector3d>& points, double cell, double around, double margin)
+      : cell_(cell) {
     Vector3d low = Vector3d::Constant(1e9), high = Vector3d::Constant(-1e9);
     for (const Vector3d& p : points) {
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
+    low.array() -= around;
+    high.array() += around;
     const Vector3d size = high - low + Vector3d::Constant(2 * (reach + 1) * cell_);
     cell_ = std::max(cell_, std::cbrt(size.prod() / max_cells));
     low_ = low - Vector3d::Constant((reach + 1) * cell_);
@@ -65,6 +71,19 @@ class ReturnField {
       for (const Stamp& s : ball) {
         std::uint8_t& v = values_[static_cast<std::size_t>(at + s.offset)];
         v = std::max(v, s.value);
+      }
+    }
+  }
+
+  /// Places where nothing can be known, unless a return is near.
+  template <typename Unknown>
+  void mark(const Unknown& unknown) {
+    for (int z = 0; z < size_[2]; ++z) {
+      for (int y = 0; y < size_[1]; ++y) {
+        for (int x = 0; x < size_[0]; ++x) {
+          std::uint8_t& v = values_[static_cast<std::size_t>(empty_ + offset({x, y, z}))];
+          if (v <= early && unknown(low_ + cell_ * Vector3d(x + 0.5, y + 0.5, z + 0.5))) v = early;
+        }
       }
     }
   }
@@ -127,6 +146,7 @@ std::vector<Placement> suppressed(std::vector<Placement> all, const Vector3d& ce
 
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<Vector3d>& anchors,
+                                       const std::vector<char>& hiding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        std::size_t placements) {
@@ -142,7 +162,18 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
   // As wide as the target asks for, or so that places between returns are near to some.
   const double cell =
       std::max(cell_of_length * length, 1.5 / reach * image.widest_spacing() * range);
-  const ReturnField field(places, cell, 2.2 * radius);
+  const bool hidden = std::find(hiding.begin(), hiding.end(), 1) != hiding.end();
+  ReturnField field(places, cell, hidden ? 2 * radius : 0, 2.2 * radius);
+  if (hidden) {
+    field.mark([&](const Vector3d& p) {
+      const auto q = p.cast<float>();
+      const int at = image.pixel(q.x(), q.y(), q.z());
+      const int beam = at < 0 ? -1 : image.beam_at(at);
+      if (beam < 0) return false;
+      const auto b = static_cast<std::size_t>(beam);
+      return hiding[b] != 0 && image.beams()[b].range < p.norm();
+    });
+  }
   const std::uint8_t* values = field.values();
 
   std::map<std::array<int, 2>, std::vector<Vector3d>> bins;
@@ -218,7 +249,13 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
             const Eigen::Vector3f middle = here[h].cast<float>() - on.row(a).matrix().transpose();
             const double pixel = image.spacing() * static_cast<double>(middle.norm());
             const double beams = t.area / (pixel * pixel);
-            double score = beams * (sum / (255.0 * count) - 0.5);
+            int known = count;
+            for (i = 0; i < count && hidden; ++i) {
+              if (near[offsets[i]] != early) continue;
+              sum -= early;
+              --known;
+            }
+            double score = beams / count * (sum / 255.0 - 0.5 * known);
             for (i = 0; i < count && score > floor; ++i) {
               const Eigen::Vector3f p = middle + on.row(i).matrix().transpose();
               const int at = image.pixel(p.x(), p.y(), p.z());

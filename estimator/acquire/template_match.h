@@ -18,9 +18,11 @@ struct Placement {
 /// best placements. Needs no guess of what of a scan is the target.
 /// @param points returns that may be the target's, sensor frame, m
 /// @param anchors those of them that templates are laid on
+/// @param hiding of each beam, whether it ended on something else: what is behind may be there
 /// @param centre, radius, length of the target, model frame, m
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<Vector3d>& anchors,
+                                       const std::vector<char>& hiding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        std::size_t placements);

@@ -2,7 +2,7 @@
 // From a scan to a first pose.
 #include <berth/event_t.hpp>
 
-#include "estimator/acquisition/discriminating_windows.h"
+#include "estimator/acquire/discriminating_windows.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
 #include "estimator/scan/at_mean_time.h"
@@ -62,7 +62,10 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   if (found.status == AcquisitionResult::Status::ambiguous) {
     // Half of the beams where the hypotheses differ, the rest on all of the target.
     const int beams = setup_.options.zoom_beams;
-    where = discriminating_windows(*model_, hints_, field_of_view(), beams / 2);
+    const double surface_sigma =
+        surface_sigma_of(*model_, setup_.options.hypotheses.bare_surface_sigma_m);
+    where = discriminating_windows(*model_, hints_, field_of_view(), beams / 2, setup_.lidar.beam,
+                                   surface_sigma);
     const std::vector<Window> all =
         planner_->around(open, margin, where.empty() ? beams : beams / 2);
     where.insert(where.end(), all.begin(), all.end());

@@ -98,6 +98,32 @@ TEST_CASE("Among floor, wall and column the target is found without a guess of w
   }
 }
 
+TEST_CASE("Behind a plate that is much nearer and hides half of it the target is found") {
+  Random random(5, "hypotheses");
+  int found_right = 0;
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    const Pose truth = drawn(random);
+    ScanMaker lidar(lopsided()->target.mesh, i + 1);
+    lidar.beam = near_lidar;
+    lidar.pose = truth;
+    const Vector3d edge = 0.5 * (truth * lopsided()->centre);
+    const double turn = random.uniform(0, 2 * std::numbers::pi);
+    Mesh plate;
+    plate.append(make_box({0.8, 1.2, 0.01}), Pose{edge, rotation_from_vector({0, 0, turn})} *
+                                                 Pose{{0.4, 0, 0}, Quaterniond::Identity()});
+    lidar.add_clutter(plate);
+    const CleanScan scan = preprocess(lidar.sweep(full_view(12000)), cell_gate, near_lidar);
+    const AcquisitionResult found = acquisition().acquire(scan);
+    CAPTURE(i, found.reason);
+    if (found.status != Status::not_found &&
+        std::any_of(found.hypotheses.begin(), found.hypotheses.end(),
+                    [&](const Hypothesis& h) { return right(h.pose, truth); })) {
+      ++found_right;
+    }
+  }
+  CHECK(found_right >= 5);
+}
+
 TEST_CASE("Where the target is not, it is lost, and the odds are told") {
   const AcquisitionResult result = acquisition().acquire(scan_of_cell({}, 7, false));
   CHECK(result.status == Status::not_found);
@@ -209,4 +235,40 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
                  (2 * step);
   }
   CHECK((numeric - at.gradient).norm() < 0.1 * numeric.norm());
+}
+
+TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
+  constexpr double depth = 3;
+  constexpr PoseShares w;
+  const BeamMeets near{5, 1e-4}, beside{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
+  Random random(8, "expected evidence");
+  const auto density = [&](const BeamMeets& m, double z) {
+    if (!std::isfinite(m.range)) return 0.5 / depth;
+    const double d = z - m.range;
+    return w.hit * std::exp(-0.5 * d * d / m.variance) /
+               std::sqrt(2 * std::numbers::pi * m.variance) +
+           (w.front + w.through) / depth;
+  };
+  const auto misses = [&](const BeamMeets& m) { return std::isfinite(m.range) ? w.missing : 0.5; };
+  for (const BeamMeets& truth : {near, beside, far, nothing}) {
+    for (const BeamMeets& other : {near, beside, far, nothing}) {
+      double sum = 0;
+      constexpr int draws = 40000;
+      for (int i = 0; i < draws; ++i) {
+        if (random.uniform() < misses(truth)) {
+          sum += std::log(misses(truth) / misses(other));
+          continue;
+        }
+        double z = 4 + depth * random.uniform();
+        if (std::isfinite(truth.range) && random.uniform() < w.hit / (1 - w.missing)) {
+          z = truth.range + std::sqrt(truth.variance) * random.normal();
+        }
+        sum += std::log(density(truth, z) / density(other, z));
+      }
+      CAPTURE(truth.range, other.range);
+      // The formula takes hits at the expected range, and others where neither is.
+      CHECK_THAT(expected_evidence(truth, other, depth),
+                 Catch::Matchers::WithinAbs(sum / draws, 0.1 + 0.2 * std::abs(sum / draws)));
+    }
+  }
 }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "estimator/acquisition/discriminating_windows.h"
+#include "estimator/acquire/discriminating_windows.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -232,7 +232,8 @@ TEST_CASE("What one scan leaves open, windows chosen for it decide") {
     open[i].probability = 0.25;
   }
   std::swap(open[0], open[2]);
-  const std::vector<Window> windows = discriminating_windows(*model, open, {}, 400);
+  const std::vector<Window> windows =
+      discriminating_windows(*model, open, {}, 400, beam_model, 0.004);
   REQUIRE_FALSE(windows.empty());
   REQUIRE(windows.size() <= 4);
   const AcquisitionResult closed =
@@ -240,7 +241,7 @@ TEST_CASE("What one scan leaves open, windows chosen for it decide") {
   CAPTURE(closed.reason);
   REQUIRE(closed.status == Status::found);
   CHECK(is_right(*model, closed.hypotheses.front().pose, truth));
-  CHECK(discriminating_windows(*model, closed.hypotheses, {}, 400).empty());
+  CHECK(discriminating_windows(*model, closed.hypotheses, {}, 400, beam_model, 0.004).empty());
 }
 
 TEST_CASE("The order of the beams does not matter") {

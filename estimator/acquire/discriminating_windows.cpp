@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/acquisition/discriminating_windows.h"
+#include "estimator/acquire/discriminating_windows.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+
+#include "estimator/acquire/pose_odds.h"
 
 namespace berth::estimator {
 
 namespace {
 
-constexpr int raster = 64;  // beams along each side of what is looked at
-constexpr int side = 8;     // of a window, in beams of the raster
+constexpr int raster = 64;      // beams along each side of what is looked at
+constexpr int window_side = 8;  // of a window, in beams of the raster
 constexpr double nothing = std::numeric_limits<double>::infinity();
 
 struct Rectangle {
@@ -38,29 +41,24 @@ Rectangle around_all(const TargetModel& model, const std::vector<Hypothesis>& hy
   return result;
 }
 
-double predicted_range(const TargetModel& model, const Pose& to_model, const Vector3d& beam) {
+BeamMeets predicted(const TargetModel& model, const Pose& to_model, const Vector3d& beam,
+                    const BeamModel& noise, double surface_sigma) {
   RayHit hit;
+  const Ray ray{to_model.position, to_model.rotation * beam};
   const double far = (model.centre - to_model.position).norm() + model.radius;
-  return model.caster.cast({to_model.position, to_model.rotation * beam}, far, hit) ? hit.range
-                                                                                    : nothing;
-}
-
-/// How much a beam tells, between 0 and 1: ranges that differ by more than a share of the length
-/// tell no more than those that differ by that.
-double tells(double a, double b, double length) {
-  constexpr double enough = 0.02;
-  if (a == b) return 0;
-  if (a == nothing || b == nothing) return 1;
-  return std::min(1.0, std::abs(a - b) / (enough * length));
+  if (!model.caster.cast(ray, far, hit)) return {};
+  const double cosine = std::abs(hit.normal.dot(ray.direction));
+  return {hit.range, range_variance(noise, surface_sigma, hit.range, cosine)};
 }
 
 }  // namespace
 
 std::vector<Window> discriminating_windows(const TargetModel& model,
                                            const std::vector<Hypothesis>& hypotheses,
-                                           const FieldOfView& field, int beams) {
-  constexpr std::size_t most_windows = 4;
-  constexpr double least_share = 0.3;  // of what the best window tells
+                                           const FieldOfView& field, int beams,
+                                           const BeamModel& noise, double surface_sigma) {
+  constexpr std::size_t max_windows = 4;
+  constexpr double min_share = 0.3;  // of what the best window tells
   if (hypotheses.size() < 2) return {};
   const Rectangle all = around_all(model, hypotheses, field);
   const double width = (all.high[0] - all.low[0]) / raster;
@@ -71,17 +69,18 @@ std::vector<Window> discriminating_windows(const TargetModel& model,
   for (const Hypothesis& h : hypotheses) to_model.push_back(h.pose.inverse());
   // value[r][c]: what all beams above and to the left of (r, c) tell.
   std::vector<std::array<double, raster + 1>> value(raster + 1);
-  std::vector<double> ranges(hypotheses.size());
+  std::vector<BeamMeets> met(hypotheses.size());
   for (int r = 0; r < raster; ++r) {
     for (int c = 0; c < raster; ++c) {
       const Vector3d beam =
           beam_direction(all.low[0] + (c + 0.5) * width, all.low[1] + (r + 0.5) * height);
       double told = 0;
-      for (std::size_t i = 0; i < ranges.size(); ++i) {
-        ranges[i] = predicted_range(model, to_model[i], beam);
+      for (std::size_t i = 0; i < met.size(); ++i) {
+        met[i] = predicted(model, to_model[i], beam, noise, surface_sigma);
         for (std::size_t j = 0; j < i; ++j) {
           told += hypotheses[i].probability * hypotheses[j].probability *
-                  tells(ranges[i], ranges[j], model.target.length);
+                  (expected_evidence(met[i], met[j], 2 * model.radius) +
+                   expected_evidence(met[j], met[i], 2 * model.radius));
         }
       }
       const auto row = static_cast<std::size_t>(r);
@@ -96,30 +95,34 @@ std::vector<Window> discriminating_windows(const TargetModel& model,
     int row, column;
   };
   std::vector<Place> places;
-  for (int r = 0; r + side <= raster; r += side / 2) {
-    for (int c = 0; c + side <= raster; c += side / 2) {
+  for (int r = 0; r + window_side <= raster; r += window_side / 2) {
+    for (int c = 0; c + window_side <= raster; c += window_side / 2) {
       const auto row = static_cast<std::size_t>(r);
       const auto column = static_cast<std::size_t>(c);
-      places.push_back({value[row + side][column + side] - value[row][column + side] -
-                            value[row + side][column] + value[row][column],
+      places.push_back({value[row + window_side][column + window_side] -
+                            value[row][column + window_side] - value[row + window_side][column] +
+                            value[row][column],
                         r, c});
     }
   }
+  std::erase_if(places, [](const Place& p) { return p.told <= 0; });
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.told > b.told; });
   std::vector<Place> chosen;
   for (const Place& p : places) {
-    if (chosen.size() == most_windows || p.told <= least_share * places.front().told) break;
+    if (chosen.size() == max_windows || p.told <= min_share * places.front().told) break;
     const bool overlaps = std::any_of(chosen.begin(), chosen.end(), [&](const Place& other) {
-      return std::abs(p.row - other.row) < side && std::abs(p.column - other.column) < side;
+      return std::abs(p.row - other.row) < window_side &&
+             std::abs(p.column - other.column) < window_side;
     });
     if (!overlaps) chosen.push_back(p);
   }
   std::vector<Window> windows;
   for (const Place& p : chosen) {
-    windows.push_back({all.low[0] + (p.column + 0.5 * side) * width,
-                       all.low[1] + (p.row + 0.5 * side) * height, side * width, side * height,
-                       beams / static_cast<int>(chosen.size()), "discriminate"});
+    windows.push_back({all.low[0] + (p.column + 0.5 * window_side) * width,
+                       all.low[1] + (p.row + 0.5 * window_side) * height, window_side * width,
+                       window_side * height, beams / static_cast<int>(chosen.size()),
+                       "discriminate"});
   }
   return windows;
 }
