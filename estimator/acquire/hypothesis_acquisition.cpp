@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "common/core/text.h"
-#include "estimator/acquire/connected.h"
+#include "estimator/acquire/image_regions.h"
 #include "estimator/acquire/large_planes.h"
 #include "estimator/model/point_fit.h"
 
@@ -121,14 +121,14 @@ HypothesisAcquisition::Behind HypothesisAcquisition::behind_surfaces(const Range
   std::vector<char> marked(image.beams().size(), 0);
   for (const int b : all.beams) marked[static_cast<std::size_t>(b)] = 1;
   struct Surface {
-    double middle;  // m, of ranges
+    double middle = 0;  // m, of ranges
     std::vector<int> beams;
   };
   std::vector<Surface> surfaces;
   for (const int b : all.beams) {
     if (marked[static_cast<std::size_t>(b)] == 0) continue;
     Surface& s = surfaces.emplace_back();
-    s.beams = connected(image, marked, b, joined);
+    s.beams = connected(image, marked, b, 2, joined);
     for (const int m : s.beams) s.middle += range(m) / static_cast<double>(s.beams.size());
   }
   std::stable_sort(surfaces.begin(), surfaces.end(),
@@ -424,8 +424,8 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
     if (!weighed.empty()) {
       const std::vector<Pose> rivals = alike(weighed.front().pose);
       add_modes(image, odds, climbed(image, odds, rivals, full_search.finalists), modes);
+      weighed = priced(image, odds, planes, modes);
     }
-    weighed = priced(image, odds, planes, modes);
   }
   AcquisitionResult result = decided(weighed);
   result.noise_scale = image.noise_scale();

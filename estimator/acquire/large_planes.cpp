@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/acquire/large_planes.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "common/core/random.h"
-#include "estimator/acquire/connected.h"
+#include "estimator/acquire/image_regions.h"
 
 namespace berth::estimator {
 namespace {
@@ -15,21 +14,13 @@ constexpr int draws = 150;
 constexpr double min_filled = 0.15;  // of width^2
 
 bool is_large(const RangeImage& image, const std::vector<int>& members, double width) {
-  Vector3d mean = Vector3d::Zero();
-  for (const int m : members) mean += image.beams()[static_cast<std::size_t>(m)].point();
-  mean /= static_cast<double>(members.size());
-  Matrix3d scatter = Matrix3d::Zero();
-  for (const int m : members) {
-    const Vector3d d = image.beams()[static_cast<std::size_t>(m)].point() - mean;
-    scatter += d * d.transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(scatter);
-  const Vector3d normal = axes.eigenvectors().col(0);
-  const Vector3d along = axes.eigenvectors().col(2);
+  const FittedPlane plane = plane_through(image, members);
+  const Vector3d normal = plane.axes.col(0);
+  const Vector3d along = plane.axes.col(2);
   double low = 0, high = 0, area = 0;
   for (const int m : members) {
     const Beam& beam = image.beams()[static_cast<std::size_t>(m)];
-    const double t = along.dot(beam.point() - mean);
+    const double t = along.dot(beam.point() - plane.mean);
     low = std::min(low, t);
     high = std::max(high, t);
     area += std::pow(beam.range * image.spacing(), 2) /
@@ -86,7 +77,8 @@ std::vector<char> on_large_planes(const RangeImage& image, double width, double 
     bool any_large = false;
     for (const int r : rest) {
       if (marked[static_cast<std::size_t>(r)] == 0) continue;
-      const std::vector<int> members = connected(image, marked, r, [](int, int) { return true; });
+      const std::vector<int> members =
+          connected(image, marked, r, 2, [](int, int) { return true; });
       if (members.size() < 20 || !is_large(image, members, width)) continue;
       any_large = true;
       for (const int m : members) {

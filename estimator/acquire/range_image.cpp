@@ -238,7 +238,7 @@ void RangeImage::scale_noise() {
                        (noise_.range_sigma_m * std::sqrt(of_line)));
     }
   }
-  const double anywhere = noise_.range_sigma_m / std::max(1.0, farthest_ - nearest_);
+  const double anywhere = noise_.range_sigma_m / depth();
   double on_lines = 0.5;
   for (int step = 0; step < steps; ++step) {
     double count = said_beams, sum = said_beams;
@@ -264,7 +264,6 @@ void RangeImage::weigh_background() {
   constexpr double as_likely = 1.0 / static_cast<double>(kinds);
   constexpr double prior_beams = 20;
   constexpr int steps = 8;
-  const double depth = std::max(1.0, farthest_ - nearest_);
   const std::array<std::array<int, 2>, 4> ways = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
   std::vector<std::array<double, kinds>> said(beams_.size());
   std::vector<double> returns(beams_.size());
@@ -307,7 +306,7 @@ void RangeImage::weigh_background() {
     for (std::size_t k = 0; k < kinds; ++k) {
       said[b][k] = count[k] > 0 ? sum[k] / count[k] : not_said;
     }
-    said[b][anywhere] = 1 / depth;
+    said[b][anywhere] = 1 / depth();
   }
   // How often each is right where it is said, by expectation maximisation.
   std::array<double, kinds> share;

@@ -37,6 +37,8 @@ class RangeImage {
   double solid_angle() const { return solid_angle_; }  ///< sr, that was scanned
   double nearest() const { return nearest_; }          ///< m, of the returns
   double farthest() const { return farthest_; }        ///< m
+  /// m, over which ranges of anything are spread.
+  double depth() const { return std::max(1.0, farthest_ - nearest_); }
 
   /// From the sensor's axes to the image's: across, down, along its mean direction.
   Matrix3d axes() const {

@@ -52,6 +52,11 @@ struct Cell {
     return world->name + " " + sighting->target + " " + sighting->view +
            (filtered ? " filtered " : " ") + std::to_string(returns);
   }
+  std::string file_name() const {
+    std::string file = name();
+    std::replace(file.begin(), file.end(), ' ', '_');
+    return file;
+  }
 };
 
 /// Errors of some poses, and how they compare with what was claimed.
@@ -124,9 +129,7 @@ Verdict take_acquisition(const Cell& cell, const estimator::AcquisitionResult& f
 /// it was thought to be.
 void draw_failure(const Settings& settings, const Cell& cell, const estimator::CleanScan& scan,
                   const Pose& truth, const estimator::AcquisitionResult& found) {
-  std::string name = "failure " + cell.name();
-  std::replace(name.begin(), name.end(), ' ', '_');
-  Figure figure(name, 720, 640);
+  Figure figure("failure_" + cell.file_name(), 720, 640);
   const auto degrees_of = [](const Vector3d& p) {
     double azimuth = 0, elevation = 0;
     beam_angles(p, azimuth, elevation);
@@ -225,10 +228,8 @@ void single_scans(const Settings& settings, const Cell& cell, CellResult& result
     clouds.push_back(std::move(trial));
   }
   if (clouds.empty()) return;
-  std::string file = cell.name() + ".txt";
-  std::replace(file.begin(), file.end(), ' ', '_');
-  const auto registered =
-      reference_registrations(sighting.points, clouds, settings.out / file, {{0.15, 0.05}, false});
+  const auto registered = reference_registrations(
+      sighting.points, clouds, settings.out / (cell.file_name() + ".txt"), {{0.15, 0.05}, false});
   for (const TrackingOutcome& outcome : registered.at("icp_with_normals")) {
     result.reference.add(outcome.error);
   }
