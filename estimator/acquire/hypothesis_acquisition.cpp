@@ -24,7 +24,7 @@ constexpr std::size_t laid_points = 200;
 /// Of what is searched, and of the beams that should meet the target, what a pose explains that
 /// needs no wider search.
 constexpr double explains_enough = 0.9;
-/// Of the best pose's log odds, with ranges widened: one so much below it is no rival.
+/// Of the best pose's log odds: one so much below it is no rival.
 constexpr double no_rival = 0.5;
 
 /// Of what is searched, the share of a surface that is looked behind.
@@ -61,6 +61,9 @@ int thinning_for(const RangeImage& image, double radius, int beams) {
   return std::max(1, static_cast<int>(inside / beams));
 }
 
+constexpr double lowest = -1e9;  // of log odds
+double rival_from(double highest) { return highest - no_rival * std::abs(highest); }
+
 /// Those nearest to the middle of all.
 std::vector<Vector3d> middle_of(std::vector<Vector3d> points, std::size_t count) {
   Vector3d mean = Vector3d::Zero();
@@ -92,6 +95,10 @@ void HypothesisAcquisition::sort(std::vector<Mode>& modes) {
 bool HypothesisAcquisition::same(const Pose& a, const Pose& b) const {
   return model_.symmetries.distance(a, b) < 0.05 * model_.target.length &&
          model_.symmetries.angle_between(a, b) < radians(6);
+}
+
+double HypothesisAcquisition::required() const {
+  return std::log((1 - options_.risk) / options_.risk);
 }
 
 HypothesisAcquisition::Part HypothesisAcquisition::searched(const RangeImage& image) const {
@@ -269,8 +276,22 @@ std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const 
   sort();
   std::vector<Pose> result;
   for (const Climber& c : best) {
-    const double highest = best.front().log_odds;
-    if (c.log_odds >= highest - no_rival * std::abs(highest)) result.push_back(c.pose);
+    if (c.log_odds >= rival_from(best.front().log_odds)) result.push_back(c.pose);
+  }
+  return result;
+}
+
+/// What the best is easily confused with, where it may be as probable.
+std::vector<Pose> HypothesisAcquisition::rivals(const RangeImage& image, const PoseOdds& odds,
+                                                const Pose& best) const {
+  const double annealing = 0.007 * model_.target.length;
+  const int middle = thinning_for(image, model_.radius, middle_beams);
+  const double highest = odds.at(best, annealing, middle).log_odds;
+  std::vector<Pose> result;
+  for (const Pose& start : alike(best)) {
+    const Pose pose = odds.climbed(start, annealing, middle, 0);
+    const double log_odds = odds.at(pose, annealing, middle).log_odds;
+    if (!same(pose, best) && log_odds >= rival_from(highest)) result.push_back(pose);
   }
   return result;
 }
@@ -290,16 +311,28 @@ double HypothesisAcquisition::log_evidence(const RangeImage& image, const PoseOd
   return at.log_odds + 3 * log_two_pi - 0.5 * log_determinant - std::log(volume);
 }
 
-/// The modes that are highest about these poses: of all of them, the most probable first.
+HypothesisAcquisition::Mode HypothesisAcquisition::mode_at(const RangeImage& image,
+                                                           const PoseOdds& odds,
+                                                           const Pose& pose) const {
+  Mode mode;
+  mode.pose = pose;
+  mode.of_beams.assign(image.beams().size(), 0);
+  mode.at = odds.at(pose, 0, thinning_for(image, model_.radius, final_beams), mode.of_beams);
+  mode.log_evidence = log_evidence(image, mode.at);
+  return mode;
+}
+
+/// The modes that are highest about these poses, and no worse than rivals of one with those log
+/// odds and of each other: of all of them, the most probable first.
 void HypothesisAcquisition::add_modes(const RangeImage& image, const PoseOdds& odds,
-                                      const std::vector<Pose>& poses,
+                                      const std::vector<Pose>& poses, double highest,
                                       std::vector<Mode>& modes) const {
   const int fine = thinning_for(image, model_.radius, final_beams);
   for (const Pose& start : poses) {
-    Mode mode;
-    mode.pose = odds.climbed(start, 0, fine, 3);
-    mode.at = odds.at(mode.pose, 0, fine);
-    mode.log_evidence = log_evidence(image, mode.at);
+    const Pose near = odds.climbed(start, 0, fine, 0);
+    if (odds.at(near, 0, fine).log_odds < rival_from(highest)) continue;
+    const Mode mode = mode_at(image, odds, odds.climbed(near, 0, fine, 3));
+    highest = std::max(highest, mode.at.log_odds);
     if (std::none_of(modes.begin(), modes.end(), [&](const Mode& m) {
           return same(m.pose, mode.pose) && m.at.log_odds >= mode.at.log_odds;
         })) {
@@ -318,14 +351,28 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
     std::vector<Mode> modes) const {
   if (planes.nats.empty()) return modes;
   const int fine = thinning_for(image, model_.radius, final_beams);
-  std::vector<PoseOdds::Gain> highest(planes.nats.size());
+  struct Gain {
+    double log_odds = 0;
+    double beams = 0;
+  };
+  std::vector<Gain> highest(planes.nats.size());
+  bool behind = false;  // the target may be, as likely as is required
   for (const Mode& m : modes) {
-    std::vector<PoseOdds::Gain> gains(planes.nats.size());
-    odds.at(m.pose, 0, fine, planes.of_beam, gains);
+    double of_planes = 0;
+    std::vector<Gain> gains(planes.nats.size());
+    for (std::size_t b = 0; b < planes.of_beam.size(); ++b) {
+      if (planes.of_beam[b] < 0 || m.of_beams[b] == 0) continue;
+      Gain& gain = gains[static_cast<std::size_t>(planes.of_beam[b])];
+      gain.log_odds += m.of_beams[b];
+      gain.beams += fine;
+      of_planes += m.of_beams[b];
+    }
+    behind = behind || (of_planes <= 0 && m.log_evidence > required());
     for (std::size_t g = 0; g < gains.size(); ++g) {
       if (gains[g].log_odds > highest[g].log_odds) highest[g] = gains[g];
     }
   }
+  if (!behind) return modes;
   std::vector<double> log_background = image.log_background();
   for (std::size_t b = 0; b < log_background.size(); ++b) {
     if (planes.of_beam[b] < 0) continue;
@@ -334,10 +381,7 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
     if (more > 0) log_background[b] += more / highest[g].beams;
   }
   const PoseOdds against_planes = odds.with_background(log_background);
-  for (Mode& m : modes) {
-    m.at = against_planes.at(m.pose, 0, fine);
-    m.log_evidence = log_evidence(image, m.at);
-  }
+  for (Mode& m : modes) m = mode_at(image, against_planes, m.pose);
   sort(modes);
   return modes;
 }
@@ -350,27 +394,38 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
     return result;
   }
   const double best = modes.front().log_evidence;
+  struct Weighed {
+    const Mode* mode;
+    double odds;  // against the best
+  };
+  std::vector<Weighed> weighed;
+  double evidence = 0;  // of all, over the best's
   double all = 0;
-  for (const Mode& m : modes) all += std::exp(m.log_evidence - best);
-  const double none = 1 / (1 + all * std::exp(std::min(best, 700.0)));
   for (const Mode& m : modes) {
+    weighed.push_back({&m, rival_odds(best - m.log_evidence, modes.front().of_beams, m.of_beams)});
+    evidence += std::exp(m.log_evidence - best);
+    all += weighed.back().odds;
+  }
+  std::stable_sort(weighed.begin(), weighed.end(),
+                   [](const Weighed& a, const Weighed& b) { return a.odds > b.odds; });
+  const double none = 1 / (1 + evidence * std::exp(std::min(best, 700.0)));
+  for (const auto& [mode, odds] : weighed) {
     if (static_cast<int>(result.hypotheses.size()) == options_.max_hypotheses) break;
     Hypothesis h;
-    h.pose = m.pose;
-    h.log_likelihood = m.at.log_odds;
-    h.probability = std::exp(m.log_evidence - best) / all;
-    h.inlier_share = m.at.shares.hit;
+    h.pose = mode->pose;
+    h.log_likelihood = mode->at.log_odds;
+    h.probability = odds / all;
+    h.inlier_share = mode->at.shares.hit;
     h.equal_poses = model_.symmetries.exact_count();
     h.constrained = true;
     if (!result.hypotheses.empty() && h.probability < options_.risk) break;
     result.hypotheses.push_back(h);
   }
   const Mode& first = modes.front();
-  const double required = std::log((1 - options_.risk) / options_.risk);
   const PoseShares& w = first.at.shares;
   if (none > options_.risk) {
     result.reason = "the best pose has log odds of " + fixed(first.log_evidence, 1) +
-                    " against no target there, " + fixed(required, 1) + " are required: of " +
+                    " against no target there, " + fixed(required(), 1) + " are required: of " +
                     fixed(first.at.expected, 0) + " beams that should meet it " +
                     fixed(100 * w.hit, 0) + " % did, " + fixed(100 * w.front, 0) +
                     " % stopped before it, " + fixed(100 * w.through, 0) + " % went through, " +
@@ -379,10 +434,9 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
   }
   if (result.hypotheses.front().probability < 1 - options_.risk) {
     result.status = AcquisitionResult::Status::ambiguous;
-    const double lead =
-        modes.size() > 1 ? first.log_evidence - modes[1].log_evidence : first.log_evidence;
-    result.reason = "the best pose leads the next by log odds of " + fixed(lead, 1) + ", " +
-                    fixed(required, 1) + " are required";
+    result.reason = "the best pose leads the next by log odds of " +
+                    fixed(-std::log(weighed[1].odds), 1) + ", " + fixed(required(), 1) +
+                    " are required";
     return result;
   }
   result.status = AcquisitionResult::Status::found;
@@ -408,7 +462,7 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
   const auto search = [&](const Part& part, const Effort& effort) {
     const PoseOdds of_part = odds.without(part.hiding);
     const std::vector<Pose> poses = proposed(image, of_part, part, hints, effort);
-    add_modes(image, odds, climbed(image, of_part, poses, effort.finalists), modes);
+    add_modes(image, odds, climbed(image, of_part, poses, effort.finalists), lowest, modes);
     weighed = priced(image, odds, planes, modes);
   };
   const auto explained = [&] {
@@ -419,13 +473,13 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
   };
   search(all, first_look);
   if (!explained()) search(all, full_search);
-  if (!explained()) {
+  if (!explained() || !planes.nats.empty()) {
     for (const Part& part : behind.parts) search(part, full_search);
-    if (!weighed.empty()) {
-      const std::vector<Pose> rivals = alike(weighed.front().pose);
-      add_modes(image, odds, climbed(image, odds, rivals, full_search.finalists), modes);
-      weighed = priced(image, odds, planes, modes);
-    }
+  }
+  if (!weighed.empty()) {
+    const Mode best = weighed.front();
+    add_modes(image, odds, rivals(image, odds, best.pose), best.at.log_odds, modes);
+    weighed = priced(image, odds, planes, modes);
   }
   AcquisitionResult result = decided(weighed);
   result.noise_scale = image.noise_scale();
@@ -437,7 +491,7 @@ AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& scan,
   const RangeImage image(scan, beam_model_);
   const PoseOdds odds(model_, image, surface_sigma_);
   std::vector<Mode> modes;
-  add_modes(image, odds, climbed(image, odds, poses, full_search.finalists), modes);
+  add_modes(image, odds, climbed(image, odds, poses, full_search.finalists), lowest, modes);
   const Behind behind = behind_surfaces(image, searched(image));
   return decided(priced(image, odds, plane_segments(image, behind.much_nearer), modes));
 }

@@ -41,7 +41,8 @@ class HypothesisAcquisition final : public Acquisition {
   struct Mode {
     Pose pose;
     PoseOdds::At at;
-    double log_evidence = 0;  ///< of this mode against no target
+    double log_evidence = 0;       ///< of this mode against no target
+    std::vector<double> of_beams;  ///< what each adds to at.log_odds
   };
   /// What may be the target's, and what is left out because it may hide it.
   struct Part {
@@ -69,14 +70,17 @@ class HypothesisAcquisition final : public Acquisition {
   std::vector<Pose> proposed(const RangeImage& image, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;
   std::vector<Pose> alike(const Pose& pose) const;
+  std::vector<Pose> rivals(const RangeImage& image, const PoseOdds& odds, const Pose& best) const;
   std::vector<Pose> climbed(const RangeImage& image, const PoseOdds& odds,
                             const std::vector<Pose>& poses, std::size_t finalists) const;
   void add_modes(const RangeImage& image, const PoseOdds& odds, const std::vector<Pose>& poses,
-                 std::vector<Mode>& modes) const;
+                 double highest, std::vector<Mode>& modes) const;
   double log_evidence(const RangeImage& image, const PoseOdds::At& at) const;
+  Mode mode_at(const RangeImage& image, const PoseOdds& odds, const Pose& pose) const;
   std::vector<Mode> priced(const RangeImage& image, const PoseOdds& odds,
                            const PlaneSegments& planes, std::vector<Mode> modes) const;
   bool same(const Pose& a, const Pose& b) const;
+  double required() const;  // log odds, of what is called found
   static void sort(std::vector<Mode>& modes);
   AcquisitionResult decided(const std::vector<Mode>& modes) const;
 

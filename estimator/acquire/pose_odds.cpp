@@ -12,6 +12,7 @@ namespace {
 
 constexpr double prior_beams = 20;
 constexpr double max_through = 0.05;
+constexpr double max_missing = 0.5;  // of a target that is found, half returns
 constexpr int share_steps = 3;
 constexpr double min_cosine = 0.1;           // slope beyond which a range says nothing sharper
 constexpr double min_surface_cosine = 0.25;  // ... beyond which the surface is off by no more
@@ -31,9 +32,18 @@ struct Expected {
   double miss_odds = 0;  // 1 / (1 - p_returns); of one that returned 0
   bool front = false;
   double cosine = 0;
+  double surface = 0;  // range is so much longer where the surface is farther in by 1
   double residual = 0;
   double variance = 0;
+  double inverse_background = 0;
   double odds = 0;  // of the beam, where the piece is as modelled
+
+  void expect(double blunt) {
+    const double peak = 1 / std::sqrt(2 * std::numbers::pi * variance);
+    hit_odds = std::max(blunt, peak * inverse_background) *
+               std::exp(-0.5 * residual * residual / variance);
+    front = residual < 0;
+  }
 };
 
 /// The logarithm of a product of many, and few logarithms.
@@ -92,6 +102,13 @@ double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double 
   return evidence;
 }
 
+double rival_odds(double lead, std::span<const double> best, std::span<const double> other) {
+  double scatter = 0;
+  for (std::size_t b = 0; b < best.size(); ++b) scatter += std::pow(best[b] - other[b], 2);
+  const double by_chance = scatter > 0 ? 0.5 * std::erfc(lead / std::sqrt(2 * scatter)) : 0;
+  return std::max(std::exp(-lead), by_chance / (1 - by_chance));
+}
+
 PoseOdds::PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)
     : model_(model), image_(image), surface_sigma_(surface_sigma) {
   for (const double log_b : image.log_background()) {
@@ -115,7 +132,7 @@ PoseOdds PoseOdds::with_background(const std::vector<double>& log_background) co
 }
 
 PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
-                          std::span<const int> groups, std::span<Gain> gains) const {
+                          std::span<double> of_beams) const {
   At result;
   const Pose model_sensor = pose.inverse();
   const double distance = (pose * model_.centre).norm();
@@ -129,8 +146,12 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
   concerned.clear();
   met.clear();
   struct Piece {
-    LogProduct odds;     ///< of its beams, where it is as modelled
-    double present = 1;  ///< probability of that
+    LogProduct odds;                    ///< of its beams, where it is as modelled
+    double present = 1;                 ///< probability of that
+    double weight = 0;                  ///< 1 / m^2, of its offset: of its beams
+    double offset = 0;                  ///< m, inwards: of its surface, most probable
+    double known = 0;                   ///< the same as weight, of beams as they turned out
+    Vector6d slope = Vector6d::Zero();  ///< of known times offset, by the pose
   };
   static thread_local std::vector<Piece> pieces;
   static thread_local std::vector<int> piece_of_cube;
@@ -164,7 +185,9 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
   }
   hits.resize(rays.size());
   model_.caster.cast(rays, distance + 2 * model_.radius, hits);
-  const double blunt = std::exp(annealed_lead);
+  const double blunt = annealing > 0 ? std::exp(annealed_lead) : 0;
+  const bool off_together = annealing == 0 && surface_sigma_ > 0;
+  const PoseShares prior;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!std::isfinite(hits[i].range)) continue;
     const Beam& beam = beams[concerned[i]];
@@ -178,19 +201,31 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
       continue;
     }
     e.cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
+    e.surface = 1 / std::max(min_surface_cosine, e.cosine);
     e.residual = beam.range - range;
     e.variance =
         range_variance(image_.noise(), surface_sigma_, range, e.cosine) + annealing * annealing;
-    const double peak = 1 / std::sqrt(2 * std::numbers::pi * e.variance);
-    double peak_odds = peak * inverse_background_[concerned[i]];
-    if (annealing > 0) peak_odds = std::max(peak_odds, blunt);
-    e.hit_odds = peak_odds * std::exp(-0.5 * e.residual * e.residual / e.variance);
-    e.front = e.residual < 0;
+    e.inverse_background = inverse_background_[concerned[i]];
+    e.expect(blunt);
+    if (!off_together) continue;
+    const double hit = prior.hit * e.hit_odds;
+    const double p = hit / (hit + (e.front ? prior.front : prior.through));
+    e.variance -= std::pow(e.surface * surface_sigma_, 2);
+    const double weight = thinning * p * e.surface / e.variance;
+    pieces[e.piece].weight += weight * e.surface;
+    pieces[e.piece].offset += weight * e.residual;
   }
   result.expected = static_cast<double>(met.size()) * thinning;
   PoseShares& w = result.shares;
-  const PoseShares prior;
   const double weight = prior_beams / thinning;
+  if (off_together) {
+    for (Piece& piece : pieces) piece.offset /= piece.weight + std::pow(surface_sigma_, -2);
+    for (Expected& e : met) {
+      if (e.miss_odds > 0) continue;
+      e.residual -= e.surface * pieces[e.piece].offset;
+      e.expect(blunt);
+    }
+  }
   for (int step = 0; step <= share_steps; ++step) {
     for (Piece& piece : pieces) piece.odds = {};
     for (Expected& e : met) {
@@ -200,7 +235,11 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
     }
     result.log_odds = 0;
     for (Piece& piece : pieces) {
-      const double log_odds = thinning * piece.odds.log();
+      double log_odds = thinning * piece.odds.log();
+      if (off_together) {
+        log_odds -= 0.5 * std::pow(piece.offset / surface_sigma_, 2) +
+                    0.5 * std::log1p(piece.weight * surface_sigma_ * surface_sigma_);
+      }
       const double larger = std::max(0.0, log_odds);
       const double here = (1 - elsewhere) * std::exp(log_odds - larger);
       const double either = here + elsewhere * std::exp(-larger);
@@ -221,15 +260,12 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
       (e.front ? front : through) += present * (1 - p);
     }
     const double all = hit + front + through + missing;
-    w = {hit / all, front / all, std::min(max_through, through / all), missing / all};
+    w = {hit / all, front / all, std::min(max_through, through / all),
+         std::min(max_missing, missing / all)};
   }
   for (const Expected& e : met) {
-    const int group = groups.empty() ? -1 : groups[concerned[e.ray]];
-    if (group < 0) continue;
-    Gain& gain = gains[static_cast<std::size_t>(group)];
-    const double beams_of = thinning * pieces[e.piece].present;
-    gain.log_odds += beams_of * std::log(e.odds);
-    gain.beams += beams_of;
+    if (of_beams.empty()) break;
+    of_beams[concerned[e.ray]] = thinning * pieces[e.piece].present * std::log(e.odds);
   }
   for (const Expected& e : met) {
     if (e.hit_odds < 1e-6 * e.odds) continue;
@@ -241,6 +277,15 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
     jacobian.tail<3>() = -arm.cross(normal) / e.cosine;
     result.gradient += (p * e.residual) * jacobian;
     for (int k = 0; k < 6; ++k) result.information.col(k) += (p * jacobian[k]) * jacobian;
+    if (!off_together) continue;
+    pieces[e.piece].slope += (p * e.surface) * jacobian;
+    pieces[e.piece].known += p * e.surface * e.surface;
+  }
+  if (off_together) {
+    for (const Piece& piece : pieces) {
+      result.information -=
+          piece.slope * piece.slope.transpose() / (piece.known + std::pow(surface_sigma_, -2));
+    }
   }
   for (const auto& [share, usual] :
        {std::pair{w.hit, prior.hit}, std::pair{w.front, prior.front},

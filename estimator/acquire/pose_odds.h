@@ -33,6 +33,14 @@ double range_variance(const BeamModel& noise, double surface_sigma, double range
 /// p(nothing) = 1/2. depth: over which what is not the target is spread, m.
 double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double depth);
 
+/// The odds of a pose against the best one, that leads it by so many nats. Where the target is not
+/// quite as modelled, a lead is worth no more than what it is beside the scatter of what beams give
+/// to each [Vuong, Econometrica 57, 1989, without his mean]: of poses as probable as each other
+///   lead / sqrt(sum (best_i - other_i)^2)
+/// is normal. The less certain of that and exp(-lead); 1 of equal ones.
+/// @param best, other: nats of each beam
+double rival_odds(double lead, std::span<const double> best, std::span<const double> other);
+
 /// m, 1 sigma: of the true surface's distance from the mesh, as target.yaml says it, else of a bare
 /// mesh.
 double surface_sigma_of(const TargetModel& model, double bare);
@@ -44,8 +52,14 @@ double surface_sigma_of(const TargetModel& model, double bare);
 /// all other beams are the background's under both, and so is one that ended before the sphere that
 /// holds the target: whatever hides it there does so with or without a target. So an occluder costs
 /// log w_front whatever its shape, and only what neighbours do not foretell speaks for the target.
-/// A piece of the target is as modelled with probability 0.98; else its beams are the background's,
-/// too. The shares w are those most probable, and their prior counts.
+/// A piece of the target, a cube of an eighth of its length, is as modelled with probability 0.98;
+/// else its beams are the background's, too. Its surface is off as one, by N(0, surface_sigma^2)
+/// along the normals, over which the product of its beams is integrated (Laplace): with hits'
+/// shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2, B = sum p a r/s^2,
+///   offset d = B / (A + 1/sigma^2),   log odds = sum log (L/b)(r - a d) - d^2 / (2 sigma^2)
+///                                                - log(1 + A sigma^2) / 2;
+/// while ranges are widened, sigma counts in s alone. The shares w are those most probable, and
+/// their prior counts; of what is found at least half returns.
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.
@@ -64,17 +78,8 @@ class PoseOdds {
     Vector6d gradient = Vector6d::Zero();     ///< of log_odds, of ranges alone, shares held
   };
   /// @param annealing m, 1 sigma, added to ranges. thinning: every so many-th beam, and odds of all
-  At at(const Pose& pose, double annealing, int thinning) const {
-    return at(pose, annealing, thinning, {}, {});
-  }
-  struct Gain {
-    double log_odds = 0;
-    double beams = 0;
-  };
-  /// @param groups of each beam, one or -1. gains: to each group, of its beams, without their
-  /// shares
-  At at(const Pose& pose, double annealing, int thinning, std::span<const int> groups,
-        std::span<Gain> gains) const;
+  /// @param of_beams of each beam, or empty: what it adds to log_odds, but for the shares' prior
+  At at(const Pose& pose, double annealing, int thinning, std::span<double> of_beams = {}) const;
 
   /// The pose of the highest odds about one: Gauss-Newton steps on ranges, and steps along the
   /// directions that ranges say least of, which beams at the outline may decide. Without rounds:

@@ -73,6 +73,9 @@ int run(int argc, char* argv[]) {
   app.add_option("--targets", settings.targets,
                  "of departures: names, meshes, or files of the directory of meshes")
       ->delimiter(',');
+  app.add_option("--told-sigma", settings.told_sigma,
+                 "of departures: times the surface's true sigma, what described targets are told")
+      ->check(CLI::Range(0.01, 100.0));
   app.add_option("--config", config, "the methods' settings");
   app.add_option("--acquisition", settings.acquisition_methods,
                  "methods, by name; of departures also 'none': tracking alone")

@@ -29,7 +29,8 @@ struct Settings {
   std::filesystem::path out;
   std::filesystem::path meshes;      ///< a directory; empty: the replica alone
   std::vector<std::string> targets;  ///< by name or mesh; empty: a part's own choice
-  std::filesystem::path config;      ///< directory of the configuration
+  double told_sigma = 1;         ///< times the surface's true sigma: what a description says of it
+  std::filesystem::path config;  ///< directory of the configuration
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
   std::vector<std::string> tracking_methods;

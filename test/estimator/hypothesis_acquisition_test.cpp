@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/acquire/hypothesis_acquisition.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numbers>
 
@@ -115,6 +116,8 @@ TEST_CASE("Behind a plate that is much nearer and hides half of it the target is
     const CleanScan scan = preprocess(lidar.sweep(full_view(12000)), cell_gate, near_lidar);
     const AcquisitionResult found = acquisition().acquire(scan);
     CAPTURE(i, found.reason);
+    // Never what hides it.
+    if (found.status == Status::found) CHECK(right(found.hypotheses.front().pose, truth));
     if (found.status != Status::not_found &&
         std::any_of(found.hypotheses.begin(), found.hypotheses.end(),
                     [&](const Hypothesis& h) { return right(h.pose, truth); })) {
@@ -220,21 +223,91 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
   const CleanScan scan = scan_of_cell(truth, 6);
   const RangeImage image(scan, near_lidar);
   const PoseOdds odds(*lopsided(), image, 0.004);
-  constexpr double annealing = 0.05;
-  const Pose off = displaced(truth, random, 0.02, radians(1));
-  const PoseOdds::At at = odds.at(off, annealing, 1);
-  REQUIRE(at.expected > 50);
-  // Shares are held in the gradient, and of beams at rims nothing is said: small steps, and all
-  // directions together.
-  Vector6d numeric;
-  const double step = 1e-6;
-  for (int i = 0; i < 6; ++i) {
-    const Vector6d d = step * Vector6d::Unit(i);
-    numeric[i] = (odds.at(perturbed(off, d), annealing, 1).log_odds -
-                  odds.at(perturbed(off, -d), annealing, 1).log_odds) /
-                 (2 * step);
+  // Widened, and as they are: then each piece of the surface is off as one.
+  for (const double annealing : {0.05, 0.0}) {
+    const Pose off = annealing > 0 ? displaced(truth, random, 0.02, radians(1))
+                                   : displaced(truth, random, 0.004, radians(0.2));
+    const PoseOdds::At at = odds.at(off, annealing, 1);
+    REQUIRE(at.expected > 50);
+    // Shares are held in the gradient, and of beams at rims nothing is said: small steps, and all
+    // directions together.
+    Vector6d numeric;
+    const double step = 1e-6;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d d = step * Vector6d::Unit(i);
+      numeric[i] = (odds.at(perturbed(off, d), annealing, 1).log_odds -
+                    odds.at(perturbed(off, -d), annealing, 1).log_odds) /
+                   (2 * step);
+    }
+    CAPTURE(annealing, numeric.transpose(), at.gradient.transpose());
+    CHECK((numeric - at.gradient).norm() < 0.1 * numeric.norm());
+    CHECK(Eigen::SelfAdjointEigenSolver<Matrix6d>(at.information).eigenvalues().minCoeff() >
+          -1e-6 * at.information.trace());
   }
-  CHECK((numeric - at.gradient).norm() < 0.1 * numeric.norm());
+}
+
+TEST_CASE("Of how far a piece of the surface is off the odds are an integral") {
+  const Mesh plate = make_box({1.2, 1.2, 0.02});
+  const auto model = coarse_model(described(plate));
+  ScanMaker lidar(plate, 11);
+  lidar.beam = near_lidar;
+  lidar.pose.position = {0, 0, 3};
+  std::vector<RawBeam> beams;  // all on one piece
+  for (int i = -7; i <= 7; ++i) {
+    for (int j = -7; j <= 7; ++j) beams.push_back(lidar.shoot(0.0017 * i, 0.0017 * j));
+  }
+  const RangeImage image(preprocess(beams, {1, 5}, near_lidar), near_lidar);
+  constexpr double sigma = 0.006;
+  const PoseOdds off_as_one(*model, image, sigma);
+  const PoseOdds as_modelled(*model, image, 0);
+  const auto moved = [&](double z) {
+    Pose pose = lidar.pose;
+    pose.position.z() += z;
+    return pose;
+  };
+  const auto integral = [&](double off) {
+    constexpr double step = 0.00025;
+    std::vector<double> logs;
+    for (double d = -6 * sigma; d <= 6 * sigma; d += step) {
+      logs.push_back(as_modelled.at(moved(off + d), 0, 1).log_odds - 0.5 * d * d / (sigma * sigma) +
+                     std::log(step / (sigma * std::sqrt(2 * std::numbers::pi))));
+    }
+    const double highest = *std::max_element(logs.begin(), logs.end());
+    double sum = 0;
+    for (const double l : logs) sum += std::exp(l - highest);
+    return highest + std::log(sum);
+  };
+  for (const double off : {0.0, 0.006, 0.012}) {
+    CAPTURE(off);
+    CHECK_THAT(off_as_one.at(moved(off), 0, 1).log_odds,
+               Catch::Matchers::WithinAbs(integral(off), 1.5));
+  }
+  CHECK(as_modelled.at(moved(0.012), 0, 1).log_odds < integral(0.012) - 20);
+}
+
+TEST_CASE(
+    "Of two poses that are as wrong as each other neither is called right more often than said") {
+  Random random(9, "rivals");
+  constexpr int trials = 4000;
+  constexpr double risk = 0.1;
+  int sure = 0, naive = 0;
+  for (int i = 0; i < trials; ++i) {
+    std::vector<double> best(300), other(300, 0.0);
+    double lead = 0;
+    for (double& b : best) lead += b = 0.5 * random.normal();
+    if (lead < 0) {
+      lead = -lead;
+      best.swap(other);
+    }
+    if (rival_odds(lead, best, other) < risk / (1 - risk)) ++sure;
+    if (std::exp(-lead) < risk / (1 - risk)) ++naive;
+  }
+  // Either of the two may lead.
+  CHECK_THAT(static_cast<double>(sure) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
+  CHECK(naive > trials / 2);
+  const std::vector<double> alike(10, 0.3);
+  CHECK(rival_odds(0, alike, alike) == 1);
+  CHECK(rival_odds(20, std::vector<double>(100, 0.2), std::vector<double>(100, 0.0)) < 1e-6);
 }
 
 TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
