@@ -62,6 +62,51 @@ class LogProduct {
   double product_ = 1;
 };
 
+/// A piece of the target, as a pose's beams have it.
+struct Piece {
+  LogProduct odds;                    // of its beams, where it is as modelled
+  double present = 1;                 // probability of that
+  double information = 0;             // 1 / m^2, of its offset: of its beams
+  double offset = 0;                  // m, inwards: of its surface, most probable
+  double known = 0;                   // as information, of beams as they turned out
+  Vector6d slope = Vector6d::Zero();  // of known times offset, by the pose
+};
+
+/// The pieces that beams meet: cubes about the target's centre.
+class Pieces {
+ public:
+  void lay(const Vector3d& centre, double side) {
+    centre_ = centre;
+    side_ = side;
+    pieces_.clear();
+    of_cube_.assign(pieces_along * pieces_along * pieces_along, -1);
+  }
+  std::size_t at(const Vector3d& place) {
+    std::size_t cube = 0;
+    for (int i = 0; i < 3; ++i) {
+      // Faces often lie in planes through the centre: those are not to be between two pieces.
+      const double along = (place[i] - centre_[i]) / side_ + 0.3;
+      const int at =
+          std::clamp(static_cast<int>(std::floor(along)) + pieces_along / 2, 0, pieces_along - 1);
+      cube = pieces_along * cube + static_cast<std::size_t>(at);
+    }
+    if (of_cube_[cube] < 0) {
+      of_cube_[cube] = static_cast<int>(pieces_.size());
+      pieces_.emplace_back();
+    }
+    return static_cast<std::size_t>(of_cube_[cube]);
+  }
+  Piece& operator[](std::size_t i) { return pieces_[i]; }
+  auto begin() { return pieces_.begin(); }
+  auto end() { return pieces_.end(); }
+
+ private:
+  Vector3d centre_ = Vector3d::Zero();
+  double side_ = 1;
+  std::vector<Piece> pieces_;
+  std::vector<int> of_cube_;
+};
+
 }  // namespace
 
 double surface_sigma_of(const TargetModel& model, double bare) {
@@ -145,34 +190,8 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
   rays.clear();
   concerned.clear();
   met.clear();
-  struct Piece {
-    LogProduct odds;                    ///< of its beams, where it is as modelled
-    double present = 1;                 ///< probability of that
-    double weight = 0;                  ///< 1 / m^2, of its offset: of its beams
-    double offset = 0;                  ///< m, inwards: of its surface, most probable
-    double known = 0;                   ///< the same as weight, of beams as they turned out
-    Vector6d slope = Vector6d::Zero();  ///< of known times offset, by the pose
-  };
-  static thread_local std::vector<Piece> pieces;
-  static thread_local std::vector<int> piece_of_cube;
-  pieces.clear();
-  piece_of_cube.assign(pieces_along * pieces_along * pieces_along, -1);
-  const auto piece_at = [&](const Vector3d& place) {
-    std::size_t cube = 0;
-    for (int i = 0; i < 3; ++i) {
-      // Faces often lie in planes through the centre: those are not to be between two pieces.
-      const double along =
-          (place[i] - model_.centre[i]) / (piece_of_length * model_.target.length) + 0.3;
-      const int at =
-          std::clamp(static_cast<int>(std::floor(along)) + pieces_along / 2, 0, pieces_along - 1);
-      cube = pieces_along * cube + static_cast<std::size_t>(at);
-    }
-    if (piece_of_cube[cube] < 0) {
-      piece_of_cube[cube] = static_cast<int>(pieces.size());
-      pieces.emplace_back();
-    }
-    return static_cast<std::size_t>(piece_of_cube[cube]);
-  };
+  static thread_local Pieces pieces;
+  pieces.lay(model_.centre, piece_of_length * model_.target.length);
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const auto& beams = image_.beams();
   image_.spans_of(model_.caster.bounds(), pose, spans);
@@ -195,7 +214,7 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
     const double range = hits[i].range;
     Expected& e = met.emplace_back();
     e.ray = i;
-    e.piece = piece_at(rays[i].origin + range * rays[i].direction);
+    e.piece = pieces.at(rays[i].origin + range * rays[i].direction);
     if (!beam.hit()) {
       e.miss_odds = inverse_background_[concerned[i]];
       continue;
@@ -211,15 +230,15 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
     const double hit = prior.hit * e.hit_odds;
     const double p = hit / (hit + (e.front ? prior.front : prior.through));
     e.variance -= std::pow(e.surface * surface_sigma_, 2);
-    const double weight = thinning * p * e.surface / e.variance;
-    pieces[e.piece].weight += weight * e.surface;
-    pieces[e.piece].offset += weight * e.residual;
+    const double information = thinning * p * e.surface / e.variance;
+    pieces[e.piece].information += information * e.surface;
+    pieces[e.piece].offset += information * e.residual;
   }
   result.expected = static_cast<double>(met.size()) * thinning;
   PoseShares& w = result.shares;
   const double weight = prior_beams / thinning;
   if (off_together) {
-    for (Piece& piece : pieces) piece.offset /= piece.weight + std::pow(surface_sigma_, -2);
+    for (Piece& piece : pieces) piece.offset /= piece.information + std::pow(surface_sigma_, -2);
     for (Expected& e : met) {
       if (e.miss_odds > 0) continue;
       e.residual -= e.surface * pieces[e.piece].offset;
@@ -238,7 +257,7 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
       double log_odds = thinning * piece.odds.log();
       if (off_together) {
         log_odds -= 0.5 * std::pow(piece.offset / surface_sigma_, 2) +
-                    0.5 * std::log1p(piece.weight * surface_sigma_ * surface_sigma_);
+                    0.5 * std::log1p(piece.information * surface_sigma_ * surface_sigma_);
       }
       const double larger = std::max(0.0, log_odds);
       const double here = (1 - elsewhere) * std::exp(log_odds - larger);
