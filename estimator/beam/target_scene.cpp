@@ -50,6 +50,27 @@ void TargetScene::add_body(const Target& target, int joint,
   bodies_.push_back(std::move(body));
 }
 
+double TargetScene::radius_about(const Vector3d& centre) const {
+  double radius = 0;
+  for (std::size_t f = 0; f < triangles_.size(); ++f) {
+    for (const std::uint32_t v : triangles_[f]) {
+      const Vector3d& vertex = vertices_[v];
+      double apart = (vertex - centre).norm();
+      if (joint_of_[f] >= 0) {
+        // Of a whole turn, where the vertex is on the other side of the axis.
+        const Joint& joint = joints_[static_cast<std::size_t>(joint_of_[f])];
+        const auto from_axis = [&joint](const Vector3d& p) {
+          return (p - joint.point).cross(joint.axis).norm();
+        };
+        apart =
+            std::hypot((vertex - centre).dot(joint.axis), from_axis(vertex) + from_axis(centre));
+      }
+      radius = std::max(radius, apart);
+    }
+  }
+  return radius;
+}
+
 Pose TargetScene::placed(const Body& body, const std::vector<double>& angles) const {
   const auto j = static_cast<std::size_t>(body.joint);
   return body.joint < 0 ? Pose{} : turned(joints_[j], angles[j]);

@@ -42,6 +42,8 @@ class TargetScene {
   const std::vector<Joint>& joints() const { return joints_; }
   /// Index into joints() of the joint that turns a face; negative: it is of the rigid part.
   int joint_of(std::uint32_t face) const { return joint_of_[face]; }
+  /// m, of the sphere about a point (model frame) that holds the target, however far joints turn.
+  double radius_about(const Vector3d& centre) const;
 
   /// What rays meet first, nearer than max_range (m).
   void cast(const std::vector<double>& angles, std::span<const Ray> rays, double max_range,

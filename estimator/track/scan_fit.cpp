@@ -148,7 +148,11 @@ ScanState ScanStateLayout::moved(const ScanState& state, const Eigen::VectorXd& 
 
 ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const CleanScan& scan,
                  const ScanStateLayout& layout, const Options& options)
-    : scene_(scene), beam_model_(beam_model), layout_(layout), options_(options) {
+    : scene_(scene),
+      beam_model_(beam_model),
+      layout_(layout),
+      options_(options),
+      radius_(scene.radius_about(options.centre)) {
   Vector3d sum = Vector3d::Zero();
   for (const Beam& beam : scan.beams) sum += beam.direction;
   middle_ = sum.normalized();
@@ -261,17 +265,17 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
 
-  // Beams that may meet them or the target.
+  // Beams that may meet them or the target. One that ends before its sphere met what hides it.
   const bool still = stands_still(state);
   if (candidates_thinning_ != stage.thinning ||
       !(moved_between(candidates_at_, state) + rim_reach_ <= candidates_reach_)) {
-    const double turning = scene_.joints().empty() ? 0 : 0.5 * options_.extent;
-    const double reach = 0.5 * options_.extent + turning + rim_reach_;
+    const double reach = radius_ + rim_reach_;
     candidates_.clear();
     const auto thinning = static_cast<std::uint32_t>(stage.thinning);
     for (std::uint32_t i = 0; i < beams_.size(); i += thinning) {
       const Vector3d middle =
           (still ? state.motion.pose : pose_of(beams_[i], state)) * options_.centre;
+      if (beams_[i].range < middle.dot(beams_[i].direction) - reach) continue;
       if (middle.cross(beams_[i].direction).norm() < reach) candidates_.push_back(i);
     }
     candidates_reach_ = -1;

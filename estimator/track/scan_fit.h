@@ -223,6 +223,7 @@ class ScanFit {
   Vector3d middle_ = Vector3d::UnitZ();
   double cone_cosine_ = 1;
   double half_duration_ = 0;  // s, about the mean time
+  double radius_ = 0;         // m, of the sphere that holds the target, joints turned
 
   // Beams that may meet the target or an edge of it within that reach (m) of a state.
   std::vector<std::uint32_t> candidates_;

@@ -32,10 +32,11 @@ struct Sighting {
   std::shared_ptr<const estimator::TargetModel> model;  ///< of the bare mesh
   /// Else as target.yaml would describe it, by the surface's sigma in m.
   std::map<double, std::shared_ptr<const estimator::TargetModel>> described;
-  std::shared_ptr<const PoseJudge> judge;  ///< none: tracking alone
+  std::shared_ptr<const PoseJudge> judge;  ///< of acquisition, where that is asked for
   std::vector<SurfacePoint> points;        ///< for the registration that we compare with
   std::shared_ptr<const SceneMaker> scenes;
 
+  bool is_acquired() const { return described.empty(); }  ///< else tracked alone
   const std::shared_ptr<const estimator::TargetModel>& model_in(const Departures& world) const {
     return described.empty() ? model : described.at(surface_sigma(world));
   }
@@ -187,7 +188,7 @@ void single_scans(const Settings& settings, const Cell& cell, CellResult& result
   const Sighting& sighting = *cell.sighting;
   const SceneMaker& scenes = *cell.seen->scenes;
   AcquisitionSubject acquisition;
-  if (sighting.judge != nullptr && settings.acquisition_methods.front() != no_method) {
+  if (sighting.judge != nullptr) {
     acquisition = acquisition_named(settings, settings.acquisition_methods.front(), sighting.model,
                                     scenes.noise());
   }
@@ -514,7 +515,9 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     }
   } else {
     sighting.model = compiled(bare(there));
-    sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
+    if (settings.acquisition_methods.front() != no_method) {
+      sighting.judge = std::make_shared<PoseJudge>(*sighting.model);
+    }
   }
   sighting.points = points_on(there.mesh, reference_points, Random(settings.seed, "registration"));
   return sighting;
@@ -548,9 +551,9 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
     for (const Sighting& sighting : sightings) {
       if (world.once && sighting.view == "held") continue;
       const Sighting* seen = world.another ? another_than(sighting, sightings) : &sighting;
-      if (seen == nullptr || (world.another && sighting.judge == nullptr)) continue;
+      if (seen == nullptr || (world.another && !sighting.is_acquired())) continue;
       for (const int returns : {200, 1000, 3000, 10000, 50000}) {
-        const bool once = sighting.judge == nullptr || world.once;
+        const bool once = !sighting.is_acquired() || world.once;
         if (once && returns != 1000) continue;
         cells.push_back({&sighting, seen, &world, returns});
       }
@@ -559,7 +562,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
   }
   std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
   if (settings.tracking_methods.front() == no_method) {
-    std::erase_if(cells, [](const Cell& c) { return c.filtered || c.sighting->judge == nullptr; });
+    std::erase_if(cells, [](const Cell& c) { return c.filtered || !c.sighting->is_acquired(); });
   }
   return cells;
 }

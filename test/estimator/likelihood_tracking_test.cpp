@@ -336,6 +336,20 @@ TEST_CASE("A part turned by casting and a part turned in the mesh are the same")
   CHECK(met > 100);
 }
 
+TEST_CASE("The sphere about a target holds it however its joint stands") {
+  const Target target = hinged_target();
+  const TargetScene scene(target);
+  const Vector3d centre(0.2, -0.1, 0.3);
+  double farthest = 0;
+  for (int degree = 0; degree < 360; ++degree) {
+    for (const Vector3d& vertex : turned_mesh(target, {0, radians(degree)}).vertices) {
+      farthest = std::max(farthest, (vertex - centre).norm());
+    }
+  }
+  CHECK(farthest <= scene.radius_about(centre) + 1e-12);
+  CHECK(scene.radius_about(centre) == Approx(farthest).epsilon(1e-4));
+}
+
 TEST_CASE("Occluding edges are where rays on one side pass") {
   const Target target = hinged_target();
   const TargetScene scene(target);
@@ -572,6 +586,28 @@ TEST_CASE("Tracking from the other side of a panel that is seen edge on finds th
     REQUIRE(result.ok);
     CHECK(error.dot(result.covariance.ldlt().solve(error)) < 50);
   }
+}
+
+TEST_CASE("What hides half of the target says nothing of it") {
+  const Target target = hinged_target();
+  const auto model = coarse_model(target);
+  const LikelihoodTracking tracking(*model, nominal_beam, {});
+  const Pose truth{{0, 0, 7}, hinged_pose.rotation};
+  Mesh plate = make_box({0.4, 2, 0.01});
+  for (Vector3d& vertex : plate.vertices) vertex += Vector3d(0.2, 0, 3.5);
+  ScanMaker lidar(target.mesh, 3);
+  lidar.pose = truth;
+  lidar.add_clutter(plate);
+  const CleanScan scan = preprocess(sweep_around(lidar, target.mesh, 1500), {}, nominal_beam);
+  const auto hidden = std::count_if(scan.points.begin(), scan.points.end(),
+                                    [](const Vector3d& point) { return point.z() < 4; });
+  REQUIRE(hidden > 300);
+  Random random(1, "hidden");
+  const auto result = tracking.track(scan, prediction_off(truth, 0.03, radians(2), random));
+  REQUIRE(result.ok);
+  CHECK(result.confidence > 0.9);
+  const Vector6d error = difference(truth, result.pose);
+  CHECK(error.dot(result.covariance.ldlt().solve(error)) < 25);
 }
 
 TEST_CASE("Neither the order of beams nor beams sent twice change what is tracked") {
