@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -32,7 +34,6 @@ constexpr double worth_a_search = 0.1;
 
 /// Planes wider than this, in radii of the target's sphere, cannot be the target's.
 constexpr double too_wide = 2.15;
-constexpr double log_two_pi = 1.8378770664093453;
 
 /// The first of every cube with that side.
 std::vector<Vector3d> one_a_cube(const std::vector<Vector3d>& points, double side) {
@@ -56,12 +57,13 @@ std::vector<Vector3d> evenly(const std::vector<Vector3d>& points, std::size_t ma
 /// returns.
 int thinning_for(const RangeImage& image, double radius, int beams) {
   const double middle = 0.5 * (image.nearest() + image.farthest());
-  const double inside = std::min(static_cast<double>(image.beams().size()),
-                                 3.14159 * std::pow(radius / (middle * image.spacing()), 2));
+  const double inside =
+      std::min(static_cast<double>(image.beams().size()),
+               std::numbers::pi * std::pow(radius / (middle * image.spacing()), 2));
   return std::max(1, static_cast<int>(inside / beams));
 }
 
-constexpr double lowest = -1e9;  // of log odds
+constexpr double lowest = -std::numeric_limits<double>::infinity();  // of log odds
 double rival_from(double highest) { return highest - no_rival * std::abs(highest); }
 
 /// Those nearest to the middle of all.
@@ -78,6 +80,27 @@ std::vector<Vector3d> middle_of(std::vector<Vector3d> points, std::size_t count)
 }
 
 }  // namespace
+
+struct HypothesisAcquisition::Searched {
+  Searched(const HypothesisAcquisition& by, const CleanScan& scan)
+      : image(scan, by.beam_model_),
+        odds(by.model_, image, by.surface_sigma_),
+        coarse(thinning_for(image, by.model_.radius, coarse_beams)),
+        middle(thinning_for(image, by.model_.radius, middle_beams)),
+        fine(thinning_for(image, by.model_.radius, final_beams)),
+        all(by.without_large_planes(image)),
+        behind(by.behind_surfaces(image, all)),
+        planes(plane_segments(image, behind.much_nearer)) {}
+  Searched(const Searched&) = delete;
+  Searched& operator=(const Searched&) = delete;
+
+  RangeImage image;
+  PoseOdds odds;
+  int coarse, middle, fine;  // every so many-th beam
+  Part all;
+  Behind behind;
+  PlaneSegments planes;
+};
 
 HypothesisAcquisition::HypothesisAcquisition(const TargetModel& model, const BeamModel& beam_model,
                                              const HypothesisAcquisitionOptions& options)
@@ -101,7 +124,8 @@ double HypothesisAcquisition::required() const {
   return std::log((1 - options_.risk) / options_.risk);
 }
 
-HypothesisAcquisition::Part HypothesisAcquisition::searched(const RangeImage& image) const {
+HypothesisAcquisition::Part HypothesisAcquisition::without_large_planes(
+    const RangeImage& image) const {
   Part part;
   part.hiding.assign(image.beams().size(), 0);
   const std::vector<char> left_out =
@@ -165,7 +189,7 @@ HypothesisAcquisition::Behind HypothesisAcquisition::behind_surfaces(const Range
   return behind;
 }
 
-std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const PoseOdds& odds,
+std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const PoseOdds& odds,
                                                   const Part& part,
                                                   const std::vector<Hypothesis>& hints,
                                                   const Effort& effort) const {
@@ -177,7 +201,7 @@ std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const
   std::vector<Pose> poses;
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
   for (const Placement& p :
-       match_templates(image, points, anchors, part.hiding, templates_, model_.centre,
+       match_templates(scan.image, points, anchors, part.hiding, templates_, model_.centre,
                        model_.radius, length, effort.placements)) {
     poses.push_back(p.pose);
   }
@@ -196,11 +220,10 @@ std::vector<Pose> HypothesisAcquisition::proposed(const RangeImage& image, const
                                0.06 * length, 0.015 * length, 6)
                         .inverse();
   };
-  const int thinning = thinning_for(image, model_.radius, coarse_beams);
   std::vector<Weighed> weighed;
   for (const Pose& p : poses) {
     const Pose pose = laid(p);
-    weighed.push_back({pose, odds.at(pose, 0.02 * length, thinning).log_odds});
+    weighed.push_back({pose, odds.at(pose, 0.02 * length, scan.coarse).log_odds});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Weighed& a, const Weighed& b) { return a.log_odds > b.log_odds; });
@@ -232,7 +255,7 @@ std::vector<Pose> HypothesisAcquisition::alike(const Pose& pose) const {
 }
 
 /// The best of them, so many, climbed where ranges are widened.
-std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const PoseOdds& odds,
+std::vector<Pose> HypothesisAcquisition::climbed(const Searched& scan, const PoseOdds& odds,
                                                  const std::vector<Pose>& poses,
                                                  std::size_t finalists) const {
   const double length = model_.target.length;
@@ -242,10 +265,10 @@ std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const 
   };
   std::vector<Climber> best;
   const auto add = [&](const Pose& start, double annealing, int thinning, int rounds) {
-    const Pose pose = odds.climbed(start, annealing * length, thinning, rounds);
-    const Climber here{pose, odds.at(pose, annealing * length, thinning).log_odds};
-    const auto twin =
-        std::find_if(best.begin(), best.end(), [&](const auto& c) { return same(c.pose, pose); });
+    const auto [pose, at] = odds.climbed(start, annealing * length, thinning, rounds);
+    const Climber here{pose, at.log_odds};
+    const auto twin = std::find_if(best.begin(), best.end(),
+                                   [&](const auto& c) { return same(c.pose, here.pose); });
     if (twin == best.end()) {
       best.push_back(here);
     } else if (here.log_odds > twin->log_odds) {
@@ -262,17 +285,15 @@ std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const 
     if (best.size() > count) best.resize(count);
     for (const Climber& c : std::exchange(best, {})) add(c.pose, annealing, thinning, rounds);
   };
-  const int coarse = thinning_for(image, model_.radius, coarse_beams);
-  const int middle = thinning_for(image, model_.radius, middle_beams);
-  for (const Pose& p : poses) add(p, 0.02, coarse, 0);
+  for (const Pose& p : poses) add(p, 0.02, scan.coarse, 0);
   sort();
   std::vector<Pose> others;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, best.size()); ++i) {
     for (const Pose& p : alike(best[i].pose)) others.push_back(p);
   }
-  for (const Pose& p : others) add(p, 0.02, coarse, 0);
-  climb(4 * finalists, 0.02, middle, 0);
-  climb(finalists, 0.007, middle, 3);
+  for (const Pose& p : others) add(p, 0.02, scan.coarse, 0);
+  climb(4 * finalists, 0.02, scan.middle, 0);
+  climb(finalists, 0.007, scan.middle, 3);
   sort();
   std::vector<Pose> result;
   for (const Climber& c : best) {
@@ -282,16 +303,13 @@ std::vector<Pose> HypothesisAcquisition::climbed(const RangeImage& image, const 
 }
 
 /// What the best is easily confused with, where it may be as probable.
-std::vector<Pose> HypothesisAcquisition::rivals(const RangeImage& image, const PoseOdds& odds,
-                                                const Pose& best) const {
+std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Pose& best) const {
   const double annealing = 0.007 * model_.target.length;
-  const int middle = thinning_for(image, model_.radius, middle_beams);
-  const double highest = odds.at(best, annealing, middle).log_odds;
+  const double highest = scan.odds.at(best, annealing, scan.middle).log_odds;
   std::vector<Pose> result;
   for (const Pose& start : alike(best)) {
-    const Pose pose = odds.climbed(start, annealing, middle, 0);
-    const double log_odds = odds.at(pose, annealing, middle).log_odds;
-    if (!same(pose, best) && log_odds >= rival_from(highest)) result.push_back(pose);
+    const auto [pose, at] = scan.odds.climbed(start, annealing, scan.middle, 0);
+    if (!same(pose, best) && at.log_odds >= rival_from(highest)) result.push_back(pose);
   }
   return result;
 }
@@ -300,38 +318,38 @@ std::vector<Pose> HypothesisAcquisition::rivals(const RangeImage& image, const P
 /// Theory, Inference, and Learning Algorithms, ch. 28].
 double HypothesisAcquisition::log_evidence(const RangeImage& image, const PoseOdds::At& at) const {
   const double length = model_.target.length;
+  constexpr double all_attitudes = 8 * std::numbers::pi * std::numbers::pi;
   const double volume = image.solid_angle() / 3 *
-                        (std::pow(image.farthest(), 3) - std::pow(image.nearest(), 3)) * 8 *
-                        9.8696 / model_.symmetries.exact_count();
+                        (std::pow(image.farthest(), 3) - std::pow(image.nearest(), 3)) *
+                        all_attitudes / model_.symmetries.exact_count();
   Matrix6d information = at.information;
   information.diagonal().head<3>().array() += 1 / (length * length);
   information.diagonal().tail<3>().array() += 1;
   double log_determinant = 0;
   for (const double d : information.ldlt().vectorD()) log_determinant += std::log(d);
-  return at.log_odds + 3 * log_two_pi - 0.5 * log_determinant - std::log(volume);
+  return at.log_odds + 3 * std::log(2 * std::numbers::pi) - 0.5 * log_determinant -
+         std::log(volume);
 }
 
-HypothesisAcquisition::Mode HypothesisAcquisition::mode_at(const RangeImage& image,
+HypothesisAcquisition::Mode HypothesisAcquisition::mode_at(const Searched& scan,
                                                            const PoseOdds& odds,
                                                            const Pose& pose) const {
   Mode mode;
   mode.pose = pose;
-  mode.of_beams.assign(image.beams().size(), 0);
-  mode.at = odds.at(pose, 0, thinning_for(image, model_.radius, final_beams), mode.of_beams);
-  mode.log_evidence = log_evidence(image, mode.at);
+  mode.of_beams.assign(scan.image.beams().size(), 0);
+  mode.at = odds.at(pose, 0, scan.fine, mode.of_beams);
+  mode.log_evidence = log_evidence(scan.image, mode.at);
   return mode;
 }
 
 /// The modes that are highest about these poses, and no worse than rivals of one with those log
 /// odds and of each other: of all of them, the most probable first.
-void HypothesisAcquisition::add_modes(const RangeImage& image, const PoseOdds& odds,
-                                      const std::vector<Pose>& poses, double highest,
-                                      std::vector<Mode>& modes) const {
-  const int fine = thinning_for(image, model_.radius, final_beams);
+void HypothesisAcquisition::add_modes(const Searched& scan, const std::vector<Pose>& poses,
+                                      std::vector<Mode>& modes, double highest) const {
   for (const Pose& start : poses) {
-    const Pose near = odds.climbed(start, 0, fine, 0);
-    if (odds.at(near, 0, fine).log_odds < rival_from(highest)) continue;
-    const Mode mode = mode_at(image, odds, odds.climbed(near, 0, fine, 3));
+    const auto [near, at] = scan.odds.climbed(start, 0, scan.fine, 0);
+    if (at.log_odds < rival_from(highest)) continue;
+    const Mode mode = mode_at(scan, scan.odds, scan.odds.climbed(near, 0, scan.fine, 3).pose);
     highest = std::max(highest, mode.at.log_odds);
     if (std::none_of(modes.begin(), modes.end(), [&](const Mode& m) {
           return same(m.pose, mode.pose) && m.at.log_odds >= mode.at.log_odds;
@@ -347,10 +365,9 @@ void HypothesisAcquisition::add_modes(const RangeImage& image, const PoseOdds& o
 /// of them than those beside each: as background it costs what it takes to say where it is, and no
 /// pose gains more by saying it.
 std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
-    const RangeImage& image, const PoseOdds& odds, const PlaneSegments& planes,
-    std::vector<Mode> modes) const {
+    const Searched& scan, std::vector<Mode> modes) const {
+  const PlaneSegments& planes = scan.planes;
   if (planes.nats.empty()) return modes;
-  const int fine = thinning_for(image, model_.radius, final_beams);
   struct Gain {
     double log_odds = 0;
     double beams = 0;
@@ -364,7 +381,7 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
       if (planes.of_beam[b] < 0 || m.of_beams[b] == 0) continue;
       Gain& gain = gains[static_cast<std::size_t>(planes.of_beam[b])];
       gain.log_odds += m.of_beams[b];
-      gain.beams += fine;
+      gain.beams += scan.fine;
       of_planes += m.of_beams[b];
     }
     behind = behind || (of_planes <= 0 && m.log_evidence > required());
@@ -373,15 +390,15 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
     }
   }
   if (!behind) return modes;
-  std::vector<double> log_background = image.log_background();
+  std::vector<double> log_background = scan.image.log_background();
   for (std::size_t b = 0; b < log_background.size(); ++b) {
     if (planes.of_beam[b] < 0) continue;
     const auto g = static_cast<std::size_t>(planes.of_beam[b]);
     const double more = highest[g].log_odds - planes.nats[g];
     if (more > 0) log_background[b] += more / highest[g].beams;
   }
-  const PoseOdds against_planes = odds.with_background(log_background);
-  for (Mode& m : modes) m = mode_at(image, against_planes, m.pose);
+  const PoseOdds against_planes = scan.odds.with_background(log_background);
+  for (Mode& m : modes) m = mode_at(scan, against_planes, m.pose);
   sort(modes);
   return modes;
 }
@@ -443,57 +460,54 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
   return result;
 }
 
-AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& scan,
+AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& cleaned,
                                                  const std::vector<Hypothesis>& hints) const {
-  if (static_cast<int>(scan.points.size()) < options_.min_returns) {
+  if (static_cast<int>(cleaned.points.size()) < options_.min_returns) {
     AcquisitionResult result;
-    result.reason = std::to_string(scan.points.size()) +
+    result.reason = std::to_string(cleaned.points.size()) +
                     " returns inside the range gate, at least " +
                     std::to_string(options_.min_returns) + " are needed";
     return result;
   }
-  const RangeImage image(scan, beam_model_);
-  const PoseOdds odds(model_, image, surface_sigma_);
-  const Part all = searched(image);
-  const Behind behind = behind_surfaces(image, all);
-  const PlaneSegments planes = plane_segments(image, behind.much_nearer);
+  const Searched scan(*this, cleaned);
   std::vector<Mode> modes;
   std::vector<Mode> weighed;
+  const auto add = [&](const std::vector<Pose>& poses, double highest) {
+    add_modes(scan, poses, modes, highest);
+    weighed = priced(scan, modes);
+  };
   const auto search = [&](const Part& part, const Effort& effort) {
-    const PoseOdds of_part = odds.without(part.hiding);
-    const std::vector<Pose> poses = proposed(image, of_part, part, hints, effort);
-    add_modes(image, odds, climbed(image, of_part, poses, effort.finalists), lowest, modes);
-    weighed = priced(image, odds, planes, modes);
+    const PoseOdds odds = scan.odds.without(part.hiding);
+    const std::vector<Pose> poses = proposed(scan, odds, part, hints, effort);
+    add(climbed(scan, odds, poses, effort.finalists), lowest);
   };
   const auto explained = [&] {
     if (decided(weighed).status != AcquisitionResult::Status::found) return false;
     const PoseOdds::At& at = weighed.front().at;
     return at.shares.hit > explains_enough &&
-           at.shares.hit * at.expected > explains_enough * static_cast<double>(all.points.size());
+           at.shares.hit * at.expected >
+               explains_enough * static_cast<double>(scan.all.points.size());
   };
-  search(all, first_look);
-  if (!explained()) search(all, full_search);
-  if (!explained() || !planes.nats.empty()) {
-    for (const Part& part : behind.parts) search(part, full_search);
+  search(scan.all, first_look);
+  if (!explained()) search(scan.all, full_search);
+  if (!explained() || !scan.planes.nats.empty()) {
+    for (const Part& part : scan.behind.parts) search(part, full_search);
   }
   if (!weighed.empty()) {
     const Mode best = weighed.front();
-    add_modes(image, odds, rivals(image, odds, best.pose), best.at.log_odds, modes);
-    weighed = priced(image, odds, planes, modes);
+    add(rivals(scan, best.pose), best.at.log_odds);
   }
   AcquisitionResult result = decided(weighed);
-  result.noise_scale = image.noise_scale();
+  result.noise_scale = scan.image.noise_scale();
   return result;
 }
 
-AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& scan,
+AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& cleaned,
                                                const std::vector<Pose>& poses) const {
-  const RangeImage image(scan, beam_model_);
-  const PoseOdds odds(model_, image, surface_sigma_);
+  const Searched scan(*this, cleaned);
   std::vector<Mode> modes;
-  add_modes(image, odds, climbed(image, odds, poses, full_search.finalists), lowest, modes);
-  const Behind behind = behind_surfaces(image, searched(image));
-  return decided(priced(image, odds, plane_segments(image, behind.much_nearer), modes));
+  add_modes(scan, climbed(scan, scan.odds, poses, full_search.finalists), modes, lowest);
+  return decided(priced(scan, modes));
 }
 
 }  // namespace berth::estimator

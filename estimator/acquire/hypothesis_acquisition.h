@@ -61,24 +61,25 @@ class HypothesisAcquisition final : public Acquisition {
   static constexpr Effort first_look{false, 20, 60, 6, 2};
   static constexpr Effort full_search{true, 300, 600, 20, 5};
 
-  Part searched(const RangeImage& image) const;
   struct Behind {
     std::vector<Part> parts;
     std::vector<char> much_nearer;  ///< of each beam, whether what it met may be no target's
   };
+  struct Searched;  ///< a scan
+
+  Part without_large_planes(const RangeImage& image) const;
   Behind behind_surfaces(const RangeImage& image, const Part& all) const;
-  std::vector<Pose> proposed(const RangeImage& image, const PoseOdds& odds, const Part& part,
+  std::vector<Pose> proposed(const Searched& scan, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;
   std::vector<Pose> alike(const Pose& pose) const;
-  std::vector<Pose> rivals(const RangeImage& image, const PoseOdds& odds, const Pose& best) const;
-  std::vector<Pose> climbed(const RangeImage& image, const PoseOdds& odds,
+  std::vector<Pose> rivals(const Searched& scan, const Pose& best) const;
+  std::vector<Pose> climbed(const Searched& scan, const PoseOdds& odds,
                             const std::vector<Pose>& poses, std::size_t finalists) const;
-  void add_modes(const RangeImage& image, const PoseOdds& odds, const std::vector<Pose>& poses,
-                 double highest, std::vector<Mode>& modes) const;
+  void add_modes(const Searched& scan, const std::vector<Pose>& poses, std::vector<Mode>& modes,
+                 double highest) const;
   double log_evidence(const RangeImage& image, const PoseOdds::At& at) const;
-  Mode mode_at(const RangeImage& image, const PoseOdds& odds, const Pose& pose) const;
-  std::vector<Mode> priced(const RangeImage& image, const PoseOdds& odds,
-                           const PlaneSegments& planes, std::vector<Mode> modes) const;
+  Mode mode_at(const Searched& scan, const PoseOdds& odds, const Pose& pose) const;
+  std::vector<Mode> priced(const Searched& scan, std::vector<Mode> modes) const;
   bool same(const Pose& a, const Pose& b) const;
   double required() const;  // log odds, of what is called found
   static void sort(std::vector<Mode>& modes);

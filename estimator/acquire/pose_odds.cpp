@@ -25,11 +25,21 @@ constexpr double piece_of_length = 1.0 / 8;
 constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
 
+constexpr PoseShares usual;
+
+/// Of incidence, as far as a range says something sharper.
+double cosine_of(const RayHit& hit, const Ray& ray) {
+  return std::max(min_cosine, -hit.normal.dot(ray.direction));
+}
+
+/// What a beam is expected to do, that should meet the target.
 struct Expected {
-  std::size_t ray = 0;
+  std::size_t beam = 0;
   std::size_t piece = 0;
-  double hit_odds = 0;   // N(z; r, s^2) / b(z); of one that missed 0
-  double miss_odds = 0;  // 1 / (1 - p_returns); of one that returned 0
+  double range = 0;                    // m, to the face
+  Vector3d normal = Vector3d::Zero();  // of it, model frame
+  double hit_odds = 0;                 // N(z; r, s^2) / b(z); of one that missed 0
+  double miss_odds = 0;                // 1 / (1 - p_returns); of one that returned 0
   bool front = false;
   double cosine = 0;
   double surface = 0;  // range is so much longer where the surface is farther in by 1
@@ -125,7 +135,7 @@ double range_variance(const BeamModel& noise, double surface_sigma, double range
 }
 
 double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double depth) {
-  constexpr PoseShares w;
+  constexpr PoseShares w = usual;
   constexpr double elsewhere_share = w.front + w.through;
   const auto met = [](const BeamMeets& m) { return std::isfinite(m.range); };
   if (!met(truth)) {
@@ -176,23 +186,159 @@ PoseOdds PoseOdds::with_background(const std::vector<double>& log_background) co
   return odds;
 }
 
-PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
-                          std::span<double> of_beams) const {
-  At result;
-  const Pose model_sensor = pose.inverse();
-  const double distance = (pose * model_.centre).norm();
-  const double nearest = distance - model_.radius;  // what is before that hides the target
+/// The beams that a pose concerns, weighed.
+class PoseOdds::Weighing {
+ public:
+  /// @param surface_sigma m, of pieces that are off as one; 0: they are not
+  void begin(const TargetModel& model, double surface_sigma, double annealing, int thinning) {
+    pieces_.lay(model.centre, piece_of_length * model.target.length);
+    met_.clear();
+    sigma_ = surface_sigma;
+    blunt_ = annealing > 0 ? std::exp(annealed_lead) : 0;
+    thinning_ = thinning;
+  }
+
+  void miss(std::size_t beam, const Vector3d& place, double inverse_background) {
+    Expected& e = met_.emplace_back();
+    e.beam = beam;
+    e.piece = pieces_.at(place);
+    e.miss_odds = inverse_background;
+  }
+
+  /// @param ray of the beam, model frame. variance: m^2, of the range, the surface's in it
+  void hit(std::size_t beam, const Beam& measured, const Ray& ray, const RayHit& hit,
+           double variance, double inverse_background) {
+    Expected& e = met_.emplace_back();
+    e.beam = beam;
+    e.piece = pieces_.at(ray.origin + hit.range * ray.direction);
+    e.range = hit.range;
+    e.normal = hit.normal;
+    e.cosine = cosine_of(hit, ray);
+    e.surface = 1 / std::max(min_surface_cosine, e.cosine);
+    e.residual = measured.range - hit.range;
+    e.variance = variance;
+    e.inverse_background = inverse_background;
+    e.expect(blunt_);
+    if (!off_as_one()) return;
+    const double fits = usual.hit * e.hit_odds;
+    const double p = fits / (fits + (e.front ? usual.front : usual.through));
+    e.variance -= std::pow(e.surface * sigma_, 2);
+    const double information = thinning_ * p * e.surface / e.variance;
+    pieces_[e.piece].information += information * e.surface;
+    pieces_[e.piece].offset += information * e.residual;
+  }
+
+  /// Beams that should meet the target.
+  double expected() const { return static_cast<double>(met_.size()) * thinning_; }
+
+  /// Every piece is where it is most probably, the surface's variance is its own.
+  void settle_offsets() {
+    if (!off_as_one()) return;
+    for (Piece& piece : pieces_) piece.offset /= piece.information + 1 / (sigma_ * sigma_);
+    for (Expected& e : met_) {
+      if (e.miss_odds > 0) continue;
+      e.residual -= e.surface * pieces_[e.piece].offset;
+      e.expect(blunt_);
+    }
+  }
+
+  /// Log odds, and how probably each piece is as modelled.
+  double weigh(const PoseShares& w) {
+    for (Piece& piece : pieces_) piece.odds = {};
+    for (Expected& e : met_) {
+      e.odds = e.miss_odds > 0 ? w.missing * e.miss_odds
+                               : w.hit * e.hit_odds + (e.front ? w.front : w.through);
+      pieces_[e.piece].odds.multiply(e.odds);
+    }
+    double sum = 0;
+    for (Piece& piece : pieces_) {
+      double log_odds = thinning_ * piece.odds.log();
+      if (off_as_one()) {
+        log_odds -= 0.5 * std::pow(piece.offset / sigma_, 2) +
+                    0.5 * std::log1p(piece.information * sigma_ * sigma_);
+      }
+      const double larger = std::max(0.0, log_odds);
+      const double here = (1 - elsewhere) * std::exp(log_odds - larger);
+      const double either = here + elsewhere * std::exp(-larger);
+      piece.present = here / either;
+      sum += larger + std::log(either);
+    }
+    return sum;
+  }
+
+  /// Most probable, by what was weighed with these (expectation maximisation).
+  PoseShares shares(const PoseShares& w) {
+    const double weight = prior_beams / thinning_;
+    double hit = usual.hit * weight, front = usual.front * weight, through = usual.through * weight,
+           missing = usual.missing * weight;
+    for (const Expected& e : met_) {
+      const double present = pieces_[e.piece].present;
+      if (e.miss_odds > 0) {
+        missing += present;
+        continue;
+      }
+      const double p = w.hit * e.hit_odds / e.odds;
+      hit += present * p;
+      (e.front ? front : through) += present * (1 - p);
+    }
+    const double all = hit + front + through + missing;
+    return {hit / all, front / all, std::min(max_through, through / all),
+            std::min(max_missing, missing / all)};
+  }
+
+  /// What each beam adds.
+  void tell(std::span<double> of_beams) {
+    if (of_beams.empty()) return;
+    for (const Expected& e : met_) {
+      of_beams[e.beam] = thinning_ * pieces_[e.piece].present * std::log(e.odds);
+    }
+  }
+
+  /// Gradient and information of ranges, by the pose.
+  void differentiate(const Pose& pose, const std::vector<Beam>& beams, At& at) {
+    for (const Expected& e : met_) {
+      if (e.hit_odds < 1e-6 * e.odds) continue;
+      const double p =
+          thinning_ * pieces_[e.piece].present * at.shares.hit * e.hit_odds / e.odds / e.variance;
+      const Vector3d normal = pose.rotation * e.normal;
+      const Vector3d arm = e.range * beams[e.beam].direction - pose.position;
+      Vector6d jacobian;  // of the range expected
+      jacobian.head<3>() = -normal / e.cosine;
+      jacobian.tail<3>() = -arm.cross(normal) / e.cosine;
+      at.gradient += (p * e.residual) * jacobian;
+      for (int k = 0; k < 6; ++k) at.information.col(k) += (p * jacobian[k]) * jacobian;
+      if (!off_as_one()) continue;
+      pieces_[e.piece].slope += (p * e.surface) * jacobian;
+      pieces_[e.piece].known += p * e.surface * e.surface;
+    }
+    if (!off_as_one()) return;
+    for (const Piece& piece : pieces_) {
+      at.information -=
+          piece.slope * piece.slope.transpose() / (piece.known + 1 / (sigma_ * sigma_));
+    }
+  }
+
+ private:
+  bool off_as_one() const { return sigma_ > 0; }
+
+  Pieces pieces_;
+  std::vector<Expected> met_;
+  double sigma_ = 0;
+  double blunt_ = 0;
+  int thinning_ = 1;
+};
+
+void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& weighing) const {
   static thread_local std::vector<RangeImage::Span> spans;
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
   static thread_local std::vector<std::size_t> concerned;
-  static thread_local std::vector<Expected> met;
   rays.clear();
   concerned.clear();
-  met.clear();
-  static thread_local Pieces pieces;
-  pieces.lay(model_.centre, piece_of_length * model_.target.length);
+  const Pose model_sensor = pose.inverse();
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
+  const double distance = (pose * model_.centre).norm();
+  const double nearest = distance - model_.radius;  // what is before that hides the target
   const auto& beams = image_.beams();
   image_.spans_of(model_.caster.bounds(), pose, spans);
   const auto every = static_cast<std::size_t>(thinning);
@@ -204,117 +350,46 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
   }
   hits.resize(rays.size());
   model_.caster.cast(rays, distance + 2 * model_.radius, hits);
-  const double blunt = annealing > 0 ? std::exp(annealed_lead) : 0;
-  const bool off_together = annealing == 0 && surface_sigma_ > 0;
-  const PoseShares prior;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (!std::isfinite(hits[i].range)) continue;
-    const Beam& beam = beams[concerned[i]];
-    if (beam.range < nearest || left_out_[concerned[i]] != 0) continue;
-    const double range = hits[i].range;
-    Expected& e = met.emplace_back();
-    e.ray = i;
-    e.piece = pieces.at(rays[i].origin + range * rays[i].direction);
-    if (!beam.hit()) {
-      e.miss_odds = inverse_background_[concerned[i]];
-      continue;
-    }
-    e.cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
-    e.surface = 1 / std::max(min_surface_cosine, e.cosine);
-    e.residual = beam.range - range;
-    e.variance =
-        range_variance(image_.noise(), surface_sigma_, range, e.cosine) + annealing * annealing;
-    e.inverse_background = inverse_background_[concerned[i]];
-    e.expect(blunt);
-    if (!off_together) continue;
-    const double hit = prior.hit * e.hit_odds;
-    const double p = hit / (hit + (e.front ? prior.front : prior.through));
-    e.variance -= std::pow(e.surface * surface_sigma_, 2);
-    const double information = thinning * p * e.surface / e.variance;
-    pieces[e.piece].information += information * e.surface;
-    pieces[e.piece].offset += information * e.residual;
-  }
-  result.expected = static_cast<double>(met.size()) * thinning;
-  PoseShares& w = result.shares;
-  const double weight = prior_beams / thinning;
-  if (off_together) {
-    for (Piece& piece : pieces) piece.offset /= piece.information + std::pow(surface_sigma_, -2);
-    for (Expected& e : met) {
-      if (e.miss_odds > 0) continue;
-      e.residual -= e.surface * pieces[e.piece].offset;
-      e.expect(blunt);
+    const std::size_t b = concerned[i];
+    if (!std::isfinite(hits[i].range) || beams[b].range < nearest || left_out_[b] != 0) continue;
+    if (beams[b].hit()) {
+      const double variance = range_variance(image_.noise(), surface_sigma_, hits[i].range,
+                                             cosine_of(hits[i], rays[i])) +
+                              annealing * annealing;
+      weighing.hit(b, beams[b], rays[i], hits[i], variance, inverse_background_[b]);
+    } else {
+      weighing.miss(b, rays[i].origin + hits[i].range * rays[i].direction, inverse_background_[b]);
     }
   }
-  for (int step = 0; step <= share_steps; ++step) {
-    for (Piece& piece : pieces) piece.odds = {};
-    for (Expected& e : met) {
-      e.odds = e.miss_odds > 0 ? w.missing * e.miss_odds
-                               : w.hit * e.hit_odds + (e.front ? w.front : w.through);
-      pieces[e.piece].odds.multiply(e.odds);
-    }
-    result.log_odds = 0;
-    for (Piece& piece : pieces) {
-      double log_odds = thinning * piece.odds.log();
-      if (off_together) {
-        log_odds -= 0.5 * std::pow(piece.offset / surface_sigma_, 2) +
-                    0.5 * std::log1p(piece.information * surface_sigma_ * surface_sigma_);
-      }
-      const double larger = std::max(0.0, log_odds);
-      const double here = (1 - elsewhere) * std::exp(log_odds - larger);
-      const double either = here + elsewhere * std::exp(-larger);
-      piece.present = here / either;
-      result.log_odds += larger + std::log(either);
-    }
-    if (step == share_steps) break;
-    double hit = prior.hit * weight, front = prior.front * weight, through = prior.through * weight,
-           missing = prior.missing * weight;
-    for (const Expected& e : met) {
-      const double present = pieces[e.piece].present;
-      if (e.miss_odds > 0) {
-        missing += present;
-        continue;
-      }
-      const double p = w.hit * e.hit_odds / e.odds;
-      hit += present * p;
-      (e.front ? front : through) += present * (1 - p);
-    }
-    const double all = hit + front + through + missing;
-    w = {hit / all, front / all, std::min(max_through, through / all),
-         std::min(max_missing, missing / all)};
+}
+
+PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
+                          std::span<double> of_beams) const {
+  static thread_local Weighing weighing;  // so that memory is taken once
+  weighing.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning);
+  meet(pose, annealing, thinning, weighing);
+  weighing.settle_offsets();
+  At result;
+  result.expected = weighing.expected();
+  result.log_odds = weighing.weigh(result.shares);
+  for (int step = 0; step < share_steps; ++step) {
+    result.shares = weighing.shares(result.shares);
+    result.log_odds = weighing.weigh(result.shares);
   }
-  for (const Expected& e : met) {
-    if (of_beams.empty()) break;
-    of_beams[concerned[e.ray]] = thinning * pieces[e.piece].present * std::log(e.odds);
+  const PoseShares& w = result.shares;
+  for (const auto& [share, as_usual] :
+       {std::pair{w.hit, usual.hit}, std::pair{w.front, usual.front},
+        std::pair{w.through, usual.through}, std::pair{w.missing, usual.missing}}) {
+    result.log_odds += prior_beams * as_usual * std::log(share / as_usual);
   }
-  for (const Expected& e : met) {
-    if (e.hit_odds < 1e-6 * e.odds) continue;
-    const double p = thinning * pieces[e.piece].present * w.hit * e.hit_odds / e.odds / e.variance;
-    const Vector3d normal = pose.rotation * hits[e.ray].normal;
-    const Vector3d arm = hits[e.ray].range * beams[concerned[e.ray]].direction - pose.position;
-    Vector6d jacobian;  // of the range expected
-    jacobian.head<3>() = -normal / e.cosine;
-    jacobian.tail<3>() = -arm.cross(normal) / e.cosine;
-    result.gradient += (p * e.residual) * jacobian;
-    for (int k = 0; k < 6; ++k) result.information.col(k) += (p * jacobian[k]) * jacobian;
-    if (!off_together) continue;
-    pieces[e.piece].slope += (p * e.surface) * jacobian;
-    pieces[e.piece].known += p * e.surface * e.surface;
-  }
-  if (off_together) {
-    for (const Piece& piece : pieces) {
-      result.information -=
-          piece.slope * piece.slope.transpose() / (piece.known + std::pow(surface_sigma_, -2));
-    }
-  }
-  for (const auto& [share, usual] :
-       {std::pair{w.hit, prior.hit}, std::pair{w.front, prior.front},
-        std::pair{w.through, prior.through}, std::pair{w.missing, prior.missing}}) {
-    result.log_odds += prior_beams * usual * std::log(share / usual);
-  }
+  weighing.tell(of_beams);
+  weighing.differentiate(pose, image_.beams(), result);
   return result;
 }
 
-Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int rounds) const {
+PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thinning,
+                                    int rounds) const {
   const Vector3d origin = start * model_.centre - start.position;
   // About the target's centre, lengths in radii.
   Matrix6d about = Matrix6d::Identity();
@@ -366,7 +441,7 @@ Pose PoseOdds::climbed(const Pose& start, double annealing, int thinning, int ro
     }
     if (here.log_odds - before < 0.5) break;
   }
-  return pose;
+  return {pose, here};
 }
 
 }  // namespace berth::estimator

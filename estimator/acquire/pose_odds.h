@@ -81,12 +81,19 @@ class PoseOdds {
   /// @param of_beams of each beam, or empty: what it adds to log_odds, but for the shares' prior
   At at(const Pose& pose, double annealing, int thinning, std::span<double> of_beams = {}) const;
 
+  struct Climbed {
+    Pose pose;
+    At at;  ///< as it was climbed
+  };
   /// The pose of the highest odds about one: Gauss-Newton steps on ranges, and steps along the
   /// directions that ranges say least of, which beams at the outline may decide. Without rounds:
   /// one, of Gauss-Newton steps alone.
-  Pose climbed(const Pose& pose, double annealing, int thinning, int rounds) const;
+  Climbed climbed(const Pose& pose, double annealing, int thinning, int rounds) const;
 
  private:
+  class Weighing;
+  void meet(const Pose& pose, double annealing, int thinning, Weighing& weighing) const;
+
   const TargetModel& model_;
   const RangeImage& image_;
   double surface_sigma_;
