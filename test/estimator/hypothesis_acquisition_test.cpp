@@ -285,8 +285,7 @@ TEST_CASE("Of how far a piece of the surface is off the odds are an integral") {
   CHECK(as_modelled.at(moved(0.012), 0, 1).log_odds < integral(0.012) - 20);
 }
 
-TEST_CASE(
-    "Of two poses that are as wrong as each other neither is called right more often than said") {
+TEST_CASE("Of two poses as wrong as each other neither is called right more often than said") {
   Random random(9, "rivals");
   constexpr int trials = 4000;
   constexpr double risk = 0.1;
