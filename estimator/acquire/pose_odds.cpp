@@ -27,11 +27,6 @@ constexpr double elsewhere = 0.02;
 
 constexpr PoseShares usual;
 
-/// Of incidence, as far as a range says something sharper.
-double cosine_of(const RayHit& hit, const Ray& ray) {
-  return std::max(min_cosine, -hit.normal.dot(ray.direction));
-}
-
 /// What a beam is expected to do, that should meet the target.
 struct Expected {
   std::size_t beam = 0;
@@ -205,15 +200,15 @@ class PoseOdds::Weighing {
     e.miss_odds = inverse_background;
   }
 
-  /// @param ray of the beam, model frame. variance: m^2, of the range, the surface's in it
-  void hit(std::size_t beam, const Beam& measured, const Ray& ray, const RayHit& hit,
-           double variance, double inverse_background) {
+  /// @param cosine of incidence. variance: m^2, of the range, the surface's in it
+  void hit(std::size_t beam, const Beam& measured, const Vector3d& place, const RayHit& hit,
+           double cosine, double variance, double inverse_background) {
     Expected& e = met_.emplace_back();
     e.beam = beam;
-    e.piece = pieces_.at(ray.origin + hit.range * ray.direction);
+    e.piece = pieces_.at(place);
     e.range = hit.range;
     e.normal = hit.normal;
-    e.cosine = cosine_of(hit, ray);
+    e.cosine = cosine;
     e.surface = 1 / std::max(min_surface_cosine, e.cosine);
     e.residual = measured.range - hit.range;
     e.variance = variance;
@@ -353,14 +348,15 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const std::size_t b = concerned[i];
     if (!std::isfinite(hits[i].range) || beams[b].range < nearest || left_out_[b] != 0) continue;
-    if (beams[b].hit()) {
-      const double variance = range_variance(image_.noise(), surface_sigma_, hits[i].range,
-                                             cosine_of(hits[i], rays[i])) +
-                              annealing * annealing;
-      weighing.hit(b, beams[b], rays[i], hits[i], variance, inverse_background_[b]);
-    } else {
-      weighing.miss(b, rays[i].origin + hits[i].range * rays[i].direction, inverse_background_[b]);
+    const Vector3d place = rays[i].origin + hits[i].range * rays[i].direction;
+    if (!beams[b].hit()) {
+      weighing.miss(b, place, inverse_background_[b]);
+      continue;
     }
+    const double cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
+    const double variance = range_variance(image_.noise(), surface_sigma_, hits[i].range, cosine) +
+                            annealing * annealing;
+    weighing.hit(b, beams[b], place, hits[i], cosine, variance, inverse_background_[b]);
   }
 }
 

@@ -335,7 +335,11 @@ std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
 
 LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel& beam_model,
                                        const LikelihoodTrackingOptions& options)
-    : model_(model), beam_model_(beam_model), options_(options), scene_(model.target) {
+    : model_(model),
+      beam_model_(beam_model),
+      options_(options),
+      scene_(model.target),
+      radius_(scene_.radius_about(model.centre)) {
   const bool bare = model.target.description_hash.empty();
   for (std::uint32_t f = 0; f < model.target.mesh.triangles.size(); ++f) {
     const TargetPart& part = model.target.part(f);
@@ -388,6 +392,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   ScanFit::Options fit_options;
   fit_options.centre = model_.centre;
   fit_options.extent = 2 * model_.radius;
+  fit_options.radius = radius_;
   const auto returns = static_cast<int>(scan.points.size());
   fit_options.thinning = ratio_above(returns, options_.max_returns);
   const double range = std::max(1e-3, predicted.pose.position.norm());

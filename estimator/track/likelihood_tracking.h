@@ -40,6 +40,7 @@ class LikelihoodTracking final : public Tracking {
   const BeamModel& beam_model_;
   LikelihoodTrackingOptions options_;
   TargetScene scene_;
+  double radius_;  // m, of the sphere that holds the target, joints turned
   std::vector<ScanFit::Surface> surface_of_face_;
   double scale_prior_ = 1;  // of the logarithm of the scale on all sigmas, 1 sigma
 };

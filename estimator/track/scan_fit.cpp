@@ -148,11 +148,7 @@ ScanState ScanStateLayout::moved(const ScanState& state, const Eigen::VectorXd& 
 
 ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const CleanScan& scan,
                  const ScanStateLayout& layout, const Options& options)
-    : scene_(scene),
-      beam_model_(beam_model),
-      layout_(layout),
-      options_(options),
-      radius_(scene.radius_about(options.centre)) {
+    : scene_(scene), beam_model_(beam_model), layout_(layout), options_(options) {
   Vector3d sum = Vector3d::Zero();
   for (const Beam& beam : scan.beams) sum += beam.direction;
   middle_ = sum.normalized();
@@ -269,7 +265,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   const bool still = stands_still(state);
   if (candidates_thinning_ != stage.thinning ||
       !(moved_between(candidates_at_, state) + rim_reach_ <= candidates_reach_)) {
-    const double reach = radius_ + rim_reach_;
+    const double reach = options_.radius + rim_reach_;
     candidates_.clear();
     const auto thinning = static_cast<std::uint32_t>(stage.thinning);
     for (std::uint32_t i = 0; i < beams_.size(); i += thinning) {

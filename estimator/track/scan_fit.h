@@ -58,6 +58,7 @@ class ScanFit {
     double elsewhere = 0.02;             ///< probability of that
     Vector3d centre = Vector3d::Zero();  ///< m, of the sphere that holds the target, model frame
     double extent = 3;                   ///< m, its diameter: over which stray ranges are spread
+    double radius = 3;                   ///< m, of the sphere that holds it, joints turned
     double depth = 0.03;                 ///< m: an edge occludes what is so much farther
   };
   /// How far the true surface is from the mesh, as described: standard deviation, and the distance
@@ -223,7 +224,6 @@ class ScanFit {
   Vector3d middle_ = Vector3d::UnitZ();
   double cone_cosine_ = 1;
   double half_duration_ = 0;  // s, about the mean time
-  double radius_ = 0;         // m, of the sphere that holds the target, joints turned
 
   // Beams that may meet the target or an edge of it within that reach (m) of a state.
   std::vector<std::uint32_t> candidates_;

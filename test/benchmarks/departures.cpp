@@ -38,7 +38,7 @@ struct Sighting {
 
   bool is_acquired() const { return described.empty(); }  ///< else tracked alone
   const std::shared_ptr<const estimator::TargetModel>& model_in(const Departures& world) const {
-    return described.empty() ? model : described.at(surface_sigma(world));
+    return is_acquired() ? model : described.at(surface_sigma(world));
   }
 };
 
