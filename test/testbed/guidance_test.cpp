@@ -9,8 +9,8 @@ namespace {
 
 using Catch::Matchers::Contains;
 
-/// A perfect plant: the replica is where it was commanded a dead time before; seen once a second as
-/// the given transformation of where it is.
+/// The replica is where it was commanded a dead time before, or off by so much in the sensor frame;
+/// seen once a second as the given transformation of where it is.
 struct Flight {
   RayCaster caster{load_target("radarsat2", 0).mesh};
   Guidance guidance{caster, Guidance::Settings{}};
@@ -18,6 +18,7 @@ struct Flight {
   std::deque<Pose> commanded;
   std::function<Pose(const Pose&)> seen = [](const Pose& pose) { return pose; };
   Pose where;
+  Pose off;
   Guidance::Output output;
 
   explicit Flight(const Pose& start) : where(start) {
@@ -38,7 +39,7 @@ struct Flight {
     for (int i = 0; i < static_cast<int>(seconds * 100); ++i) {
       output = guidance.step(now, 0.01);
       commanded.push_back(output.commanded);
-      where = commanded[commanded.size() - 16];
+      where = off * commanded[commanded.size() - 16];
       now += 10000;
       if (i % 100 == 99) look();
       if (output.phase == Guidance::Phase::done) return;
@@ -83,9 +84,12 @@ TEST_CASE("a target that looks the same turned by half a turn is approached all 
   limits.speed = 0.1;
   REQUIRE_FALSE(flight.guidance.approach(flight.now, start, 4.0, limits));
   CHECK(degrees(flight.guidance.initial_angle()) == Approx(180.0).margin(1e-6));
+  flight.fly(4);
+  CHECK(angle_between(flight.where, start) < 1e-6);
+  flight.off.rotation = rotation_from_vector(Vector3d(0.01, 0.005, -0.005));
   flight.fly(60);
   CHECK(flight.output.phase == Guidance::Phase::done);
-  CHECK(angle_between(flight.where, start) < 1e-6);
+  CHECK(angle_between(flight.where, start) < 0.001);
 }
 
 TEST_CASE("an approach is refused without a good estimate, or from within the standoff") {
@@ -105,14 +109,21 @@ TEST_CASE("an approach is refused without a good estimate, or from within the st
   reason = flight.guidance.approach(
       flight.now, start * Pose{Vector3d(0.4, 0, 0), Quaterniond::Identity()}, 4.0, limits);
   CHECK_FALSE(reason);  // the history says where the arms really were told to be
-  Flight wrong(start);
-  wrong.seen = [](const Pose& pose) {
-    return pose * Pose{Vector3d(0.4, 0, 0), Quaterniond::Identity()};
+}
+
+TEST_CASE("the estimate is flown by wherever the arms were told to be") {
+  Flight flight(start);
+  flight.seen = [](const Pose& pose) {
+    return pose * Pose{Vector3d(0.1, 0.2, -0.4), rotation_from_vector(Vector3d(0, 0.4, 0.1))};
   };
-  wrong.look();
-  reason = wrong.guidance.approach(wrong.now, start, 4.0, limits);
-  REQUIRE(reason);
-  CHECK_THAT(*reason, Contains("400 mm away"));
+  flight.look();
+  RelativeLimits limits;
+  limits.speed = 0.1;
+  REQUIRE_FALSE(flight.guidance.approach(flight.now, start, 4.0, limits));
+  flight.fly(60);
+  CHECK(flight.output.phase == Guidance::Phase::done);
+  const Vector3d sensor = flight.seen(flight.where).inverse().position;
+  CHECK((flight.caster.nearest(sensor) - sensor).norm() == Approx(4.0).margin(1e-3));
 }
 
 TEST_CASE("an older estimate than the last is ignored") {

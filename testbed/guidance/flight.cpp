@@ -93,13 +93,8 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
 }
 
 std::string Flight::refusal() const {
-  const double away = first_sight_.position.norm();
-  const double limit = settings_.correction_limit(estimate_.pose);
-  if (away > limit) {
-    return "the estimate is " + mm(away) + " away from where the arms were told to be, limit " +
-           mm(limit);
-  }
   if (order_.keep) {
+    const double limit = settings_.correction_limit(estimate_.pose);
     const Pose wanted = first_sight_ * order_.pose.inverse();
     const double off = distance(wanted, chaser_.pose());
     const double turned = angle_between(wanted, chaser_.pose());

@@ -8,15 +8,11 @@
 namespace berth::testbed {
 namespace {
 
-void slew(Eigen::Ref<Vector3d> value, const Vector3d& to, double most) {
-  const Vector3d change = to - value;
-  const double length = change.norm();
-  value += length <= most ? change : Vector3d(change * (most / length));
+Vector3d at_most(const Vector3d& change, double length) {
+  return change.norm() <= length ? change : Vector3d(change.normalized() * length);
 }
 
 }  // namespace
-
-double Guidance::initial_angle() const { return rotation_vector(bias_rotation_).norm(); }
 
 double Guidance::surface_distance(const Pose& pose) const {
   const Vector3d sensor = pose.inverse().position;  // in the model frame
@@ -35,10 +31,7 @@ double Guidance::distance_to_go(const Pose& pose) const {
 }
 
 /// The commanded pose at which the estimate is expected to be as wanted.
-Pose Guidance::uncorrected(const Pose& wanted) const {
-  const Quaterniond bias = rotation_from_vector(bias_.tail<3>()) * bias_rotation_;
-  return {wanted.position - bias_.head<3>(), (bias.conjugate() * wanted.rotation).normalized()};
-}
+Pose Guidance::uncorrected(const Pose& wanted) const { return wanted * offset_.inverse(); }
 
 void Guidance::note_target_moved(const Pose& moved) {
   history_ = history_.mapped([&](std::int64_t, const Pose& pose) { return pose * moved; });
@@ -63,23 +56,12 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
   const std::string reason = unusable(now);
   if (!reason.empty()) return reason;
   const Pose before = history_.at(estimate_->commanded()).value_or(commanded);
-  bias_.setZero();
-  bias_.head<3>() = estimate_->pose.position - before.position;
-  bias_rotation_ = estimate_->attitude_known
-                       ? (estimate_->pose.rotation * before.rotation.conjugate()).normalized()
-                       : Quaterniond::Identity();
-  if (initial_distance() > settings_.correction_limit(estimate_->pose)) {
-    return "the estimate is " + fixed(1e3 * initial_distance(), 0) +
-           " mm away from where the arms were told to be, limit " +
-           fixed(1e3 * settings_.correction_limit(estimate_->pose), 0) + " mm";
-  }
-  filtered_ = bias_;
+  filtered_ = Pose();
+  offset_ = filtered_ = seen_from(before, *estimate_);
   // what is wanted begins where the command is, seen as the estimate sees it
-  wanted_start_ = {commanded.position + bias_.head<3>(),
-                   (bias_rotation_ * commanded.rotation).normalized()};
+  wanted_start_ = commanded * offset_;
   time_ = 0;
   holding_since_ = arrived_ = 0;
-  disbelief_.clear();
   held_ = false;
   good_in_a_row_ = settings_.good_estimates;
   scale_.stop();
@@ -143,10 +125,7 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
   }
   // the difference is worked off as a correction is
   wanted_start_ = wanted;
-  filtered_.head<3>() = bias_.head<3>();
-  bias_.head<3>() += away.head<3>();
-  bias_.tail<3>() = away.tail<3>();
-  filtered_.tail<3>().setZero();
+  offset_ = commanded.inverse() * wanted;
   travel_ = SmoothTravel(0, limits.speed, limits.acceleration, limits.acceleration);
   docking_.reset();
   keeping_ = true;
@@ -168,25 +147,18 @@ void Guidance::on_estimate(const Estimate& estimate) {
   if (active_ && estimate.usable) correct(estimate);
 }
 
+/// The estimate in the model frame of what was commanded.
+Pose Guidance::seen_from(const Pose& commanded, const Estimate& estimate) const {
+  Pose offset = commanded.inverse() * estimate.pose;
+  if (!estimate.attitude_known) offset.rotation = filtered_.rotation;
+  return offset;
+}
+
 void Guidance::correct(const Estimate& estimate) {
   const auto before = history_.at(estimate.commanded());
   if (!before) return;
-  Vector6d bias;
-  bias.head<3>() = estimate.pose.position - before->position;
-  bias.tail<3>() = estimate.attitude_known
-                       ? rotation_vector(estimate.pose.rotation * before->rotation.conjugate() *
-                                         bias_rotation_.conjugate())
-                       : Vector3d(filtered_.tail<3>());
-  if (bias.head<3>().norm() > settings_.correction_limit(estimate.pose) ||
-      bias.tail<3>().norm() > settings_.largest_angular_correction) {
-    disbelief_ = "the estimate is " + fixed(1e3 * bias.head<3>().norm(), 0) + " mm and " +
-                 fixed(degrees(bias.tail<3>().norm()), 1) +
-                 " deg away from where the arms were told to be";
-    good_in_a_row_ = 0;
-    return;
-  }
-  disbelief_.clear();
-  filtered_ += settings_.gain * (bias - filtered_);
+  const Vector6d change = difference(filtered_, seen_from(*before, estimate));
+  filtered_ = perturbed(filtered_, settings_.gain * change);
 }
 
 void Guidance::set_held(bool held) {
@@ -218,7 +190,7 @@ GuidanceReport Guidance::report() const {
   report.range = keeping_ ? surface_distance(expected) : distance_to_go(expected) + standoff_;
   report.wanted_closing_speed = travel_.speed(time_);
   report.closing_speed = scale_.rate() * report.wanted_closing_speed;
-  report.misalignment = (filtered_ - bias_).tail<3>().norm();
+  report.misalignment = angle_between(filtered_, offset_);
   report.orbit_time = time_;
   return report;
 }
@@ -226,7 +198,6 @@ GuidanceReport Guidance::report() const {
 Guidance::Output Guidance::step(std::int64_t now, double dt) {
   Output output;
   std::string reason = unusable(now);
-  if (reason.empty()) reason = disbelief_;
   if (reason.empty() && holding_since_ != 0 && good_in_a_row_ < settings_.good_estimates) {
     reason = "waiting for " + std::to_string(settings_.good_estimates) + " good estimates";
   }
@@ -239,8 +210,10 @@ Guidance::Output Guidance::step(std::int64_t now, double dt) {
   scale_.set_target(reason.empty() && !held_ ? override_ : 0);
   time_ += scale_.advance(dt);
   if (reason.empty() && !held_) {
-    slew(bias_.head<3>(), filtered_.head<3>(), settings_.correction_speed * dt);
-    slew(bias_.tail<3>(), filtered_.tail<3>(), settings_.correction_angular_speed * dt);
+    Vector6d change = difference(offset_, filtered_);
+    change.head<3>() = at_most(change.head<3>(), settings_.correction_speed * dt);
+    change.tail<3>() = at_most(change.tail<3>(), settings_.correction_angular_speed * dt);
+    offset_ = perturbed(offset_, change);
   }
   output.commanded = uncorrected(reference(travel_.position(time_)));
   output.progress = progress();

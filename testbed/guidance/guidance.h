@@ -26,9 +26,10 @@ struct Docking {
 /// Closed loop by the estimate alone. It streams commanded relative poses: along the boresight
 /// until the nearest surface of the target, placed by the estimate, is at the standoff; attitude
 /// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
-/// interface is at its place; the attitude stays. What the estimate says otherwise
-/// than was commanded a dead time before the estimate's own time is a correction, filtered and
-/// slewed into the command. Arms, joints and ground truth are unknown here.
+/// interface is at its place; the attitude stays. An estimate, moved on by what was commanded since
+/// a dead time before its own time, says where the target is now; that is filtered and slewed into
+/// the command, whatever it is: where the arms were told to be says nothing against it. Arms,
+/// joints and ground truth are unknown here.
 class Guidance {
  public:
   struct Settings {
@@ -85,8 +86,8 @@ class Guidance {
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
   /// How far the estimate stands from the commanded pose at the start: m and rad.
-  double initial_distance() const { return bias_.head<3>().norm(); }
-  double initial_angle() const;
+  double initial_distance() const { return offset_.position.norm(); }
+  double initial_angle() const { return angle_between(offset_, Pose()); }
 
   /// Somebody else's hold: at rest on the path as long as it lasts. After it, a lost estimate has
   /// all its time again to come back.
@@ -107,6 +108,7 @@ class Guidance {
   void correct(const Estimate& estimate);
   Pose reference(double travelled) const;
   Pose uncorrected(const Pose& wanted) const;
+  Pose seen_from(const Pose& commanded, const Estimate& estimate) const;
   double surface_distance(const Pose& pose) const;
   /// How far the end of the approach is from a pose, m.
   double distance_to_go(const Pose& pose) const;
@@ -127,14 +129,13 @@ class Guidance {
   Vector3d direction_ = -Vector3d::UnitZ();  // of the approach, unit, sensor frame
   std::optional<Docking> docking_;
   double standoff_ = 0;
-  double time_ = 0;                                      // along the travel
-  Quaterniond bias_rotation_ = Quaterniond::Identity();  // estimated from commanded, at the start
-  Vector6d bias_ = Vector6d::Zero();      // position bias; rotation beyond bias_rotation_
-  Vector6d filtered_ = Vector6d::Zero();  // where bias_ is slewed to
-  std::int64_t holding_since_ = 0;        // 0: not holding
-  std::int64_t arrived_ = 0;              // 0: not yet
-  std::string disbelief_;
-  std::string reason_;  // of holding
+  double time_ = 0;  // along the travel
+  // What is estimated of the target, in the model frame of what was commanded.
+  Pose offset_;
+  Pose filtered_;                   // where that is slewed to
+  std::int64_t holding_since_ = 0;  // 0: not holding
+  std::int64_t arrived_ = 0;        // 0: not yet
+  std::string reason_;              // of holding
 };
 
 }  // namespace berth::testbed
