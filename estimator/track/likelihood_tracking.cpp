@@ -285,9 +285,9 @@ class Descent {
 };
 
 /// The most probable of the optima that are found from the prediction and, where beams do not fit,
-/// from a sigma of it to either side: turned about its principal axes, with a joint's angle
-/// another. Past the edge of a panel that is seen edge on there is another optimum, and most of
-/// them are about it.
+/// from it as it is, not widened, and from a sigma of it to either side: turned about its principal
+/// axes, with a joint's angle another. Past the edge of a panel that is seen edge on there is
+/// another optimum, and most of them are about it.
 std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
                                       const Matrix6d& covariance, const Vector3d& centre) {
   auto best = std::make_unique<Descent>(task, start);
@@ -298,14 +298,17 @@ std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
   const auto near = [](const Descent& d) {
     return d.fit().from_prediction() < max_from_prediction;
   };
-  const auto attempt = [&](const ScanState& other) {
-    auto tried = std::make_unique<Descent>(task, other);
-    tried->coarse();
-    if (!(tried->coarse_log_posterior() > best->coarse_log_posterior())) return;
+  const auto finish = [&](std::unique_ptr<Descent> tried) {
     tried->fine();
     const bool better = tried->fit().log_posterior() > best->fit().log_posterior();
     if (near(*tried) && (better || !near(*best))) best = std::move(tried);
   };
+  const auto attempt = [&](const ScanState& other) {
+    auto tried = std::make_unique<Descent>(task, other);
+    tried->coarse();
+    if (tried->coarse_log_posterior() > best->coarse_log_posterior()) finish(std::move(tried));
+  };
+  finish(std::make_unique<Descent>(task, start));
   const Eigen::SelfAdjointEigenSolver<Matrix3d> turns(covariance.bottomRightCorner<3, 3>());
   const Vector3d middle = start.motion.pose * centre;
   for (int axis = 0; axis < 3; ++axis) {
