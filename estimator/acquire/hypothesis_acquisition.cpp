@@ -237,17 +237,23 @@ std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const Po
   return best;
 }
 
-/// What a pose is easily confused with: half turns about the axes that the target is spread along,
-/// and its near symmetries.
-std::vector<Pose> HypothesisAcquisition::alike(const Pose& pose) const {
+/// Half turns about the axes that the target is spread along, through a place (m, model frame).
+std::vector<Pose> HypothesisAcquisition::half_turned(const Pose& pose,
+                                                     const Vector3d& place) const {
   std::vector<Pose> poses;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3d about = model_.canonical.pose.rotation.conjugate() * Vector3d::Unit(axis);
     Pose turn;
     turn.rotation = Quaterniond(Eigen::AngleAxisd(radians(180), about));
-    turn.position = model_.centre - turn.rotation * model_.centre;
+    turn.position = place - turn.rotation * place;
     poses.push_back(pose * turn);
   }
+  return poses;
+}
+
+/// What a pose is easily confused with: half turns, and its near symmetries.
+std::vector<Pose> HypothesisAcquisition::alike(const Pose& pose) const {
+  std::vector<Pose> poses = half_turned(pose, model_.centre);
   for (const Symmetry& s : model_.symmetries.motions) {
     if (!s.exact) poses.push_back(pose * s.motion);
   }
@@ -257,7 +263,7 @@ std::vector<Pose> HypothesisAcquisition::alike(const Pose& pose) const {
 /// The best of them, so many, climbed where ranges are widened.
 std::vector<Pose> HypothesisAcquisition::climbed(const Searched& scan, const PoseOdds& odds,
                                                  const std::vector<Pose>& poses,
-                                                 std::size_t finalists) const {
+                                                 const Effort& effort) const {
   const double length = model_.target.length;
   struct Climber {
     Pose pose;
@@ -285,15 +291,15 @@ std::vector<Pose> HypothesisAcquisition::climbed(const Searched& scan, const Pos
     if (best.size() > count) best.resize(count);
     for (const Climber& c : std::exchange(best, {})) add(c.pose, annealing, thinning, rounds);
   };
-  for (const Pose& p : poses) add(p, 0.02, scan.coarse, 0);
+  for (const Pose& p : poses) add(p, 0.02, scan.coarse, effort.rounds);
   sort();
   std::vector<Pose> others;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, best.size()); ++i) {
     for (const Pose& p : alike(best[i].pose)) others.push_back(p);
   }
-  for (const Pose& p : others) add(p, 0.02, scan.coarse, 0);
-  climb(4 * finalists, 0.02, scan.middle, 0);
-  climb(finalists, 0.007, scan.middle, 3);
+  for (const Pose& p : others) add(p, 0.02, scan.coarse, effort.rounds);
+  climb(4 * effort.finalists, 0.02, scan.middle, 0);
+  climb(effort.finalists, 0.007, scan.middle, 3);
   sort();
   std::vector<Pose> result;
   for (const Climber& c : best) {
@@ -302,14 +308,28 @@ std::vector<Pose> HypothesisAcquisition::climbed(const Searched& scan, const Pos
   return result;
 }
 
-/// What the best is easily confused with, where it may be as probable.
-std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Pose& best) const {
+/// What the best is easily confused with, where it may be as probable. The side that is seen may
+/// look as it does turned about its own middle, not the target's.
+std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Mode& best) const {
   const double annealing = 0.007 * model_.target.length;
-  const double highest = scan.odds.at(best, annealing, scan.middle).log_odds;
+  const double highest = scan.odds.at(best.pose, annealing, scan.middle).log_odds;
+  Vector3d sum = Vector3d::Zero();
+  int returns = 0;
+  for (std::size_t b = 0; b < best.of_beams.size(); ++b) {
+    if (best.of_beams[b] <= 0 || !scan.image.beams()[b].hit()) continue;
+    sum += scan.image.beams()[b].point();
+    ++returns;
+  }
+  std::vector<Pose> starts = alike(best.pose);
+  if (returns > 0) {
+    for (const Pose& p : half_turned(best.pose, best.pose.inverse() * Vector3d(sum / returns))) {
+      starts.push_back(p);
+    }
+  }
   std::vector<Pose> result;
-  for (const Pose& start : alike(best)) {
+  for (const Pose& start : starts) {
     const auto [pose, at] = scan.odds.climbed(start, annealing, scan.middle, 0);
-    if (!same(pose, best) && at.log_odds >= rival_from(highest)) result.push_back(pose);
+    if (!same(pose, best.pose) && at.log_odds >= rival_from(highest)) result.push_back(pose);
   }
   return result;
 }
@@ -431,11 +451,11 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
     Hypothesis h;
     h.pose = mode->pose;
     h.log_likelihood = mode->at.log_odds;
-    h.probability = odds / all;
+    h.probability = (1 - none) * odds / all;
     h.inlier_share = mode->at.shares.hit;
     h.equal_poses = model_.symmetries.exact_count();
     h.constrained = true;
-    if (!result.hypotheses.empty() && h.probability < options_.risk) break;
+    if (!result.hypotheses.empty() && odds / all < options_.risk) break;
     result.hypotheses.push_back(h);
   }
   const Mode& first = modes.front();
@@ -449,7 +469,7 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
                     fixed(100 * w.missing, 0) + " % did not return";
     return result;
   }
-  if (result.hypotheses.front().probability < 1 - options_.risk) {
+  if (weighed.front().odds / all < 1 - options_.risk) {
     result.status = AcquisitionResult::Status::ambiguous;
     result.reason = "the best pose leads the next by log odds of " +
                     fixed(-std::log(weighed[1].odds), 1) + ", " + fixed(required(), 1) +
@@ -479,14 +499,14 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& cleaned,
   const auto search = [&](const Part& part, const Effort& effort) {
     const PoseOdds odds = scan.odds.without(part.hiding);
     const std::vector<Pose> poses = proposed(scan, odds, part, hints, effort);
-    add(climbed(scan, odds, poses, effort.finalists), lowest);
+    add(climbed(scan, odds, poses, effort), lowest);
   };
   const auto explained = [&] {
     if (decided(weighed).status != AcquisitionResult::Status::found) return false;
     const PoseOdds::At& at = weighed.front().at;
-    return at.shares.hit > explains_enough &&
-           at.shares.hit * at.expected >
-               explains_enough * static_cast<double>(scan.all.points.size());
+    const double hit = at.present * at.shares.hit;
+    return hit > explains_enough &&
+           hit * at.expected > explains_enough * static_cast<double>(scan.all.points.size());
   };
   search(scan.all, first_look);
   if (!explained()) search(scan.all, full_search);
@@ -495,7 +515,7 @@ AcquisitionResult HypothesisAcquisition::acquire(const CleanScan& cleaned,
   }
   if (!weighed.empty()) {
     const Mode best = weighed.front();
-    add(rivals(scan, best.pose), best.at.log_odds);
+    add(rivals(scan, best), best.at.log_odds);
   }
   AcquisitionResult result = decided(weighed);
   result.noise_scale = scan.image.noise_scale();
@@ -506,7 +526,7 @@ AcquisitionResult HypothesisAcquisition::weigh(const CleanScan& cleaned,
                                                const std::vector<Pose>& poses) const {
   const Searched scan(*this, cleaned);
   std::vector<Mode> modes;
-  add_modes(scan, climbed(scan, scan.odds, poses, full_search.finalists), modes, lowest);
+  add_modes(scan, climbed(scan, scan.odds, poses, full_search), modes, lowest);
   return decided(priced(scan, modes));
 }
 

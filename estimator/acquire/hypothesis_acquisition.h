@@ -57,9 +57,10 @@ class HypothesisAcquisition final : public Acquisition {
     std::size_t placements;
     std::size_t semifinalists;
     std::size_t finalists;
+    int rounds;  ///< of the first climb (PoseOdds::climbed)
   };
-  static constexpr Effort first_look{false, 20, 60, 6, 2};
-  static constexpr Effort full_search{true, 300, 600, 20, 5};
+  static constexpr Effort first_look{false, 20, 60, 6, 2, 0};
+  static constexpr Effort full_search{true, 300, 600, 20, 5, 1};
 
   struct Behind {
     std::vector<Part> parts;
@@ -71,10 +72,11 @@ class HypothesisAcquisition final : public Acquisition {
   Behind behind_surfaces(const RangeImage& image, const Part& all) const;
   std::vector<Pose> proposed(const Searched& scan, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;
+  std::vector<Pose> half_turned(const Pose& pose, const Vector3d& place) const;
   std::vector<Pose> alike(const Pose& pose) const;
-  std::vector<Pose> rivals(const Searched& scan, const Pose& best) const;
+  std::vector<Pose> rivals(const Searched& scan, const Mode& best) const;
   std::vector<Pose> climbed(const Searched& scan, const PoseOdds& odds,
-                            const std::vector<Pose>& poses, std::size_t finalists) const;
+                            const std::vector<Pose>& poses, const Effort& effort) const;
   void add_modes(const Searched& scan, const std::vector<Pose>& poses, std::vector<Mode>& modes,
                  double highest) const;
   double log_evidence(const RangeImage& image, const PoseOdds::At& at) const;

@@ -16,8 +16,9 @@ constexpr double max_missing = 0.5;  // of a target that is found, half returns
 constexpr int share_steps = 3;
 constexpr double min_cosine = 0.1;           // slope beyond which a range says nothing sharper
 constexpr double min_surface_cosine = 0.25;  // ... beyond which the surface is off by no more
-/// While ranges are widened, the background may not be sharper than they are.
-constexpr double annealed_lead = 2;
+/// Log odds that a beam gains at least where it fits, while a pose climbs with ranges widened: so
+/// that smooth faces, which the background explains as well, draw it, too.
+constexpr double drawn = 2;
 
 /// Pieces of the target, cubes with a side of so much of its length, that are elsewhere than
 /// modelled, missing or turned, with a probability of their own.
@@ -43,8 +44,10 @@ struct Expected {
   double inverse_background = 0;
   double odds = 0;  // of the beam, where the piece is as modelled
 
-  void expect(double blunt) {
-    const double peak = 1 / std::sqrt(2 * std::numbers::pi * variance);
+  /// @param blunt odds that it gains at least where it fits. widened: m^2 of the variance that its
+  /// peak has not
+  void expect(double blunt, double widened) {
+    const double peak = 1 / std::sqrt(2 * std::numbers::pi * (variance - widened));
     hit_odds = std::max(blunt, peak * inverse_background) *
                std::exp(-0.5 * residual * residual / variance);
     front = residual < 0;
@@ -185,11 +188,13 @@ PoseOdds PoseOdds::with_background(const std::vector<double>& log_background) co
 class PoseOdds::Weighing {
  public:
   /// @param surface_sigma m, of pieces that are off as one; 0: they are not
-  void begin(const TargetModel& model, double surface_sigma, double annealing, int thinning) {
+  void begin(const TargetModel& model, double surface_sigma, double annealing, int thinning,
+             bool climbs) {
     pieces_.lay(model.centre, piece_of_length * model.target.length);
     met_.clear();
     sigma_ = surface_sigma;
-    blunt_ = annealing > 0 ? std::exp(annealed_lead) : 0;
+    blunt_ = annealing > 0 ? std::exp(climbs ? drawn : 0) : 0;
+    widened_ = climbs ? 0 : annealing * annealing;
     thinning_ = thinning;
   }
 
@@ -213,7 +218,7 @@ class PoseOdds::Weighing {
     e.residual = measured.range - hit.range;
     e.variance = variance;
     e.inverse_background = inverse_background;
-    e.expect(blunt_);
+    e.expect(blunt_, widened_);
     if (!off_as_one()) return;
     const double fits = usual.hit * e.hit_odds;
     const double p = fits / (fits + (e.front ? usual.front : usual.through));
@@ -226,6 +231,13 @@ class PoseOdds::Weighing {
   /// Beams that should meet the target.
   double expected() const { return static_cast<double>(met_.size()) * thinning_; }
 
+  /// The share of them on pieces that are as modelled.
+  double present() {
+    double sum = 0;
+    for (const Expected& e : met_) sum += pieces_[e.piece].present;
+    return met_.empty() ? 0 : sum / static_cast<double>(met_.size());
+  }
+
   /// Every piece is where it is most probably, the surface's variance is its own.
   void settle_offsets() {
     if (!off_as_one()) return;
@@ -233,7 +245,7 @@ class PoseOdds::Weighing {
     for (Expected& e : met_) {
       if (e.miss_odds > 0) continue;
       e.residual -= e.surface * pieces_[e.piece].offset;
-      e.expect(blunt_);
+      e.expect(blunt_, widened_);
     }
   }
 
@@ -320,6 +332,7 @@ class PoseOdds::Weighing {
   std::vector<Expected> met_;
   double sigma_ = 0;
   double blunt_ = 0;
+  double widened_ = 0;
   int thinning_ = 1;
 };
 
@@ -362,8 +375,13 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
 
 PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
                           std::span<double> of_beams) const {
+  return weighed(pose, annealing, thinning, false, of_beams);
+}
+
+PoseOdds::At PoseOdds::weighed(const Pose& pose, double annealing, int thinning, bool climbs,
+                               std::span<double> of_beams) const {
   static thread_local Weighing weighing;  // so that memory is taken once
-  weighing.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning);
+  weighing.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning, climbs);
   meet(pose, annealing, thinning, weighing);
   weighing.settle_offsets();
   At result;
@@ -379,6 +397,7 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
         std::pair{w.through, usual.through}, std::pair{w.missing, usual.missing}}) {
     result.log_odds += prior_beams * as_usual * std::log(share / as_usual);
   }
+  result.present = weighing.present();
   weighing.tell(of_beams);
   weighing.differentiate(pose, image_.beams(), result);
   return result;
@@ -391,8 +410,9 @@ PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thi
   Matrix6d about = Matrix6d::Identity();
   about.topRightCorner<3, 3>() = skew(origin);  // position moves where the centre is held
   about.rightCols<3>() /= model_.radius;
+  const auto odds = [&](const Pose& p) { return weighed(p, annealing, thinning, true, {}); };
   Pose pose = start;
-  At here = at(pose, annealing, thinning);
+  At here = odds(pose);
   const double width = std::hypot(annealing, image_.noise().range_sigma_m);
   for (int round = 0; round < std::max(1, rounds); ++round) {
     const double before = here.log_odds;
@@ -404,7 +424,7 @@ PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thi
       const Vector6d step =
           about * information.ldlt().solve(Vector6d(about.transpose() * here.gradient));
       const Pose trial = perturbed(pose, step);
-      const At there = at(trial, annealing, thinning);
+      const At there = odds(trial);
       if (there.log_odds <= here.log_odds) break;
       const bool small = there.log_odds - here.log_odds < 0.1;
       pose = trial;
@@ -415,7 +435,7 @@ PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thi
       const Vector6d axis = about * axes.eigenvectors().col(a);
       const auto higher = [&](double step, double& log_odds) {
         const Pose trial = perturbed(pose, step * axis);
-        const At there = at(trial, annealing, thinning);
+        const At there = odds(trial);
         log_odds = there.log_odds;
         if (log_odds <= here.log_odds) return false;
         pose = trial;
@@ -437,7 +457,7 @@ PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thi
     }
     if (here.log_odds - before < 0.5) break;
   }
-  return {pose, here};
+  return {pose, annealing > 0 ? at(pose, annealing, thinning) : here};
 }
 
 }  // namespace berth::estimator

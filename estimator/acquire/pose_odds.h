@@ -58,8 +58,11 @@ double surface_sigma_of(const TargetModel& model, double bare);
 /// shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2, B = sum p a r/s^2,
 ///   offset d = B / (A + 1/sigma^2),   log odds = sum log (L/b)(r - a d) - d^2 / (2 sigma^2)
 ///                                                - log(1 + A sigma^2) / 2;
-/// while ranges are widened, sigma counts in s alone. The shares w are those most probable, and
-/// their prior counts; of what is found at least half returns.
+/// while ranges are widened, sigma counts in s alone, and a range that fits so is weighed as if it
+/// fitted as it is: N keeps the peak that it has without, and is at least b. Of a pose that climbs
+/// it has its own, and is at least exp(2) b: smooth faces, which the background explains as well,
+/// draw it, too. The shares w are those most probable, and their prior counts; of what is found at
+/// least half returns.
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.
@@ -74,6 +77,7 @@ class PoseOdds {
     double log_odds = 0;
     PoseShares shares;    ///< most probable, given about 20 beams as PoseShares are
     double expected = 0;  ///< beams that should meet the target
+    double present = 0;   ///< share of them on pieces that are as modelled
     Matrix6d information = Matrix6d::Zero();  ///< of ranges, as berth::perturbed
     Vector6d gradient = Vector6d::Zero();     ///< of log_odds, of ranges alone, shares held
   };
@@ -83,7 +87,7 @@ class PoseOdds {
 
   struct Climbed {
     Pose pose;
-    At at;  ///< as it was climbed
+    At at;  ///< as at() says
   };
   /// The pose of the highest odds about one: Gauss-Newton steps on ranges, and steps along the
   /// directions that ranges say least of, which beams at the outline may decide. Without rounds:
@@ -92,6 +96,8 @@ class PoseOdds {
 
  private:
   class Weighing;
+  At weighed(const Pose& pose, double annealing, int thinning, bool climbs,
+             std::span<double> of_beams) const;
   void meet(const Pose& pose, double annealing, int thinning, Weighing& weighing) const;
 
   const TargetModel& model_;

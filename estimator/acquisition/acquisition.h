@@ -12,7 +12,7 @@ namespace berth::estimator {
 struct Hypothesis {
   Pose pose;  ///< T_sensor_model
   double log_likelihood = 0;
-  double probability = 0;
+  double probability = 0;  ///< that the target is there
   Likelihood fit;
   double inlier_share = 0;   ///< of the returns about the target
   int equal_poses = 1;       ///< that a symmetry of the target makes one and the same
@@ -22,8 +22,9 @@ struct Hypothesis {
 struct AcquisitionResult {
   enum class Status { found, ambiguous, not_found, refused };
   Status status = Status::not_found;
-  std::string reason;                  ///< empty when found
-  std::vector<Hypothesis> hypotheses;  ///< best first, distinct; probabilities sum to 1
+  std::string reason;  ///< empty when found
+  std::vector<Hypothesis>
+      hypotheses;          ///< best first, distinct; of found ones probabilities sum to 1
   double noise_scale = 1;  ///< on the beam model's sigmas, as the best pose's returns show it
   int point_sets = 0;
   int candidates = 0;  ///< poses that were polished and weighed

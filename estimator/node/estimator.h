@@ -155,7 +155,7 @@ class Estimator {
   void track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void acquire_far(const LongRangeFix& far, bool was_zoomed, const CleanScan& scan,
                    pose_estimate_t& estimate);
-  void search_more_finely();
+  void search_more_finely(bool met_something);
   Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
   TrackingResult measure(const CleanScan& scan, const Prediction& predicted);
   static Prediction predicted_by(const TargetTracker& tracker, std::int64_t utime);

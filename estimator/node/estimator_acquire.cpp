@@ -54,10 +54,14 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
     change_mode(Mode::LOST, estimate.reason);
     estimate.status = pose_estimate_t::LOST;
   }
-  // The next scan looks where the target seems to be; if this one did so already and found nothing,
-  // everywhere again.
+  // The next scan looks where the target seems to be, more probably than not; if it is known to be
+  // nowhere, or this one looked there already and found nothing, everywhere again.
   std::vector<Pose> open;
-  for (const Hypothesis& h : hints_) open.push_back(h.pose);
+  double probability = 0;
+  for (const Hypothesis& h : hints_) {
+    open.push_back(h.pose);
+    probability += h.probability;
+  }
   std::vector<Window> where;
   if (found.status == AcquisitionResult::Status::ambiguous) {
     // Half of the beams where the hypotheses differ, the rest on all of the target.
@@ -69,14 +73,11 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
     const std::vector<Window> all =
         planner_->around(open, margin, where.empty() ? beams : beams / 2);
     where.insert(where.end(), all.begin(), all.end());
-  } else if (!was_zoomed && !open.empty()) {
+  } else if (!was_zoomed && probability > 0.5) {
     where = look_closer(open.front(), 3 * margin);
   }
-  if (!where.empty()) {
-    zoom_ = where;
-  } else if (scan.points.empty() && !was_zoomed) {
-    search_more_finely();
-  }
+  zoom_ = where;
+  if (where.empty()) search_more_finely(!scan.points.empty());
 }
 
 /// Acquisition on a scan of a target that may move, and a first measurement of the pose it finds.

@@ -2,6 +2,7 @@
 // Where the next scan looks.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "estimator/node/estimator.h"
 
@@ -60,12 +61,18 @@ std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) cons
   return planner_->outline(pose, margin, now_.acquire_returns);
 }
 
-/// Beams so far apart that a target at the end of the range gate fits between them.
-void Estimator::search_more_finely() {
+/// A target at the end of the range gate fits between beams that met nothing. Of beams that met
+/// something, as many must meet the target as where it seems to be, as far away as its pose is
+/// looked for.
+void Estimator::search_more_finely(bool met_something) {
   const double area = setup_.lidar.field_of_view_width * setup_.lidar.field_of_view_height;
-  const double reach = std::min(now_.gate.far, setup_.lidar.beam.range_max_m);
-  const double apart = reach * std::sqrt(area / search_beams_);
-  if (apart < 0.5 * model_->radius) return;
+  double reach = std::min(now_.gate.far, setup_.lidar.beam.range_max_m);
+  double apart = 0.5 * model_->radius;
+  if (met_something) {
+    reach = std::min(reach, ranges_->far());
+    apart = model_->radius * std::sqrt(std::numbers::pi / setup_.options.zoom_beams);
+  }
+  if (reach * std::sqrt(area / search_beams_) < apart) return;
   search_beams_ =
       std::min(search_beams_ * setup_.options.ranges.search_growth, setup_.lidar.beams_max);
 }

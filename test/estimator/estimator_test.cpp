@@ -211,6 +211,30 @@ TEST_CASE("Empty scans are failures with a reason; three in a row lose the targe
   CHECK(run.last().status == Estimate::OK);
 }
 
+TEST_CASE("Where a scan tells too little the next has more beams where the target may be") {
+  EstimatorSetup setup = test_setup();
+  setup.options.acquisition_method = "hypotheses";
+  setup.options.acquire_beams = 60;  // of the whole field of view, a few of them on the target
+  Loopback run(std::move(setup));
+  run.lidar.pose = start_pose;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  const auto beams_per_solid_angle = [&run] {
+    double beams = 0, angle = 0;
+    for (const scan_window_t& w : run.said.requests.back().windows) {
+      beams += w.count;
+      angle += w.width_rad * w.height_rad;
+    }
+    return beams / angle;
+  };
+  const double at_first = beams_per_solid_angle();
+  REQUIRE(run.scan_once());
+  CHECK(run.last().status != Estimate::OK);
+  CHECK(beams_per_solid_angle() > 3 * at_first);
+  for (int i = 0; i < 5 && run.last().status != Estimate::OK; ++i) REQUIRE(run.scan_once());
+  CHECK(run.last().status == Estimate::OK);
+  CHECK(distance(pose_in(run.last()), start_pose) < 0.02);
+}
+
 TEST_CASE("A jump of the target is never reported as a pose") {
   Loopback run;
   acquire_and_track(run, 4);
