@@ -77,7 +77,7 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
     where = look_closer(open.front(), 3 * margin);
   }
   zoom_ = where;
-  if (where.empty()) search_more_finely(!scan.points.empty());
+  if (where.empty() && !was_zoomed) search_more_finely(!scan.points.empty());
 }
 
 /// Acquisition on a scan of a target that may move, and a first measurement of the pose it finds.
