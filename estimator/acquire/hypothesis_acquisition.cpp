@@ -439,7 +439,8 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
   double evidence = 0;  // of all, over the best's
   double all = 0;
   for (const Mode& m : modes) {
-    weighed.push_back({&m, rival_odds(best - m.log_evidence, modes.front().of_beams, m.of_beams)});
+    weighed.push_back({&m, rival_odds(best - m.log_evidence, modes.front().of_beams, m.of_beams,
+                                      m.at.log_odds - m.log_evidence, required())});
     evidence += std::exp(m.log_evidence - best);
     all += weighed.back().odds;
   }

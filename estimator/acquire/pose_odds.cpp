@@ -155,11 +155,16 @@ double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double 
   return evidence;
 }
 
-double rival_odds(double lead, std::span<const double> best, std::span<const double> other) {
+double rival_odds(double lead, std::span<const double> best, std::span<const double> other,
+                  double price, double required) {
   double scatter = 0;
-  for (std::size_t b = 0; b < best.size(); ++b) scatter += std::pow(best[b] - other[b], 2);
+  double alone = -price;
+  for (std::size_t b = 0; b < best.size(); ++b) {
+    scatter += std::pow(best[b] - other[b], 2);
+    if (best[b] == 0) alone += other[b];
+  }
   const double by_chance = scatter > 0 ? 0.5 * std::erfc(lead / std::sqrt(2 * scatter)) : 0;
-  return std::max(std::exp(-lead), by_chance / (1 - by_chance));
+  return std::max(std::exp(-lead / std::max(1.0, alone / required)), by_chance / (1 - by_chance));
 }
 
 PoseOdds::PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)

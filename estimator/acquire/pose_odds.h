@@ -37,9 +37,14 @@ double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double 
 /// quite as modelled, a lead is worth no more than what it is beside the scatter of what beams give
 /// to each [Vuong, Econometrica 57, 1989, without his mean]: of poses as probable as each other
 ///   lead / sqrt(sum (best_i - other_i)^2)
-/// is normal. The less certain of that and exp(-lead); 1 of equal ones.
-/// @param best, other: nats of each beam
-double rival_odds(double lead, std::span<const double> best, std::span<const double> other);
+/// is normal. And where the other leads "no target" by what it is alone in, on beams that the best
+/// leaves to what is smooth, then one of the two is what the surroundings do by themselves: so many
+/// nats of theirs are worth no more than those required, and all of a lead by as much less. The
+/// least certain of these and exp(-lead); 1 of equal ones.
+/// @param best, other: nats of each beam. price: nats that the other must gain to be as probable as
+/// "no target". required: log odds, of what is called found
+double rival_odds(double lead, std::span<const double> best, std::span<const double> other,
+                  double price, double required);
 
 /// m, 1 sigma: of the true surface's distance from the mesh, as target.yaml says it, else of a bare
 /// mesh.

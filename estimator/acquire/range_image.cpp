@@ -218,6 +218,24 @@ const Beam* RangeImage::neighbour(const Beam* beam, int dx, int dy) const {
   return nullptr;
 }
 
+/// Angle of incidence, rad, on the surface that a beam returned from, as the nearer of its
+/// neighbours' returns have it along each axis, where they differ by more than noise.
+double RangeImage::incidence(const Beam& beam) const {
+  double tangents = 0;  // squared
+  for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
+    double squared = std::numeric_limits<double>::infinity();
+    for (const int sign : {1, -1}) {
+      const Beam* n = neighbour(&beam, sign * dx, sign * dy);
+      if (n == nullptr || !n->hit()) continue;
+      const double off = n->range - beam.range;
+      squared = std::min(squared, (off * off - 2 * noise_.range_sigma_m * noise_.range_sigma_m) /
+                                      std::pow(spacing_of(beam, *n) * beam.range, 2));
+    }
+    if (std::isfinite(squared)) tangents += std::max(0.0, squared);
+  }
+  return std::atan(std::sqrt(tangents));
+}
+
 /// Expectation maximisation: of beams between two others some are on their line but for noise, the
 /// rest, at edges, anywhere.
 void RangeImage::scale_noise() {
@@ -270,7 +288,8 @@ void RangeImage::weigh_background() {
   for (std::size_t b = 0; b < beams_.size(); ++b) {
     const Beam& beam = beams_[b];
     const double z = beam.range;
-    const double sigma = beam.hit() ? std::sqrt(noise_.range_variance(z, 0.6)) : 0;
+    const double sigma =
+        beam.hit() ? std::sqrt(noise_.range_variance(z, std::max(0.6, incidence(beam)))) : 0;
     double seen = 0.5, neighbours = 1, lines = 0, on_lines = 0;
     std::array<double, kinds> sum{}, count{};
     const auto add = [&](std::size_t kind, double range, double width) {

@@ -74,6 +74,7 @@ class RangeImage {
 
  private:
   const Beam* neighbour(const Beam* beam, int dx, int dy) const;
+  double incidence(const Beam& beam) const;
   void place(const CleanScan& scan);
   void scale_noise();
   void weigh_background();

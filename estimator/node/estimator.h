@@ -171,6 +171,7 @@ class Estimator {
   FieldOfView field_of_view() const;
   /// Around the target in this pose, for the next acquisition scan.
   std::vector<Window> look_closer(const Pose& pose, double margin) const;
+  void look_around(const std::vector<Pose>& poses, std::vector<Window>& windows) const;
   ModelSphere whole_target(double margin) const;
   void count_failure(const std::string& reason);
   void fill_filtered(pose_estimate_t& estimate) const { fill_filtered(*tracker_, estimate); }
@@ -206,7 +207,9 @@ class Estimator {
   int failures_ = 0;               // tracking scans in a row
   std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
   std::vector<Window> zoom_;       // where the next acquisition scan looks; empty: everywhere
-  int search_beams_ = 0;           // of a scan of the whole field of view
+  int looks_ = 0;                  // of those in a row that did not decide
+  int searches_ = 0;  // of the whole field of view in a row that met something and found nothing
+  int search_beams_ = 0;  // of a scan of the whole field of view
   OperatingRange range_ = OperatingRange::medium_range;
   bool within_reach_ = false;  // in long range, and near enough for the pose
   Quaterniond far_attitude_ = Quaterniond::Identity();  // the last scan's, in long range

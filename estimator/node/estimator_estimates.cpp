@@ -220,6 +220,7 @@ void Estimator::forget_target() {
   within_reach_ = false;
   systematic_.setZero();
   search_beams_ = setup_.options.acquire_beams;
+  looks_ = searches_ = 0;
 }
 
 void Estimator::count_failure(const std::string& reason) {

@@ -61,6 +61,28 @@ std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) cons
   return planner_->outline(pose, margin, now_.acquire_returns);
 }
 
+/// Adds what is about the target, in whatever attitude: of a wall or a floor that only a strip is
+/// seen of, nobody can tell that it is none of the target's. Half as dense as a search.
+void Estimator::look_around(const std::vector<Pose>& poses, std::vector<Window>& windows) const {
+  std::vector<Pose> places;
+  for (const Pose& pose : poses) {
+    const Vector3d centre = pose * model_->centre;
+    if (std::none_of(places.begin(), places.end(), [&](const Pose& p) {
+          return (p * model_->centre - centre).norm() < 0.5 * model_->radius;
+        })) {
+      places.push_back(pose);
+    }
+  }
+  const FieldOfView field = field_of_view();
+  for (const Pose& place : places) {
+    auto window = window_around({model_->centre, model_->radius}, place, field, 1, "surroundings");
+    if (!window) continue;
+    const double share = window->width * window->height / (field.width * field.height);
+    window->count = std::max(1, static_cast<int>(0.5 * share * setup_.options.acquire_beams));
+    windows.push_back(*window);
+  }
+}
+
 /// A target at the end of the range gate fits between beams that met nothing. Of beams that met
 /// something, as many must meet the target as where it seems to be, as far away as its pose is
 /// looked for.

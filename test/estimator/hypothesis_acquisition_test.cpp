@@ -298,15 +298,38 @@ TEST_CASE("Of two poses as wrong as each other neither is called right more ofte
       lead = -lead;
       best.swap(other);
     }
-    if (rival_odds(lead, best, other) < risk / (1 - risk)) ++sure;
+    if (rival_odds(lead, best, other, 0, 1e9) < risk / (1 - risk)) ++sure;
     if (std::exp(-lead) < risk / (1 - risk)) ++naive;
   }
   // Either of the two may lead.
   CHECK_THAT(static_cast<double>(sure) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
   CHECK(naive > trials / 2);
   const std::vector<double> alike(10, 0.3);
-  CHECK(rival_odds(0, alike, alike) == 1);
-  CHECK(rival_odds(20, std::vector<double>(100, 0.2), std::vector<double>(100, 0.0)) < 1e-6);
+  CHECK(rival_odds(0, alike, alike, 0, 6) == 1);
+  CHECK(rival_odds(20, std::vector<double>(100, 0.2), std::vector<double>(100, 0.0), 0, 6) < 1e-6);
+}
+
+TEST_CASE(
+    "Of two places that both look like the target one must be twice as improbable by chance") {
+  constexpr double required = 6;
+  const auto odds = [&](double best, double other, double price) {
+    // on other beams each
+    constexpr int beams = 4000;
+    std::vector<double> of_best(2 * beams, 0.0), of_other(2 * beams, 0.0);
+    std::fill_n(of_best.begin(), beams, (best + price) / beams);
+    std::fill_n(of_other.begin() + beams, beams, (other + price) / beams);
+    return rival_odds(best - other, of_best, of_other, price, required);
+  };
+  // A rival that is hardly more probable than no target: its nats count as they are.
+  CHECK(odds(15, 5, 20) == Approx(std::exp(-10)));
+  // One that is sure of itself shows what the surroundings can do: twice as much decides.
+  for (const double other : {50.0, 500.0}) {
+    CHECK(odds(2 * other, other, 20) == Approx(std::exp(-required)));
+    CHECK(odds(1.5 * other, other, 20) > std::exp(-0.6 * required));
+  }
+  // On the same beams it does not matter.
+  std::vector<double> best(200, 0.5), other(200, 0.3);
+  CHECK(rival_odds(40, best, other, 20, required) < std::exp(-20));
 }
 
 TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
