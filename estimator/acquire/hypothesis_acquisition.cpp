@@ -32,9 +32,6 @@ constexpr double no_rival = 0.5;
 /// Of what is searched, the share of a surface that is looked behind.
 constexpr double worth_a_search = 0.1;
 
-/// Planes wider than this, in radii of the target's sphere, cannot be the target's.
-constexpr double too_wide = 2.15;
-
 /// The first of every cube with that side.
 std::vector<Vector3d> one_a_cube(const std::vector<Vector3d>& points, double side) {
   std::set<std::array<int, 3>> taken;
@@ -84,17 +81,21 @@ std::vector<Vector3d> middle_of(std::vector<Vector3d> points, std::size_t count)
 struct HypothesisAcquisition::Searched {
   Searched(const HypothesisAcquisition& by, const CleanScan& scan)
       : image(scan, by.beam_model_),
-        odds(by.model_, image, by.surface_sigma_),
+        large(large_planes(image, too_wide * by.model_.radius)),
+        background(log_background(image, large)),
+        odds(PoseOdds(by.model_, image, by.surface_sigma_).with_background(background)),
         coarse(thinning_for(image, by.model_.radius, coarse_beams)),
         middle(thinning_for(image, by.model_.radius, middle_beams)),
         fine(thinning_for(image, by.model_.radius, final_beams)),
-        all(by.without_large_planes(image)),
+        all(by.without(image, large)),
         behind(by.behind_surfaces(image, all)),
         planes(plane_segments(image, behind.much_nearer)) {}
   Searched(const Searched&) = delete;
   Searched& operator=(const Searched&) = delete;
 
   RangeImage image;
+  LargePlanes large;
+  std::vector<double> background;  // log density, of each beam
   PoseOdds odds;
   int coarse, middle, fine;  // every so many-th beam
   Part all;
@@ -124,15 +125,13 @@ double HypothesisAcquisition::required() const {
   return std::log((1 - options_.risk) / options_.risk);
 }
 
-HypothesisAcquisition::Part HypothesisAcquisition::without_large_planes(
-    const RangeImage& image) const {
+HypothesisAcquisition::Part HypothesisAcquisition::without(const RangeImage& image,
+                                                           const LargePlanes& planes) const {
   Part part;
   part.hiding.assign(image.beams().size(), 0);
-  const std::vector<char> left_out =
-      on_large_planes(image, too_wide * model_.radius, image.noise().range_sigma_m);
-  for (std::size_t b = 0; b < left_out.size(); ++b) {
+  for (std::size_t b = 0; b < image.beams().size(); ++b) {
     const Beam& beam = image.beams()[b];
-    if (left_out[b] == 0 && beam.hit() && beam.range >= image.nearest() &&
+    if (!planes.holds(b) && beam.hit() && beam.range >= image.nearest() &&
         beam.range <= image.farthest()) {
       part.points.push_back(beam.point());
       part.beams.push_back(static_cast<int>(b));
@@ -156,11 +155,10 @@ HypothesisAcquisition::Behind HypothesisAcquisition::behind_surfaces(const Range
     std::vector<int> beams;
   };
   std::vector<Surface> surfaces;
-  for (const int b : all.beams) {
-    if (marked[static_cast<std::size_t>(b)] == 0) continue;
+  for (std::vector<int>& beams : regions(image, marked, 2, joined)) {
     Surface& s = surfaces.emplace_back();
-    s.beams = connected(image, marked, b, 2, joined);
-    for (const int m : s.beams) s.middle += range(m) / static_cast<double>(s.beams.size());
+    for (const int b : beams) s.middle += range(b) / static_cast<double>(beams.size());
+    s.beams = std::move(beams);
   }
   std::stable_sort(surfaces.begin(), surfaces.end(),
                    [](const Surface& a, const Surface& b) { return a.middle < b.middle; });
@@ -362,14 +360,16 @@ HypothesisAcquisition::Mode HypothesisAcquisition::mode_at(const Searched& scan,
   return mode;
 }
 
-/// The modes that are highest about these poses, and no worse than rivals of one with those log
-/// odds and of each other: of all of them, the most probable first.
+/// The modes that are highest about these poses, have the returns that are needed, and are no worse
+/// than rivals of one with those log odds and of each other: of all of them, the most probable
+/// first.
 void HypothesisAcquisition::add_modes(const Searched& scan, const std::vector<Pose>& poses,
                                       std::vector<Mode>& modes, double highest) const {
   for (const Pose& start : poses) {
     const auto [near, at] = scan.odds.climbed(start, 0, scan.fine, 0);
     if (at.log_odds < rival_from(highest)) continue;
     const Mode mode = mode_at(scan, scan.odds, scan.odds.climbed(near, 0, scan.fine, 3).pose);
+    if (mode.at.shares.hit * mode.at.expected < options_.min_returns) continue;
     highest = std::max(highest, mode.at.log_odds);
     if (std::none_of(modes.begin(), modes.end(), [&](const Mode& m) {
           return same(m.pose, mode.pose) && m.at.log_odds >= mode.at.log_odds;
@@ -410,7 +410,7 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
     }
   }
   if (!behind) return modes;
-  std::vector<double> log_background = scan.image.log_background();
+  std::vector<double> log_background = scan.background;
   for (std::size_t b = 0; b < log_background.size(); ++b) {
     if (planes.of_beam[b] < 0) continue;
     const auto g = static_cast<std::size_t>(planes.of_beam[b]);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/acquire/large_planes.h"
 #include "estimator/acquire/plane_segments.h"
 #include "estimator/acquire/pose_odds.h"
 #include "estimator/acquire/template_match.h"
@@ -16,7 +17,7 @@ struct HypothesisAcquisitionOptions {
   double risk = 0.0025;
   /// Of a bare mesh: the true surface's distance from it, m, 1 sigma.
   double bare_surface_sigma_m = 0.004;
-  int min_returns = 20;    ///< inside the gate
+  int min_returns = 20;    ///< inside the gate, and of them on the target
   int max_hypotheses = 4;  ///< reported
   int views = 320;         ///< that templates are made of
 };
@@ -68,7 +69,7 @@ class HypothesisAcquisition final : public Acquisition {
   };
   struct Searched;  ///< a scan
 
-  Part without_large_planes(const RangeImage& image) const;
+  Part without(const RangeImage& image, const LargePlanes& planes) const;
   Behind behind_surfaces(const RangeImage& image, const Part& all) const;
   std::vector<Pose> proposed(const Searched& scan, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;

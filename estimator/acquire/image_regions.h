@@ -8,34 +8,55 @@
 
 namespace berth::estimator {
 
-/// Calls use(beam) for the first beam of each pixel that is at most `reach` to each side of a
-/// beam's own, itself too.
+/// Calls use(beam) for the beams that are at most so many steps to each side of a beam, itself too.
+/// A step is as far as beams are apart there.
 template <typename Use>
-void for_each_about(const RangeImage& image, int beam, int reach, const Use& use) {
+void for_each_about(const RangeImage& image, int beam, int steps, const Use& use) {
   const int x = image.pixel_of(beam) % image.width();
   const int y = image.pixel_of(beam) / image.width();
+  const int reach = steps * image.pixels_apart(beam);
   for (int v = std::max(0, y - reach); v <= std::min(image.height() - 1, y + reach); ++v) {
     for (int u = std::max(0, x - reach); u <= std::min(image.width() - 1, x + reach); ++u) {
-      if (const int other = image.beam_at(u + image.width() * v); other >= 0) use(other);
+      const auto [from, to] = image.beams_at(u + image.width() * v);
+      for (std::size_t other = from; other < to; ++other) use(static_cast<int>(other));
     }
   }
 }
 
-/// Of beams that are marked, those connected with one of them in the image, by steps of at most
-/// `reach` pixels from beam to beam that `joined(a, b)`. Takes their marks.
+/// Of beams that are marked, those connected with one of them in the image, by steps from beam to
+/// beam (at most so many, as for_each_about) that `joined(a, b)`. Takes their marks.
 template <typename Joined>
-std::vector<int> connected(const RangeImage& image, std::vector<char>& marked, int start, int reach,
+std::vector<int> connected(const RangeImage& image, std::vector<char>& marked, int start, int steps,
                            const Joined& joined) {
   std::vector<int> found = {start};
   marked[static_cast<std::size_t>(start)] = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const int from = found[i];
-    for_each_about(image, from, reach, [&](int other) {
+    for_each_about(image, from, steps, [&](int other) {
       char& mark = marked[static_cast<std::size_t>(other)];
       if (mark == 0 || !joined(from, other)) return;
       mark = 0;
       found.push_back(other);
     });
+  }
+  return found;
+}
+
+/// The connected regions that marked beams consist of. Those where beams are far apart come first:
+/// from them it is a step to where they are dense, not the other way.
+template <typename Joined>
+std::vector<std::vector<int>> regions(const RangeImage& image, std::vector<char> marked, int steps,
+                                      const Joined& joined) {
+  std::vector<int> starts;
+  for (std::size_t b = 0; b < marked.size(); ++b) {
+    if (marked[b] != 0) starts.push_back(static_cast<int>(b));
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [&](int a, int b) { return image.pixels_apart(a) > image.pixels_apart(b); });
+  std::vector<std::vector<int>> found;
+  for (const int start : starts) {
+    if (marked[static_cast<std::size_t>(start)] == 0) continue;
+    found.push_back(connected(image, marked, start, steps, joined));
   }
   return found;
 }

@@ -1,20 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/acquire/large_planes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/core/random.h"
-#include "estimator/acquire/image_regions.h"
+#include "estimator/acquire/pose_odds.h"
 
 namespace berth::estimator {
 namespace {
 
 constexpr int max_planes = 8;
 constexpr int draws = 150;
+constexpr std::size_t min_returns = 20;
 constexpr double min_filled = 0.15;  // of width^2
 
-bool is_large(const RangeImage& image, const std::vector<int>& members, double width) {
-  const FittedPlane plane = plane_through(image, members);
+/// m^2, square to a beam, of what was scanned there for it alone.
+double area_at(const RangeImage& image, int b) {
+  const auto [from, to] = image.beams_at(image.pixel_of(b));
+  const double side =
+      image.beams()[static_cast<std::size_t>(b)].range * image.spacing() * image.pixels_apart(b);
+  return side * side / static_cast<double>(to - from);
+}
+
+bool is_large(const RangeImage& image, const std::vector<int>& members, const FittedPlane& plane,
+              double width) {
   const Vector3d normal = plane.axes.col(0);
   const Vector3d along = plane.axes.col(2);
   double low = 0, high = 0, area = 0;
@@ -23,8 +34,7 @@ bool is_large(const RangeImage& image, const std::vector<int>& members, double w
     const double t = along.dot(beam.point() - plane.mean);
     low = std::min(low, t);
     high = std::max(high, t);
-    area += std::pow(beam.range * image.spacing(), 2) /
-            std::max(0.1, std::abs(normal.dot(beam.direction)));
+    area += area_at(image, m) / std::max(0.1, std::abs(normal.dot(beam.direction)));
   }
   const double extent = high - low;
   return extent > width && area > min_filled * extent * extent;
@@ -32,64 +42,105 @@ bool is_large(const RangeImage& image, const std::vector<int>& members, double w
 
 }  // namespace
 
-std::vector<char> on_large_planes(const RangeImage& image, double width, double sigma) {
-  std::vector<char> on(image.beams().size(), 0);
-  std::vector<int> rest;
-  for (std::size_t b = 0; b < on.size(); ++b) {
-    if (image.beams()[b].hit()) rest.push_back(static_cast<int>(b));
-  }
-  const double slack = 3 * sigma + 0.005;
-  Random random(1, "large planes");
-  const auto any = [&random](std::size_t count) {
-    return static_cast<std::size_t>(random.uniform() * static_cast<double>(count));
+LargePlanes large_planes(const RangeImage& image, double width) {
+  struct Return {
+    int beam;
+    Vector3d point;  // m
+    double area;     // m^2, of it and those before it
   };
-  for (int plane = 0; plane < max_planes && rest.size() > 30; ++plane) {
-    std::size_t best = 0;
+  LargePlanes found;
+  found.of_beam.assign(image.beams().size(), -1);
+  std::vector<Return> rest;
+  for (std::size_t b = 0; b < image.beams().size(); ++b) {
+    if (image.beams()[b].hit()) rest.push_back({static_cast<int>(b), image.beams()[b].point(), 0});
+  }
+  const double slack = 3 * image.noise().range_sigma_m + 0.005;
+  Random random(1, "large planes");
+  // What is scanned densely is not the larger for it: places are drawn, and planes compared, by
+  // area.
+  for (int plane = 0; plane < max_planes && rest.size() > min_returns; ++plane) {
+    double area = 0;
+    for (Return& r : rest) r.area = area += area_at(image, r.beam);
+    const auto any = [&] {
+      const double at = random.uniform() * area;
+      return std::upper_bound(rest.begin(), rest.end() - 1, at,
+                              [](double value, const Return& r) { return value < r.area; })
+          ->point;
+    };
+    double best = 0;
+    Vector3d best_place = Vector3d::Zero();
     Vector3d best_normal = Vector3d::Zero();
-    int best_start = -1;
     for (int d = 0; d < draws; ++d) {
-      const int start = rest[any(rest.size())];
-      const Vector3d a = image.beams()[static_cast<std::size_t>(start)].point();
-      const Vector3d b = image.beams()[static_cast<std::size_t>(rest[any(rest.size())])].point();
-      const Vector3d c = image.beams()[static_cast<std::size_t>(rest[any(rest.size())])].point();
+      const Vector3d a = any(), b = any(), c = any();
       if ((b - a).norm() > width || (c - a).norm() > width) continue;
       const Vector3d square = (b - a).cross(c - a);
       if (square.norm() < 0.05 * width * width) continue;
       const Vector3d normal = square.normalized();
-      std::size_t count = 0;
-      for (const int r : rest) {
-        const Vector3d p = image.beams()[static_cast<std::size_t>(r)].point();
-        if (std::abs(normal.dot(p - a)) < slack) ++count;
+      double on = 0, before = 0;
+      for (const Return& r : rest) {
+        if (std::abs(normal.dot(r.point - a)) < slack) on += r.area - before;
+        before = r.area;
       }
-      if (count <= best) continue;
-      best = count;
+      if (on <= best) continue;
+      best = on;
+      best_place = a;
       best_normal = normal;
-      best_start = start;
     }
-    if (best < 30) break;
-    const Vector3d a = image.beams()[static_cast<std::size_t>(best_start)].point();
-    std::vector<char> marked(on.size(), 0);
-    std::vector<char> gone(on.size(), 0);
-    for (const int r : rest) {
-      const Vector3d p = image.beams()[static_cast<std::size_t>(r)].point();
-      if (std::abs(best_normal.dot(p - a)) < slack) marked[static_cast<std::size_t>(r)] = 1;
-    }
-    bool any_large = false;
-    for (const int r : rest) {
-      if (marked[static_cast<std::size_t>(r)] == 0) continue;
-      const std::vector<int> members =
-          connected(image, marked, r, 2, [](int, int) { return true; });
-      if (members.size() < 20 || !is_large(image, members, width)) continue;
-      any_large = true;
+    if (best == 0) break;
+    std::vector<char> marked(found.of_beam.size(), 0);
+    std::erase_if(rest, [&](const Return& r) {
+      const bool on = std::abs(best_normal.dot(r.point - best_place)) < slack;
+      if (on) marked[static_cast<std::size_t>(r.beam)] = 1;
+      return on;
+    });
+    for (const std::vector<int>& members :
+         regions(image, marked, 2, [](int, int) { return true; })) {
+      if (members.size() < min_returns) continue;
+      const FittedPlane through = plane_through(image, members);
+      if (!is_large(image, members, through, width)) continue;
       for (const int m : members) {
-        on[static_cast<std::size_t>(m)] = 1;
-        gone[static_cast<std::size_t>(m)] = 1;
+        found.of_beam[static_cast<std::size_t>(m)] = static_cast<int>(found.planes.size());
       }
+      found.planes.push_back(through);
     }
-    if (!any_large) break;
-    std::erase_if(rest, [&gone](int r) { return gone[static_cast<std::size_t>(r)] != 0; });
   }
-  return on;
+  return found;
+}
+
+std::vector<double> log_background(const RangeImage& image, const LargePlanes& planes) {
+  constexpr double prior_beams = 20;
+  constexpr int steps = 8;
+  std::vector<double> result = image.log_background();
+  struct Foretold {
+    std::size_t beam;
+    double by_plane, by_neighbours;  // 1/m
+  };
+  std::vector<Foretold> foretold;
+  for (std::size_t b = 0; b < result.size(); ++b) {
+    const Beam& beam = image.beams()[b];
+    if (!beam.hit()) continue;
+    double density = 0;
+    for (const FittedPlane& plane : planes.planes) {
+      const double slope = plane.axes.col(0).dot(beam.direction);
+      const double off = beam.range - plane.axes.col(0).dot(plane.mean) / slope;
+      const double variance = range_variance(image.noise(), 0, beam.range, std::abs(slope));
+      density = std::max(density, std::exp(-0.5 * off * off / variance) /
+                                      std::sqrt(2 * std::numbers::pi * variance));
+    }
+    if (density * image.depth() < 1) continue;
+    foretold.push_back({b, density, std::exp(result[b])});
+  }
+  double share = 0.5;
+  const auto mixed = [&share](const Foretold& f) {
+    return share * f.by_plane + (1 - share) * f.by_neighbours;
+  };
+  for (int step = 0; step < steps; ++step) {
+    double right = 0.5 * prior_beams;
+    for (const Foretold& f : foretold) right += share * f.by_plane / mixed(f);
+    share = right / (static_cast<double>(foretold.size()) + prior_beams);
+  }
+  for (const Foretold& f : foretold) result[f.beam] = std::log(mixed(f));
+  return result;
 }
 
 }  // namespace berth::estimator

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double off_sigmas = 3;   // of a return, from its plane
 constexpr double min_slope = 0.1;  // cosine: flatter than that, nothing is on it
-constexpr int seed_reach = 2;      // pixels to each side of where a plane begins
+constexpr int seed_steps = 2;      // to each side of where a plane begins
 constexpr std::size_t min_seed = 8;
 
 }  // namespace
@@ -38,7 +38,7 @@ PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& a
   for (int start = 0; start < static_cast<int>(beams.size()); ++start) {
     if (!free(start)) continue;
     std::vector<int> members;
-    for_each_about(image, start, seed_reach, [&](int b) {
+    for_each_about(image, start, seed_steps, [&](int b) {
       if (free(b)) members.push_back(b);
     });
     if (members.size() < min_seed) continue;

@@ -368,6 +368,8 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
     if (!std::isfinite(hits[i].range) || beams[b].range < nearest || left_out_[b] != 0) continue;
     const Vector3d place = rays[i].origin + hits[i].range * rays[i].direction;
     if (!beams[b].hit()) {
+      const double beside = image_.nearest_about(image_.pixel_of(static_cast<int>(b)));
+      if (beside < nearest) continue;
       weighing.miss(b, place, inverse_background_[b]);
       continue;
     }

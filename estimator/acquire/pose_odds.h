@@ -55,7 +55,8 @@ double surface_sigma_of(const TargetModel& model, double bare);
 ///   z:       L/b = w_hit N(z; r, s^2) / b(z) + (w_front if z < r, w_through if z > r),
 ///   nothing: L/b = w_missing / (1 - p_returns);
 /// all other beams are the background's under both, and so is one that ended before the sphere that
-/// holds the target: whatever hides it there does so with or without a target. So an occluder costs
+/// holds the target, or did not return beside such a one: whatever hides the target there does so
+/// with or without it. So an occluder costs
 /// log w_front whatever its shape, and only what neighbours do not foretell speaks for the target.
 /// A piece of the target, a cube of an eighth of its length, is as modelled with probability 0.98;
 /// else its beams are the background's, too. Its surface is off as one, by N(0, surface_sigma^2)

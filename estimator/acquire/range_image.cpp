@@ -45,6 +45,7 @@ RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) : noi
   }
   down_ = axis_.cross(across_);
   place(scan);
+  measure_spacing();
   scale_noise();
   weigh_background();
 }
@@ -145,6 +146,38 @@ void RangeImage::place(const CleanScan& scan) {
   }
 }
 
+/// Half the side of the smallest square about a beam's pixel in which four have been scanned,
+/// itself one of them: as in the corner of a grid.
+void RangeImage::measure_spacing() {
+  constexpr int scanned_about = 4;
+  const int across = width_ + 1;
+  std::vector<int> sums(static_cast<std::size_t>(across) * static_cast<std::size_t>(height_ + 1));
+  const auto sum = [&](int x, int y) -> int& {  // of the pixels scanned before x and y
+    return sums[static_cast<std::size_t>(x + across * y)];
+  };
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      sum(x + 1, y + 1) =
+          sum(x, y + 1) + sum(x + 1, y) - sum(x, y) + (beam_at(x + width_ * y) >= 0 ? 1 : 0);
+    }
+  }
+  const int farthest = std::max(width_, height_);
+  for (const int pixel : pixel_of_) {
+    const int x = pixel % width_;
+    const int y = pixel / width_;
+    int apart = 1;
+    for (; apart < farthest; ++apart) {
+      const int left = std::max(0, x - apart), right = std::min(width_, x + apart + 1);
+      const int top = std::max(0, y - apart), bottom = std::min(height_, y + apart + 1);
+      if (sum(right, bottom) - sum(left, bottom) - sum(right, top) + sum(left, top) >=
+          scanned_about) {
+        break;
+      }
+    }
+    pixels_apart_.push_back(apart);
+  }
+}
+
 void RangeImage::spans_of(const Box& box, const Pose& pose, std::vector<Span>& spans) const {
   spans.clear();
   const Pose to_image = Pose{Vector3d::Zero(), Quaterniond(axes())} * pose;
@@ -201,19 +234,24 @@ void RangeImage::spans_of(const Box& box, const Pose& pose, std::vector<Span>& s
   }
 }
 
-/// The next beam in a direction, across at most one pixel without a beam; none: null.
+/// The next beam in a direction, at most two steps away; none: null. Of several the nearest in
+/// time, between which a sensor that moves has moved least.
 const Beam* RangeImage::neighbour(const Beam* beam, int dx, int dy) const {
   if (beam == nullptr) return nullptr;
-  const int pixel = pixel_of(static_cast<int>(beam - beams_.data()));
-  int x = pixel % width_;
-  int y = pixel / width_;
-  for (int step = 0; step < 2; ++step) {
+  const auto at = static_cast<int>(beam - beams_.data());
+  int x = pixel_of(at) % width_;
+  int y = pixel_of(at) / width_;
+  for (int step = 0; step < 2 * pixels_apart(at); ++step) {
     x += dx;
     y += dy;
     if (x < 0 || y < 0 || x >= width_ || y >= height_) return nullptr;
-    if (const int found = beam_at(x + width_ * y); found >= 0) {
-      return &beams_[static_cast<std::size_t>(found)];
-    }
+    const auto [from, to] = beams_at(x + width_ * y);
+    if (from == to) continue;
+    return &*std::min_element(
+        beams_.begin() + static_cast<std::ptrdiff_t>(from),
+        beams_.begin() + static_cast<std::ptrdiff_t>(to), [beam](const Beam& a, const Beam& b) {
+          return std::abs(a.utime - beam->utime) < std::abs(b.utime - beam->utime);
+        });
   }
   return nullptr;
 }

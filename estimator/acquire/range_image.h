@@ -60,12 +60,18 @@ class RangeImage {
   double widest_spacing() const { return 1 / std::min(columns_per_unit_, rows_per_unit_); }
   int width() const { return width_; }
   int height() const { return height_; }
-  /// Of the pixel's first beam; -1: not scanned.
-  int beam_at(int pixel) const { return beam_at_[static_cast<std::size_t>(pixel)]; }
-  int pixel_of(int beam) const { return pixel_of_[static_cast<std::size_t>(beam)]; }
   struct Span {
     std::size_t from, to;
   };
+  Span beams_at(int pixel) const {
+    const auto at = static_cast<std::size_t>(pixel);
+    return {first_from_[at], first_from_[at + 1]};
+  }
+  /// Of the pixel's first beam; -1: not scanned.
+  int beam_at(int pixel) const { return beam_at_[static_cast<std::size_t>(pixel)]; }
+  int pixel_of(int beam) const { return pixel_of_[static_cast<std::size_t>(beam)]; }
+  /// From a beam to those beside it: 1, but in the sparser windows of a scan of several.
+  int pixels_apart(int beam) const { return pixels_apart_[static_cast<std::size_t>(beam)]; }
   /// Beams, of a row each, that meet what fills the box, and few others.
   void spans_of(const Box& box, const Pose& pose, std::vector<Span>& spans) const;
   /// m, in the pixel and its eight neighbours. Not scanned: nearest is infinite, farthest 0.
@@ -76,6 +82,7 @@ class RangeImage {
   const Beam* neighbour(const Beam* beam, int dx, int dy) const;
   double incidence(const Beam& beam) const;
   void place(const CleanScan& scan);
+  void measure_spacing();
   void scale_noise();
   void weigh_background();
 
@@ -90,7 +97,7 @@ class RangeImage {
          solid_angle_ = 0;
   double nearest_ = 0, farthest_ = 0;
   int width_ = 0, height_ = 0;
-  std::vector<int> beam_at_, pixel_of_;
+  std::vector<int> beam_at_, pixel_of_, pixels_apart_;
   std::vector<std::size_t> first_from_;  // of each pixel, the first beam there or after
   std::vector<float> nearest_about_, farthest_about_;
 };

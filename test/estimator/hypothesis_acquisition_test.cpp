@@ -201,20 +201,42 @@ TEST_CASE("Floor and wall leave the search, the target does not") {
   const Pose truth = drawn(random);
   const CleanScan scan = scan_of_cell(truth, 5);
   const RangeImage image(scan, near_lidar);
-  const std::vector<char> on = on_large_planes(image, 2.15 * lopsided()->radius, 0.01);
+  const LargePlanes large = large_planes(image, 2.15 * lopsided()->radius);
   int on_target = 0, lost = 0, room = 0, left = 0;
-  for (std::size_t b = 0; b < on.size(); ++b) {
+  for (std::size_t b = 0; b < image.beams().size(); ++b) {
     const Beam& beam = image.beams()[b];
     if (!beam.hit()) continue;
     const Vector3d p = truth.inverse() * beam.point();
     const bool target = (lopsided()->caster.nearest(p) - p).norm() < 0.03;
     ++(target ? on_target : room);
-    if (target && on[b] != 0) ++lost;
-    if (!target && on[b] == 0) ++left;
+    if (target && large.holds(b)) ++lost;
+    if (!target && !large.holds(b)) ++left;
   }
   REQUIRE(on_target > 80);
   CHECK(lost < on_target / 20);
   CHECK(left < room / 2);
+}
+
+TEST_CASE("A floor of which a part is scanned again, more densely, is a plane all over") {
+  ScanMaker lidar(lopsided()->target.mesh, 12);
+  lidar.beam = near_lidar;
+  lidar.add_clutter(cell());
+  Window closer = full_view(2000);
+  closer.name = "closer";
+  closer.width = closer.height = radians(10);
+  closer.elevation -= radians(12);
+  const RangeImage image(preprocess(lidar.sweep({full_view(6000), closer}), cell_gate, near_lidar),
+                         near_lidar);
+  const LargePlanes large = large_planes(image, 2.15 * lopsided()->radius);
+  int floor = 0, held = 0;
+  for (std::size_t b = 0; b < image.beams().size(); ++b) {
+    const Beam& beam = image.beams()[b];
+    if (!beam.hit() || std::abs(beam.point().y() - 1.65) > 0.02) continue;
+    ++floor;
+    if (large.holds(b)) ++held;
+  }
+  REQUIRE(floor > 2000);
+  CHECK(held > 0.95 * floor);
 }
 
 TEST_CASE("The gradient of the odds is that of numeric differences") {
