@@ -159,6 +159,7 @@ class Estimator {
   Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
   TrackingResult measure(const CleanScan& scan, const Prediction& predicted);
   static Prediction predicted_by(const TargetTracker& tracker, std::int64_t utime);
+  Prediction set_off(Prediction predicted, std::int64_t utime) const;
   void tell_noise();
   void track_far(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
@@ -171,7 +172,7 @@ class Estimator {
   FieldOfView field_of_view() const;
   /// Around the target in this pose, for the next acquisition scan.
   std::vector<Window> look_closer(const Pose& pose, double margin) const;
-  void look_around(const std::vector<Pose>& poses, std::vector<Window>& windows) const;
+  void look_at(std::vector<Window> windows, const std::vector<Pose>& poses);
   ModelSphere whole_target(double margin) const;
   void count_failure(const std::string& reason);
   void fill_filtered(pose_estimate_t& estimate) const { fill_filtered(*tracker_, estimate); }
@@ -207,7 +208,7 @@ class Estimator {
   int failures_ = 0;               // tracking scans in a row
   std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
   std::vector<Window> zoom_;       // where the next acquisition scan looks; empty: everywhere
-  int looks_ = 0;                  // of those in a row that did not decide
+  int looks_ = 0;                  // of those in a row, that were scanned
   int searches_ = 0;  // of the whole field of view in a row that met something and found nothing
   int search_beams_ = 0;  // of a scan of the whole field of view
   OperatingRange range_ = OperatingRange::medium_range;

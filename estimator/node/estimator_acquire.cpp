@@ -8,19 +8,12 @@
 #include "estimator/scan/at_mean_time.h"
 
 namespace berth::estimator {
-namespace {
-
-/// In a row, after which all of the field of view is scanned again: where the target is not, it is
-/// not found, however often one looks.
-constexpr int max_looks = 2;
-
-}  // namespace
-
 /// Where no pose is known: a near target is acquired, of a far one the place is found.
 void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   const bool was_zoomed = !zoom_.empty();
   zoom_.clear();
+  looks_ = was_zoomed ? looks_ + 1 : 0;
   noise_.forget();
   estimate.status = pose_estimate_t::ACQUIRING;
   const LongRangeFix far = long_range_->find(scan);
@@ -36,9 +29,8 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   const double margin = 0.1 * model_->canonical.half_length;
   // Asked for so many returns, a search shows but where to look; the pose is found anew.
   if (found.measured && !was_zoomed && now_.acquire_returns > 0) {
-    zoom_ = look_closer(found.measured->pose, margin);
+    look_at(look_closer(found.measured->pose, margin), {found.measured->pose});
     if (!zoom_.empty()) {
-      look_around({found.measured->pose}, zoom_);
       fill_filtered(estimate);
       estimate.reason = "seen, to be looked at with the returns asked for";
       return;
@@ -84,16 +76,13 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   } else if (!was_zoomed && probability > 0.5) {
     where = look_closer(open.front(), 3 * margin);
   }
-  looks_ = was_zoomed ? looks_ + 1 : 0;
-  if (looks_ == max_looks) where.clear();
-  zoom_ = where;
-  if (!zoom_.empty()) look_around(open, zoom_);
+  look_at(where, open);
   if (was_zoomed) return;
   // One search may have been disturbed: the second that met something and found nothing tells that
   // more is needed.
   const bool met_something = !scan.points.empty();
-  searches_ = where.empty() && met_something ? searches_ + 1 : 0;
-  if (where.empty() && (!met_something || searches_ > 1)) search_more_finely(met_something);
+  searches_ = zoom_.empty() && met_something ? searches_ + 1 : 0;
+  if (zoom_.empty() && (!met_something || searches_ > 1)) search_more_finely(met_something);
 }
 
 /// Acquisition on a scan of a target that may move, and a first measurement of the pose it finds.

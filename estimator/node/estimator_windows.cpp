@@ -3,10 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
+#include "estimator/acquire/large_planes.h"
 #include "estimator/node/estimator.h"
 
 namespace berth::estimator {
+namespace {
+
+/// In a row, after which all of the field of view is scanned again: where the target is not, it is
+/// not found, however often one looks.
+constexpr int max_looks = 2;
+
+/// The least window that holds both, with the first one's count and name.
+Window hull(const Window& a, const Window& b) {
+  const double left = std::min(a.azimuth - 0.5 * a.width, b.azimuth - 0.5 * b.width);
+  const double right = std::max(a.azimuth + 0.5 * a.width, b.azimuth + 0.5 * b.width);
+  const double low = std::min(a.elevation - 0.5 * a.height, b.elevation - 0.5 * b.height);
+  const double high = std::max(a.elevation + 0.5 * a.height, b.elevation + 0.5 * b.height);
+  return {0.5 * (left + right), 0.5 * (low + high), right - left, high - low, a.count, a.name};
+}
+
+}  // namespace
 
 FieldOfView Estimator::field_of_view() const {
   return {setup_.lidar.field_of_view_width, setup_.lidar.field_of_view_height,
@@ -61,26 +80,23 @@ std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) cons
   return planner_->outline(pose, margin, now_.acquire_returns);
 }
 
-/// Adds what is about the target, in whatever attitude: of a wall or a floor that only a strip is
-/// seen of, nobody can tell that it is none of the target's. Half as dense as a search.
-void Estimator::look_around(const std::vector<Pose>& poses, std::vector<Window>& windows) const {
-  std::vector<Pose> places;
-  for (const Pose& pose : poses) {
-    const Vector3d centre = pose * model_->centre;
-    if (std::none_of(places.begin(), places.end(), [&](const Pose& p) {
-          return (p * model_->centre - centre).norm() < 0.5 * model_->radius;
-        })) {
-      places.push_back(pose);
-    }
-  }
+/// The next scan is these windows, if there are any, and what is about the target at these poses,
+/// half as dense as a search, so far that a plane can be seen to be wider than the target: of a
+/// floor or a wall that only a strip is seen of, nobody can tell that it is none of the target's.
+void Estimator::look_at(std::vector<Window> windows, const std::vector<Pose>& poses) {
+  if (windows.empty() || looks_ >= max_looks) return;
+  zoom_ = std::move(windows);
   const FieldOfView field = field_of_view();
-  for (const Pose& place : places) {
-    auto window = window_around({model_->centre, model_->radius}, place, field, 1, "surroundings");
-    if (!window) continue;
-    const double share = window->width * window->height / (field.width * field.height);
-    window->count = std::max(1, static_cast<int>(0.5 * share * setup_.options.acquire_beams));
-    windows.push_back(*window);
+  std::optional<Window> about;
+  for (const Pose& pose : poses) {
+    const auto window =
+        window_around({model_->centre, too_wide * model_->radius}, pose, field, 1, "surroundings");
+    if (window) about = about ? hull(*about, *window) : *window;
   }
+  if (!about) return;
+  const double share = about->width * about->height / (field.width * field.height);
+  about->count = std::max(1, static_cast<int>(0.5 * share * setup_.options.acquire_beams));
+  zoom_.push_back(*about);
 }
 
 /// A target at the end of the range gate fits between beams that met nothing. Of beams that met

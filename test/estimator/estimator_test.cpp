@@ -238,6 +238,22 @@ TEST_CASE("Where two scans tell too little the next has more beams where the tar
   CHECK(distance(pose_in(run.last()), start_pose) < 0.02);
 }
 
+TEST_CASE("Two looks in a row that do not decide are followed by a scan of everything") {
+  EstimatorSetup setup = test_setup();
+  setup.options.acquisition_method = "hypotheses";
+  setup.options.hypotheses.risk = 1e-15;  // of which no scan can be sure
+  Loopback run(std::move(setup));
+  run.lidar.pose = start_pose;
+  run.tell(command(Command::ACQUIRE, 1, 1));
+  const auto looks = [&run] { return run.said.requests.back().windows.size() > 1; };
+  REQUIRE_FALSE(looks());
+  for (const bool next : {true, true, false, true}) {
+    REQUIRE(run.scan_once());
+    CHECK(run.last().status == Estimate::AMBIGUOUS);
+    CHECK(looks() == next);
+  }
+}
+
 TEST_CASE("A jump of the target is never reported as a pose") {
   Loopback run;
   acquire_and_track(run, 4);
