@@ -53,7 +53,6 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
   config.optional("outlier", likelihood.outlier);
   config.optional("background", likelihood.background);
   config.optional("background_depth", Dimension::length, likelihood.background_depth_m);
-  config.optional("footprint", likelihood.footprint);
   config.finish();
   for (const auto& [key, share] :
        {std::pair{"drop_out", likelihood.drop_out}, std::pair{"outlier", likelihood.outlier},
@@ -75,27 +74,6 @@ void read_noise(Config config, NoiseOptions& noise) {
   at_least(config, "most", noise.most, 1);
 }
 
-void read_views(Config config, ViewAcquisitionOptions& v) {
-  config.optional("least_returns", v.least_returns);
-  config.optional("point_sets", v.point_sets);
-  config.optional("contenders", v.contenders);
-  config.optional("finalists", v.finalists);
-  config.optional("decisive_margin", v.decisive_margin);
-  config.optional("least_evidence", v.least_evidence);
-  config.optional("least_explained", v.least_explained);
-  config.optional("least_in_view", v.least_in_view);
-  config.optional("least_inlier_share", v.least_inlier_share);
-  config.optional("most_misfit_share", v.most_misfit_share);
-  config.optional("most_hypotheses", v.most_hypotheses);
-  config.finish();
-  at_least(config, "least_returns", v.least_returns, 6);
-  at_least(config, "point_sets", v.point_sets, 0);
-  at_least(config, "contenders", v.contenders, 1);
-  at_least(config, "finalists", v.finalists, 1);
-  at_least(config, "decisive_margin", v.decisive_margin, 0);
-  at_least(config, "most_hypotheses", v.most_hypotheses, 1);
-}
-
 void read_hypotheses(Config config, HypothesisAcquisitionOptions& h) {
   config.optional("risk", h.risk);
   config.optional("bare_surface_sigma", Dimension::length, h.bare_surface_sigma_m);
@@ -112,7 +90,6 @@ void read_hypotheses(Config config, HypothesisAcquisitionOptions& h) {
 
 void read_acquisition(Config config, EstimatorOptions& options) {
   options.acquisition_method = config.choice("method", acquisition_names());
-  if (config.has("views")) read_views(config.section("views"), options.views);
   if (config.has("hypotheses")) read_hypotheses(config.section("hypotheses"), options.hypotheses);
   VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
@@ -138,11 +115,15 @@ void read_acquisition(Config config, EstimatorOptions& options) {
 }
 
 void read_icp(Config config, IcpOptions& icp) {
-  icp.registration =
-      config.choice("registration", {"point_to_point", "point_to_plane"}) == "point_to_point"
-          ? Registration::point_to_point
-          : Registration::point_to_plane;
-  icp.refine_closest_points = config.choice("closest_points", {"refined", "stored"}) == "refined";
+  if (config.has("registration")) {
+    icp.registration =
+        config.choice("registration", {"point_to_point", "point_to_plane"}) == "point_to_point"
+            ? Registration::point_to_point
+            : Registration::point_to_plane;
+  }
+  if (config.has("closest_points")) {
+    icp.refine_closest_points = config.choice("closest_points", {"refined", "stored"}) == "refined";
+  }
   config.optional("iterations", icp.max_iterations);
   config.optional("start_gate", Dimension::length, icp.start_gate_m);
   config.optional("least_gate", Dimension::length, icp.least_gate_m);
@@ -169,38 +150,10 @@ void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
   at_least(config, "most_points", hough.most_points, 20);
 }
 
-void read_beam_tracking(Config config, BeamTrackingOptions& t) {
-  config.optional("deskew", t.deskew);
-  config.optional("approach_returns", t.approach_returns);
-  config.optional("settle_returns", t.descent.settle_returns);
-  config.optional("most_edge_beams", t.descent.edge_rest.most_beams);
-  config.optional("least_edge_gain", t.descent.edge_rest.least_gain);
-  config.optional("most_uncertain_start", Dimension::length, t.most_uncertain_start_m);
-  config.optional("gate_sigmas", t.descent.information.gate_sigmas);
-  config.optional("model_sigma", Dimension::length, t.descent.information.model_sigma_m);
-  config.optional("least_used", t.least_used);
-  config.optional("most_settled_contradiction", t.most_settled_contradiction);
-  config.optional("most_open", Dimension::length, t.most_open_m);
-  config.optional("most_contradiction", t.most_contradiction);
-  config.optional("most_chi2", t.most_chi2);
-  config.optional("most_uncertain", Dimension::length, t.most_uncertain_m);
-  config.optional("most_shift", Dimension::length, t.most_shift_m);
-  config.optional("most_turn", Dimension::angle, t.most_turn_rad);
-  config.finish();
-  at_least(config, "approach_returns", t.approach_returns, 30);
-  at_least(config, "settle_returns", t.descent.settle_returns, 30);
-  at_least(config, "most_edge_beams", t.descent.edge_rest.most_beams, 0);
-  at_least(config, "least_edge_gain", t.descent.edge_rest.least_gain, 0);
-  at_least(config, "gate_sigmas", t.descent.information.gate_sigmas, 1);
-  at_least(config, "model_sigma", t.descent.information.model_sigma_m, 0);
-  at_least(config, "least_used", t.least_used, 6);
-}
-
 void read_tracking(Config config, EstimatorOptions& options) {
   options.tracking_method = config.choice("method", tracking_names());
   IcpTrackingOptions& t = options.icp_tracking;
-  read_icp(config.section("icp"), t.icp);
-  if (config.has("beam")) read_beam_tracking(config.section("beam"), options.beam_tracking);
+  if (config.has("icp")) read_icp(config.section("icp"), t.icp);
   if (config.has("bounded_hough")) {
     read_bounded_hough(config.section("bounded_hough"), options.bounded_hough);
   }
@@ -226,6 +179,11 @@ void read_tracking(Config config, EstimatorOptions& options) {
   config.optional("estimate_every", options.estimate_every);
   config.optional("request_latency", Dimension::time, options.request_latency_s);
   config.finish();
+  if (options.streaming && options.tracking_method != "likelihood") {
+    throw config.error("method", "found '" + options.tracking_method +
+                                     "', expected 'likelihood': only that measures pose and "
+                                     "velocity by a part of a scan when tracking is streaming");
+  }
   at_least(config, "returns_per_scan", options.returns_per_scan, 10);
   at_least(config, "longest_scan", options.longest_scan_s, 0.01);
   at_least(config, "least_used", t.least_used, 6);
@@ -260,14 +218,12 @@ void read_pose_filter(Config config, PoseFilterOptions& filter) {
   config.optional("unknown_speed", Dimension::speed, filter.unknown_speed);
   config.optional("unknown_rotation", Dimension::angular_speed, filter.unknown_rotation);
   config.optional("surprise_sigmas", filter.surprise_sigmas);
-  config.optional("iterations", filter.iterations);
   config.finish();
   at_least(config, "surprise_sigmas", filter.surprise_sigmas, 1);
   at_least(config, "linear_acceleration", filter.linear_acceleration, 1e-9);
   at_least(config, "angular_acceleration", filter.angular_acceleration, 1e-9);
   at_least(config, "unknown_speed", filter.unknown_speed, 1e-6);
   at_least(config, "unknown_rotation", filter.unknown_rotation, 1e-6);
-  at_least(config, "iterations", filter.iterations, 1);
 }
 
 void read_tracker(Config config, EstimatorOptions& options) {
@@ -349,17 +305,17 @@ void read_budgets(Config config, Budgets& budgets) {
 }  // namespace
 
 const std::vector<std::string>& acquisition_names() {
-  static const std::vector<std::string> names = {"views", "hypotheses", "voxel_template"};
+  static const std::vector<std::string> names = {"hypotheses", "voxel_template"};
   return names;
 }
 
 const std::vector<std::string>& tracking_names() {
-  static const std::vector<std::string> names = {"beam", "likelihood", "icp", "bounded_hough"};
+  static const std::vector<std::string> names = {"likelihood", "icp", "bounded_hough"};
   return names;
 }
 
 const std::vector<std::string>& tracker_names() {
-  static const std::vector<std::string> names = {"alpha_beta", "se3"};
+  static const std::vector<std::string> names = {"se3", "alpha_beta"};
   return names;
 }
 
@@ -369,12 +325,11 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   options.lidar = config.text("lidar");
   read_model(config.section("model"), options.model);
   read_gate(config.section("range_gate"), options.gate);
-  read_likelihood(config.section("likelihood"), options.voxel_template.likelihood);
+  if (config.has("likelihood")) {
+    read_likelihood(config.section("likelihood"), options.voxel_template.likelihood);
+  }
   if (config.has("noise")) read_noise(config.section("noise"), options.noise);
   options.icp_tracking.likelihood = options.voxel_template.likelihood;
-  options.views.likelihood = options.voxel_template.likelihood;
-  options.beam_tracking.descent.information.likelihood.footprint =
-      options.views.likelihood.footprint;
   read_acquisition(config.section("acquisition"), options);
   read_tracking(config.section("tracking"), options);
   read_tracker(config.section("target_tracker"), options);

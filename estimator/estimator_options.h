@@ -6,17 +6,15 @@
 #include <vector>
 
 #include "estimator/acquire/hypothesis_acquisition.h"
-#include "estimator/acquisition/view_acquisition.h"
-#include "estimator/acquisition/voxel_template_acquisition.h"
-#include "estimator/filter/alpha_beta_tracker.h"
 #include "estimator/filter/pose_filter.h"
-#include "estimator/likelihood/noise_scale.h"
 #include "estimator/planning/scan_planner.h"
+#include "estimator/published/alpha_beta_tracker.h"
+#include "estimator/published/bounded_hough_tracking.h"
+#include "estimator/published/icp_tracking.h"
+#include "estimator/published/voxel_template_acquisition.h"
 #include "estimator/ranges/operating_range.h"
+#include "estimator/scan/noise_scale.h"
 #include "estimator/track/likelihood_tracking.h"
-#include "estimator/tracking/beam_tracking.h"
-#include "estimator/tracking/bounded_hough_tracking.h"
-#include "estimator/tracking/icp_tracking.h"
 
 namespace berth::estimator {
 
@@ -34,19 +32,17 @@ struct EstimatorOptions {
   RangeGate gate;  ///< unless a command gives one
   NoiseOptions noise;
 
-  std::string acquisition_method = "voxel_template";
+  std::string acquisition_method = "hypotheses";
   VoxelTemplateOptions voxel_template;
-  ViewAcquisitionOptions views;
   HypothesisAcquisitionOptions hypotheses;
   int acquire_beams = 6000;  ///< of a scan of the whole field of view
   int zoom_beams = 5000;     ///< of a scan of the place where the target seems to be
 
-  std::string tracking_method = "icp";
+  std::string tracking_method = "likelihood";
   IcpTrackingOptions icp_tracking;
   BoundedHoughOptions bounded_hough;
-  BeamTrackingOptions beam_tracking;
   LikelihoodTrackingOptions likelihood_tracking;
-  ScanStrategy strategy = ScanStrategy::corners_sparse;
+  ScanStrategy strategy = ScanStrategy::information;
   int returns_per_scan = 1000;     ///< beams of a tracking scan, unless a command says how many,
   double longest_scan_s = 0.5;     ///< or so many are longer than this
   int lost_after = 3;              ///< scans in a row without a pose
@@ -56,7 +52,7 @@ struct EstimatorOptions {
   bool streaming = false;   ///< estimates while a tracking scan runs
   int estimate_every = 50;  ///< returns, when streaming
 
-  std::string tracker_method = "alpha_beta";
+  std::string tracker_method = "se3";
   bool inertial_motion = false;  ///< the chaser's own is taken in
   AlphaBetaOptions alpha_beta;
   PoseFilterOptions pose_filter;

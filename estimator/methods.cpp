@@ -9,9 +9,6 @@ std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
   if (options.acquisition_method == "hypotheses") {
     return std::make_unique<HypothesisAcquisition>(model, beam_model, options.hypotheses);
   }
-  if (options.acquisition_method == "views") {
-    return std::make_unique<ViewAcquisition>(model, beam_model, options.views);
-  }
   return std::make_unique<VoxelTemplateAcquisition>(model, beam_model, options.voxel_template);
 }
 
@@ -23,9 +20,6 @@ std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const T
   }
   if (options.tracking_method == "likelihood") {
     return std::make_unique<LikelihoodTracking>(model, beam_model, options.likelihood_tracking);
-  }
-  if (options.tracking_method == "beam") {
-    return std::make_unique<BeamTracking>(model, beam_model, options.beam_tracking);
   }
   return std::make_unique<IcpTracking>(model, beam_model, options.icp_tracking);
 }

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "estimator/acquisition/acquisition.h"
+#include "estimator/acquire/acquisition.h"
 #include "estimator/estimator_options.h"
 #include "estimator/filter/target_tracker.h"
-#include "estimator/tracking/tracking.h"
+#include "estimator/track/tracking.h"
 
 namespace berth::estimator {
 

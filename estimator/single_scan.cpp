@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/pose_refinement.h"
+#include "estimator/verification.h"
 
 namespace berth::estimator {
 
@@ -84,7 +84,6 @@ SingleScan::SingleScan(const TargetModel& model, double scale, const EstimatorOp
     : model_(model),
       scale_(scale),
       beam_model_(scaled(beam_model, 1 / scale)),
-      likelihood_(options.views.likelihood),
       stopwatch_(std::move(stopwatch)),
       acquisition_(make_acquisition(options, model, beam_model_)),
       tracking_(make_tracking(options, model, beam_model_)) {}
@@ -125,11 +124,9 @@ Matrix6d SingleScan::start_covariance() const {
 bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
                                SingleScanResult& result) const {
   const std::int64_t start = now();
-  std::string lost = tracking_->track(scan, {initial, start_covariance(), {}}).reason;
-  if (lost.empty()) {
-    const PoseCandidate candidate = refined(scan, initial, lost);
-    if (lost.empty()) result.candidates = {candidate};
-  }
+  std::string lost;
+  const PoseCandidate candidate = refined(scan, initial, lost);
+  if (lost.empty()) result.candidates = {candidate};
   result.refine_us = now() - start;
   if (!lost.empty()) {
     result.notes.push_back("lost when tracked from the initial pose (" + lost +
@@ -159,16 +156,14 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
 
 PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start,
                                   std::string& doubts) const {
-  const RefinedPose refined = refine_pose(model_, beam_model_, likelihood_, *tracking_, scan,
-                                          {start, start_covariance(), {}});
-  doubts = refined.doubts;
+  const TrackingResult tracked = tracking_->track(scan, {start, start_covariance(), {}});
   PoseCandidate candidate;
-  candidate.pose = refined.pose;
-  candidate.covariance = refined.covariance;
+  candidate.pose = tracked.ok ? tracked.pose : start;
+  candidate.covariance = tracked.covariance;
   candidate.probability = 1;
-  candidate.log_likelihood = refined.log_likelihood;
   candidate.equal_poses = model_.symmetries.exact_count();
-  candidate.used = refined.used;
+  candidate.used = tracked.used;
+  doubts = tracked.ok ? doubt(model_, beam_model_, scan, candidate.pose) : tracked.reason;
   return candidate;
 }
 
@@ -180,6 +175,7 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
     std::string doubts;
     PoseCandidate candidate = refined(scan, hypothesis.pose, doubts);
     candidate.probability = hypothesis.probability;
+    candidate.log_likelihood = hypothesis.log_likelihood;
     any_stands = any_stands || doubts.empty();
     if (result.candidates.empty()) best_doubts = doubts;
     // Refined, two may turn out to be one.
@@ -236,7 +232,8 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
   }
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    const PoseCandidate other = refined(rest, hypothesis.pose, doubts);
+    PoseCandidate other = refined(rest, hypothesis.pose, doubts);
+    other.log_likelihood = hypothesis.log_likelihood;
     if (doubts.empty()) result.candidates.push_back(other);
   }
   if (result.candidates.size() == 1) return;

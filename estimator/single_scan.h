@@ -16,9 +16,9 @@ struct PoseCandidate {
   Pose pose;                           ///< T_sensor_model
   std::optional<Matrix6d> covariance;  ///< as berth::perturbed
   double probability = 0;
-  double log_likelihood = 0;
-  int equal_poses = 1;  ///< that a symmetry of the target makes one and the same
-  int used = 0;         ///< returns that fit the target
+  std::optional<double> log_likelihood;  ///< as acquisition gave it
+  int equal_poses = 1;                   ///< that a symmetry of the target makes one and the same
+  int used = 0;                          ///< returns that fit the target
 };
 
 struct SingleScanResult {
@@ -76,7 +76,6 @@ class SingleScan {
   const TargetModel& model_;
   double scale_;
   BeamModel beam_model_;  ///< scaled
-  LikelihoodOptions likelihood_;
   std::function<std::int64_t()> stopwatch_;
   std::unique_ptr<Acquisition> acquisition_;
   std::unique_ptr<Tracking> tracking_;

@@ -75,7 +75,6 @@ Settings load_settings(const std::filesystem::path& file) {
   s.guidance.settle_for = microseconds(guidance, "settle_for");
   s.guidance.settle_tolerance = positive(guidance, "settle_tolerance", Dimension::length);
   s.guidance.good_estimates = guidance.small_integer("good_estimates");
-  s.guidance.gain = positive(guidance, "gain", Dimension::number);
   s.guidance.correction_speed = positive(guidance, "correction_speed", Dimension::speed);
   s.guidance.correction_angular_speed =
       positive(guidance, "correction_angular_speed", Dimension::angular_speed);

@@ -141,12 +141,8 @@ int estimate(const EstimateOptions& options) {
   const std::filesystem::path config =
       options.config.empty() ? shared_files() / "config" : options.config;
   const bool is_directory = std::filesystem::is_directory(config);
-  EstimatorOptions settings =
+  const EstimatorOptions settings =
       load_estimator_options(is_directory ? config / "estimator.yaml" : config);
-  if (options.config.empty()) {  // shipped for the replica; these serve any target
-    settings.acquisition_method = "views";
-    settings.tracking_method = "beam";
-  }
   const std::filesystem::path directory = is_directory ? config : config.parent_path();
   BeamModel beam_model = without_range_limits(
       load_lidar_profile(directory / "lidars" / (settings.lidar + ".yaml")).beam);
@@ -256,7 +252,7 @@ void add_estimate(CLI::App& app, int& exit_code) {
   command
       ->add_option("--config", options->config,
                    "Configuration directory or its estimator.yaml, for methods and beam noise (the "
-                   "methods views and beam, and the ILRIS-3D's noise, when left out)")
+                   "methods hypotheses and likelihood, and the ILRIS-3D's noise, when left out)")
       ->check(CLI::ExistingPath);
   command->add_option("--json-indent", options->indent, "Spread the JSON over lines, so indented")
       ->check(CLI::Range(0, 16));

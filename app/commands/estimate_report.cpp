@@ -38,7 +38,7 @@ void put_pose(const PoseCandidate& candidate, Json& report) {
   report["xyzwpr"] = xyzwpr_from_pose(candidate.pose);
   report["covariance"] = candidate.covariance ? rows_of(*candidate.covariance) : Json();
   report["equal_poses"] = candidate.equal_poses;
-  report["log_likelihood"] = candidate.log_likelihood;
+  report["log_likelihood"] = candidate.log_likelihood ? Json(*candidate.log_likelihood) : Json();
 }
 
 Json counts_of(const clouds::Cloud& cloud, const CleanScan& scan, int used) {

@@ -4,6 +4,7 @@
 #include <berth/run_info_t.hpp>
 #include <cstdio>
 
+#include "app/reestimation/old_keys.h"
 #include "app/runs/run_list.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -115,6 +116,13 @@ void set_values(const std::vector<std::string>& assignments, const fs::path& fil
   write_with_directory(file, written(root));
 }
 
+/// A run's own file, written by an earlier version.
+void replace_old_keys(const fs::path& file) {
+  const YamlNode recorded = Config::load(file).node();
+  const YamlNode present = with_present_keys(recorded);
+  if (!present.is(recorded)) write_with_directory(file, written(present));
+}
+
 }  // namespace
 
 RunFiles make_new_run(const fs::path& run_or_log, const EstimatorChanges& changes,
@@ -129,6 +137,7 @@ RunFiles make_new_run(const fs::path& run_or_log, const EstimatorChanges& change
   }
   const fs::path config = directory / "config";
   fs::create_directories(config);
+  if (fs::exists(config / "estimator.yaml")) replace_old_keys(config / "estimator.yaml");
   if (!changes.config.empty()) take_configuration(changes.config, config);
   if (!fs::exists(config / "estimator.yaml")) {
     throw InputError(log.string() + ": RUN_INFO does not hold estimator.yaml: give --config");

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
-#include "estimator/acquisition/acquisition.h"
+#include "estimator/acquire/acquisition.h"
 #include "estimator/planning/scan_planner.h"
 
 namespace berth::estimator {

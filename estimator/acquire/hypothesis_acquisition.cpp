@@ -108,8 +108,7 @@ HypothesisAcquisition::HypothesisAcquisition(const TargetModel& model, const Bea
     : model_(model),
       beam_model_(beam_model),
       options_(options),
-      surface_sigma_(surface_sigma_of(model, options.bare_surface_sigma_m)),
-      templates_(make_view_templates(model.caster, model.centre, model.radius, options.views)) {}
+      surface_sigma_(surface_sigma_of(model, options.bare_surface_sigma_m)) {}
 
 void HypothesisAcquisition::sort(std::vector<Mode>& modes) {
   std::stable_sort(modes.begin(), modes.end(),
@@ -199,7 +198,7 @@ std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const Po
   std::vector<Pose> poses;
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
   for (const Placement& p :
-       match_templates(scan.image, points, anchors, part.hiding, templates_, model_.centre,
+       match_templates(scan.image, points, anchors, part.hiding, model_.views, model_.centre,
                        model_.radius, length, effort.placements)) {
     poses.push_back(p.pose);
   }
@@ -425,7 +424,6 @@ std::vector<HypothesisAcquisition::Mode> HypothesisAcquisition::priced(
 
 AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes) const {
   AcquisitionResult result;
-  result.candidates = static_cast<int>(modes.size());
   if (modes.empty()) {
     result.reason = "no view of the target lies on the returns";
     return result;
@@ -453,9 +451,7 @@ AcquisitionResult HypothesisAcquisition::decided(const std::vector<Mode>& modes)
     h.pose = mode->pose;
     h.log_likelihood = mode->at.log_odds;
     h.probability = (1 - none) * odds / all;
-    h.inlier_share = mode->at.shares.hit;
     h.equal_poses = model_.symmetries.exact_count();
-    h.constrained = true;
     if (!result.hypotheses.empty() && odds / all < options_.risk) break;
     result.hypotheses.push_back(h);
   }

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "estimator/acquire/acquisition.h"
 #include "estimator/acquire/large_planes.h"
 #include "estimator/acquire/plane_segments.h"
 #include "estimator/acquire/pose_odds.h"
 #include "estimator/acquire/template_match.h"
-#include "estimator/acquisition/acquisition.h"
 
 namespace berth::estimator {
 
@@ -19,7 +19,6 @@ struct HypothesisAcquisitionOptions {
   double bare_surface_sigma_m = 0.004;
   int min_returns = 20;    ///< inside the gate, and of them on the target
   int max_hypotheses = 4;  ///< reported
-  int views = 320;         ///< that templates are made of
 };
 
 /// Finds the target's pose without any prior, among whatever else is in view. Templates of all
@@ -92,7 +91,6 @@ class HypothesisAcquisition final : public Acquisition {
   const BeamModel& beam_model_;
   const HypothesisAcquisitionOptions& options_;
   double surface_sigma_;
-  std::vector<ViewTemplate> templates_;
 };
 
 }  // namespace berth::estimator

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "estimator/acquire/range_image.h"
-#include "estimator/acquire/view_templates.h"
+#include "estimator/model/view_templates.h"
 
 namespace berth::estimator {
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 
 #include "common/core/pose.h"
 
@@ -39,8 +38,5 @@ struct MeasuredMotion {
   /// errors that the next scan has, too: of the surface, of the range's bias. Zero: none.
   Matrix12d systematic = Matrix12d::Zero();
 };
-
-/// Linearises a batch's log-likelihood about a motion at the batch's reference time.
-using InformationSource = std::function<MotionInformation(const Motion& about)>;
 
 }  // namespace berth::estimator

@@ -129,6 +129,45 @@ bool PoseFilter::or_unchanged(Update update) {
   return done;
 }
 
+/// @param returns linearises what is measured about a motion at its own time, which may be before
+/// the filter's. @return false, half done, when the filter's covariance or the information is not
+/// positive or not finite.
+template <class Source>
+bool PoseFilter::take_in(const Source& returns, std::int64_t utime) {
+  constexpr int iterations = 3;  // each linearised about the last one's result
+  const double late = elapsed(utime, std::max(utime, utime_));
+  advance(utime);
+  const Eigen::LLT<Matrix12d> factor(covariance_);
+  if (!covariance_.allFinite() || factor.info() != Eigen::Success) return false;
+  const Matrix12d l = factor.matrixL();
+  const Motion prior = motion_;
+  Matrix12d last = Matrix12d::Zero();
+  for (int i = 0; i < iterations; ++i) {
+    MotionInformation batch = returns(moved_on(motion_, -late));
+    if (late > 0) {
+      const Matrix12d back = transition(motion_.velocity, -late);
+      batch.information = (back.transpose() * batch.information * back).eval();
+      batch.gradient = (back.transpose() * batch.gradient).eval();
+    }
+    const Matrix12d inner = Matrix12d::Identity() + l.transpose() * batch.information * l;
+    const Eigen::LLT<Matrix12d> posterior(inner);
+    if (!inner.allFinite() || posterior.info() != Eigen::Success) return false;
+    // From the prior's mean, which lies d away from where the batch was linearised.
+    const Vector12d d = difference(motion_, prior);
+    const Vector12d step =
+        d + l * posterior.solve(l.transpose() * (batch.gradient - batch.information * d));
+    if (!step.allFinite()) return false;
+    motion_ = perturbed(motion_, step);
+    const Matrix12d root = posterior.matrixL().solve(Matrix12d(l.transpose()));
+    set_covariance(root.transpose() * root);
+    last = batch.information;
+    constexpr double small = 1e-7;  // m, rad
+    if (step.head<6>().norm() < small) break;
+  }
+  with_considered_ = (with_considered_ - covariance_ * last * with_considered_).eval();
+  return true;
+}
+
 bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
   const std::int64_t when = std::max(utime, utime_);
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
@@ -163,46 +202,6 @@ bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
         },
         utime);
   });
-}
-
-bool PoseFilter::update(const InformationSource& returns, std::int64_t utime) {
-  return or_unchanged([&] { return take_in(returns, utime); });
-}
-
-/// @return false, half done, when the filter's covariance or the batch's information is not
-/// positive or not finite.
-bool PoseFilter::take_in(const InformationSource& returns, std::int64_t utime) {
-  const double late = elapsed(utime, std::max(utime, utime_));
-  advance(utime);
-  const Eigen::LLT<Matrix12d> factor(covariance_);
-  if (!covariance_.allFinite() || factor.info() != Eigen::Success) return false;
-  const Matrix12d l = factor.matrixL();
-  const Motion prior = motion_;
-  Matrix12d last = Matrix12d::Zero();
-  for (int i = 0; i < options_.iterations; ++i) {
-    MotionInformation batch = returns(moved_on(motion_, -late));
-    if (late > 0) {
-      const Matrix12d back = transition(motion_.velocity, -late);
-      batch.information = (back.transpose() * batch.information * back).eval();
-      batch.gradient = (back.transpose() * batch.gradient).eval();
-    }
-    const Matrix12d inner = Matrix12d::Identity() + l.transpose() * batch.information * l;
-    const Eigen::LLT<Matrix12d> posterior(inner);
-    if (!inner.allFinite() || posterior.info() != Eigen::Success) return false;
-    // From the prior's mean, which lies d away from where the batch was linearised.
-    const Vector12d d = difference(motion_, prior);
-    const Vector12d step =
-        d + l * posterior.solve(l.transpose() * (batch.gradient - batch.information * d));
-    if (!step.allFinite()) return false;
-    motion_ = perturbed(motion_, step);
-    const Matrix12d root = posterior.matrixL().solve(Matrix12d(l.transpose()));
-    set_covariance(root.transpose() * root);
-    last = batch.information;
-    constexpr double small = 1e-7;  // m, rad
-    if (step.head<6>().norm() < small) break;
-  }
-  with_considered_ = (with_considered_ - covariance_ * last * with_considered_).eval();
-  return true;
 }
 
 /// The update by z = motion + c + noise. With the score's covariance Lambda = V + V_c, of the

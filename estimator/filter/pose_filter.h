@@ -16,7 +16,6 @@ struct PoseFilterOptions {
   /// A measured pose farther from the prediction, in standard deviations of both, is doubted: its
   /// covariance is widened. 6 degrees of freedom: 4.7 in one of 1,000.
   double surprise_sigmas = 4.7;
-  int iterations = 3;  ///< of an update from returns, each linearised about the last one's result
 };
 
 /// Error-state Kalman filter of pose and velocity on SE(3) with constant linear and angular
@@ -50,8 +49,6 @@ class PoseFilter final : public TargetTracker {
   bool update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
   bool update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion& motion,
               std::int64_t utime) override;
-  /// A batch whose reference time is before the last measurement is moved to it.
-  bool update(const InformationSource& returns, std::int64_t utime) override;
   void carry(const SensorMotion& sensor, std::int64_t until) override;
 
   const Pose& pose() const override { return motion_.pose; }
@@ -66,7 +63,8 @@ class PoseFilter final : public TargetTracker {
   Matrix12d covariance_at(std::int64_t utime) const;
   void advance(std::int64_t utime);
   double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
-  bool take_in(const InformationSource& returns, std::int64_t utime);
+  template <class Source>
+  bool take_in(const Source& returns, std::int64_t utime);
   bool take_in_considering(const MeasuredMotion& motion, double factor, std::int64_t utime);
   template <class Update>
   bool or_unchanged(Update update);

@@ -45,9 +45,6 @@ class TargetTracker {
                                     const MeasuredMotion&, std::int64_t utime) {
     return update(measured, covariance, utime);
   }
-  /// Takes in the returns' information on the whole motion, pose and velocity. @return false, and
-  /// nothing has changed, also for a tracker that can only take poses.
-  [[nodiscard]] virtual bool update(const InformationSource&, std::int64_t) { return false; }
   /// Goes on to a time (not beyond the motion's end) as the sensor itself has moved. For a tracker
   /// that knows no such input nothing changes.
   virtual void carry(const SensorMotion&, std::int64_t) {}

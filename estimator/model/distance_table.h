@@ -3,10 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
-#include "common/core/ray_caster.h"
 #include "estimator/model/closest_point_grid.h"
 
 namespace berth::estimator {
@@ -40,23 +38,8 @@ class DistanceTable {
     const Eigen::Vector3f place = (point - low_) / cell_;
     return value(index(place.x(), place.y(), place.z()));
   }
-  /// Whether a point may be nearer than this to the surface, m: as may_come_near.
-  bool may_be_near(const Vector3d& point, double distance) const {
-    const double voxels = value(point.cast<float>()) * cut_off_ / (most * double{cell_});
-    return voxels <= distance / double{cell_} + half_diagonal;
-  }
-  /// Whether each ray may come nearer than this to the surface, m: never a false no, but a yes from
-  /// up to the diagonal of a voxel farther off. near: as many as rays.
-  void may_come_near(std::span<const Ray> rays, double distance, std::span<bool> near) const;
-  bool may_come_near(const Ray& ray, double distance) const {
-    bool near = false;
-    may_come_near({&ray, 1}, distance, {&near, 1});
-    return near;
-  }
 
  private:
-  static constexpr double half_diagonal = 0.87;  // of a voxel
-
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   float cell_ = 1;
   double cut_off_ = 1;

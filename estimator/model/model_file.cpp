@@ -13,7 +13,7 @@ namespace berth::estimator {
 namespace {
 
 // Counts up whenever what is compiled, or how, changes.
-constexpr std::uint32_t format_version = 7;
+constexpr std::uint32_t format_version = 8;
 constexpr std::size_t checksum_length = 64;
 
 /// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.
@@ -48,9 +48,20 @@ struct Writer {
   void vector(const Vector3d& v) {
     for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
   }
+  void rotation(const Quaterniond& rotation) {
+    for (const double q : rotation.coeffs()) value(q);
+  }
   void pose(const Pose& p) {
     vector(p.position);
-    for (const double q : p.rotation.coeffs()) value(q);
+    rotation(p.rotation);
+  }
+  void view(const ViewTemplate& v) {
+    rotation(v.view);
+    for (const float c : v.points.reshaped()) value(c);
+    value<std::uint64_t>(static_cast<std::uint64_t>(v.outside.rows()));
+    for (const float c : v.outside.reshaped()) value(c);
+    value(v.area);
+    value(v.perimeter);
   }
 };
 
@@ -82,9 +93,24 @@ struct Reader {
   void vector(Vector3d& v) {
     for (Eigen::Index i = 0; i < 3; ++i) value(v[i]);
   }
+  void rotation(Quaterniond& rotation) {
+    for (double& q : rotation.coeffs()) value(q);
+  }
   void pose(Pose& p) {
     vector(p.position);
-    for (Eigen::Index i = 0; i < 4; ++i) value(p.rotation.coeffs()[i]);
+    rotation(p.rotation);
+  }
+  void view(ViewTemplate& v) {
+    rotation(v.view);
+    for (float& c : v.points.reshaped()) value(c);
+    std::uint64_t outside = 0;
+    value(outside);
+    good = good && outside <= ViewTemplate::outside_points;
+    if (!good) return;
+    v.outside.resize(static_cast<Eigen::Index>(outside), 3);
+    for (float& c : v.outside.reshaped()) value(c);
+    value(v.area);
+    value(v.perimeter);
   }
 };
 
@@ -123,7 +149,8 @@ bool ModelFile::write(const std::filesystem::path& path, const TargetModel& mode
   out.list(model.grid.points_);
   out.list(model.grid.triangles_);
   out.list(model.regions);
-  out.list(model.views);
+  out.value<std::uint64_t>(model.views.size());
+  for (const ViewTemplate& v : model.views) out.view(v);
   out.value<std::uint64_t>(model.symmetries.motions.size());
   for (const Symmetry& s : model.symmetries.motions) {
     out.pose(s.motion);
@@ -182,7 +209,10 @@ bool ModelFile::read(const std::filesystem::path& path, TargetModel& model) {
   in.list(model.grid.points_);
   in.list(model.grid.triangles_);
   in.list(model.regions);
-  in.list(model.views);
+  std::uint64_t views = 0;
+  in.value(views);
+  if (views > static_cast<std::uint64_t>(model.options.views)) return false;
+  for (std::uint64_t i = 0; i < views && in.good; ++i) in.view(model.views.emplace_back());
   std::uint64_t motions = 0;
   in.value(motions);
   for (std::uint64_t i = 0; i < motions && in.good; ++i) {

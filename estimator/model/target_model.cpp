@@ -19,11 +19,7 @@ DistanceTable distances_of(const TargetModel& model) {
 }  // namespace
 
 TargetModel::TargetModel(Target target_, const ModelOptions& options_)
-    : target(std::move(target_)),
-      options(options_),
-      caster(target.mesh, RayCaster::Edges::quick),
-      borders(target.mesh),
-      standing(target.mesh, borders.ends()) {
+    : target(std::move(target_)), options(options_), caster(target.mesh, RayCaster::Edges::quick) {
   const Box box = bounding_box(target.mesh);
   centre = box.centre();
   for (const Vector3d& v : target.mesh.vertices) radius = std::max(radius, (v - centre).norm());
@@ -44,7 +40,7 @@ std::shared_ptr<const TargetModel> compile_target_model(const Target& target,
   model->grid = ClosestPointGrid(target.mesh, model->surface.triangles,
                                  options.grid_margin * length, options.grid_voxels);
   model->regions = find_scan_regions(model->surface.samples, options.region_radius * length);
-  model->views = make_view_atlas(model->caster, model->centre, model->radius, options.views);
+  model->views = make_view_templates(model->caster, model->centre, model->radius, options.views);
   model->distances = distances_of(*model);
   model->symmetries =
       measure_symmetries(target.mesh, model->surface, model->grid, model->distances, target.length);

@@ -8,11 +8,9 @@
 #include "common/core/ray_caster.h"
 #include "common/targets/target.h"
 #include "estimator/model/closest_point_grid.h"
-#include "estimator/model/face_borders.h"
 #include "estimator/model/scan_regions.h"
-#include "estimator/model/standing_borders.h"
 #include "estimator/model/symmetry.h"
-#include "estimator/model/view_atlas.h"
+#include "estimator/model/view_templates.h"
 #include "estimator/model/voxel_templates.h"
 
 namespace berth::estimator {
@@ -39,13 +37,11 @@ struct TargetModel {
   VoxelTemplates templates;
   ClosestPointGrid grid;
   std::vector<ScanRegion> regions;
-  std::vector<View> views;
+  std::vector<ViewTemplate> views;
   Symmetries symmetries;
 
   // Not stored, made from the mesh.
   RayCaster caster;
-  FaceBorders borders;
-  StandingBorders standing;
   Vector3d centre = Vector3d::Zero();  ///< of the bounding box, model frame
   double radius = 0;                   ///< of the sphere about it that holds the mesh, m
   DistanceTable distances;             ///< made from the grid

@@ -110,11 +110,9 @@ class Estimator {
   };
   struct Stream {                            // of the scan that is running, when streaming
     std::unique_ptr<TargetTracker> tracker;  // as far as its returns go; forgotten at its end
-    std::vector<RawBeam> so_far;             // all that were used, where the method takes them all
     int next_packet = 0;
-    int first_packet = 0;        // of the beams that are not used yet
-    std::vector<RawBeam> beams;  // these
-    int returns = 0;             // of them
+    std::vector<RawBeam> beams;  // so far
+    int returns = 0;             // since the last estimate
     bool doubtful = false;       // the scan contradicts the prediction: no more estimates of it
   };
   struct Durations {
@@ -144,9 +142,7 @@ class Estimator {
   void process(const Bundle& bundle);
   bool streams() const { return setup_.options.streaming; }
   void stream();
-  void use_batch(Stream& stream);
-  void track_so_far(Stream& stream, std::int64_t start);
-  void add_batch(Stream& stream, std::int64_t start);
+  void track_so_far(Stream& stream);
   void publish_streamed(Stream& stream, const TargetTracker& tracker,
                         const TrackingResult& measured, pose_estimate_t& estimate,
                         std::int64_t start);

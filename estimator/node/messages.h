@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "estimator/acquisition/acquisition.h"
+#include "estimator/acquire/acquisition.h"
 #include "estimator/filter/sensor_motion.h"
+#include "estimator/planning/scan_planner.h"
 #include "estimator/scan/scan.h"
-#include "estimator/tracking/icp_tracking.h"
+#include "estimator/track/tracking.h"
 #include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "estimator/ranges/view_moments.h"
-#include "estimator/tracking/tracking.h"
+#include "estimator/track/tracking.h"
 
 namespace berth::estimator {
 

@@ -420,8 +420,12 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   if (layout.velocity) result.motion = fit.measured();
   result.iterations = fit.evaluations();
-  result.used = static_cast<int>(std::lround(at.explained));
-  result.near = static_cast<int>(std::lround(at.returns));
+  // Those left out are as those looked at.
+  const auto of_all = [&](double count) {
+    return std::min(returns, static_cast<int>(std::lround(fit_options.thinning * count)));
+  };
+  result.used = of_all(at.explained);
+  result.near = of_all(at.returns);
   result.residual_rms = std::sqrt(at.square_sum / std::max(1.0, at.explained));
   result.spread = found->noise_scale() * found->noise_scale();
   result.confidence = found->fit_share();

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/track/scan_fit.h"
-#include "estimator/tracking/tracking.h"
+#include "estimator/track/tracking.h"
 
 namespace berth::estimator {
 

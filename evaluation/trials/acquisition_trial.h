@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "estimator/acquisition/acquisition.h"
+#include "estimator/acquire/acquisition.h"
 #include "estimator/model/target_model.h"
 #include "evaluation/trials/self_match.h"
 #include "evaluation/trials/world.h"

@@ -124,10 +124,44 @@ TEST_CASE("Another method gives other estimates of the same scans, and a log tha
   CHECK(again(third / "new.lcm", third / "again", {}).result.identical());
 }
 
+TEST_CASE(
+    "A run recorded with methods and keys that are no more is estimated by what replaces them") {
+  TemporaryDirectory folder;
+  const fs::path old = folder / "old";
+  fs::copy(recorded().run.directory, old, fs::copy_options::recursive);
+  const std::string present = read_file(old / "config" / "estimator.yaml");
+  const auto put = [](std::string text, const std::string& before, const std::string& after) {
+    const auto at = text.find(before);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, before.size(), after);
+  };
+  std::string text = put(present, "method: hypotheses",
+                         "method: views\n  views: {contenders: 24, least_evidence: 25}");
+  text = put(text, "method: likelihood", "method: beam\n  beam: {deskew: true}");
+  text = put(text, "  se3:", "  se3:\n    iterations: 3");
+  text += "\nlikelihood: {footprint: false, drop_out: 3 %}\n";
+  std::ofstream(old / "config" / "estimator.yaml") << text;
+  const BatchRun run = again(old, folder / "again", {});
+  CHECK(run.error == "");
+  CHECK(run.result.identical());  // it was estimated so, and only says otherwise
+  CHECK_THAT(read_file(run.again / "config" / "estimator.yaml"),
+             Catch::Contains("method: hypotheses") && Catch::Contains("method: likelihood") &&
+                 Catch::Contains("drop_out") && !Catch::Contains("contenders") &&
+                 !Catch::Contains("footprint") && !Catch::Contains("iterations"));
+
+  // One's own file with an old key is at fault.
+  EstimatorChanges changes;
+  changes.config = folder / "own.yaml";
+  std::ofstream(changes.config) << put(present, "  se3:", "  se3:\n    iterations: 3");
+  CHECK_THAT(
+      again(old, folder / "own", changes).error,
+      Catch::Contains("estimator.yaml:") && Catch::Contains("target_tracker.se3.iterations"));
+}
+
 TEST_CASE("An estimator that acquires later still obeys the commands of its run") {
   TemporaryDirectory folder;
   EstimatorChanges changes;
-  changes.set = {"acquisition.views.least_returns=100000"};
+  changes.set = {"acquisition.hypotheses.min_returns=100000"};
   const BatchRun run = again(recorded().run.directory, folder.path(), changes);
   CHECK(run.error.empty());
   CHECK(run.result.estimates >= run.result.recorded);  // of every scan it says something

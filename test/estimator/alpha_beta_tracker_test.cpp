@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/filter/alpha_beta_tracker.h"
+#include "estimator/published/alpha_beta_tracker.h"
 
 #include <Eigen/Cholesky>
 

@@ -39,7 +39,7 @@ TEST_CASE("Every combination of acquisition, tracking and target tracker runs") 
           setup.options.tracker_method = tracker;
           // Information is planned for beams that meet the faces they were planned for; closest
           // points need returns from all over the target.
-          if (tracking != "beam") setup.options.strategy = ScanStrategy::corners_sparse;
+          if (tracking != "likelihood") setup.options.strategy = ScanStrategy::corners_sparse;
           check_run(std::move(setup), 0.015);
         }
       }

@@ -12,10 +12,8 @@ using Estimate = pose_estimate_t;
 
 namespace {
 
-EstimatorSetup stream_setup(const std::string& method = "beam") {
+EstimatorSetup stream_setup() {
   EstimatorSetup setup = test_setup();
-  setup.options.tracking_method = method;
-  setup.options.tracker_method = "se3";
   setup.options.streaming = true;
   return setup;
 }
@@ -45,12 +43,12 @@ struct Comparison {
   Errors streamed, by_scan;
 };
 
-Comparison compare(const std::string& method, const Velocity& velocity) {
+Comparison compare(const Velocity& velocity) {
   Comparison result;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    Loopback run(stream_setup(method));
+    Loopback run(stream_setup());
     run.lidar = ScanMaker(replica().mesh, seed);
-    run.lidar.footprint = method == "likelihood";  // which believes what the profile says
+    run.lidar.footprint = true;  // as the profile says
     run.lidar.pose = start_pose;
     run.lidar.velocity = velocity;
     const std::int64_t epoch = run.lidar.utime;
@@ -82,9 +80,7 @@ const Velocity moving{{0.012, -0.008, -0.0139}, {0.03, -0.025, 0.035}};  // 20 m
 }  // namespace
 
 TEST_CASE("Streaming gives an estimate every so many returns, later and later") {
-  const std::string method = GENERATE("beam", "likelihood");
-  CAPTURE(method);
-  Loopback run(stream_setup(method));
+  Loopback run(stream_setup());
   run.lidar.pose = start_pose;
   run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
@@ -99,19 +95,15 @@ TEST_CASE("Streaming gives an estimate every so many returns, later and later") 
     CHECK(all[i].method == "stream");
     CHECK(all[i].status == Estimate::OK);
     CHECK(all[i].scan_id == whole.scan_id);
-    if (method == "beam") {
-      CHECK(all[i].returns_received == 50);
-      CHECK(all[i].first_packet >= next_packet);
-    } else {  // the scan as far as it went
-      CHECK(all[i].returns_received == static_cast<int>(50 * (i + 1 - before)));
-      CHECK(all[i].first_packet == 0);
-      CHECK(all[i].last_packet >= next_packet);
-    }
+    // The scan as far as it went.
+    CHECK(all[i].returns_received == static_cast<int>(50 * (i + 1 - before)));
+    CHECK(all[i].first_packet == 0);
+    CHECK(all[i].last_packet >= next_packet);
     CHECK(all[i].last_packet >= all[i].first_packet);
     next_packet = all[i].last_packet;
     CHECK(distance(pose_in(all[i]), start_pose) < 0.01);
   }
-  CHECK(whole.method == method);
+  CHECK(whole.method == "likelihood");
   CHECK(whole.first_packet == 0);
   for (std::size_t i = 1; i < all.size(); ++i) {
     CHECK(all[i].utime > all[i - 1].utime);
@@ -137,14 +129,13 @@ TEST_CASE("A packet may hold several estimates, and none") {
 }
 
 TEST_CASE("Streamed estimates are a fold too: packets in any order give the same bits") {
-  const std::string method = GENERATE("beam", "likelihood");
-  Loopback plain(stream_setup(method));
+  Loopback plain(stream_setup());
   plain.lidar.pose = start_pose;
   plain.lidar.velocity = moving;
   plain.tell(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 6; ++i) REQUIRE(plain.scan_once());
   Said said;
-  Estimator replayed(stream_setup(method), said);
+  Estimator replayed(stream_setup(), said);
   replayed.take(command(estimator_command_t::ACQUIRE, 1, 1));
   // Neighbours exchanged, the first of each pair twice; a scan's last packet stays last.
   const auto& packets = plain.packets;
@@ -162,10 +153,8 @@ TEST_CASE("Streamed estimates are a fold too: packets in any order give the same
 }
 
 TEST_CASE("A moving target is streamed as well as one at rest, and better than scan by scan") {
-  const std::string method = GENERATE("beam", "likelihood");
-  CAPTURE(method);
-  const Comparison rest = compare(method, {});
-  const Comparison motion = compare(method, moving);
+  const Comparison rest = compare({});
+  const Comparison motion = compare(moving);
   INFO("rest " << 1e3 * rest.streamed.position << " mm " << degrees(rest.streamed.attitude)
                << " deg, moving " << 1e3 * motion.streamed.position << " mm "
                << degrees(motion.streamed.attitude) << " deg, by scan "
@@ -181,9 +170,7 @@ TEST_CASE("A moving target is streamed as well as one at rest, and better than s
 }
 
 TEST_CASE("A jump of the target is not streamed as a pose") {
-  const std::string method = GENERATE("beam", "likelihood");
-  CAPTURE(method);
-  Loopback run(stream_setup(method));
+  Loopback run(stream_setup());
   run.lidar.pose = start_pose;
   run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());

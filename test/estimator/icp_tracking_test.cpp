@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/tracking/icp_tracking.h"
+#include "estimator/published/icp_tracking.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

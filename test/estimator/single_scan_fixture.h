@@ -14,12 +14,7 @@ namespace berth::estimator {
 /// One scan of a target as a user's file would hold it, the shipped configuration, and the truth.
 struct SingleScanFixture {
   std::shared_ptr<const TargetModel> model = replica_model();
-  EstimatorOptions options = [] {
-    EstimatorOptions shipped = load_estimator_options("config/estimator.yaml");
-    shipped.acquisition_method = "views";
-    shipped.tracking_method = "beam";
-    return shipped;
-  }();
+  EstimatorOptions options = load_estimator_options("config/estimator.yaml");
   double scale = 1;  ///< of the target, over its model
   BeamModel beam_model = without_range_limits({});
   Pose truth = pose_from_xyzwpr({100, -230, 6000, 25, 20, -30});

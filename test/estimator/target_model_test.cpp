@@ -8,7 +8,6 @@
 #include <set>
 
 #include "estimator/model/model_file.h"
-#include "estimator/tracking/foreground.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -130,85 +129,6 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
   CHECK_FALSE(model->grid.refined(box.high + Vector3d::Constant(1), match));
 }
 
-TEST_CASE("A ray that comes near the surface is never taken for one that does not") {
-  const auto model = replica_model();
-  Random random(7, "rays");
-  int passed = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const Vector3d origin = model->centre + random.rotation() * Vector3d(0, 0, 8);
-    const Vector3d target = model->centre + random.normal_vector(0.7 * model->radius);
-    const Vector3d direction = (target - origin).normalized();
-    const double distance = 0.05 * random.uniform();
-    if (!model->distances.may_come_near({origin, direction}, distance)) {
-      ++passed;
-      for (double along = 5; along < 11; along += 0.05) {
-        const Vector3d point = origin + along * direction;
-        // What is hidden inside the hull has no distances.
-        std::uint32_t triangle = 0;
-        const double away = (model->caster.nearest(point, &triangle) - point).norm();
-        const auto& seen = model->surface.triangles;
-        if (std::find(seen.begin(), seen.end(), triangle) != seen.end()) REQUIRE(away > distance);
-      }
-    }
-  }
-  CHECK(passed > 200);
-}
-
-TEST_CASE("Where a beam may meet what stands before a face, the foreground is near") {
-  // Property: of rays that meet a face in the open, those beside which something else stands some
-  // centimetres before it are the ones that the foreground is near to.
-  const auto model = replica_model();
-  Random random(5, "foreground");
-  int found = 0;
-  int alone = 0;
-  int missed = 0;
-  int mistaken = 0;
-  for (int view = 0; view < 10; ++view) {
-    const Pose to_model = random_pose(random, 8).inverse();
-    const Vector3d eye = to_model.position;
-    const Foreground foreground(*model, eye);
-    for (int i = 0; i < 3000; ++i) {
-      const Vector3d towards =
-          model->centre + 1.5 * Vector3d(random.normal(), random.normal(), 0.3 * random.normal());
-      const Ray ray{eye, (towards - eye).normalized()};
-      RayHit hit;
-      if (!model->caster.cast(ray, 12, hit) || -hit.normal.dot(ray.direction) < 0.5) continue;
-      const Vector3d point = eye + hit.range * ray.direction;
-      constexpr double reach = 0.004;
-      if (model->borders.near(hit.triangle, point, 2 * reach)) continue;
-      // Rays about it, nearer and farther than the reach.
-      bool close = false;
-      bool around = false;
-      const Vector3d right = ray.direction.unitOrthogonal();
-      const Vector3d up = right.cross(ray.direction);
-      for (int k = 0; k < 64; ++k) {
-        const double angle = radians(360) * k / 64;
-        for (const double share : {0.5, 0.8, 1.3}) {
-          const Vector3d beside =
-              point + share * reach * (std::cos(angle) * right + std::sin(angle) * up);
-          RayHit other;
-          const Ray at{eye, (beside - eye).normalized()};
-          if (!model->caster.cast(at, 12, other)) continue;
-          const Vector3d there = eye + other.range * at.direction;
-          const double before = hit.normal.dot(there - point);
-          if (before < 0.01 || before > 0.09) continue;
-          around = true;
-          if (share < 1) close = true;
-        }
-      }
-      const bool near = foreground.near(hit.triangle, point, reach);
-      found += close ? 1 : 0;
-      missed += close && !near ? 1 : 0;
-      alone += around ? 0 : 1;
-      mistaken += !around && near ? 1 : 0;
-    }
-  }
-  CHECK(found > 30);
-  CHECK(missed == 0);
-  CHECK(alone > 1000);
-  CHECK(mistaken < alone / 50);  // near an end that is hidden
-}
-
 TEST_CASE("Templates tell at which turn and shift a cloud was laid") {
   const auto model = replica_model();
   const VoxelTemplates& templates = model->templates;
@@ -291,6 +211,19 @@ TEST_CASE("A model comes out of the cache as it went in") {
   }
   CHECK(again->templates.correlate(points, 2, 2)[3].score ==
         compiled->templates.correlate(points, 2, 2)[3].score);
+
+  REQUIRE(again->views.size() == compiled->views.size());
+  REQUIRE_FALSE(compiled->views.empty());
+  for (std::size_t i = 0; i < compiled->views.size(); ++i) {
+    const ViewTemplate& a = again->views[i];
+    const ViewTemplate& b = compiled->views[i];
+    CHECK(a.view.coeffs() == b.view.coeffs());
+    CHECK((a.points == b.points).all());
+    REQUIRE(a.outside.rows() == b.outside.rows());
+    CHECK((a.outside == b.outside).all());
+    CHECK(a.area == b.area);
+    CHECK(a.perimeter == b.perimeter);
+  }
 
   // other content, other options: other files
   load_target_model(target_of(make_box({2, 0.6, 0.41})), coarse(), cache.path, &loaded);

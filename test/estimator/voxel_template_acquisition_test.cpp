@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/acquisition/voxel_template_acquisition.h"
+#include "estimator/published/voxel_template_acquisition.h"
 
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"

@@ -56,8 +56,8 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
   const std::string reason = unusable(now);
   if (!reason.empty()) return reason;
   const Pose before = history_.at(estimate_->commanded()).value_or(commanded);
-  filtered_ = Pose();
-  offset_ = filtered_ = seen_from(before, *estimate_);
+  seen_ = Pose();
+  offset_ = seen_ = seen_from(before, *estimate_);
   // what is wanted begins where the command is, seen as the estimate sees it
   wanted_start_ = commanded * offset_;
   time_ = 0;
@@ -150,15 +150,14 @@ void Guidance::on_estimate(const Estimate& estimate) {
 /// The estimate in the model frame of what was commanded.
 Pose Guidance::seen_from(const Pose& commanded, const Estimate& estimate) const {
   Pose offset = commanded.inverse() * estimate.pose;
-  if (!estimate.attitude_known) offset.rotation = filtered_.rotation;
+  if (!estimate.attitude_known) offset.rotation = seen_.rotation;
   return offset;
 }
 
 void Guidance::correct(const Estimate& estimate) {
   const auto before = history_.at(estimate.commanded());
   if (!before) return;
-  const Vector6d change = difference(filtered_, seen_from(*before, estimate));
-  filtered_ = perturbed(filtered_, settings_.gain * change);
+  seen_ = seen_from(*before, estimate);
 }
 
 void Guidance::set_held(bool held) {
@@ -190,7 +189,7 @@ GuidanceReport Guidance::report() const {
   report.range = keeping_ ? surface_distance(expected) : distance_to_go(expected) + standoff_;
   report.wanted_closing_speed = travel_.speed(time_);
   report.closing_speed = scale_.rate() * report.wanted_closing_speed;
-  report.misalignment = angle_between(filtered_, offset_);
+  report.misalignment = angle_between(seen_, offset_);
   report.orbit_time = time_;
   return report;
 }
@@ -210,7 +209,7 @@ Guidance::Output Guidance::step(std::int64_t now, double dt) {
   scale_.set_target(reason.empty() && !held_ ? override_ : 0);
   time_ += scale_.advance(dt);
   if (reason.empty() && !held_) {
-    Vector6d change = difference(offset_, filtered_);
+    Vector6d change = difference(offset_, seen_);
     change.head<3>() = at_most(change.head<3>(), settings_.correction_speed * dt);
     change.tail<3>() = at_most(change.tail<3>(), settings_.correction_angular_speed * dt);
     offset_ = perturbed(offset_, change);

@@ -27,8 +27,8 @@ struct Docking {
 /// until the nearest surface of the target, placed by the estimate, is at the standoff; attitude
 /// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
 /// interface is at its place; the attitude stays. An estimate, moved on by what was commanded since
-/// a dead time before its own time, says where the target is now; that is filtered and slewed into
-/// the command, whatever it is: where the arms were told to be says nothing against it. Arms,
+/// a dead time before its own time, says where the target is now; that is slewed into the command,
+/// whatever it is: where the arms were told to be says nothing against it. Arms,
 /// joints and ground truth are unknown here.
 class Guidance {
  public:
@@ -38,7 +38,6 @@ class Guidance {
     std::int64_t settle_for = 10000000;        ///< us to wait at the end for the estimate to agree
     double settle_tolerance = 0.02;            ///< m from the standoff
     int good_estimates = 2;                    ///< in a row, to go on after a hold
-    double gain = 0.3;                         ///< of each estimate's correction
     double correction_speed = 0.01;            ///< m/s
     double correction_angular_speed = 0.017;   ///< rad/s
     double largest_correction = 0.25;          ///< m, or, far away,
@@ -132,7 +131,7 @@ class Guidance {
   double time_ = 0;  // along the travel
   // What is estimated of the target, in the model frame of what was commanded.
   Pose offset_;
-  Pose filtered_;                   // where that is slewed to
+  Pose seen_;                       // by the last estimate: where that is slewed to
   std::int64_t holding_since_ = 0;  // 0: not holding
   std::int64_t arrived_ = 0;        // 0: not yet
   std::string reason_;              // of holding

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/published/icp.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace berth::estimator {
+
+namespace {
+
+struct Pair {
+  Vector3d data;    // model frame
+  Vector3d model;   // model frame
+  Vector3d normal;  // unit
+  double squared_distance;
+};
+
+/// Closed-form motion that best carries the data onto the model points (Horn's unit quaternion: the
+/// eigenvector of a 4x4 matrix of their correlations).
+Pose register_points(const std::vector<Pair>& pairs) {
+  Vector3d data_centre = Vector3d::Zero();
+  Vector3d model_centre = Vector3d::Zero();
+  for (const Pair& p : pairs) {
+    data_centre += p.data;
+    model_centre += p.model;
+  }
+  data_centre /= static_cast<double>(pairs.size());
+  model_centre /= static_cast<double>(pairs.size());
+  Matrix3d s = Matrix3d::Zero();
+  for (const Pair& p : pairs) {
+    s += (p.data - data_centre) * (p.model - model_centre).transpose();
+  }
+  Eigen::Matrix4d n;
+  n << s.trace(), s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0),                   //
+      s(1, 2) - s(2, 1), s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2),  //
+      s(2, 0) - s(0, 2), s(0, 1) + s(1, 0), s(1, 1) - s(0, 0) - s(2, 2), s(1, 2) + s(2, 1),  //
+      s(0, 1) - s(1, 0), s(2, 0) + s(0, 2), s(1, 2) + s(2, 1), s(2, 2) - s(0, 0) - s(1, 1);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(n);
+  const Eigen::Vector4d q = eigen.eigenvectors().col(3);
+  Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  if (rotation.w() < 0) rotation.coeffs() *= -1;
+  rotation.normalize();
+  return {model_centre - rotation * data_centre, rotation};
+}
+
+/// Point pairs slide along surfaces in ever smaller steps of one direction. Where two steps agree,
+/// as far again as the series of such steps would lead (the acceleration of Besl and McKay 1992).
+class Accelerator {
+ public:
+  explicit Accelerator(double radius) { scale_ << 1, 1, 1, Vector3d::Constant(radius); }
+
+  Pose stretched(const Pose& motion) {
+    const Vector6d step = difference(Pose{}, motion);
+    const Vector6d scaled = step.cwiseProduct(scale_);
+    const double length = scaled.norm();
+    const double last_length = last_.norm();
+    const bool agree = last_length > 0 && length > 0 && length < last_length &&
+                       scaled.dot(last_) > least_agreement * length * last_length;
+    if (!agree) {
+      last_ = scaled;
+      return motion;
+    }
+    last_.setZero();  // the next step is judged afresh
+    const double ratio = length / last_length;
+    return perturbed(Pose{}, std::min(longest_stride, 1 / (1 - ratio)) * step);
+  }
+
+ private:
+  static constexpr double least_agreement = 0.95;  // cosine
+  static constexpr double longest_stride = 12;
+  Vector6d scale_;
+  Vector6d last_ = Vector6d::Zero();
+};
+
+/// Small motion of the data that brings it onto the tangent planes.
+Pose register_planes(const std::vector<Pair>& pairs) {
+  Matrix6d a = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  for (const Pair& p : pairs) {
+    Vector6d j;
+    j << p.normal, p.data.cross(p.normal);
+    a.noalias() += j * j.transpose();
+    b += j * p.normal.dot(p.model - p.data);
+  }
+  // What no plane holds stays where it is.
+  a.diagonal().array() += 1e-6 * static_cast<double>(pairs.size());
+  return perturbed(Pose{}, a.ldlt().solve(b));
+}
+
+class Matcher {
+ public:
+  Matcher(const TargetModel& model, const std::vector<Vector3d>& points, const IcpOptions& options)
+      : model_(model), points_(points), options_(options), gate_(options.start_gate_m) {
+    pairs_.reserve(points.size());
+  }
+
+  /// Pairs every point that lies in the grid with the model, then keeps those inside the gate.
+  void match(const Pose& pose) {
+    const Pose to_model = pose.inverse();
+    const Matrix3d rotation = to_model.rotation.toRotationMatrix();
+    pairs_.clear();
+    ClosestPointGrid::Match found;
+    for (const Vector3d& p : points_) {
+      const Vector3d q = rotation * p + to_model.position;
+      const bool inside = options_.refine_closest_points ? model_.grid.refined(q, found)
+                                                         : model_.grid.stored(q, found);
+      if (inside) pairs_.push_back({q, found.point, found.normal, (found.point - q).squaredNorm()});
+    }
+    adapt_gate();
+    const double limit = gate_ * gate_;
+    near_ = 0;
+    for (const Pair& p : pairs_) {
+      if (p.squared_distance <= limit || !is_behind(p, to_model.position)) ++near_;
+    }
+    pairs_.erase(std::remove_if(pairs_.begin(), pairs_.end(),
+                                [&](const Pair& p) { return p.squared_distance > limit; }),
+                 pairs_.end());
+  }
+
+  const std::vector<Pair>& pairs() const { return pairs_; }
+  int near() const { return near_; }
+
+ private:
+  /// Whether a return lies farther along its beam than the model next to it: an arm or a mount
+  /// behind the target contradicts nothing; a return beside or before it does.
+  static bool is_behind(const Pair& p, const Vector3d& eye) {
+    constexpr double least_cosine = 0.3;
+    const Vector3d beam = p.data - eye;
+    const Vector3d from_model = p.data - p.model;
+    return from_model.dot(beam) > least_cosine * from_model.norm() * beam.norm();
+  }
+
+  /// The gate follows the spread of the pairs inside the last one: it closes as the fit improves.
+  void adapt_gate() {
+    const double limit = gate_ * gate_;
+    distances_.clear();
+    for (const Pair& p : pairs_) {
+      if (p.squared_distance <= limit) distances_.push_back(p.squared_distance);
+    }
+    if (distances_.empty()) return;
+    const auto middle = distances_.begin() + static_cast<std::ptrdiff_t>(distances_.size() / 2);
+    std::nth_element(distances_.begin(), middle, distances_.end());
+    constexpr double sigma_of_median = 1.4826;
+    gate_ = std::clamp(options_.gate_sigmas * sigma_of_median * std::sqrt(*middle),
+                       options_.least_gate_m, options_.start_gate_m);
+  }
+
+  const TargetModel& model_;
+  const std::vector<Vector3d>& points_;
+  const IcpOptions& options_;
+  double gate_;
+  int near_ = 0;
+  std::vector<Pair> pairs_;
+  std::vector<double> distances_;
+};
+
+}  // namespace
+
+IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, const Pose& start,
+                const IcpOptions& options) {
+  constexpr std::size_t least_pairs = 6;
+  IcpResult result;
+  result.pose = start;
+  Matcher matcher(model, points, options);
+  Accelerator accelerator(model.canonical.half_length);
+  matcher.match(result.pose);
+  for (int i = 0; i < options.max_iterations && matcher.pairs().size() >= least_pairs; ++i) {
+    ++result.iterations;
+    // The motion is of the data in the model frame; the model moves the other way.
+    const bool points_only = options.registration == Registration::point_to_point;
+    const Pose motion =
+        points_only ? register_points(matcher.pairs()) : register_planes(matcher.pairs());
+    const Pose applied = points_only ? accelerator.stretched(motion) : motion;
+    result.pose = result.pose * applied.inverse();
+    matcher.match(result.pose);
+    const Vector6d step = difference(Pose{}, motion);
+    // A turn about the far origin also shifts: judge the shift at the model's centre.
+    const double shift = (motion * model.centre - model.centre).norm();
+    if (shift < options.stop_translation_m && step.tail<3>().norm() < options.stop_rotation_rad) {
+      result.converged = true;
+      break;
+    }
+  }
+
+  result.near = matcher.near();
+  result.used = static_cast<int>(matcher.pairs().size());
+  double sum = 0;
+  const Matrix3d rotation = result.pose.rotation.toRotationMatrix();
+  for (const Pair& p : matcher.pairs()) {
+    const double along_normal = p.normal.dot(p.model - p.data);
+    sum += along_normal * along_normal;
+    const Vector3d normal = rotation * p.normal;
+    const Vector3d arm = rotation * p.model;
+    Vector6d j;
+    j << normal, arm.cross(normal);
+    result.information.noalias() += j * j.transpose();
+  }
+  if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
+  if (result.used >= static_cast<int>(least_pairs)) {
+    // In units in which a radian counts as the model's half length, so that eigenvalues compare.
+    // The weakest direction must be known to a hundredth of the target's length.
+    Vector6d scale;
+    scale << 1, 1, 1, Vector3d::Constant(1 / model.canonical.half_length);
+    const Matrix6d scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled, Eigen::EigenvaluesOnly);
+    constexpr double least_sigma = 0.005;
+    const double sigma = std::max(result.residual_rms, least_sigma);
+    const double needed = 0.02 * model.canonical.half_length;
+    result.constrained = eigen.eigenvalues()[0] * needed * needed > sigma * sigma;
+  }
+  return result;
+}
+
+}  // namespace berth::estimator

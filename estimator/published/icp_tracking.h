@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "estimator/published/beam_likelihood.h"
+#include "estimator/published/icp.h"
+#include "estimator/track/tracking.h"
+
+namespace berth::estimator {
+
+struct IcpTrackingOptions {
+  IcpOptions icp;
+  int beam_steps = 0;               ///< after ICP, steps on the beams' range residuals
+  bool deskew = true;               ///< move every return to the scan's mean time first
+  std::size_t most_points = 60000;  ///< of a scan; more are thinned
+  // When the target counts as lost in this scan.
+  int least_used = 30;
+  double least_inlier_share = 0.6;
+  double most_residual_m = 0.04;
+  double most_shift_m = 0.30;  ///< of the measured pose from the predicted one
+  double most_turn_rad = radians(12);
+  double least_explained = 0.6;  ///< share of the beams predicted to meet the target that do
+  double most_through = 0.35;    ///< share of them that go through it
+  // Covariance: from the measured spread of the ranges, never better than the beam model's noise.
+  double covariance_scale = 1.0;  ///< of the variance
+  double floor_m = 0.0005;
+  double floor_rad = 0.0003;
+  LikelihoodOptions likelihood;
+};
+
+/// Measures the pose from one scan, starting from a prediction (paper, section 4.4), and judges
+/// itself: by inliers, residual, step, and by casting beams at the result.
+class IcpTracking final : public Tracking {
+ public:
+  IcpTracking(const TargetModel& model, const BeamModel& beam_model,
+              const IcpTrackingOptions& options)
+      : model_(model), beam_model_(beam_model), options_(options) {}
+
+  /// "icp point_to_point" or "icp point_to_plane".
+  std::string name() const override;
+  TrackingResult track(const CleanScan& scan, const Prediction& predicted) const override;
+
+ private:
+  std::vector<Vector3d> points_of(const CleanScan& still) const;
+  std::string judge(const TrackingResult& result, const IcpResult& icp, const Likelihood& fit,
+                    const Pose& predicted) const;
+
+  const TargetModel& model_;
+  const BeamModel& beam_model_;
+  const IcpTrackingOptions& options_;
+};
+
+}  // namespace berth::estimator
