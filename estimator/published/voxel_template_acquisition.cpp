@@ -149,7 +149,7 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
       candidate_point_sets(points, {model_.canonical.half_length, model_.canonical.radius},
                            static_cast<std::size_t>(options_.point_sets));
   std::vector<Pose> poses;
-  for (const Finalist& h : hints) poses.push_back(h.pose);
+  for (const Hypothesis& h : hints) poses.push_back(h.pose);
   for (const Pose& pose : match_templates(sets)) {
     const bool known = std::any_of(poses.begin(), poses.end(), [&](const Pose& other) {
       return same_pose(pose, other, model_, 2);
