@@ -642,6 +642,24 @@ TEST_CASE("Neither the order of beams nor beams sent twice change what is tracke
   CHECK(apart.dot(third.covariance.ldlt().solve(apart)) < 0.05);
 }
 
+TEST_CASE("Returns that fit are counted whether a scan is thinned or not") {
+  const Target target = hinged_target();
+  const auto model = coarse_model(target);
+  LikelihoodTrackingOptions thin;
+  thin.max_returns = 300;
+  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 1);
+  const auto used = [&](const LikelihoodTrackingOptions& options) {
+    Random random(1, "thinned");
+    const LikelihoodTracking tracking(*model, nominal_beam, options);
+    const auto result = tracking.track(scan, prediction_off(hinged_pose, 0.02, 0.02, random));
+    REQUIRE(result.ok);
+    CHECK(result.used <= static_cast<int>(scan.points.size()));
+    CHECK(result.used <= result.near);
+    return result.used;
+  };
+  CHECK(used(thin) == Approx(used({})).epsilon(0.05));
+}
+
 TEST_CASE("A scan of nothing that the target explains is lost, with the reason") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);

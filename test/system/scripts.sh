@@ -21,6 +21,7 @@ try() {
 # options NAME: what makes it short.
 options() {
   case $1 in
+    5_2_returns) echo "--set about_y=[15] --set about_z=[-25,20] --set attitudes=2 --set enough=2" ;;
     5_3_2_static) echo "--set steps=8 --set enough=12" ;;
     fast_trajectory) echo "--set passes=1 --set enough=20" ;;
     tracking_survey) echo "--set survey=6s --set enough=50" ;;

@@ -126,6 +126,25 @@ TEST_CASE("the estimate is flown by wherever the arms were told to be") {
   CHECK((flight.caster.nearest(sensor) - sensor).norm() == Approx(4.0).margin(1e-3));
 }
 
+TEST_CASE("an estimate is taken as it is, and worked off at the speed of corrections") {
+  Flight flight(start);
+  REQUIRE_FALSE(flight.guidance.keep(flight.now, start, start, {}));
+  Pose beside = start;
+  beside.position.x() += 0.015;
+  Estimate estimate{flight.now - 10000, beside, true, "good"};
+  estimate.dead_time = 150000;
+  flight.guidance.on_estimate(estimate);
+  Pose last = start;
+  for (int i = 0; i < 200; ++i) {
+    const Pose commanded = flight.guidance.step(flight.now, 0.01).commanded;
+    CHECK(distance(commanded, last) < 1.001 * 0.01 * Guidance::Settings{}.correction_speed);
+    last = commanded;
+    flight.now += 10000;
+  }
+  CHECK(last.position.x() == Approx(start.position.x() - 0.015).margin(1e-9));
+  CHECK(angle_between(last, start) < 1e-9);
+}
+
 TEST_CASE("an older estimate than the last is ignored") {
   Flight flight(start);
   flight.guidance.on_estimate({flight.now - 5000000, Pose{}, false, "late"});
