@@ -7,7 +7,7 @@
 namespace berth::estimator {
 
 DistanceTable::DistanceTable(const ClosestPointGrid& grid, double cut_off)
-    : cell_(static_cast<float>(grid.cell())), cut_off_(cut_off) {
+    : cell_(static_cast<float>(grid.cell())) {
   // One more voxel on each side: the rim.
   low_ = (grid.low() - Vector3d::Constant(grid.cell())).cast<float>();
   for (std::size_t i = 0; i < 3; ++i) {

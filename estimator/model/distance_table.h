@@ -15,15 +15,16 @@ class DistanceTable {
  public:
   static constexpr int most = 255;  ///< the value at and beyond the cut-off
 
-  DistanceTable() = default;
   /// cut_off: m.
   DistanceTable(const ClosestPointGrid& grid, double cut_off);
 
-  /// A point's place in units of voxels, to be handed to `at`.
-  Eigen::Vector3f low() const { return low_; }
-  float cell() const { return cell_; }
-  double cut_off() const { return cut_off_; }
+  /// Of a point of the model frame, in units of cut_off / 255.
+  int value(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f place = (point - low_) / cell_;
+    return values_[static_cast<std::size_t>(index(place.x(), place.y(), place.z()))];
+  }
 
+ private:
   /// Index of the voxel at this place; any place outside is at the rim, which is far from all.
   int index(float x, float y, float z) const {
     const auto clamped = [](float v, float top) {
@@ -32,17 +33,8 @@ class DistanceTable {
     };
     return clamped(x, top_[0]) + size_[0] * (clamped(y, top_[1]) + size_[1] * clamped(z, top_[2]));
   }
-  int value(int index) const { return values_[static_cast<std::size_t>(index)]; }
-  /// Of a point of the model frame, in units of cut_off / 255.
-  int value(const Eigen::Vector3f& point) const {
-    const Eigen::Vector3f place = (point - low_) / cell_;
-    return value(index(place.x(), place.y(), place.z()));
-  }
-
- private:
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   float cell_ = 1;
-  double cut_off_ = 1;
   std::array<int, 3> size_{1, 1, 1};
   std::array<float, 3> top_{};
   std::vector<std::uint8_t> values_{std::uint8_t{most}};

@@ -19,7 +19,6 @@ inline Four four_at(const double* from) {
   std::memcpy(&result, from, sizeof(result));
   return result;
 }
-inline void put(const Four& value, double* to) { std::memcpy(to, &value, sizeof(value)); }
 inline Four root(const Four& value) { return _mm256_sqrt_pd(value); }
 
 /// Four vectors of three. Sums are taken in the order in which Eigen takes them: the same bits.
@@ -42,14 +41,6 @@ inline Four3 operator-(const Four3& a, const Four3& b) { return {a.x - b.x, a.y 
 inline Four3 operator*(const Four& s, const Four3& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline Four3 operator/(const Four3& a, const Four& s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Four3 four(const Vector3d& v) { return {four(v.x()), four(v.y()), four(v.z())}; }
-/// Of each lane whether something is so: all bits set, or none. What a comparison gives.
-using FourFlags = decltype(Four{} < Four{});
-/// A bit for each lane.
-inline unsigned bits(const FourFlags& flags) {
-  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
-}
-inline int count(const FourFlags& flags) { return __builtin_popcount(bits(flags)); }
-inline double sum(const Four& value) { return (value[0] + value[1]) + (value[2] + value[3]); }
 /// a where the mask is set, b elsewhere.
 template <class Mask>
 Four3 chosen(const Mask& mask, const Four3& a, const Four3& b) {

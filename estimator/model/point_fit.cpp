@@ -18,7 +18,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
     const double gate = first_gate * std::pow(last_gate / first_gate, share);
     const std::size_t used = turned.turn(grid, points, pose);
     if (used < 6) return pose;
-    NormalSums sums(false);
+    NormalSums sums;
     double inertia = 0;
     for (std::size_t from = 0; from < used; from += TurnedPoints::lanes) {
       const Four3 arm = turned.arms(from);
@@ -38,13 +38,12 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
       const Four pull = weight * arm.dot(arm);
       for (std::size_t n = 0; n < TurnedPoints::lanes; ++n) inertia += pull[n];
     }
-    sums.flush();
-    Matrix6d a = sums.products(0);
+    Matrix6d a = sums.products();
     // What no surface holds stays where it is.
     const double trace = a.diagonal().head<3>().sum();
     a.diagonal().head<3>().array() += 1e-3 * trace + 1e-12;
     a.diagonal().tail<3>().array() += 1e-3 * inertia + 1e-12;
-    pose = perturbed(pose, a.ldlt().solve(sums.residuals(0)));
+    pose = perturbed(pose, a.ldlt().solve(sums.residuals()));
   }
   return pose;
 }

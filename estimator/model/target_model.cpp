@@ -9,15 +9,6 @@
 
 namespace berth::estimator {
 
-namespace {
-
-DistanceTable distances_of(const TargetModel& model) {
-  constexpr double cut_off = 0.1;  // of the length
-  return {model.grid, cut_off * model.target.length};
-}
-
-}  // namespace
-
 TargetModel::TargetModel(Target target_, const ModelOptions& options_)
     : target(std::move(target_)), options(options_), caster(target.mesh, RayCaster::Edges::quick) {
   const Box box = bounding_box(target.mesh);
@@ -41,9 +32,10 @@ std::shared_ptr<const TargetModel> compile_target_model(const Target& target,
                                  options.grid_margin * length, options.grid_voxels);
   model->regions = find_scan_regions(model->surface.samples, options.region_radius * length);
   model->views = make_view_templates(model->caster, model->centre, model->radius, options.views);
-  model->distances = distances_of(*model);
+  constexpr double cut_off = 0.1;  // of the length
+  const DistanceTable distances(model->grid, cut_off * target.length);
   model->symmetries =
-      measure_symmetries(target.mesh, model->surface, model->grid, model->distances, target.length);
+      measure_symmetries(target.mesh, model->surface, model->grid, distances, target.length);
   return model;
 }
 
@@ -65,10 +57,7 @@ std::shared_ptr<const TargetModel> load_target_model(const Target& target,
   auto model = std::make_shared<TargetModel>(target, options);
   const bool found = ModelFile::read(path, *model);
   if (loaded != nullptr) *loaded = found;
-  if (found) {
-    model->distances = distances_of(*model);
-    return model;
-  }
+  if (found) return model;
   auto compiled = compile_target_model(target, options);
   ModelFile::write(path, *compiled);
   return compiled;

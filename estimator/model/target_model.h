@@ -44,7 +44,6 @@ struct TargetModel {
   RayCaster caster;
   Vector3d centre = Vector3d::Zero();  ///< of the bounding box, model frame
   double radius = 0;                   ///< of the sphere about it that holds the mesh, m
-  DistanceTable distances;             ///< made from the grid
 
   TargetModel(Target target_, const ModelOptions& options_);
 };
