@@ -140,7 +140,9 @@ class Estimator {
 
   // Estimates
   void process(const Bundle& bundle);
-  bool streams() const { return setup_.options.streaming; }
+  bool streams() const {
+    return setup_.options.streaming && setup_.options.tracker_method == "se3";
+  }
   void stream();
   void track_so_far(Stream& stream);
   void publish_streamed(Stream& stream, const TargetTracker& tracker,
