@@ -22,7 +22,7 @@ struct AcquisitionResult {
   std::string reason;  ///< empty when found
   std::vector<Hypothesis>
       hypotheses;          ///< best first, distinct; of found ones probabilities sum to 1
-  double noise_scale = 1;  ///< on the beam model's sigmas, as the best pose's returns show it
+  double noise_scale = 1;  ///< on the beam model's sigmas, as the returns show it
 };
 
 /// Finds the target's pose in one scan without any prior. const and deterministic; the model, beam
