@@ -157,7 +157,6 @@ class Estimator {
   Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
   TrackingResult measure(const CleanScan& scan, const Prediction& predicted);
   static Prediction predicted_by(const TargetTracker& tracker, std::int64_t utime);
-  Prediction set_off(Prediction predicted, std::int64_t utime) const;
   void tell_noise();
   void track_far(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
   void take_far(const LongRangeFix& far, pose_estimate_t& estimate);

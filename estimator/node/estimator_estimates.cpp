@@ -153,17 +153,6 @@ Prediction Estimator::predicted_by(const TargetTracker& tracker, std::int64_t ut
           tracker.predicted_velocity_covariance(utime)};
 }
 
-/// The same of a target that has begun to move since it was measured, as one may of which nothing
-/// but a pose is known.
-Prediction Estimator::set_off(Prediction predicted, std::int64_t utime) const {
-  const PoseFilterOptions& unknown = setup_.options.pose_filter;
-  const Matrix6d velocity = diagonal_covariance(unknown.unknown_speed, unknown.unknown_rotation);
-  const double s = elapsed(tracker_->utime(), utime);
-  predicted.covariance += s * s * velocity;
-  predicted.velocity_covariance += velocity;
-  return predicted;
-}
-
 void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   if (range_ == OperatingRange::long_range) {
@@ -172,9 +161,7 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     return;
   }
   const std::int64_t utime = estimate.utime;
-  const Prediction predicted = predicted_by(*tracker_, utime);
-  TrackingResult measured = measure(scan, predicted);
-  if (measured.surprising) measured = measure(scan, set_off(predicted, utime));
+  TrackingResult measured = measure(scan, predicted_by(*tracker_, utime));
   if (measured.ok) {
     measured.ok = measured.motion ? tracker_->update(measured.pose, measured.covariance,
                                                      *measured.motion, utime)

@@ -431,7 +431,6 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.confidence = found->fit_share();
   if (!is_covariance(result.covariance)) return lost("the covariance is none");
   if (!(fit.from_prediction() < max_from_prediction)) {
-    result.surprising = true;
     return lost(fixed(std::sqrt(fit.from_prediction()), 1) +
                 " sigmas from the prediction, at most " + fixed(std::sqrt(max_from_prediction), 1) +
                 " are believed");

@@ -23,8 +23,6 @@ struct Prediction {
 struct TrackingResult {
   bool ok = false;
   std::string reason;  ///< why not
-  /// Not ok because it is too far from what was predicted, whatever the scan says of it.
-  bool surprising = false;
   Pose pose;           ///< T_sensor_model at the scan's mean time
   Matrix6d covariance = Matrix6d::Identity();
   /// What the returns alone say of pose and velocity, where the method knows.

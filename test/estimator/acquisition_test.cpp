@@ -193,6 +193,31 @@ TEST_CASE("Without a word about beams that met nothing, the returns alone are en
   CHECK(tally.right + tally.ambiguous_with_truth >= 19);
 }
 
+TEST_CASE("Something else is seldom taken for the target") {
+  const Mesh others[] = {make_box({3, 1.2, 0.6}), make_cylinder(0.5, 3, 24), make_box({1, 1, 1}),
+                         make_box({8, 8, 0.1})};
+  int scans = 0;
+  int found = 0;
+  for (const auto& model : {replica_model(), flat_box()}) {
+    const HypothesisAcquisition acquisition(*model, beam_model, options);
+    Random random(3, "others");
+    for (const Mesh& other : others) {
+      for (int i = 0; i < 5; ++i) {
+        ScanMaker lidar(other, static_cast<std::uint64_t>(i));
+        lidar.beam = beam_model;
+        lidar.pose = random_pose(random, 6);
+        const AcquisitionResult result =
+            acquisition.acquire(preprocess(lidar.sweep(full_view(5000)), {}, beam_model));
+        ++scans;
+        if (result.status == Status::found) ++found;
+      }
+    }
+  }
+  // Faces as large as the target's are the target, half turned away or with parts elsewhere.
+  CAPTURE(scans, found);
+  CHECK(10 * found <= scans);
+}
+
 TEST_CASE("What one scan leaves open, windows chosen for it decide") {
   // A mark on one corner of a face: four poses that differ in nothing else.
   Mesh mesh = make_box({1.5, 1.5, 1.5});

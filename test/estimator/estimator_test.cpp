@@ -239,11 +239,22 @@ TEST_CASE("Where two scans tell too little the next has more beams where the tar
 }
 
 TEST_CASE("Two looks in a row that do not decide are followed by a scan of everything") {
+  // Its mark is on the side that is not seen: four poses that are equal but for that.
+  Target target;
+  target.mesh = make_box({1.5, 1.5, 1});
+  target.mesh.append(make_box({0.2, 0.2, 0.12}), {{0.5, 0.5, 0.56}, Quaterniond::Identity()});
+  target.name = "marked";
+  target.hash = content_hash(target.mesh);
+  target.length = 1.5;
+  ModelOptions coarse;
+  coarse.surface_samples = 6000;
+  coarse.grid_voxels = 150000;
+  const auto model = compile_target_model(target, coarse);
   EstimatorSetup setup = test_setup();
-  setup.options.acquisition_method = "hypotheses";
-  setup.options.hypotheses.risk = 1e-15;  // of which no scan can be sure
-  Loopback run(std::move(setup));
-  run.lidar.pose = start_pose;
+  setup.target = target.name;
+  setup.find_model = [model](const std::string&) { return model; };
+  Loopback run(std::move(setup), target.mesh);
+  run.lidar.pose = {{0, 0, 5}, rotation_from_vector({0.2, 0.1, 0})};
   run.tell(command(Command::ACQUIRE, 1, 1));
   const auto looks = [&run] { return run.said.requests.back().windows.size() > 1; };
   REQUIRE_FALSE(looks());

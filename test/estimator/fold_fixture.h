@@ -48,8 +48,8 @@ struct Loopback {
   ScanMaker lidar;
   std::vector<ScanPacket> packets;  // all that went in
 
-  explicit Loopback(EstimatorSetup setup = test_setup())
-      : estimator(std::move(setup), said), lidar(replica().mesh) {}
+  explicit Loopback(EstimatorSetup setup = test_setup(), const Mesh& mesh = replica().mesh)
+      : estimator(std::move(setup), said), lidar(mesh) {}
   void tell(const estimator_command_t& c) { estimator.take(c); }
   /// Answers the outstanding request. @return false when there is none.
   bool scan_once();
