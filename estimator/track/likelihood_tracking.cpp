@@ -33,7 +33,7 @@ constexpr double settled_move = 1;
 /// starts are tried; they cost time alone where the first was right.
 constexpr double fit_as_usual = 1 - BeamShares{}.outlier;
 /// Chi squared of six degrees of freedom that one in a million exceeds: what is farther from the
-/// prediction has another cause than its error.
+/// prediction has another cause than its error. Where beams fit as usual, the target has moved.
 constexpr double max_from_prediction = 38.3;
 
 /// The optimisation of one scan.
@@ -430,7 +430,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.spread = found->noise_scale() * found->noise_scale();
   result.confidence = found->fit_share();
   if (!is_covariance(result.covariance)) return lost("the covariance is none");
-  if (!(fit.from_prediction() < max_from_prediction)) {
+  if (!(fit.from_prediction() < max_from_prediction) && !(result.confidence > fit_as_usual)) {
     return lost(fixed(std::sqrt(fit.from_prediction()), 1) +
                 " sigmas from the prediction, at most " + fixed(std::sqrt(max_from_prediction), 1) +
                 " are believed");
