@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common/core/random.h"
@@ -14,7 +15,8 @@ namespace {
 constexpr int max_planes = 8;
 constexpr int draws = 150;
 constexpr std::size_t min_returns = 20;
-constexpr double min_filled = 0.15;  // of width^2
+constexpr std::size_t max_compared = 2000;  // returns, by which planes are compared: cost alone
+constexpr double min_filled = 0.15;         // of width^2
 
 /// m^2, square to a beam, of what was scanned there for it alone.
 double area_at(const RangeImage& image, int b) {
@@ -22,6 +24,19 @@ double area_at(const RangeImage& image, int b) {
   const double side =
       image.beams()[static_cast<std::size_t>(b)].range * image.spacing() * image.pixels_apart(b);
   return side * side / static_cast<double>(to - from);
+}
+
+/// Whether all returns are too near each other for any plane to be so wide.
+bool all_within(const RangeImage& image, double width) {
+  constexpr double far = std::numeric_limits<double>::max();
+  Box box{Vector3d::Constant(far), Vector3d::Constant(-far)};
+  for (const Beam& beam : image.beams()) {
+    if (!beam.hit()) continue;
+    const Vector3d p = image.axes() * beam.point();
+    box.low = box.low.cwiseMin(p);
+    box.high = box.high.cwiseMax(p);
+  }
+  return box.size().norm() < width;
 }
 
 bool is_large(const RangeImage& image, const std::vector<int>& members, const FittedPlane& plane,
@@ -50,6 +65,7 @@ LargePlanes large_planes(const RangeImage& image, double width) {
   };
   LargePlanes found;
   found.of_beam.assign(image.beams().size(), -1);
+  if (all_within(image, width)) return found;
   std::vector<Return> rest;
   for (std::size_t b = 0; b < image.beams().size(); ++b) {
     if (image.beams()[b].hit()) rest.push_back({static_cast<int>(b), image.beams()[b].point(), 0});
@@ -67,6 +83,7 @@ LargePlanes large_planes(const RangeImage& image, double width) {
                               [](double value, const Return& r) { return value < r.area; })
           ->point;
     };
+    const std::size_t every = 1 + rest.size() / max_compared;
     double best = 0;
     Vector3d best_place = Vector3d::Zero();
     Vector3d best_normal = Vector3d::Zero();
@@ -77,9 +94,9 @@ LargePlanes large_planes(const RangeImage& image, double width) {
       if (square.norm() < 0.05 * width * width) continue;
       const Vector3d normal = square.normalized();
       double on = 0, before = 0;
-      for (const Return& r : rest) {
-        if (std::abs(normal.dot(r.point - a)) < slack) on += r.area - before;
-        before = r.area;
+      for (std::size_t i = every - 1; i < rest.size(); i += every) {
+        if (std::abs(normal.dot(rest[i].point - a)) < slack) on += rest[i].area - before;
+        before = rest[i].area;
       }
       if (on <= best) continue;
       best = on;
