@@ -11,6 +11,8 @@ namespace {
 
 constexpr double max_turn_cosine = 0.26;  // of 75 degrees
 constexpr int max_pixels = 4000000;
+/// Beams of one pixel see one place: others than so many, drawn evenly, are left out. Cost alone.
+constexpr std::size_t max_in_pixel = 8;
 
 double normal_density(double error, double sigma) {
   return std::exp(-0.5 * error * error / (sigma * sigma)) / (2.5066282746310002 * sigma);
@@ -117,11 +119,14 @@ void RangeImage::place(const CleanScan& scan) {
   });
   std::fill(beam_at_.begin(), beam_at_.end(), -1);
   nearest_ = missed;
-  for (const Placed& p : placed) {
-    int& at = beam_at_[static_cast<std::size_t>(p.pixel)];
-    if (at < 0) at = static_cast<int>(beams_.size());
-    beams_.push_back(*p.beam);
-    pixel_of_.push_back(p.pixel);
+  for (std::size_t from = 0, to = 0; from < placed.size(); from = to) {
+    while (to < placed.size() && placed[to].pixel == placed[from].pixel) ++to;
+    beam_at_[static_cast<std::size_t>(placed[from].pixel)] = static_cast<int>(beams_.size());
+    const std::size_t every = 1 + (to - from - 1) / max_in_pixel;
+    for (std::size_t i = from; i < to; i += every) {
+      beams_.push_back(*placed[i].beam);
+      pixel_of_.push_back(placed[i].pixel);
+    }
   }
   first_from_.assign(beam_at_.size() + 1, 0);
   for (const int pixel : pixel_of_) ++first_from_[static_cast<std::size_t>(pixel) + 1];

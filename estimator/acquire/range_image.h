@@ -12,8 +12,8 @@
 namespace berth::estimator {
 
 /// A scan as an image: pixels about as wide and as high as beams are apart, on the plane square to
-/// the mean direction of its returns. Beams farther than 75 degrees from that are left out. What is
-/// computed from it does not depend on the order of beams.
+/// the mean direction of its returns. Beams farther than 75 degrees from that are left out, and
+/// most of very many in a pixel. What is computed from it does not depend on the order of beams.
 class RangeImage {
  public:
   static constexpr double missed = std::numeric_limits<double>::infinity();
