@@ -6,7 +6,7 @@
 
 expect 0 "$bin/berth" run --twin --world uneven --seed 7 --out "$work/uneven" procedures/approach.yaml
 says "verdict: PASS"
-expect 0 "$bin/berth" run --twin --seed 7 --out "$work/exact" procedures/approach.yaml
+expect 0 "$bin/berth" run --twin --world exact --seed 7 --out "$work/exact" procedures/approach.yaml
 python3 - "$bin/berth" "$(only_run "$work/uneven")" "$(only_run "$work/exact")" <<'PYTHON' || fail "ground truth"
 import math, pathlib, sys
 sys.path.insert(0, "test/system")
