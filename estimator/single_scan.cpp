@@ -10,9 +10,12 @@ namespace berth::estimator {
 
 namespace {
 
-/// How well a pose to start from is known: of the target's radius, and rad.
-constexpr double start_sigma_of_radius = 0.1;
-constexpr double start_sigma_rad = radians(5);
+/// How well a pose to start from is known.
+constexpr StartSigma as_given{0.1, radians(5)};
+constexpr StartSigma as_acquired{0.02, radians(1)};
+/// Chi squared of six degrees of freedom that one in a million exceeds: what tracking finds farther
+/// from the start is another pose.
+constexpr double max_from_start = 38.3;
 
 /// Returns nearer to it than this, of its length, are taken to be the target's.
 constexpr double about_of_length = 0.1;
@@ -113,19 +116,11 @@ SingleScanResult SingleScan::estimate_scaled(const CleanScan& scan,
   return result;
 }
 
-Matrix6d SingleScan::start_covariance() const {
-  const double sigma_m = start_sigma_of_radius * model_.radius;
-  Vector6d variances;
-  variances << Vector3d::Constant(sigma_m * sigma_m),
-      Vector3d::Constant(start_sigma_rad * start_sigma_rad);
-  return variances.asDiagonal();
-}
-
 bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
                                SingleScanResult& result) const {
   const std::int64_t start = now();
   std::string lost;
-  const PoseCandidate candidate = refined(scan, initial, lost);
+  const PoseCandidate candidate = refined(scan, initial, as_given, lost);
   if (lost.empty()) result.candidates = {candidate};
   result.refine_us = now() - start;
   if (!lost.empty()) {
@@ -154,11 +149,16 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
   for (const Hypothesis& h : found.hypotheses) result.candidates.push_back(candidate_of(h));
 }
 
-PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start,
+PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start, const StartSigma& sigma,
                                   std::string& doubts) const {
-  const TrackingResult tracked = tracking_->track(scan, {start, start_covariance(), {}});
+  const double sigma_m = sigma.of_radius * model_.radius;
+  Vector6d variances;
+  variances << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma.rad * sigma.rad);
+  const TrackingResult tracked = tracking_->track(scan, {start, variances.asDiagonal(), {}});
+  const Vector6d moved = difference(start, tracked.pose);
+  const bool same = moved.cwiseAbs2().cwiseQuotient(variances).sum() < max_from_start;
   PoseCandidate candidate;
-  candidate.pose = tracked.ok ? tracked.pose : start;
+  candidate.pose = tracked.ok && same ? tracked.pose : start;
   candidate.covariance = tracked.covariance;
   candidate.probability = 1;
   candidate.equal_poses = model_.symmetries.exact_count();
@@ -173,7 +173,7 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
   bool any_stands = false;
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    PoseCandidate candidate = refined(scan, hypothesis.pose, doubts);
+    PoseCandidate candidate = refined(scan, hypothesis.pose, as_acquired, doubts);
     candidate.probability = hypothesis.probability;
     candidate.log_likelihood = hypothesis.log_likelihood;
     any_stands = any_stands || doubts.empty();
@@ -232,7 +232,7 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
   }
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    PoseCandidate other = refined(rest, hypothesis.pose, doubts);
+    PoseCandidate other = refined(rest, hypothesis.pose, as_acquired, doubts);
     other.log_likelihood = hypothesis.log_likelihood;
     if (doubts.empty()) result.candidates.push_back(other);
   }

@@ -39,6 +39,11 @@ const char* name_of(SingleScanResult::Status status);
 /// the options are meant for.
 constexpr double reference_length_m = 3;
 
+/// 1 sigma of a pose to start from: of the target's radius, and rad.
+struct StartSigma {
+  double of_radius, rad;
+};
+
 /// The pose of the target in one scan that stands alone: acquisition, or an initial pose, then
 /// tracking as refinement, then verification. const and deterministic. Model and options must
 /// outlive it.
@@ -60,11 +65,11 @@ class SingleScan {
  private:
   SingleScanResult estimate_scaled(const CleanScan& scan, const std::optional<Pose>& initial) const;
   /// Of a pose to start from.
-  Matrix6d start_covariance() const;
   bool track_initial(const CleanScan& scan, const Pose& initial, SingleScanResult& result) const;
   void acquire(const CleanScan& scan, SingleScanResult& result) const;
   /// doubts: why it cannot be the target, else empty.
-  PoseCandidate refined(const CleanScan& scan, const Pose& start, std::string& doubts) const;
+  PoseCandidate refined(const CleanScan& scan, const Pose& start, const StartSigma& sigma,
+                        std::string& doubts) const;
   void refine(const CleanScan& scan, const AcquisitionResult& found,
               SingleScanResult& result) const;
   /// Looks for another target among the returns that the one found does not explain: an occluder

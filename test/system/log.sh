@@ -3,8 +3,8 @@
 # berth log on the log of a run: sound as recorded; damaged, mended, cut, filtered, exported, compared.
 . "$(dirname "$0")/common.sh"
 
-"$bin/berth" run --twin --seed 3 --out "$work/a" procedures/track_static.yaml >/dev/null || true
-"$bin/berth" run --twin --seed 4 --out "$work/b" procedures/track_static.yaml >/dev/null || true
+"$bin/berth" run --twin --world exact --seed 3 --out "$work/a" procedures/track_static.yaml >/dev/null || true
+"$bin/berth" run --twin --world exact --seed 4 --out "$work/b" procedures/track_static.yaml >/dev/null || true
 a=$(only_run "$work/a")
 b=$(only_run "$work/b")
 
