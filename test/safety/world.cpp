@@ -55,8 +55,10 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
   run_.seed = options.seed;
   run_.session = options.session;
   host("simulated-cell", [&](NodeSetup setup, Bus& bus, Loop& loop) {
-    auto node =
-        std::make_unique<SimulatedCell>(std::move(setup), load_simulated_cell(run_), bus, loop);
+    // What is measured here are the nodes, not how the world departs from their files.
+    SimulatedCell::Setup simulated = load_simulated_cell(run_);
+    simulated.settings.world = load_world(run_.config, "exact");
+    auto node = std::make_unique<SimulatedCell>(std::move(setup), std::move(simulated), bus, loop);
     cell_ = node.get();
     return node;
   });
