@@ -8,7 +8,7 @@ namespace berth::estimator {
 struct PoseFilterOptions {
   /// White acceleration of the target against the sensor, which the model does not know: the
   /// standard deviation of its velocity after one second.
-  double linear_acceleration = 0.02;   ///< m/s per square root of a second
+  double linear_acceleration = 0.01;   ///< m/s per square root of a second
   double angular_acceleration = 0.01;  ///< rad/s per square root of a second
   /// What a target that has only been seen once may do, 1 sigma.
   double unknown_speed = 0.05;     ///< m/s
