@@ -17,6 +17,10 @@ inline std::string estimate_defect(const pose_estimate_t& estimate) {
   if (!Vector3d::Map(estimate.position_m).allFinite() || !(std::abs(rotation.norm() - 1) < 1e-3)) {
     return "not a pose";
   }
+  if (!Vector3d::Map(estimate.linear_velocity_m_s).allFinite() ||
+      !Vector3d::Map(estimate.angular_velocity_rad_s).allFinite()) {
+    return "its velocity is not a number";
+  }
   const std::string defect = covariance_defect(Matrix6d::Map(estimate.covariance));
   return defect.empty() ? "" : "its covariance " + defect;
 }

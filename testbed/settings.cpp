@@ -82,6 +82,7 @@ Settings load_settings(const std::filesystem::path& file) {
   guidance.optional("largest_correction_share", s.guidance.largest_correction_share);
   s.guidance.largest_angular_correction =
       positive(guidance, "largest_angular_correction", Dimension::angle);
+  guidance.optional("inertial_motion", s.tell_chaser_motion);
   guidance.finish();
   s.profiles = load_profiles(file.parent_path() / "guidance");
 

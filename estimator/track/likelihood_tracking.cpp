@@ -26,9 +26,11 @@ constexpr int max_looks = 4;
 /// On the information of what a stage holds as it was known before: a hundredth of its sigma.
 constexpr double held = 1e4;
 /// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
-/// pose has moved by less: chi squared of six degrees of freedom.
+/// pose has moved by less: chi squared of six degrees of freedom. Where a step promised no more
+/// than a small gain, and it did not come, no shorter one is tried.
 constexpr double settled_gain = 0.1;
 constexpr double settled_move = 1;
+constexpr double small_gain = 2;
 /// Where fewer of the beams that should meet the target fit than outliers usually leave, other
 /// starts are tried; they cost time alone where the first was right.
 constexpr double fit_as_usual = 1 - BeamShares{}.outlier;
@@ -81,6 +83,7 @@ class Fit {
           if (damping < 1e-4) damping = 0;
         } else {
           damping = std::max(1e-2, 10 * damping);
+          if (gain < small_gain) break;
         }
       }
       if (!better || gain < settled_gain) break;
@@ -216,6 +219,7 @@ struct Task {
   double wide = 0, narrow = 0;
   double moves = 0;  // m, of ends, by what the velocity may be
   int coarse_thinning = 1;
+  double radius = 0;  // m, of the sphere that holds the target
 
   /// Widened, with and without the surface's patches, and as it is.
   int stages() const {
@@ -235,8 +239,10 @@ class Descent {
   void coarse() {
     for (int s = 0; s < task_.stages() - 2; ++s) run(s);
     coarse_log_posterior_ = fit_.log_posterior();
+    coarse_state_ = fit_.state();
   }
   double coarse_log_posterior() const { return coarse_log_posterior_; }
+  const ScanState& coarse_state() const { return coarse_state_; }
   /// Then by all of them, as it is.
   void fine() {
     run(task_.stages() - 2);
@@ -282,6 +288,7 @@ class Descent {
   ScanFit scan_;
   Fit fit_;
   double coarse_log_posterior_ = 0;
+  ScanState coarse_state_;
 };
 
 /// The most probable of the optima that are found from the prediction and, where beams do not fit,
@@ -303,9 +310,22 @@ std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
     const bool better = tried->fit().log_posterior() > best->fit().log_posterior();
     if (near(*tried) && (better || !near(*best))) best = std::move(tried);
   };
+  // m, of the target's places, at most.
+  const auto apart = [&](const ScanState& a, const ScanState& b) {
+    double angle = angle_between(a.motion.pose, b.motion.pose);
+    for (std::size_t j = 0; j < a.angles.size(); ++j) angle += std::abs(a.angles[j] - b.angles[j]);
+    return (a.motion.pose * centre - b.motion.pose * centre).norm() + task.radius * angle;
+  };
+  std::vector<ScanState> found{best->coarse_state()};
   const auto attempt = [&](const ScanState& other) {
     auto tried = std::make_unique<Descent>(task, other);
     tried->coarse();
+    const ScanState& at = tried->coarse_state();
+    const bool known = std::any_of(found.begin(), found.end(), [&](const ScanState& f) {
+      return apart(f, at) < 2 * task.narrow;
+    });
+    if (known) return;
+    found.push_back(at);
     if (tried->coarse_log_posterior() > best->coarse_log_posterior()) finish(std::move(tried));
   };
   finish(std::make_unique<Descent>(task, start));
@@ -411,7 +431,8 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
                   narrow,
                   0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
                       uncertainty_of_ends(model_, predicted.velocity_covariance),
-                  ratio_above(returns / fit_options.thinning, options_.max_coarse_returns)};
+                  ratio_above(returns / fit_options.thinning, options_.max_coarse_returns),
+                  radius_};
   const auto found = best_descent(task, start, predicted.covariance, model_.centre);
   const Fit& fit = found->fit();
   const ScanFit::Linearised& at = fit.at();

@@ -614,24 +614,19 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
 }
 
 void ScanFit::observe(const Place& at, const Active& active, const Sight& sight,
-                      const BeamTerm& term, Observations& observations) const {
+                      const Quaterniond& to_sensor, const BeamTerm& term,
+                      Observations& observations) const {
   const FitBeam& beam = beams_[active.beam];
-  const Velocity& velocity = at.state.motion.velocity;
-  const Quaterniond to_sensor =
-      at.still ? at.state.motion.pose.rotation : pose_of(beam, at.state).rotation;
+  const Quaterniond& at_mean_time = at.state.motion.pose.rotation;
   // force, torque: how what is observed follows a move and a turn of the model, model frame.
   const auto add = [&](const Vector3d& force, const Vector3d& torque, bool edge, std::uint32_t face,
                        const Observation& observation) {
     auto j = observations.add(observation);
     j.head<3>() = to_sensor * force;
-    const Vector3d turn = to_sensor * torque;
-    j.segment<3>(3) = turn;
-    if (beam.tau != 0 && !velocity.angular.isZero(0)) {
-      j.segment<3>(3) = rotation_from_vector(-beam.tau * velocity.angular) * turn;
-    }
+    j.segment<3>(3) = at_mean_time * torque;
     if (layout_.velocity) {
       j.segment<3>(6) = beam.tau * j.head<3>();
-      j.segment<3>(9) = beam.tau * turn;
+      j.segment<3>(9) = beam.tau * (to_sensor * torque);
     }
     if (edge) j[layout_.rim_at()] = 1;
     if (layout_.range_bias && !edge) j[layout_.bias_at()] = 1;
@@ -725,9 +720,11 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
   }
   std::vector<Ray> rays(active_.size());
   std::vector<SurfaceHit> hits(active_.size());
+  std::vector<Pose> poses(active_.size(), state.motion.pose);  // when each beam was sent
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const FitBeam& beam = beams_[active_[i].beam];
-    rays[i] = ray_of(beam, at.still ? at.model_sensor : pose_of(beam, state).inverse());
+    if (!at.still) poses[i] = pose_of(beam, state);
+    rays[i] = ray_of(beam, at.still ? at.model_sensor : poses[i].inverse());
     hits[i] = active_[i].hit;
   }
   if (!same(state, prepared_at_)) scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
@@ -763,7 +760,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
       elsewhere += returned ? anything : std::log(0.5);
     }
     result.log_likelihood_without += log_without[returned ? 1 : 0];
-    observe(at, active, *sight, term, observations);
+    observe(at, active, *sight, poses[i].rotation, term, observations);
     const double met = front.expected.coverage + (beside ? beside->coverage : 0);
     beams.push_back({term, returned, active.piece, behind ? 1 : met, front.expected.drop_out,
                      front.share_bin, front.white,

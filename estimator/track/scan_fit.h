@@ -198,7 +198,9 @@ class ScanFit {
   /// Nothing, of a beam that is not before the target any more.
   std::optional<Sight> sight_of(const Place& at, const Active& active, const Ray& ray,
                                 const SurfaceHit& hit) const;
-  void observe(const Place& at, const Active& active, const Sight& sight, const BeamTerm& term,
+  /// @param to_sensor from the model, when the beam was sent
+  void observe(const Place& at, const Active& active, const Sight& sight,
+               const Quaterniond& to_sensor, const BeamTerm& term,
                Observations& observations) const;
   void count(const std::vector<Explained>& beams, const std::vector<double>& as_modelled,
              Linearised& result) const;

@@ -176,11 +176,12 @@ class FakeEstimator final : public Node {
   std::int8_t status = pose_estimate_t::OK;
   Vector6d offset = Vector6d::Zero();
   double noise = 0.002;
+  double velocity_noise = 0.002;
   double variance = 4e-6;  // m^2 and rad^2, claimed
 
  private:
   void publish_now() {
-    if (silent || past_.empty()) return;
+    if (silent || past_.size() < 2) return;
     Vector6d error = offset;
     error.head<3>() += random_.normal_vector(noise);
     error.tail<3>() += random_.normal_vector(0.3 * noise);
@@ -194,6 +195,15 @@ class FakeEstimator final : public Node {
     message.q_wxyz[0] = pose.rotation.w();
     for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
     for (int i = 0; i < 6; ++i) message.covariance[7 * i] = variance;
+    const Velocity velocity = velocity_between(past_[0].second, past_[1].second,
+                                               seconds(past_[1].first - past_[0].first));
+    Vector3d::Map(message.linear_velocity_m_s) =
+        velocity.linear + random_.normal_vector(velocity_noise);
+    Vector3d::Map(message.angular_velocity_rad_s) =
+        velocity.angular + random_.normal_vector(0.3 * velocity_noise);
+    for (int i = 0; i < 6; ++i) {
+      message.velocity_covariance[7 * i] = velocity_noise * velocity_noise;
+    }
     bus().publish(channels::pose_estimate, message);
   }
 

@@ -16,6 +16,8 @@ constexpr double along_share = 0.4;
 /// Near enough to a stop, m, and slow enough there, m/s.
 constexpr double at_stop = 0.02;
 constexpr double slow = 0.003;
+/// us of commands by which the chaser's own velocity is reckoned.
+constexpr std::int64_t chaser_velocity_over = 100000;
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
 Vector3d correction(const Vector3d& offset, const Vector3d& rate_wanted, const Vector3d& rate,
@@ -70,9 +72,8 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
         return history;
       }()),
       estimate_(estimate),
-      filter_({profile.tracking.acceleration, profile.tracking.angular_acceleration},
-              seen(estimate)),
-      first_sight_(filter_.at(0)),
+      sight_(sight(estimate, nullptr)),
+      first_sight_(sight_.at(0)),
       axis_(target, profile.align, order.dock, chaser_.pose(), first_sight_) {
   if (order_.keep) {
     along_ = axis_.keep(first_sight_ * order_.pose.inverse(), first_sight_);
@@ -117,15 +118,27 @@ std::string Flight::refusal() const {
 }
 
 /// The estimate in frame N, at the time of flight of what was being carried out at the scan.
-TargetFilter::Seen Flight::seen(const Estimate& estimate) const {
-  const Command command = *commands_.at(estimate.commanded());
-  TargetFilter::Seen seen;
-  seen.time = command.time;
-  seen.pose = command.pose * estimate.pose;
-  seen.position_sigma = estimate.position_sigma;
-  seen.rotation_sigma = estimate.rotation_sigma;
-  seen.attitude_known = estimate.attitude_known;
-  return seen;
+/// @param last what the estimate does not say is as that has it
+Flight::Sight Flight::sight(const Estimate& estimate, const Sight* last) const {
+  const std::int64_t until = estimate.commanded();
+  const Command before = *commands_.at(until - chaser_velocity_over);
+  const Command command = *commands_.at(until);
+  Sight sight{command.time, command.pose * estimate.pose, last ? last->velocity : Velocity{}};
+  const double flown = command.time - before.time;
+  const double slowed = flown / (1e-6 * static_cast<double>(chaser_velocity_over));
+  // While the flight is held, a second of it is long: the velocity stays what it was.
+  if (estimate.velocity && slowed > 0.5) {
+    const Velocity chaser = velocity_between(before.pose, command.pose, flown);
+    const Quaterniond& turned = command.pose.rotation;
+    sight.velocity = {chaser.linear + chaser.angular.cross(turned * estimate.pose.position) +
+                          turned * estimate.velocity->linear / slowed,
+                      chaser.angular + turned * estimate.velocity->angular / slowed};
+  }
+  if (!estimate.attitude_known && last) {
+    sight.pose.rotation = last->at(sight.time).rotation;
+    sight.velocity.angular = last->velocity.angular;
+  }
+  return sight;
 }
 
 void Flight::on_estimate(const Estimate& estimate) {
@@ -133,8 +146,8 @@ void Flight::on_estimate(const Estimate& estimate) {
   estimate_ = estimate;
   good_in_a_row_ = estimate.usable ? good_in_a_row_ + 1 : 0;
   if (!estimate.usable) return;
-  const TargetFilter::Seen now_seen = seen(estimate);
-  const Vector6d away = filter_.innovation(now_seen);
+  const Sight seen = sight(estimate, &sight_);
+  const Vector6d away = difference(sight_.at(seen.time), seen.pose);
   const double limit = settings_.correction_limit(estimate.pose);
   if (away.head<3>().norm() > limit ||
       away.tail<3>().norm() > settings_.largest_angular_correction) {
@@ -144,7 +157,7 @@ void Flight::on_estimate(const Estimate& estimate) {
     return;
   }
   disbelief_.clear();
-  filter_.add(now_seen);
+  sight_ = seen;
 }
 
 std::string Flight::trouble(std::int64_t now) const {
@@ -162,7 +175,7 @@ std::string Flight::trouble(std::int64_t now) const {
 
 Steering::Output Flight::step(std::int64_t now, double dt) {
   time_ += dt;
-  const Pose model = filter_.at(time_);
+  const Pose model = sight_.at(time_);
   if (phase_ == Phase::retreating) {
     retreat(dt);
   } else {
@@ -279,8 +292,8 @@ void Flight::settle() {
   if (order_.dock) phase_ = Phase::contact;
   if (!arrived_) arrived_ = time_;
   const double error = place_.range - order_.standoff;
-  const bool agrees =
-      seen(estimate_).time >= *arrived_ && std::abs(error) <= settings_.settle_tolerance;
+  const bool agrees = commands_.at(estimate_.commanded())->time >= *arrived_ &&
+                      std::abs(error) <= settings_.settle_tolerance;
   const bool too_long = time_ - *arrived_ > 1e-6 * static_cast<double>(settings_.settle_for);
   if (!agrees && !too_long) return;
   done_ = true;
@@ -288,7 +301,7 @@ void Flight::settle() {
 }
 
 void Flight::fly(double dt, const Pose& model) {
-  const auto wanted = axis_.wanted(model, filter_.velocity(), along_, -closing_, -closing_rate_);
+  const auto wanted = axis_.wanted(model, sight_.velocity, along_, -closing_, -closing_rate_);
   const GuidanceProfile::Tracking& tracking = profile_.tracking;
   const Velocity& velocity = chaser_.velocity();
   const Vector3d acceleration =
@@ -306,7 +319,7 @@ void Flight::fly(double dt, const Pose& model) {
 void Flight::start_retreat(const std::string& reason) {
   phase_ = Phase::retreating;
   reason_ = reason;
-  retreat_model_ = filter_.at(time_);
+  retreat_model_ = sight_.at(time_);
   retreat_out_ = (chaser_.pose().position - retreat_model_.position).normalized();
   retreat_time_ = 0;
   closing_ = closing_rate_ = 0;
@@ -330,8 +343,8 @@ void Flight::retreat(double dt) {
 
 void Flight::tell(const Pose& model) {
   const Pose& target = phase_ == Phase::retreating ? retreat_model_ : model;
-  const auto rest = axis_.wanted(
-      target, phase_ == Phase::retreating ? Velocity{} : filter_.velocity(), along_, 0, 0);
+  const auto rest = axis_.wanted(target, phase_ == Phase::retreating ? Velocity{} : sight_.velocity,
+                                 along_, 0, 0);
   report_.profile = profile_.name;
   report_.law = name_of(profile_.law);
   report_.phase = phase_;

@@ -8,7 +8,6 @@
 #include "testbed/guidance/approach_axis.h"
 #include "testbed/guidance/chaser.h"
 #include "testbed/guidance/guidance.h"
-#include "testbed/guidance/target_filter.h"
 
 namespace berth::testbed {
 
@@ -16,7 +15,8 @@ namespace berth::testbed {
 /// frame N of the target at the start, where it knows its own motion from its own commands; every
 /// estimate, taken back to the command that was being carried out when the scan was made (dead
 /// time, scan time and computing are all in between), says where the target is in N and how it
-/// moves. What it flies by is that, carried on to the time at which the next command takes effect.
+/// moves. What it flies by is the last one, the target going on at its velocity until the next
+/// command takes effect: how far an estimate is to be trusted is the estimator's to say.
 class Flight final : public Steering {
  public:
   struct Order {
@@ -57,12 +57,20 @@ class Flight final : public Steering {
     return {a.time + s * (b.time - a.time), interpolate(a.pose, b.pose, s)};
   }
 
+  /// The target in frame N at a time of flight; its velocity in a second of flight.
+  struct Sight {
+    double time = 0;
+    Pose pose;
+    Velocity velocity;
+    Pose at(double t) const { return moved(pose, velocity, t - time); }
+  };
+
   Flight(const GuidanceProfile& profile, const ApproachTarget& target,
          const Guidance::Settings& settings, const Order& order, std::int64_t now,
          const Pose& commanded, const PoseHistory& before, const Estimate& estimate);
 
   std::string refusal() const;
-  TargetFilter::Seen seen(const Estimate& estimate) const;
+  Sight sight(const Estimate& estimate, const Sight* last) const;
   std::string trouble(std::int64_t now) const;
   void look(std::int64_t now, double dt, const Pose& model);
   double wanted_closing(double to_go) const;
@@ -80,7 +88,7 @@ class Flight final : public Steering {
   Chaser chaser_;
   CommandHistory<Command> commands_;
   Estimate estimate_;
-  TargetFilter filter_;
+  Sight sight_;       // by the last estimate that was believed
   Pose first_sight_;  // T_N_model
   ApproachAxis axis_;
   std::vector<GuidanceProfile::HoldPoint> stops_;  // still ahead

@@ -60,6 +60,7 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
       estimate.utime = now + static_cast<std::int64_t>(shown) * forecast_step + dead_time;
       estimate.dead_time = dead_time;
       estimate.pose = poses[shown] * seen_as;
+      estimate.velocity = velocity_between(poses[shown - 1] * seen_as, estimate.pose, dt);
       estimate.usable = true;
       twin.on_estimate(estimate);
     }

@@ -104,9 +104,6 @@ Profile::Tracking read_tracking(Config config) {
   Profile::Tracking tracking;
   tracking.response = positive(config, "response", Dimension::time);
   tracking.speed = positive(config, "speed", Dimension::speed);
-  tracking.acceleration = positive(config, "target_acceleration", Dimension::acceleration);
-  tracking.angular_acceleration =
-      positive(config, "target_angular_acceleration", Dimension::angular_acceleration);
   config.finish();
   return tracking;
 }

@@ -54,12 +54,10 @@ struct GuidanceProfile {
     double retreat_speed = 0.05;  ///< m/s, least, away from the target
     double retreat_time = 60;     ///< s after which a retreat ends
   };
-  /// How fast the chaser answers, and how agile it takes the target to be.
+  /// How fast the chaser answers.
   struct Tracking {
-    double response = 2.5;               ///< s to 1/e of an offset
-    double speed = 0.3;                  ///< m/s, greatest against the wanted motion
-    double acceleration = 0.02;          ///< m/s^2 of the target from one second to the next
-    double angular_acceleration = 0.01;  ///< rad/s^2 likewise
+    double response = 2.5;  ///< s to 1/e of an offset
+    double speed = 0.3;     ///< m/s, greatest against the wanted motion
   };
 
   std::string name;  ///< of the file, without its ending

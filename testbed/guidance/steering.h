@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "common/core/pose.h"
@@ -11,13 +12,13 @@ namespace berth::testbed {
 /// What the estimator says, as far as guidance cares.
 struct Estimate {
   std::int64_t utime = 0;
-  Pose pose;                      ///< T_sensor_model
-  bool usable = false;            ///< status OK
-  std::string status;             ///< why not, for the operator
-  bool attitude_known = true;     ///< well enough to be steered by
-  double position_sigma = 0.005;  ///< m, each axis
-  double rotation_sigma = 0.005;  ///< rad, each axis
-  std::int64_t dead_time = 0;     ///< us from a command to its motion, as far as is known
+  Pose pose;                   ///< T_sensor_model
+  bool usable = false;         ///< status OK
+  std::string status;          ///< why not, for the operator
+  bool attitude_known = true;  ///< well enough to be steered by
+  /// Of the model, sensor frame; nothing where the estimator does not say how well it knows it.
+  std::optional<Velocity> velocity = std::nullopt;
+  std::int64_t dead_time = 0;  ///< us from a command to its motion, as far as is known
 
   /// When what was being carried out at utime had been commanded.
   std::int64_t commanded() const { return utime - dead_time; }

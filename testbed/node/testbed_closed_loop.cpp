@@ -14,9 +14,6 @@ using namespace testbed;
 namespace {
 
 constexpr Utime instant_check_period = 200 * millisecond;
-/// What an estimate's own covariance does not know of: calibration, timing.
-constexpr double least_position_sigma = 0.002;
-constexpr double least_rotation_sigma = radians(0.05);
 
 std::string status_name(std::int8_t status) {
   switch (status) {
@@ -46,6 +43,10 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   estimate.pose = {
       Vector3d(message.position_m[0], message.position_m[1], message.position_m[2]),
       Quaterniond(message.q_wxyz[0], message.q_wxyz[1], message.q_wxyz[2], message.q_wxyz[3])};
+  if (is_covariance(Matrix6d::Map(message.velocity_covariance))) {
+    estimate.velocity = Velocity{Vector3d::Map(message.linear_velocity_m_s),
+                                 Vector3d::Map(message.angular_velocity_rad_s)};
+  }
   if (const std::string defect = estimate_defect(message); estimate.usable && !defect.empty()) {
     estimate.usable = false;
     estimate.status = defect;
@@ -55,10 +56,6 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   for (std::size_t i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
   estimate.attitude_known =
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
-  estimate.rotation_sigma = std::max(least_rotation_sigma, std::sqrt(variance));
-  variance = 0;
-  for (std::size_t i = 0; i < 3; ++i) variance = std::max(variance, message.covariance[7 * i]);
-  estimate.position_sigma = std::max(least_position_sigma, std::sqrt(variance));
   guidance_.on_estimate(estimate);
   if (task_.steering) task_.steering->on_estimate(estimate);
   look_at_estimate(message, estimate);
@@ -121,6 +118,7 @@ void TestbedNode::run_closed_loop(double dt) {
       event(event_t::ERROR, "gave-up", why);
     }
   }
+  publish_chaser_motion(wanted);
   wanted = wanted * target_at(task_.target_motion, task_.time);
   const Velocity velocity =
       dt > 0 ? velocity_between(relative(commanded_), wanted, dt) : Velocity{};

@@ -22,6 +22,7 @@
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/trail.h"
+#include "testbed/node/chaser_motion.h"
 #include "testbed/node/command_planner.h"
 #include "testbed/safety/report_watch.h"
 
@@ -155,6 +156,7 @@ class TestbedNode final : public Node {
   void publish_state(bool if_changed);
   testbed_state_t current_state() const;
   void publish_guidance(testbed::GuidanceReport report);
+  void publish_chaser_motion(const Pose& commanded);
 
   Cell cell_;
   RelativePose relative_pose_;
@@ -229,6 +231,8 @@ class TestbedNode final : public Node {
   std::int64_t truth_seq_ = 0;
   std::int64_t state_seq_ = 0;
   std::int64_t guidance_seq_ = 0;
+  testbed::ChaserMotion chaser_motion_;  // in closed loop
+  std::int64_t inertial_seq_ = 0;
   double setpoints_refused_ = 0;
   std::string refused_setpoint_;  // whose
   testbed_state_t published_{};

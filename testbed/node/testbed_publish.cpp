@@ -64,6 +64,16 @@ void TestbedNode::publish_guidance(GuidanceReport report) {
   bus().publish(channels::guidance_state, state);
 }
 
+/// Of a set-point in closed loop, from when it is carried out.
+void TestbedNode::publish_chaser_motion(const Pose& commanded) {
+  if (!settings_.tell_chaser_motion) return;
+  auto message = chaser_motion_.add(now() + dead_time_, commanded);
+  if (!message) return;
+  message->seq = ++inertial_seq_;
+  message->session = session();
+  bus().publish(channels::inertial_motion, *message);
+}
+
 testbed_state_t TestbedNode::current_state() const {
   testbed_state_t state{};
   state.utime = now();
