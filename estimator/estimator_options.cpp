@@ -334,6 +334,8 @@ EstimatorOptions load_estimator_options(const std::filesystem::path& path) {
   read_tracking(config.section("tracking"), options);
   read_tracker(config.section("target_tracker"), options);
   read_planner(config.section("scan_planner"), options.planner);
+  options.planner.bare_surface_sigma_m = options.hypotheses.bare_surface_sigma_m;
+  options.likelihood_tracking.bare_surface_sigma_m = options.hypotheses.bare_surface_sigma_m;
   if (config.has("ranges")) read_ranges(config.section("ranges"), options.ranges);
   if (config.has("budgets")) read_budgets(config.section("budgets"), options.budgets);
   config.finish();

@@ -12,7 +12,7 @@ namespace {
 
 /// How well a pose to start from is known.
 constexpr StartSigma as_given{0.1, radians(5)};
-constexpr StartSigma as_acquired{0.02, radians(1)};
+constexpr StartSigma as_acquired{0.01, radians(0.5)};
 /// Chi squared of six degrees of freedom that one in a million exceeds: what tracking finds farther
 /// from the start is another pose.
 constexpr double max_from_start = 38.3;

@@ -63,6 +63,7 @@ struct InformationPlanner::Grid {
   double window_width = 0;
   double window_height = 0;
   Eigen::Matrix<double, 21, Eigen::Dynamic> information;
+  Eigen::VectorXd alike;  // see DesignProblem
 
   Eigen::Index cells() const { return Eigen::Index{columns} * rows; }
   Eigen::Index cell(int column, int row) const { return Eigen::Index{row} * columns + column; }
@@ -95,13 +96,8 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
       directions.push_back(beam_direction(grid.azimuth(column), grid.elevation(row)));
     }
   }
-  std::vector<Vector6d> roots(directions.size());
-  view.roots(directions, roots);
-  for (std::size_t i = 0; i < roots.size(); ++i) {
-    if (!roots[i].isZero(0)) {
-      grid.information.col(static_cast<Eigen::Index>(i)) = packed_square(roots[i]);
-    }
-  }
+  std::vector<BeamReturn> returns(directions.size());
+  view.returns(directions, returns);
   // Windows as large as the prediction is uncertain; no smaller than a beam, or than lets the LIDAR
   // put all of the beams side by side.
   const double least_step = 1.001 * field_.minimum_step;
@@ -111,6 +107,28 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
                 0.5 * least_step * std::sqrt(static_cast<double>(beams))}));
   grid.window_width = std::min(2 * half, outline.width);
   grid.window_height = std::min(2 * half, outline.height);
+  grid.alike.setZero(grid.cells());
+  const double area = range * range * grid.window_width * grid.window_height;
+  for (std::size_t i = 0; i < returns.size(); ++i) {
+    const auto cell_index = static_cast<Eigen::Index>(i);
+    grid.information.col(cell_index) = packed_square(returns[i].root);
+    grid.alike[cell_index] = returns[i].alike_within(area);
+  }
+  // Edges, as beams spread over the cell that they are in would tell them.
+  const double cell_area =
+      range * range * outline.width * outline.height / static_cast<double>(grid.cells());
+  view.edges_in(outline, [&](std::size_t i) {
+    const auto [azimuth, elevation] = view.edge_angles(i);
+    const auto at = [](double share, int count) {
+      return std::clamp(static_cast<int>(share * count), 0, count - 1);
+    };
+    const Eigen::Index in =
+        grid.cell(at(0.5 + (azimuth - outline.azimuth) / outline.width, grid.columns),
+                  at(0.5 - (elevation - outline.elevation) / outline.height, grid.rows));
+    const EdgePiece& edge = view.edges()[i];
+    grid.information.col(in) += packed_square(edge.root) / cell_area;
+    grid.alike[in] = std::max(grid.alike[in], edge.alike / area);
+  });
   const double reach = half + sigma / range;
   const auto cells = [&](double side, int count) {
     return std::clamp(static_cast<int>(std::lround(reach * count / side - 0.5)), 0, count);
@@ -142,6 +160,7 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   problem.prior = prior;
   problem.returns = beams;
   problem.information = {grid.information};
+  problem.alike = grid.alike;
   Design design = a_optimal_design(problem, options_.most_windows, options_.design_tolerance);
   plan.least_rms = std::sqrt(std::max(0.0, design.least_trace));
   std::vector<int> cells = design.candidates;
@@ -179,7 +198,7 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   return windows;
 }
 
-DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
+DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& pose, double sigma,
                                               const std::vector<Window>& windows,
                                               const Matrix6d& prior, int beams) const {
   constexpr int beams_each = 9;
@@ -189,31 +208,46 @@ DesignProblem InformationPlanner::look_closer(const Pose& pose, double sigma,
     window.count = beams_each;
     append_raster(window, directions);
   }
-  std::vector<Vector6d> roots(directions.size());
+  std::vector<BeamReturn> returns(directions.size());
   DesignProblem problem;
   problem.prior = prior;
   problem.returns = beams;
-  for (const Pose& p : spread_about(pose, sigma, model_.canonical.half_length, beams <= few)) {
-    PoseView(model_, field_.beam, p, options_.least_cosine).roots(directions, roots);
+  problem.alike.setZero(static_cast<Eigen::Index>(windows.size()));
+  const std::vector<Pose> poses =
+      spread_about(pose, sigma, model_.canonical.half_length, beams <= few);
+  const double range = std::max((pose * model_.centre).norm(), field_.beam.range_min_m);
+  for (const Pose& p : poses) {
+    const PoseView there = view.moved_to(p);
+    there.returns(directions, returns);
     auto& information = problem.information.emplace_back(21, windows.size());
     information.setZero();
-    for (std::size_t i = 0; i < roots.size(); ++i) {
-      if (roots[i].isZero(0)) continue;
-      information.col(static_cast<Eigen::Index>(i / beams_each)) +=
-          packed_square(roots[i]) / beams_each;
+    for (std::size_t i = 0; i < returns.size(); ++i) {
+      const BeamReturn& beam = returns[i];
+      if (beam.root.isZero(0)) continue;
+      const auto window = static_cast<Eigen::Index>(i / beams_each);
+      information.col(window) += packed_square(beam.root) / beams_each;
+      const Window& w = windows[i / beams_each];
+      problem.alike[window] += beam.alike_within(range * range * w.width * w.height) /
+                               (beams_each * static_cast<double>(poses.size()));
+    }
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      const auto window = static_cast<Eigen::Index>(w);
+      const double area = there.area(windows[w]);
+      there.edges_in(windows[w], [&](std::size_t i) {
+        information.col(window) += packed_square(there.edges()[i].root) / area;
+      });
     }
   }
   return problem;
 }
 
-double InformationPlanner::expected_trace(const Pose& pose, double sigma,
+double InformationPlanner::expected_trace(const PoseView& view, const Pose& pose, double sigma,
                                           const std::vector<Window>& windows,
                                           const Matrix6d& prior) const {
   const std::vector<Pose> poses = spread_about(pose, sigma, model_.canonical.half_length, true);
   double sum = 0;
   for (const Pose& p : poses) {
-    const Matrix6d information =
-        prior + scan_information(PoseView(model_, field_.beam, p, options_.least_cosine), windows);
+    const Matrix6d information = prior + scan_information(view.moved_to(p), windows);
     sum += information.llt().solve(Matrix6d::Identity()).trace();
   }
   return sum / static_cast<double>(poses.size());
@@ -234,9 +268,9 @@ double InformationPlanner::spread(double predicted_sigma) const {
 std::vector<int> InformationPlanner::share(const Pose& pose, double predicted_sigma,
                                            const std::vector<Window>& windows, int beams,
                                            const std::vector<Window>& others) const {
-  const PoseView view(model_, field_.beam, pose, options_.least_cosine);
+  const PoseView view(model_, &scene_, field_.beam, options_, pose);
   const DesignProblem problem =
-      look_closer(pose, spread(predicted_sigma), windows, known_before(view, others), beams);
+      look_closer(view, pose, spread(predicted_sigma), windows, known_before(view, others), beams);
   const Design design =
       a_optimal_design(problem, static_cast<int>(windows.size()), options_.design_tolerance);
   std::vector<int> counts(windows.size(), 0);
@@ -253,14 +287,14 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
   InformationPlan plan;
   if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
   const double sigma = spread(predicted_sigma);
-  const PoseView view(model_, field_.beam, pose, options_.least_cosine);
+  const PoseView view(model_, &scene_, field_.beam, options_, pose);
   const Matrix6d prior = known_before(view, others);
   const std::vector<Window> windows =
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;
   // A window of one beam or two is a gamble.
   const int most_windows = std::clamp(beams / 4, 6, std::max(6, options_.most_windows));
-  const Design design = a_optimal_design(look_closer(pose, sigma, windows, prior, beams),
+  const Design design = a_optimal_design(look_closer(view, pose, sigma, windows, prior, beams),
                                          most_windows, options_.design_tolerance);
   plan.rms_bound = std::sqrt(design.trace);
   const std::vector<int> counts = apportioned(design.shares, beams);
@@ -272,8 +306,8 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
   if (beams > few) return plan;
   Window everywhere = windows.back();
   everywhere.count = beams;
-  const double chosen = expected_trace(pose, sigma, plan.windows, prior);
-  const double uniform = expected_trace(pose, sigma, {everywhere}, prior);
+  const double chosen = expected_trace(view, pose, sigma, plan.windows, prior);
+  const double uniform = expected_trace(view, pose, sigma, {everywhere}, prior);
   if (uniform < chosen) plan.windows = {everywhere};
   plan.rms_bound = std::sqrt(std::min(uniform, chosen));
   return plan;

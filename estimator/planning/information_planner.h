@@ -28,9 +28,9 @@ struct InformationPlan {
 /// prediction's error; the design is made again with what came back.
 class InformationPlanner {
  public:
-  InformationPlanner(const TargetModel& model, const FieldOfView& field,
+  InformationPlanner(const TargetModel& model, const TargetScene& scene, const FieldOfView& field,
                      const PlannerOptions& options)
-      : model_(model), field_(field), options_(options) {}
+      : model_(model), scene_(scene), field_(field), options_(options) {}
 
   /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
   /// m. outline: the part of the field of view in which the target may be. others: windows that
@@ -50,12 +50,14 @@ class InformationPlanner {
             int beams) const;
   std::vector<Window> candidates(const Grid& grid, const Matrix6d& prior, int beams,
                                  InformationPlan& plan) const;
-  DesignProblem look_closer(const Pose& pose, double sigma, const std::vector<Window>& windows,
-                            const Matrix6d& prior, int beams) const;
-  double expected_trace(const Pose& pose, double sigma, const std::vector<Window>& windows,
-                        const Matrix6d& prior) const;
+  DesignProblem look_closer(const PoseView& view, const Pose& pose, double sigma,
+                            const std::vector<Window>& windows, const Matrix6d& prior,
+                            int beams) const;
+  double expected_trace(const PoseView& view, const Pose& pose, double sigma,
+                        const std::vector<Window>& windows, const Matrix6d& prior) const;
 
   const TargetModel& model_;
+  const TargetScene& scene_;
   const FieldOfView& field_;
   const PlannerOptions& options_;
 };

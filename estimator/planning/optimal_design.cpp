@@ -24,16 +24,25 @@ class Exchange {
       : problem_(problem),
         prior_(packed(problem.prior)),
         slopes_(problem.information.size()),
-        gain_(problem.returns / static_cast<double>(problem.information.size())) {}
+        gain_(problem.returns / static_cast<double>(problem.information.size())),
+        slowed_(Eigen::VectorXd::Ones(problem.information[0].cols())) {}
 
   /// Sets trace and slopes for the shares as they are.
   void evaluate(Design& design) {
+    slowed_.setOnes();
+    std::vector<double> counts;
+    for (std::size_t i = 0; i < design.candidates.size(); ++i) {
+      const int candidate = design.candidates[i];
+      const double n = problem_.returns * design.shares[i];
+      const double alone = 1 + n * (problem_.alike.size() > 0 ? problem_.alike[candidate] : 0);
+      counts.push_back(n / alone);
+      slowed_[candidate] = 1 / (alone * alone);
+    }
     double log_trace = 0;
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
       PackedMatrix information = prior_;
       for (std::size_t i = 0; i < design.candidates.size(); ++i) {
-        information +=
-            problem_.returns * design.shares[i] * problem_.information[k].col(design.candidates[i]);
+        information += counts[i] * problem_.information[k].col(design.candidates[i]);
       }
       const Matrix6d covariance = unpacked(information).llt().solve(Matrix6d::Identity());
       const double trace = covariance.trace();
@@ -49,7 +58,7 @@ class Exchange {
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
       sum += slopes_[k].dot(problem_.information[k].col(candidate));
     }
-    return sum;
+    return slowed_[candidate] * sum;
   }
 
   /// Of every candidate.
@@ -58,6 +67,7 @@ class Exchange {
     for (std::size_t k = 1; k < slopes_.size(); ++k) {
       all.noalias() += problem_.information[k].transpose() * slopes_[k];
     }
+    all.array() *= slowed_.array();
   }
 
   double mean_sensitivity(const Design& design) const {
@@ -109,6 +119,7 @@ class Exchange {
   PackedMatrix prior_;
   std::vector<PackedMatrix> slopes_;  // of log(trace), against a candidate's information
   double gain_;
+  Eigen::VectorXd slowed_;  // of each candidate: its next return against its first
 };
 
 }  // namespace

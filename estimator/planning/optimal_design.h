@@ -19,6 +19,9 @@ struct DesignProblem {
   /// One matrix per pose that the target may have; column i: information of one return of
   /// candidate i there.
   std::vector<Eigen::Matrix<double, 21, Eigen::Dynamic>> information;
+  /// Of each candidate: n returns there say n / (1 + n alike) times as much as one that errs by
+  /// itself. Empty: all err by themselves.
+  Eigen::VectorXd alike;
   Matrix6d prior = Matrix6d::Identity();  ///< what is known without returns: positive definite
   double returns = 1;
 };
@@ -36,8 +39,8 @@ struct Design {
 /// it that returns lower, or as well as `most_candidates` can.
 /// Candidates are taken up one by one, each time the one that lowers the trace fastest; between,
 /// shares are multiplied by the root of their sensitivities until these agree (Silvey, Titterington
-/// and Torsney 1978; Yu 2010 for the proof that this converges). Empty when no candidate has
-/// information.
+/// and Torsney 1978; Yu 2010 for the proof that this converges where no candidate's returns err
+/// alike). Empty when no candidate has information.
 Design a_optimal_design(const DesignProblem& problem, int most_candidates, double tolerance);
 
 /// Whole numbers near share * count that sum up to count: those with the largest remainders are

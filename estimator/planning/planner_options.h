@@ -23,11 +23,12 @@ struct PlannerOptions {
   double equal_share = 1;  ///< of the beams on corners or edges: to all alike; the rest to
                            ///< those that add most to the information about the pose
   // Information planning.
-  double spread_share = 0.1;  ///< of the beams, over the surface whatever they add: the model, or
+  double spread_share = 0.5;  ///< of the beams, over the surface whatever they add: the model, or
                               ///< the prediction, may be wrong where it matters most
   int view_cells = 3000;      ///< beams cast at the predicted pose to see what they would add
   double least_cosine = 0.1;  ///< of the incidence; flatter beams are not counted on
-  double design_tolerance = 0.02;  ///< of the covariance's trace
+  double bare_surface_sigma_m = 0.004;  ///< of the true surface about a bare mesh, 1 sigma
+  double design_tolerance = 0.02;       ///< of the covariance's trace
 };
 
 }  // namespace berth::estimator

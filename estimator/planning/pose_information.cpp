@@ -4,19 +4,85 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <unordered_map>
+
+#include "estimator/planning/optimal_design.h"
 
 namespace berth::estimator {
 
-PoseView::PoseView(const TargetModel& model, const BeamModel& beam, const Pose& pose,
-                   double least_cosine)
+namespace {
+
+std::uint64_t patch_at(const Vector3d& place, double size) {
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto cell = static_cast<std::int64_t>(std::floor(place[i] / size)) + (1 << 20);
+    key = (key << 21) | (static_cast<std::uint64_t>(cell) & 0x1fffff);
+  }
+  return key;
+}
+
+}  // namespace
+
+PoseView::PoseView(const TargetModel& model, const TargetScene* scene, const BeamModel& beam,
+                   const PlannerOptions& options, const Pose& pose)
     : model_(model),
       beam_(beam),
       to_model_(pose.inverse()),
       rotation_(to_model_.rotation.toRotationMatrix()),
       far_(std::min(beam.range_max_m, (model.centre - to_model_.position).norm() + model.radius)),
-      least_cosine_(least_cosine) {}
+      options_(options),
+      range_(std::max(beam.range_min_m, (pose * model.centre).norm())) {
+  if (scene != nullptr) look_at_edges(*scene);
+  place_edges(pose);
+}
 
-void PoseView::roots(std::span<const Vector3d> directions, std::span<Vector6d> roots) const {
+void PoseView::look_at_edges(const TargetScene& scene) {
+  constexpr double depth = 0.03;  // m: an edge occludes what is so much farther
+  constexpr double pieces_across = 60;
+  constexpr double told = 1.806;  // integral of phi^2 / (Phi (1 - Phi)), the normal distribution's
+  const Vector3d eye = to_model_.position;
+  const double spacing = 2 * model_.radius / (pieces_across * range_);
+  const double cone = std::min(1.0, model_.radius / range_);
+  const std::vector<double> angles(scene.joints().size(), 0);
+  for (const RimSample& rim : scene.rims(angles, eye, (model_.centre - eye).normalized(),
+                                         std::sqrt(1 - cone * cone) - 1e-6, spacing, depth)) {
+    const TargetPart& part = model_.target.part(rim.front.face);
+    if (part.scan == ScanPreference::avoid) continue;
+    const double range = (rim.point - eye).norm();
+    const double width = std::sqrt(std::pow(0.25 * beam_.footprint(range), 2) +
+                                   beam_.angle_variance() * range * range);
+    const double weight = told * spacing * range / width;
+    EdgePiece& piece = edges_.emplace_back();
+    piece.point = rim.point;
+    piece.root << rim.outward, rim.point.cross(rim.outward) / model_.canonical.half_length;
+    piece.root *= std::sqrt(weight);
+    const double surface = surface_sigma(part);
+    piece.alike = surface * surface * weight;
+    piece.patch = 1 + 2 * patch_at(rim.point, part.correlation_length);
+  }
+}
+
+void PoseView::place_edges(const Pose& pose) {
+  edge_angles_.resize(edges_.size());
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    beam_angles(pose * edges_[i].point, edge_angles_[i][0], edge_angles_[i][1]);
+  }
+}
+
+PoseView PoseView::moved_to(const Pose& pose) const {
+  PoseView view(model_, nullptr, beam_, options_, pose);
+  view.edges_ = edges_;
+  view.place_edges(pose);
+  return view;
+}
+
+double PoseView::surface_sigma(const TargetPart& part) const {
+  if (part.scan == ScanPreference::prefer) return 0;
+  return model_.target.description_hash.empty() ? options_.bare_surface_sigma_m
+                                                : part.surface_sigma;
+}
+
+void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamReturn> returns) const {
   constexpr std::size_t chunk = 64;  // beams at a time, on the stack
   const double az = beam_.azimuth_sigma_rad;
   const double el = beam_.elevation_sigma_rad;
@@ -32,18 +98,25 @@ void PoseView::roots(std::span<const Vector3d> directions, std::span<Vector6d> r
     model_.caster.cast({rays.data(), count}, far_, hits);
     for (std::size_t i = 0; i < count; ++i) {
       const RayHit& hit = hits[i];
-      Vector6d& root = roots[first + i];
-      root.setZero();
+      BeamReturn& beam = returns[first + i];
+      beam = {};
       if (!std::isfinite(hit.range) || hit.range < beam_.range_min_m) continue;
       const Vector3d& direction = rays[i].direction;
       const double cosine = std::min(1.0, -direction.dot(hit.normal));
-      if (cosine < least_cosine_) continue;
+      if (cosine < options_.least_cosine) continue;
+      beam.met = true;
+      const TargetPart& part = model_.target.part(hit.triangle);
+      if (part.scan == ScanPreference::avoid) continue;
       // Across the surface; BeamModel's variance of the range is that over cosine^2.
       const double variance = cosine * cosine * range_variance +
                               hit.range * hit.range * (1 - cosine * cosine) * angle_variance;
       const Vector3d arm = to_model_.position + hit.range * direction;
-      root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
-      root /= std::sqrt(variance);
+      beam.root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
+      beam.root /= std::sqrt(variance);
+      const double surface = surface_sigma(part);
+      beam.alike = surface * surface / variance;
+      beam.patch_area = part.correlation_length * part.correlation_length;
+      beam.patch = 2 * patch_at(arm, part.correlation_length);
     }
   }
 }
@@ -81,17 +154,34 @@ void append_raster(const Window& window, std::vector<Vector3d>& directions) {
 Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windows, int* returns) {
   std::vector<Vector3d> directions;
   for (const Window& window : windows) append_raster(window, directions);
-  std::vector<Vector6d> roots(directions.size());
-  view.roots(directions, roots);
-  Matrix6d information = Matrix6d::Zero();
+  std::vector<BeamReturn> beams(directions.size());
+  view.returns(directions, beams);
+  struct Patch {
+    PackedMatrix sum = PackedMatrix::Zero();
+    double alike = 0;
+  };
+  std::unordered_map<std::uint64_t, Patch> patches;
   int count = 0;
-  for (const Vector6d& root : roots) {
-    if (root.isZero(0)) continue;
-    information.noalias() += root * root.transpose();
-    ++count;
+  for (const BeamReturn& beam : beams) {
+    if (beam.met) ++count;
+    if (beam.root.isZero(0)) continue;
+    Patch& patch = patches[beam.patch];
+    patch.sum += packed_square(beam.root);
+    patch.alike += beam.alike;
   }
+  for (const Window& window : windows) {
+    const double density = window.count / view.area(window);
+    view.edges_in(window, [&](std::size_t i) {
+      const EdgePiece& edge = view.edges()[i];
+      Patch& patch = patches[edge.patch];
+      patch.sum += density * packed_square(edge.root);
+      patch.alike += density * edge.alike;
+    });
+  }
+  PackedMatrix information = PackedMatrix::Zero();
+  for (const auto& [key, patch] : patches) information += patch.sum / (1 + patch.alike);
   if (returns != nullptr) *returns = count;
-  return information;
+  return unpacked(information);
 }
 
 }  // namespace berth::estimator

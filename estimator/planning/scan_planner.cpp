@@ -120,8 +120,8 @@ void ScanPlanner::share_out(const Pose& pose, double sigma, const std::vector<Wi
   for (const Window& window : windows) all += window.count;
   const auto free = static_cast<int>(std::lround((1 - options_.equal_share) * all));
   if (free <= 0 || windows.size() < 2) return;
-  const std::vector<int> counts =
-      InformationPlanner(model_, field_, options_).share(pose, sigma, windows, free, others);
+  const std::vector<int> counts = InformationPlanner(model_, scene_, field_, options_)
+                                      .share(pose, sigma, windows, free, others);
   const int given = std::accumulate(counts.begin(), counts.end(), 0);
   if (given == 0) return;  // none of them would return
   for (std::size_t i = 0; i < windows.size(); ++i) {
@@ -139,7 +139,7 @@ void ScanPlanner::make_up_for_misses(const Pose& pose, std::vector<Window>& wind
   int beams = 0;
   for (const Window& window : windows) beams += window.count;
   int returns = 0;
-  scan_information(PoseView(model_, field_.beam, pose, options_.least_cosine), windows, &returns);
+  scan_information(PoseView(model_, nullptr, field_.beam, options_, pose), windows, &returns);
   if (returns == 0) return;
   const double factor = std::min(most, static_cast<double>(beams) / returns);
   for (Window& window : windows) window.count = static_cast<int>(std::ceil(factor * window.count));
@@ -171,7 +171,7 @@ std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, Scan
     const int sparse = static_cast<int>(std::lround(beams * options_.spread_share));
     if (sparse > 0) add(pose, margin, ScanRegion::Kind::surface, sparse, windows);
     const std::vector<Window> chosen =
-        InformationPlanner(model_, field_, options_)
+        InformationPlanner(model_, scene_, field_, options_)
             .plan(pose, sigma, outline.front(), windows.empty() ? beams : beams - sparse, windows)
             .windows;
     windows.insert(windows.end(), chosen.begin(), chosen.end());

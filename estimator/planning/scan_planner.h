@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "estimator/beam/target_scene.h"
 #include "estimator/model/target_model.h"
 #include "estimator/planning/planner_options.h"
 #include "estimator/scan/scan.h"
@@ -14,7 +15,7 @@ namespace berth::estimator {
 class ScanPlanner {
  public:
   ScanPlanner(const TargetModel& model, const FieldOfView& field, const PlannerOptions& options)
-      : model_(model), field_(field), options_(options) {}
+      : model_(model), scene_(model.target), field_(field), options_(options) {}
 
   /// pose: predicted T_sensor_model; sigma: standard deviation of a point of the target about it,
   /// m. returns: wanted of the scan; the paper's strategies ask for more beams, as many as pass the
@@ -30,6 +31,7 @@ class ScanPlanner {
   /// The whole field of view.
   Window everything(int beams) const;
 
+  const TargetScene& scene() const { return scene_; }
   /// Regions that the LIDAR sees in this pose: by the visibility stored with the model, then by a
   /// ray.
   std::vector<const ScanRegion*> visible(const Pose& pose, ScanRegion::Kind kind) const;
@@ -50,6 +52,7 @@ class ScanPlanner {
            std::vector<Window>& windows) const;
 
   const TargetModel& model_;
+  TargetScene scene_;
   FieldOfView field_;
   const PlannerOptions& options_;
 };

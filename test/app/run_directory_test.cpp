@@ -156,12 +156,12 @@ TEST_CASE("a run's world: the operator's, else the procedure's, else simulation.
     const fs::path config = RunFiles::create(request).directory / "config" / "simulation.yaml";
     return Config::load(config).text("world");
   };
-  CHECK(world() == "exact");
-  std::string text = read_file(request.procedure);
-  text.insert(text.find("\nsteps:") + 1, "world: lab\n");
-  request.procedure = folder / "in_lab.yaml";
-  write_file(request.procedure, text);
   CHECK(world() == "lab");
+  std::string text = read_file(request.procedure);
+  text.insert(text.find("\nsteps:") + 1, "world: exact\n");
+  request.procedure = folder / "in_exact.yaml";
+  write_file(request.procedure, text);
+  CHECK(world() == "exact");
   request.parameters["simulation.yaml:world"] = "wrong";
   CHECK(world() == "wrong");
   request.world = "harsh";

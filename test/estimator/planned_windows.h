@@ -9,7 +9,13 @@
 
 namespace berth::estimator {
 
-inline const PlannerOptions planner_options;
+/// The surface is the mesh, and most beams are planned.
+inline const PlannerOptions planner_options = [] {
+  PlannerOptions options;
+  options.bare_surface_sigma_m = 0;
+  options.spread_share = 0.1;
+  return options;
+}();
 
 inline int beams_of(const std::vector<Window>& windows) {
   int sum = 0;

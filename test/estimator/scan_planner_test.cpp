@@ -128,7 +128,7 @@ TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
   double equal = 0;
   for (int i = 0; i < 5; ++i) {
     const Pose pose = random_pose(random, 7);
-    const PoseView view(*model, field.beam, pose, planner_options.least_cosine);
+    const PoseView view(*model, nullptr, field.beam, planner_options, pose);
     const auto trace = [&](const PlannerOptions& o) {
       int returns = 0;
       const auto windows = ScanPlanner(*model, field, o).plan(pose, 0.005, strategy, 1000);
