@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "estimator/verification.h"
 
@@ -12,7 +13,12 @@ namespace {
 
 /// How well a pose to start from is known.
 constexpr StartSigma as_given{0.1, radians(5)};
-constexpr StartSigma as_acquired{0.01, radians(0.5)};
+/// A pose that was acquired: half of the distance between so many returns, spread over a disc that
+/// holds the target; turned, that at the disc's rim.
+StartSigma as_acquired(std::size_t returns) {
+  const double sigma = 0.5 * std::sqrt(std::numbers::pi / static_cast<double>(returns));
+  return {sigma, sigma};
+}
 /// Chi squared of six degrees of freedom that one in a million exceeds: what tracking finds farther
 /// from the start is another pose.
 constexpr double max_from_start = 38.3;
@@ -173,7 +179,8 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
   bool any_stands = false;
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    PoseCandidate candidate = refined(scan, hypothesis.pose, as_acquired, doubts);
+    PoseCandidate candidate =
+        refined(scan, hypothesis.pose, as_acquired(scan.points.size()), doubts);
     candidate.probability = hypothesis.probability;
     candidate.log_likelihood = hypothesis.log_likelihood;
     any_stands = any_stands || doubts.empty();
@@ -232,7 +239,7 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
   }
   for (const Hypothesis& hypothesis : found.hypotheses) {
     std::string doubts;
-    PoseCandidate other = refined(rest, hypothesis.pose, as_acquired, doubts);
+    PoseCandidate other = refined(rest, hypothesis.pose, as_acquired(rest.points.size()), doubts);
     other.log_likelihood = hypothesis.log_likelihood;
     if (doubts.empty()) result.candidates.push_back(other);
   }
