@@ -38,7 +38,7 @@ PoseView::PoseView(const TargetModel& model, const TargetScene* scene, const Bea
 
 void PoseView::look_at_edges(const TargetScene& scene) {
   constexpr double depth = 0.03;  // m: an edge occludes what is so much farther
-  constexpr double pieces_across = 60;
+  constexpr double pieces_across = 40;
   constexpr double told = 1.806;  // integral of phi^2 / (Phi (1 - Phi)), the normal distribution's
   const Vector3d eye = to_model_.position;
   const double spacing = 2 * model_.radius / (pieces_across * range_);

@@ -249,7 +249,9 @@ class Descent {
     run(task_.stages() - 1);
   }
   /// Of the beams that should return from the target as modelled, the share that did.
-  double fit_share() const { return fit_.at().fit / std::max(1.0, fit_.at().expected); }
+  double fit_share() const {
+    return std::min(1.0, fit_.at().fit / std::max(1.0, fit_.at().expected));
+  }
   double noise_scale() const { return scan_.noise_scale; }
   const Fit& fit() const { return fit_; }
 

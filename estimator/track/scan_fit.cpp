@@ -679,7 +679,7 @@ void ScanFit::count(const std::vector<Explained>& beams, const std::vector<doubl
     met[b.share_bin] += share * (b.term.front + b.term.beside + b.term.behind + b.term.missed);
     missed[b.share_bin] += share * b.term.missed;
     passed += b.term.passed;
-    result.expected += b.expected * (1 - std::min(0.5, b.drop_out));
+    result.expected += b.expected * b.expected * (1 - std::min(0.5, b.drop_out));
     const double explained = share * (b.term.front + b.term.beside + b.term.behind);
     result.fit += b.expected * explained;
     if (!b.returned) continue;

@@ -91,8 +91,10 @@ class ScanFit {
     // Expected numbers of beams.
     double returns = 0;       ///< inside the gate, of beams that may meet the target
     double explained = 0;     ///< of those, from a face as modelled
-    double expected = 0;      ///< beams that should return from the target
-    double fit = 0;           ///< of `expected`, those that did, as modelled
+    /// Beams that should return from the target, each with the probability that it meets it as its
+    /// weight: what only grazes an edge tells little of how the pose fits.
+    double expected = 0;
+    double fit = 0;  ///< of `expected`, those that did, as modelled
     double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
     double variance_sum = 0;  ///< m^2: of what that should be, without annealing
     BeamShares shares;        ///< as these beams say (one step of expectation maximisation)
