@@ -123,12 +123,13 @@ TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
   informed.equal_share = 0.25;
   const auto strategy = GENERATE(ScanStrategy::corners, ScanStrategy::edges,
                                  ScanStrategy::corners_sparse, ScanStrategy::edges_sparse);
+  const ScanPlanner planner(*model, field, planner_options);
   Random random(2, "shares");
   double shared = 0;
   double equal = 0;
   for (int i = 0; i < 5; ++i) {
     const Pose pose = random_pose(random, 7);
-    const PoseView view(*model, nullptr, field.beam, planner_options, pose);
+    const PoseView view(*model, &planner.scene(), field.beam, planner_options, pose);
     const auto trace = [&](const PlannerOptions& o) {
       int returns = 0;
       const auto windows = ScanPlanner(*model, field, o).plan(pose, 0.005, strategy, 1000);
