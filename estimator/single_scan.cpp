@@ -19,9 +19,6 @@ StartSigma as_acquired(std::size_t returns) {
   const double sigma = 0.5 * std::sqrt(std::numbers::pi / static_cast<double>(returns));
   return {sigma, sigma};
 }
-/// Chi squared of six degrees of freedom that one in a million exceeds: what tracking finds farther
-/// from the start is another pose.
-constexpr double max_from_start = 38.3;
 
 /// Returns nearer to it than this, of its length, are taken to be the target's.
 constexpr double about_of_length = 0.1;
@@ -162,7 +159,7 @@ PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start, cons
   variances << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma.rad * sigma.rad);
   const TrackingResult tracked = tracking_->track(scan, {start, variances.asDiagonal(), {}});
   const Vector6d moved = difference(start, tracked.pose);
-  const bool same = moved.cwiseAbs2().cwiseQuotient(variances).sum() < max_from_start;
+  const bool same = moved.cwiseAbs2().cwiseQuotient(variances).sum() < one_in_a_million;
   PoseCandidate candidate;
   candidate.pose = tracked.ok && same ? tracked.pose : start;
   candidate.covariance = tracked.covariance;

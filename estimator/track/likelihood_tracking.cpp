@@ -34,9 +34,8 @@ constexpr double small_gain = 2;
 /// Where fewer of the beams that should meet the target fit than outliers usually leave, other
 /// starts are tried; they cost time alone where the first was right.
 constexpr double fit_as_usual = 1 - BeamShares{}.outlier;
-/// Chi squared of six degrees of freedom that one in a million exceeds: what is farther from the
-/// prediction has another cause than its error. Where beams fit as usual, the target has moved.
-constexpr double max_from_prediction = 38.3;
+/// Of the pose from the prediction. Farther off, the target has moved if beams fit as usual.
+constexpr double max_from_prediction = one_in_a_million;
 
 /// The optimisation of one scan.
 class Fit {

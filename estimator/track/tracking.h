@@ -10,6 +10,10 @@
 
 namespace berth::estimator {
 
+/// Chi squared of six degrees of freedom that one in a million exceeds: a pose so far from where it
+/// was expected is off for another reason than the expectation's error.
+constexpr double one_in_a_million = 38.3;
+
 /// What is known of the target before a scan is looked at. Sensor frame.
 struct Prediction {
   Pose pose;            ///< T_sensor_model at the scan's mean time
