@@ -126,6 +126,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
                                          double depth) const {
   struct Place {
     Vector3d point, outward;
+    double length;
   };
   std::vector<Place> places;
   // Twice the area of each triangle as the eye sees it, by the sense in which its corners run.
@@ -158,7 +159,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
       for (int i = 0; i < pieces; ++i) {
         const Vector3d p = start + along * ((i + 0.5) / pieces);
         if (p.dot(axis) < cone_cosine * p.norm()) continue;
-        places.push_back({eye + p, outward});
+        places.push_back({eye + p, outward, along.cross(p).norm() / (pieces * p.norm())});
       }
     }
   }
@@ -167,7 +168,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
   std::vector<Ray> rays(2 * places.size());
   std::vector<SurfaceHit> hits(rays.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto& [point, outward] = places[i];
+    const auto& [point, outward, length] = places[i];
     rays[2 * i] = {eye, (point - aside * outward - eye).normalized()};
     rays[2 * i + 1] = {eye, (point + aside * outward - eye).normalized()};
   }
@@ -178,7 +179,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
     const SurfaceHit& out = hits[2 * i + 1];
     const double range = (places[i].point - eye).norm();
     if (!in.met() || std::abs(in.range - range) > depth || out.range < range + depth) continue;
-    samples.push_back({places[i].point, places[i].outward, in, out});
+    samples.push_back({places[i].point, places[i].outward, in, out, places[i].length});
   }
   return samples;
 }

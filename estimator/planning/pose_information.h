@@ -38,9 +38,9 @@ struct BeamReturn {
 /// places, has the information 1.806 length / width.
 struct EdgePiece {
   Vector3d point;  ///< model frame
-  Vector6d root;   ///< of the same parameters; 1/m^2 of information, times m^2
-  double alike =
-      0;  ///< m^2: variance of the edge's place times root's square; over A, see BeamReturn
+  Vector6d root;   ///< of the same parameters
+  /// m^2: over A, as of a BeamReturn.
+  double alike = 0;
   std::uint64_t patch = 0;
 };
 

@@ -10,7 +10,6 @@
 namespace berth::testbed {
 namespace {
 
-/// A chaser farther off the axis is not led back to it.
 /// Of the greatest acceleration, for speeding up and braking along the corridor.
 constexpr double along_share = 0.4;
 /// Near enough to a stop, m, and slow enough there, m/s.

@@ -54,7 +54,8 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
     const double time = 1e-6 * static_cast<double>(t);
     if (time > longest) return "it would not arrive within " + fixed(longest / 60, 0) + " min";
     if (t % scan_period < forecast_step && t > latency + dead_time) {
-      const auto shown = static_cast<std::size_t>((t - latency - dead_time) / forecast_step);
+      const auto shown = std::max<std::size_t>(
+          1, static_cast<std::size_t>((t - latency - dead_time) / forecast_step));
       Estimate estimate;
       // the pose there is the one commanded at a whole step
       estimate.utime = now + static_cast<std::int64_t>(shown) * forecast_step + dead_time;
