@@ -126,7 +126,6 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
                                          double depth) const {
   struct Place {
     Vector3d point, outward;
-    double length;
   };
   std::vector<Place> places;
   // Twice the area of each triangle as the eye sees it, by the sense in which its corners run.
@@ -159,7 +158,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
       for (int i = 0; i < pieces; ++i) {
         const Vector3d p = start + along * ((i + 0.5) / pieces);
         if (p.dot(axis) < cone_cosine * p.norm()) continue;
-        places.push_back({eye + p, outward, along.cross(p).norm() / (pieces * p.norm())});
+        places.push_back({eye + p, outward});
       }
     }
   }
@@ -168,7 +167,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
   std::vector<Ray> rays(2 * places.size());
   std::vector<SurfaceHit> hits(rays.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto& [point, outward, length] = places[i];
+    const auto& [point, outward] = places[i];
     rays[2 * i] = {eye, (point - aside * outward - eye).normalized()};
     rays[2 * i + 1] = {eye, (point + aside * outward - eye).normalized()};
   }
@@ -179,7 +178,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
     const SurfaceHit& out = hits[2 * i + 1];
     const double range = (places[i].point - eye).norm();
     if (!in.met() || std::abs(in.range - range) > depth || out.range < range + depth) continue;
-    samples.push_back({places[i].point, places[i].outward, in, out, places[i].length});
+    samples.push_back({places[i].point, places[i].outward, in, out});
   }
   return samples;
 }

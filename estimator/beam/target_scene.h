@@ -28,7 +28,6 @@ struct RimSample {
   Vector3d outward;   ///< unit, across edge and line of sight, away from the front face
   SurfaceHit front;   ///< just inside
   SurfaceHit behind;  ///< just outside: not met where a ray that passes meets nothing
-  double length = 0;  ///< m, that it stands for, across the line of sight
 };
 
 /// A target whose jointed parts can be turned: ray casting and occluding edges. Faces are numbered

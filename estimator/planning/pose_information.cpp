@@ -51,7 +51,7 @@ void PoseView::look_at_edges(const TargetScene& scene) {
     const double range = (rim.point - eye).norm();
     const double width = std::sqrt(std::pow(0.25 * beam_.footprint(range), 2) +
                                    beam_.angle_variance() * range * range);
-    const double weight = told * rim.length / width;
+    const double weight = told * spacing * range / width;
     EdgePiece& piece = edges_.emplace_back();
     piece.point = rim.point;
     piece.root << rim.outward, rim.point.cross(rim.outward) / model_.canonical.half_length;

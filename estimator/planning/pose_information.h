@@ -38,7 +38,7 @@ struct BeamReturn {
 /// places, has the information 1.806 length / width.
 struct EdgePiece {
   Vector3d point;  ///< model frame
-  Vector6d root;   ///< of the same parameters
+  Vector6d root;   ///< of the same parameters; 1/m^2 of information, times m^2
   /// m^2: over A, as of a BeamReturn.
   double alike = 0;
   std::uint64_t patch = 0;

@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 
 #include "estimator/planning/scan_planner.h"
@@ -29,25 +28,6 @@ std::shared_ptr<const TargetModel> box_model(const Vector3d& size) {
   coarse.surface_samples = 4000;
   coarse.grid_voxels = 20000;
   return compile_target_model(box, coarse);
-}
-
-/// Each triangle as four.
-Mesh divided(const Mesh& mesh) {
-  Mesh fine;
-  fine.vertices = mesh.vertices;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-    const auto [entry, fresh] =
-        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(fine.vertices.size()));
-    if (fresh) fine.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
-    return entry->second;
-  };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-    fine.triangles.insert(fine.triangles.end(),
-                          {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-  }
-  return fine;
 }
 
 /// No window asks for more beams than the scanner has steps in it.
@@ -139,7 +119,7 @@ TEST_CASE("A plate is scanned at its far corners, evenly") {
     in_quadrant[w.azimuth > 0 ? 1 : 0][w.elevation > 0 ? 1 : 0] += w.count;
   }
   for (const auto& side : in_quadrant) {
-    for (const double count : side) CHECK(count == Approx(225).margin(60));
+    for (const double count : side) CHECK(count == Approx(225).margin(45));
   }
 }
 
@@ -358,12 +338,4 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
   }
   CHECK(told(0, 0) == Approx(1000 * sum).epsilon(0.1));  // across the edge
   CHECK(told(1, 1) < 0.01 * told(0, 0));                 // nothing along it
-
-  // However finely the edge is divided in the mesh.
-  Target fine = model->target;
-  for (int i = 0; i < 5; ++i) fine.mesh = divided(fine.mesh);
-  const TargetScene scene(fine);
-  const PoseView of_many(*model, &scene, field.beam, planner_options, pose);
-  const Matrix6d same = scan_information(of_many, {window}) - scan_information(faces, {window});
-  CHECK(same(0, 0) == Approx(told(0, 0)).epsilon(0.2));  // whole pieces lie in the window
 }
