@@ -64,7 +64,6 @@ class SingleScan {
 
  private:
   SingleScanResult estimate_scaled(const CleanScan& scan, const std::optional<Pose>& initial) const;
-  /// Of a pose to start from.
   bool track_initial(const CleanScan& scan, const Pose& initial, SingleScanResult& result) const;
   void acquire(const CleanScan& scan, SingleScanResult& result) const;
   /// doubts: why it cannot be the target, else empty.

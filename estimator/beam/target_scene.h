@@ -21,6 +21,9 @@ struct SurfaceHit {
   bool met() const { return range < std::numeric_limits<double>::infinity(); }
 };
 
+/// m: an edge occludes what is so much farther than its face; three sigmas of a range.
+constexpr double edge_depth = 0.03;
+
 /// A place on an occluding edge: on one side of it a ray meets the front face, on the other it
 /// passes. Model frame, joints as they stood when it was found.
 struct RimSample {

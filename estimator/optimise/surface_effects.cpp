@@ -40,6 +40,15 @@ OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<Surface
 
 }  // namespace
 
+std::uint64_t cell_of(const Vector3d& place, double size) {
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto cell = static_cast<std::int64_t>(std::floor(place[i] / size)) + (1 << 20);
+    key = (key << 21) | (static_cast<std::uint64_t>(cell) & 0x1fffff);
+  }
+  return key;
+}
+
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b) {
   FieldScales scales{};
   scales[static_cast<std::size_t>(field)] = 1;

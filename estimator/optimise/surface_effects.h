@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "common/core/pose.h"
@@ -21,6 +22,9 @@ struct SurfacePatch {
   bool rim = false;                       ///< of an occluding edge, not of a face
   double slant = 1;                       ///< of a face, 1 / cos(incidence)
 };
+
+/// A number of the cell of a grid of that size (m) that a place lies in: 63 bits.
+std::uint64_t cell_of(const Vector3d& place, double size);
 
 /// What displaces patches: Gaussian processes over the mesh, independent of each other, each with a
 /// scale q on the sigmas that is learnt. With E = (2 l l' / (l^2 + l'^2))^1.5

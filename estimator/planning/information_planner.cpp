@@ -108,15 +108,14 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
   grid.window_width = std::min(2 * half, outline.width);
   grid.window_height = std::min(2 * half, outline.height);
   grid.alike.setZero(grid.cells());
-  const double area = range * range * grid.window_width * grid.window_height;
+  const double area = view.area(grid.window_width, grid.window_height);
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const auto cell_index = static_cast<Eigen::Index>(i);
     grid.information.col(cell_index) = packed_square(returns[i].root);
     grid.alike[cell_index] = returns[i].alike_within(area);
   }
   // Edges, as beams spread over the cell that they are in would tell them.
-  const double cell_area =
-      range * range * outline.width * outline.height / static_cast<double>(grid.cells());
+  const double cell_area = view.area(outline) / static_cast<double>(grid.cells());
   view.edges_in(outline, [&](std::size_t i) {
     const auto [azimuth, elevation] = view.edge_angles(i);
     const auto at = [](double share, int count) {
@@ -215,7 +214,6 @@ DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& 
   problem.alike.setZero(static_cast<Eigen::Index>(windows.size()));
   const std::vector<Pose> poses =
       spread_about(pose, sigma, model_.canonical.half_length, beams <= few);
-  const double range = std::max((pose * model_.centre).norm(), field_.beam.range_min_m);
   for (const Pose& p : poses) {
     const PoseView there = view.moved_to(p);
     there.returns(directions, returns);
@@ -226,8 +224,7 @@ DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& 
       if (beam.root.isZero(0)) continue;
       const auto window = static_cast<Eigen::Index>(i / beams_each);
       information.col(window) += packed_square(beam.root) / beams_each;
-      const Window& w = windows[i / beams_each];
-      problem.alike[window] += beam.alike_within(range * range * w.width * w.height) /
+      problem.alike[window] += beam.alike_within(view.area(windows[i / beams_each])) /
                                (beams_each * static_cast<double>(poses.size()));
     }
     for (std::size_t w = 0; w < windows.size(); ++w) {

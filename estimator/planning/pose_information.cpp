@@ -6,22 +6,10 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "estimator/optimise/surface_effects.h"
 #include "estimator/planning/optimal_design.h"
 
 namespace berth::estimator {
-
-namespace {
-
-std::uint64_t patch_at(const Vector3d& place, double size) {
-  std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) {
-    const auto cell = static_cast<std::int64_t>(std::floor(place[i] / size)) + (1 << 20);
-    key = (key << 21) | (static_cast<std::uint64_t>(cell) & 0x1fffff);
-  }
-  return key;
-}
-
-}  // namespace
 
 PoseView::PoseView(const TargetModel& model, const TargetScene* scene, const BeamModel& beam,
                    const PlannerOptions& options, const Pose& pose)
@@ -37,7 +25,6 @@ PoseView::PoseView(const TargetModel& model, const TargetScene* scene, const Bea
 }
 
 void PoseView::look_at_edges(const TargetScene& scene) {
-  constexpr double depth = 0.03;  // m: an edge occludes what is so much farther
   constexpr double pieces_across = 40;
   constexpr double told = 1.806;  // integral of phi^2 / (Phi (1 - Phi)), the normal distribution's
   const Vector3d eye = to_model_.position;
@@ -45,7 +32,7 @@ void PoseView::look_at_edges(const TargetScene& scene) {
   const double cone = std::min(1.0, model_.radius / range_);
   const std::vector<double> angles(scene.joints().size(), 0);
   for (const RimSample& rim : scene.rims(angles, eye, (model_.centre - eye).normalized(),
-                                         std::sqrt(1 - cone * cone) - 1e-6, spacing, depth)) {
+                                         std::sqrt(1 - cone * cone) - 1e-6, spacing, edge_depth)) {
     const TargetPart& part = model_.target.part(rim.front.face);
     if (part.scan == ScanPreference::avoid) continue;
     const double range = (rim.point - eye).norm();
@@ -58,7 +45,7 @@ void PoseView::look_at_edges(const TargetScene& scene) {
     piece.root *= std::sqrt(weight);
     const double surface = surface_sigma(part);
     piece.alike = surface * surface * weight;
-    piece.patch = 1 + 2 * patch_at(rim.point, part.correlation_length);
+    piece.patch = 1 + 2 * cell_of(rim.point, part.correlation_length);
   }
 }
 
@@ -84,9 +71,7 @@ double PoseView::surface_sigma(const TargetPart& part) const {
 
 void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamReturn> returns) const {
   constexpr std::size_t chunk = 64;  // beams at a time, on the stack
-  const double az = beam_.azimuth_sigma_rad;
-  const double el = beam_.elevation_sigma_rad;
-  const double angle_variance = 0.5 * (az * az + el * el);
+  const double angle_variance = beam_.angle_variance();
   const double range_variance = beam_.range_sigma_m * beam_.range_sigma_m;
   std::array<Ray, chunk> rays;
   std::array<RayHit, chunk> hits;
@@ -116,7 +101,7 @@ void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamRetur
       const double surface = surface_sigma(part);
       beam.alike = surface * surface / variance;
       beam.patch_area = part.correlation_length * part.correlation_length;
-      beam.patch = 2 * patch_at(arm, part.correlation_length);
+      beam.patch = 2 * cell_of(arm, part.correlation_length);
     }
   }
 }

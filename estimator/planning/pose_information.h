@@ -71,10 +71,11 @@ class PoseView {
     }
   }
   const std::array<double, 2>& edge_angles(std::size_t i) const { return edge_angles_[i]; }
-  /// m^2 that a window covers at the target.
-  double area(const Window& window) const {
-    return std::max(1e-12, range_ * range_ * window.width * window.height);
+  /// m^2 that a window of this size (rad) covers at the target.
+  double area(double width, double height) const {
+    return std::max(1e-12, range_ * range_ * width * height);
   }
+  double area(const Window& window) const { return area(window.width, window.height); }
 
   /// Covariance of the pose as berth::perturbed (m, rad, sensor axes), from that of the parameters.
   Matrix6d pose_covariance(const Matrix6d& scaled) const;

@@ -13,16 +13,7 @@ namespace {
 constexpr auto displacement = static_cast<std::size_t>(SurfaceField::displacement);
 constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
 
-/// A number of a cell of a grid of that size, and of the side that a direction faces.
-std::uint64_t cell_of(const Vector3d& place, double size) {
-  std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) {
-    const auto at = static_cast<std::int64_t>(std::floor(place[i] / size)) + (1 << 19);
-    key = (key << 20) | (static_cast<std::uint64_t>(at) & 0xfffff);
-  }
-  return key;
-}
-
+/// A number of the side that a direction faces.
 std::uint64_t side_of(const Vector3d& direction) {
   std::uint64_t key = 0;
   for (int i = 0; i < 3; ++i) {

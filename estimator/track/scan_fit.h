@@ -59,7 +59,7 @@ class ScanFit {
     Vector3d centre = Vector3d::Zero();  ///< m, of the sphere that holds the target, model frame
     double extent = 3;                   ///< m, its diameter: over which stray ranges are spread
     double radius = 3;                   ///< m, of the sphere that holds it, joints turned
-    double depth = 0.03;                 ///< m: an edge occludes what is so much farther
+    double depth = edge_depth;           ///< m: an edge occludes what is so much farther
   };
   /// How far the true surface is from the mesh, as described: standard deviation, and the distance
   /// over which it is alike.
@@ -89,12 +89,12 @@ class ScanFit {
     double log_likelihood_without = 0;  ///< of the same beams, if there were no target
     NormalEquations sums;               ///< e is at zero offsets
     // Expected numbers of beams.
-    double returns = 0;       ///< inside the gate, of beams that may meet the target
-    double explained = 0;     ///< of those, from a face as modelled
+    double returns = 0;    ///< inside the gate, of beams that may meet the target
+    double explained = 0;  ///< of those, from a face as modelled
     /// Beams that should return from the target, each with the probability that it meets it as its
     /// weight: what only grazes an edge tells little of how the pose fits.
     double expected = 0;
-    double fit = 0;  ///< of `expected`, those that did, as modelled
+    double fit = 0;           ///< of `expected`, those that did, as modelled
     double square_sum = 0;    ///< m^2: sum of e^2 over `explained`, offsets taken off
     double variance_sum = 0;  ///< m^2: of what that should be, without annealing
     BeamShares shares;        ///< as these beams say (one step of expectation maximisation)

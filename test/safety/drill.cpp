@@ -71,12 +71,12 @@ bool goes_on(World& world, const Drill& drill) {
     return world.state.state == wanted && now.speed[0] > still && now.speed[1] > still;
   };
   // Who is refused, since the last scan began before the mending, says it again.
-  for (int tries = 0; tries < 2 && drill.say == testbed_command2_t::RESUME; ++tries) {
+  double left = time_to_go_on;
+  for (; left > 4 && drill.say == testbed_command2_t::RESUME; left -= 2) {
     if (world.run_until(moves, 2)) return true;
-    if (world.state.refusal.empty()) break;
-    world.send(testbed_command2_t::RESUME);
+    if (!world.state.refusal.empty()) world.send(testbed_command2_t::RESUME);
   }
-  return world.run_until(moves, time_to_go_on);
+  return world.run_until(moves, left);
 }
 
 }  // namespace

@@ -20,7 +20,6 @@ class ChaserMotion {
   /// @return every so often: the interval since the last one, but for seq and session. After a gap
   /// it begins anew.
   std::optional<inertial_motion_t> add(std::int64_t utime, const Pose& commanded);
-  void reset() { *this = {}; }
 
  private:
   struct Moving {
