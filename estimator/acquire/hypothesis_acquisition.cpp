@@ -29,6 +29,9 @@ constexpr double explains_enough = 0.9;
 /// Of the best pose's log odds: one so much below it is no rival.
 constexpr double no_rival = 0.5;
 
+/// By which one part of a bent target is off, where the other is where it should be.
+constexpr double bent_of_length = 0.15;
+
 /// Of what is searched, the share of a surface that is looked behind.
 constexpr double worth_a_search = 0.1;
 
@@ -186,6 +189,20 @@ HypothesisAcquisition::Behind HypothesisAcquisition::behind_surfaces(const Range
   return behind;
 }
 
+/// The points about a pose, laid on the target's surface from there.
+Pose HypothesisAcquisition::laid(const Pose& pose, const std::vector<Vector3d>& points,
+                                 double gate) const {
+  const Pose middle{pose * model_.centre, Quaterniond::Identity()};
+  std::vector<Vector3d> near;
+  for (const Vector3d& p : points) {
+    const Vector3d q = p - middle.position;
+    if (q.squaredNorm() < std::pow(1.1 * model_.radius, 2)) near.push_back(q);
+  }
+  return middle * lay_points(model_.grid, evenly(near, laid_points), pose.inverse() * middle, gate,
+                             0.015 * model_.target.length, 6)
+                      .inverse();
+}
+
 std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const PoseOdds& odds,
                                                   const Part& part,
                                                   const std::vector<Hypothesis>& hints,
@@ -199,27 +216,16 @@ std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const Po
   for (const Hypothesis& h : hints) poses.push_back(h.pose);
   for (const Placement& p :
        match_templates(scan.image, points, anchors, part.hiding, model_.views, model_.centre,
-                       model_.radius, length, effort.placements)) {
+                       model_.radius, length, effort.max_cost, effort.placements)) {
     poses.push_back(p.pose);
   }
   struct Weighed {
     Pose pose;
     double log_odds;
   };
-  const auto laid = [&](const Pose& pose) {
-    const Pose middle{pose * model_.centre, Quaterniond::Identity()};
-    std::vector<Vector3d> near;
-    for (const Vector3d& p : points) {
-      const Vector3d q = p - middle.position;
-      if (q.squaredNorm() < std::pow(1.1 * model_.radius, 2)) near.push_back(q);
-    }
-    return middle * lay_points(model_.grid, evenly(near, laid_points), pose.inverse() * middle,
-                               0.06 * length, 0.015 * length, 6)
-                        .inverse();
-  };
   std::vector<Weighed> weighed;
   for (const Pose& p : poses) {
-    const Pose pose = laid(p);
+    const Pose pose = laid(p, points, 0.06 * length);
     weighed.push_back({pose, odds.at(pose, 0.02 * length, scan.coarse).log_odds});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
@@ -305,6 +311,23 @@ std::vector<Pose> HypothesisAcquisition::climbed(const Searched& scan, const Pos
   return result;
 }
 
+/// Where the best leaves returns about it: the pose that they have by themselves. Of a target that
+/// is bent, the one of its other part.
+std::vector<Pose> HypothesisAcquisition::of_the_rest(const Searched& scan, const Mode& best) const {
+  std::vector<char> explained(best.of_beams.size(), 0);
+  for (std::size_t b = 0; b < explained.size(); ++b) explained[b] = best.of_beams[b] > 0 ? 1 : 0;
+  std::vector<Vector3d> points;
+  for (const int b : scan.all.beams) {
+    if (explained[static_cast<std::size_t>(b)] != 0) continue;
+    const Vector3d p = scan.image.beams()[static_cast<std::size_t>(b)].point();
+    if ((p - best.pose * model_.centre).norm() < model_.radius) points.push_back(p);
+  }
+  if (static_cast<int>(points.size()) < options_.min_returns) return {};
+  const Pose start = laid(best.pose, points, bent_of_length * model_.target.length);
+  const PoseOdds odds = scan.odds.without(explained);
+  return {odds.climbed(start, 0.02 * model_.target.length, scan.middle, 1).pose};
+}
+
 /// What the best is easily confused with, where it may be as probable. The side that is seen may
 /// look as it does turned about its own middle, not the target's.
 std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Mode& best) const {
@@ -318,6 +341,7 @@ std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Mode
     ++returns;
   }
   std::vector<Pose> starts = alike(best.pose);
+  for (const Pose& p : of_the_rest(scan, best)) starts.push_back(p);
   if (returns > 0) {
     for (const Pose& p : half_turned(best.pose, best.pose.inverse() * Vector3d(sum / returns))) {
       starts.push_back(p);

@@ -54,13 +54,15 @@ class HypothesisAcquisition final : public Acquisition {
   struct Effort {
     bool everywhere;  ///< else only where the target's middle is, if nearly all returns are its own
     std::size_t anchors;
+    double max_cost;  ///< of a beam that a template has too many (match_templates)
     std::size_t placements;
     std::size_t semifinalists;
     std::size_t finalists;
     int rounds;  ///< of the first climb (PoseOdds::climbed)
   };
-  static constexpr Effort first_look{false, 20, 60, 6, 2, 0};
-  static constexpr Effort full_search{true, 300, 600, 20, 5, 1};
+  static constexpr Effort first_look{false, 20, 1.5, 60, 6, 2, 0};
+  /// Some piece may be elsewhere: by its prior (PoseOdds) that costs 4 nats, of about 20 beams.
+  static constexpr Effort full_search{true, 300, 0.2, 600, 20, 5, 1};
 
   struct Behind {
     std::vector<Part> parts;
@@ -70,11 +72,13 @@ class HypothesisAcquisition final : public Acquisition {
 
   Part without(const RangeImage& image, const LargePlanes& planes) const;
   Behind behind_surfaces(const RangeImage& image, const Part& all) const;
+  Pose laid(const Pose& pose, const std::vector<Vector3d>& points, double gate) const;
   std::vector<Pose> proposed(const Searched& scan, const PoseOdds& odds, const Part& part,
                              const std::vector<Hypothesis>& hints, const Effort& effort) const;
   std::vector<Pose> half_turned(const Pose& pose, const Vector3d& place) const;
   std::vector<Pose> alike(const Pose& pose) const;
   std::vector<Pose> rivals(const Searched& scan, const Mode& best) const;
+  std::vector<Pose> of_the_rest(const Searched& scan, const Mode& best) const;
   std::vector<Pose> climbed(const Searched& scan, const PoseOdds& odds,
                             const std::vector<Pose>& poses, const Effort& effort) const;
   void add_modes(const Searched& scan, const std::vector<Pose>& poses, std::vector<Mode>& modes,

@@ -23,13 +23,15 @@ constexpr double bin = 0.2;         // rad, of lines of sight for which template
 /// Kept for each placement wanted, of which many are near each other.
 constexpr std::size_t pooled = 40;
 
-/// How near a place is to a return: 255 there, 0 from `reach` cells on. A margin all around is
+/// How near a place is to a return: 255 there, least from `reach` cells on. A margin all around is
 /// empty, so that an index may leave the box.
 class ReturnField {
  public:
   /// @param around m, that the box is wider on all sides than the points
   /// @param margin m, by which places may be beyond a point
-  ReturnField(const std::vector<Vector3d>& points, double cell, double around, double margin)
+  /// @param least of a place, 0 to 255
+  ReturnField(const std::vector<Vector3d>& points, double cell, double around, double margin,
+              std::uint8_t least)
       : cell_(cell) {
     Vector3d low = Vector3d::Constant(1e9), high = Vector3d::Constant(-1e9);
     for (const Vector3d& p : points) {
@@ -50,7 +52,7 @@ class ReturnField {
     values_.assign(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
                            static_cast<std::size_t>(size_[2]) +
                        2 * static_cast<std::size_t>(empty_),
-                   0);
+                   least);
     struct Stamp {
       int offset;
       std::uint8_t value;
@@ -149,7 +151,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
                                        const std::vector<char>& hiding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
-                                       std::size_t placements) {
+                                       double max_cost, std::size_t placements) {
   if (points.empty()) return {};
   // All in the image's axes.
   const Matrix3d to_image = image.axes();
@@ -163,7 +165,8 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
   const double cell =
       std::max(cell_of_length * length, 1.5 / reach * image.widest_spacing() * range);
   const bool hidden = std::find(hiding.begin(), hiding.end(), 1) != hiding.end();
-  ReturnField field(places, cell, hidden ? 2 * radius : 0, 2.2 * radius);
+  ReturnField field(places, cell, hidden ? 2 * radius : 0, 2.2 * radius,
+                    static_cast<std::uint8_t>(255 * std::max(0.0, 0.5 - max_cost)));
   if (hidden) {
     field.mark([&](const Vector3d& p) {
       const auto q = p.cast<float>();
@@ -261,7 +264,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
               const int at = image.pixel(p.x(), p.y(), p.z());
               if (at >= 0 && image.farthest_about(at) > 0 &&
                   image.nearest_about(at) > p.norm() + seen_through) {
-                score -= beams / count;
+                score -= beams / count * std::min(1.0, near[offsets[i]] / 255.0 - 0.5 + max_cost);
               }
             }
             const auto around = beside.rows();

@@ -20,11 +20,13 @@ struct Placement {
 /// @param anchors those of them that templates are laid on
 /// @param hiding of each beam, whether it ended on something else: what is behind may be there
 /// @param centre, radius, length of the target, model frame, m
+/// @param max_cost of a beam, where a point of a template has no return: at most 1.5, which is 0.5
+/// and 1 more where it is seen through
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<Vector3d>& anchors,
                                        const std::vector<char>& hiding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
-                                       std::size_t placements);
+                                       double max_cost, std::size_t placements);
 
 }  // namespace berth::estimator
