@@ -112,13 +112,13 @@ Html link_to_run(const std::filesystem::path& out, const Night& night, const Fin
   return link(place + "/", text(name));
 }
 
-Html changes_table(const NightReport& report) {
-  if (report.changes.changes.empty()) return element("p", "", text("None."));
+Html changes_table(const std::vector<FlaggedChange>& changes) {
+  if (changes.empty()) return element("p", "", text("None."));
   Table table;
   table.head = {"",       "procedure", "phase", "measurement",   "compared with",
                 "before", "after",     "unit",  "change [95 %]", "chance of a false alarm"};
   table.left_columns = 5;
-  for (const FlaggedChange& c : report.changes.changes) {
+  for (const FlaggedChange& c : changes) {
     const char* colour = c.kind == "worse" ? "bad" : c.kind == "better" ? "good" : "unsure";
     table.rows.push_back({element("b", colour, text(c.kind)), text(c.case_name), text(c.phase),
                           text(c.statistic + " " + c.measurement),
@@ -143,6 +143,23 @@ Html failures_table(const std::filesystem::path& out, const NightReport& report)
   }
   if (table.rows.empty()) return element("p", "", text("All runs passed."));
   return html_of(table);
+}
+
+Html archive_section(const ArchiveResult& archive) {
+  Table table;
+  table.head = {"recorded run", "against truth", "estimates", "as recorded"};
+  table.left_columns = 2;
+  for (const ArchivedRun& run : archive.runs) {
+    const char* colour = !run.error.empty() || run.verdict == "worse" ? "bad" : "good";
+    table.rows.push_back(
+        {text(run.name),
+         run.error.empty() ? element("b", colour, text(run.verdict)) : text(run.error),
+         text(std::to_string(run.estimates)), text(std::to_string(run.same))});
+  }
+  return element("p", "soft",
+                 text("Tonight's estimator over recorded scans: what it says other than it was "
+                      "recorded, and whether that is nearer to the truth.")) +
+         html_of(table) + changes_table(archive.changes);
 }
 
 Html cases_table(const std::filesystem::path& out, const NightReport& report) {
@@ -259,11 +276,14 @@ void write_index_page(const std::filesystem::path& out, const Plan& plan, Histor
   }
   Page page(plan.name + ": night " + report.night.name);
   page.head(head_of(report));
-  page.section("changes", "Flagged changes", changes_table(report));
+  page.section("changes", "Flagged changes", changes_table(report.changes.changes));
   page.section("failures", "Runs that did not pass", failures_table(out, report));
   page.section("procedures", "Procedures", cases_table(out, report));
   const Html claims = claims_table(plan, report);
   if (!claims.empty()) page.section("claims", "Claims", claims);
+  if (!report.archive.runs.empty()) {
+    page.section("archive", "Archive", archive_section(report.archive));
+  }
   page.section("nights", "Nights", nights_table(history, nights));
   const Flags flags = flags_of(history, nights);
   std::size_t number = 0;

@@ -266,6 +266,11 @@ int run_night(const NightRequest& request) {
   report.runs = history.runs(night);
   report.changes = find_changes(evidence_for(history, plan, night, report.runs), plan.false_alarms,
                                 plan.least_change);
+  if (!plan.archive.runs.empty()) {
+    std::printf("archive: the runs in %s are estimated again\n", plan.archive.runs.c_str());
+    std::fflush(stdout);
+    report.archive = estimate_archive(plan, request.program, directory);
+  }
   night.configuration_hash = configuration_of(report.runs);
   judge(plan, report);
   night.ended = utc_text(std::time(nullptr));

@@ -191,6 +191,22 @@ Baseline read_baseline(Config& parent) {
   return baseline;
 }
 
+Archive read_archive(Config& parent) {
+  Archive archive;
+  if (!parent.has("archive")) return archive;
+  Config config = parent.section("archive");
+  const std::string runs = config.text("runs");
+  archive.runs = resolved(config, "runs", runs);
+  if (!fs::is_directory(archive.runs) ||
+      std::none_of(fs::directory_iterator(archive.runs), fs::directory_iterator(),
+                   [](const auto& entry) { return entry.is_directory(); })) {
+    throw config.error("runs", "found '" + runs + "', expected a directory of run directories");
+  }
+  if (config.has("config")) archive.config = resolved(config, "config", config.text("config"));
+  config.finish();
+  return archive;
+}
+
 }  // namespace
 
 Plan load_plan(const fs::path& file) {
@@ -210,6 +226,7 @@ Plan load_plan(const fs::path& file) {
   if (plan.false_alarms == 0) throw config.error("false_alarms", "expected more than 0 %");
   plan.least_change = read_least_change(config);
   plan.baseline = read_baseline(config);
+  plan.archive = read_archive(config);
   const Seeds seeds = read_seeds(config, {});
 
   auto sections = config.sections("procedures");

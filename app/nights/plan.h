@@ -46,6 +46,12 @@ struct Baseline {
   std::filesystem::path config;  ///< empty: the one shipped with that build
 };
 
+/// Recorded runs that tonight's estimator goes over again.
+struct Archive {
+  std::filesystem::path runs;    ///< a directory of run directories; empty: none
+  std::filesystem::path config;  ///< as `berth reestimate --config`; empty: as recorded
+};
+
 /// A nightly plan.
 struct Plan {
   std::filesystem::path file;
@@ -53,6 +59,7 @@ struct Plan {
   std::string text;
   std::vector<Case> cases;
   Baseline baseline;
+  Archive archive;
   int jobs = 0;                 ///< runs at a time; 0: one per core
   double time_budget_s = 0;     ///< no run is begun later; 0: no limit
   double run_timeout_s = 600;   ///< of one run
@@ -69,6 +76,7 @@ struct Plan {
 ///     jobs: 2
 ///     time_budget: 2 h
 ///     baseline: {build: /opt/berth-good/bin/berth}
+///     archive: {runs: ../archive, config: ../config}
 ///     seeds: {fixed: 12, fresh: 6}        # of every procedure that says nothing else
 ///     procedures:
 ///       - procedure: ../procedures/approach.yaml

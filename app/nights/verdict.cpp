@@ -35,7 +35,7 @@ int NightReport::exit_code() const {
 
 void judge(const Plan& plan, NightReport& report) {
   bool failed = false;
-  bool error = false;
+  bool error = report.archive.failed();
   report.cases.clear();
   for (const Case& of : plan.cases) {
     CaseResult result;

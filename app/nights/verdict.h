@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "app/nights/archive.h"
 #include "app/nights/changes.h"
 
 namespace berth::nights {
@@ -27,6 +28,7 @@ struct NightReport {
   std::vector<FinishedRun> runs;  ///< of both builds, in the order of the plan's cases
   std::vector<CaseResult> cases;
   ChangeReport changes;
+  ArchiveResult archive;     ///< told; of it a run that cannot be estimated again alone is judged
   std::size_t left_out = 0;  ///< runs that the time budget left no time for
   std::string notification;  ///< what went wrong with it; empty when nothing did
 

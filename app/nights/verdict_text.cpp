@@ -61,6 +61,49 @@ std::string cases_table(const std::vector<CaseResult>& cases) {
   return text_table(lines, 2);
 }
 
+std::string archive_text(const ArchiveResult& archive) {
+  if (archive.runs.empty()) return "";
+  std::vector<std::vector<std::string>> lines = {
+      {"recorded run", "against truth", "estimates", "as recorded"}};
+  for (const ArchivedRun& run : archive.runs) {
+    lines.push_back({run.name, run.error.empty() ? run.verdict : "ERROR: " + run.error,
+                     std::to_string(run.estimates), std::to_string(run.same)});
+  }
+  return "\narchive, estimated again: " + std::to_string(archive.runs.size()) + " runs, " +
+         std::to_string(archive.changes.size()) + " changes\n" + text_table(lines, 2) +
+         (archive.changes.empty() ? "" : "\n" + changes_table(archive.changes, 20));
+}
+
+ordered_json json_of(const FlaggedChange& c) {
+  return {{"kind", c.kind},
+          {"against", c.against},
+          {"case", c.case_name},
+          {"phase", c.phase},
+          {"measurement", c.measurement},
+          {"statistic", c.statistic},
+          {"unit", c.unit},
+          {"before", logs::number_or_null(c.before)},
+          {"after", logs::number_or_null(c.after)},
+          {"difference_low", logs::number_or_null(c.low)},
+          {"difference_high", logs::number_or_null(c.high)},
+          {"chance", logs::number_or_null(c.p)},
+          {"runs", c.runs}};
+}
+
+ordered_json json_of(const ArchiveResult& archive) {
+  ordered_json runs = ordered_json::array();
+  for (const ArchivedRun& r : archive.runs) {
+    runs.push_back({{"run", r.name},
+                    {"error", r.error},
+                    {"verdict", r.verdict},
+                    {"estimates", r.estimates},
+                    {"estimates_same", r.same}});
+  }
+  ordered_json changes = ordered_json::array();
+  for (const FlaggedChange& c : archive.changes) changes.push_back(json_of(c));
+  return {{"runs", runs}, {"changes", changes}};
+}
+
 }  // namespace
 
 std::string chance_text(double p) { return fixed(p, 5); }
@@ -97,6 +140,7 @@ std::string text_of(const NightReport& report) {
   if (report.left_out > 0) {
     text += "  the time budget left out " + std::to_string(report.left_out) + " runs\n";
   }
+  text += archive_text(report.archive);
   double simulated = 0;
   double cpu = 0;
   for (const CaseResult& c : report.cases) {
@@ -125,21 +169,7 @@ std::string json_of(const NightReport& report) {
                      {"cpu_s", c.cpu_s}});
   }
   ordered_json changes = ordered_json::array();
-  for (const FlaggedChange& c : report.changes.changes) {
-    changes.push_back({{"kind", c.kind},
-                       {"against", c.against},
-                       {"case", c.case_name},
-                       {"phase", c.phase},
-                       {"measurement", c.measurement},
-                       {"statistic", c.statistic},
-                       {"unit", c.unit},
-                       {"before", logs::number_or_null(c.before)},
-                       {"after", logs::number_or_null(c.after)},
-                       {"difference_low", logs::number_or_null(c.low)},
-                       {"difference_high", logs::number_or_null(c.high)},
-                       {"chance", logs::number_or_null(c.p)},
-                       {"runs", c.runs}});
-  }
+  for (const FlaggedChange& c : report.changes.changes) changes.push_back(json_of(c));
   ordered_json runs = ordered_json::array();
   for (const FinishedRun& r : report.runs) {
     runs.push_back({{"case", r.case_name},
@@ -167,6 +197,7 @@ std::string json_of(const NightReport& report) {
                              {"comparisons", report.changes.questions},
                              {"changes", changes},
                              {"remarks", report.changes.remarks},
+                             {"archive", json_of(report.archive)},
                              {"notification", report.notification},
                              {"cases", cases},
                              {"runs", runs}};
@@ -205,6 +236,15 @@ std::string junit_of(const NightReport& report) {
                              Result::failed, sentence_of(change), 0});
     }
     if (flagged == 0) suite.cases.push_back({c.name, "no change", Result::passed, "", 0});
+    suites.push_back(suite);
+  }
+  if (!report.archive.runs.empty()) {
+    logs::JunitSuite suite;
+    suite.name = "archive";
+    for (const ArchivedRun& run : report.archive.runs) {
+      suite.cases.push_back(
+          {"archive", run.name, run.error.empty() ? Result::passed : Result::error, run.error, 0});
+    }
     suites.push_back(suite);
   }
   return logs::junit_xml(suites);

@@ -35,6 +35,19 @@ struct PlanFile {
 
 }  // namespace
 
+TEST_CASE("an archive is a directory of run directories") {
+  const PlanFile plan_file;
+  const std::string procedures = "procedures: [{procedure: approach.yaml, seeds: {fixed: 1}}]\n";
+  std::filesystem::create_directories(plan_file.directory / "empty");
+  std::filesystem::create_directories(plan_file.directory / "runs" / "one");
+  CHECK_THAT(plan_file.complaint("archive: {runs: empty}\n" + procedures),
+             Catch::Matchers::Contains("plan.yaml:1") &&
+                 Catch::Matchers::Contains("expected a directory of run directories"));
+  const Plan plan = plan_file.load("archive: {runs: runs}\n" + procedures);
+  CHECK(plan.archive.runs.filename() == "runs");
+  CHECK(plan.archive.config.empty());
+}
+
 TEST_CASE("a plan names procedures, seeds, targets, hosts and configurations") {
   const PlanFile plan_file;
   std::ofstream(plan_file.directory / "envisat.stl") << "solid\n";

@@ -74,6 +74,22 @@ grep -q '<failure' "$out/fourth/results.xml" || fail "no failure in the JUnit re
 expect 0 "$bin/berth" nightly --out "$out" --accept fourth
 expect 0 nightly --night fifth --config "$work/slow"
 
+# Recorded runs are estimated again: as recorded, or nearer to the truth, or not at all.
+mkdir "$work/archive"
+cp -r $(ls -d "$out"/*/runs/*/ | grep -v baseline | head -2) "$work/archive"
+sed 's/seeds: .*/seeds: {fixed: 1}\narchive: {runs: archive}/' "$work/plan.yaml" >"$work/archived.yaml"
+expect 0 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night again
+says "archive, estimated again: 2 runs, 0 changes"
+says "no difference"
+sed -i 's/archive}/archive, config: published.yaml}/' "$work/archived.yaml"
+cp config/estimator_paper.yaml "$work/published.yaml"
+expect 0 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night published
+says "archive, estimated again: 2 runs"
+grep -q '"estimates_same": 0' "$work/archived/published/summary.json" || fail "the archive's configuration was not used"
+echo nothing >"$(ls -d "$work"/archive/*/run.lcm* | head -1)"
+expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night spoilt
+says "ERROR: no estimates are recorded in it"
+
 expect 2 "$bin/berth" nightly "$work/none.yaml" --out "$out"
 expect 2 nightly --night fifth
 says "there is one of that name"
