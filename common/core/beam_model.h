@@ -35,6 +35,12 @@ struct BeamModel {
   }
   /// Width of the beam on a surface square to it, m.
   double footprint(double range) const { return aperture_m + divergence_rad * range; }
+  /// Across an edge, m^2: of where a beam is that half meets the surface, a footprint being four
+  /// sigmas wide.
+  double edge_variance(double range) const {
+    const double spread = 0.25 * footprint(range);
+    return spread * spread + angle_variance() * range * range;
+  }
 };
 
 /// Direction of a beam in the sensor frame (x right, y down, z boresight):

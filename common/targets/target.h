@@ -77,6 +77,11 @@ struct Target {
     return part_of.empty() ? std::uint16_t{0} : part_of[triangle];
   }
   const TargetPart& part(std::size_t triangle) const { return parts[part_index(triangle)]; }
+  bool is_bare() const { return description_hash.empty(); }
+  /// Of a part, m; `bare` where nobody described the target.
+  double surface_sigma(const TargetPart& of, double bare) const {
+    return is_bare() ? bare : of.surface_sigma;
+  }
   /// The port of that name, the first for an empty name; nullptr where there is none.
   const DockingPort* port(const std::string& port_name = {}) const;
 };

@@ -118,9 +118,10 @@ class Pieces {
 }  // namespace
 
 double surface_sigma_of(const TargetModel& model, double bare) {
-  if (model.target.description_hash.empty()) return bare;
   double largest = 0;
-  for (const TargetPart& part : model.target.parts) largest = std::max(largest, part.surface_sigma);
+  for (const TargetPart& part : model.target.parts) {
+    largest = std::max(largest, model.target.surface_sigma(part, bare));
+  }
   return largest;
 }
 

@@ -36,9 +36,7 @@ void PoseView::look_at_edges(const TargetScene& scene) {
     const TargetPart& part = model_.target.part(rim.front.face);
     if (part.scan == ScanPreference::avoid) continue;
     const double range = (rim.point - eye).norm();
-    const double width = std::sqrt(std::pow(0.25 * beam_.footprint(range), 2) +
-                                   beam_.angle_variance() * range * range);
-    const double weight = told * spacing * range / width;
+    const double weight = told * spacing * range / std::sqrt(beam_.edge_variance(range));
     EdgePiece& piece = edges_.emplace_back();
     piece.point = rim.point;
     piece.root << rim.outward, rim.point.cross(rim.outward) / model_.canonical.half_length;
@@ -65,8 +63,7 @@ PoseView PoseView::moved_to(const Pose& pose) const {
 
 double PoseView::surface_sigma(const TargetPart& part) const {
   if (part.scan == ScanPreference::prefer) return 0;
-  return model_.target.description_hash.empty() ? options_.bare_surface_sigma_m
-                                                : part.surface_sigma;
+  return model_.target.surface_sigma(part, options_.bare_surface_sigma_m);
 }
 
 void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamReturn> returns) const {

@@ -364,13 +364,13 @@ LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel
       options_(options),
       scene_(model.target),
       radius_(scene_.radius_about(model.centre)) {
-  const bool bare = model.target.description_hash.empty();
   for (std::uint32_t f = 0; f < model.target.mesh.triangles.size(); ++f) {
     const TargetPart& part = model.target.part(f);
-    surface_of_face_.push_back({bare ? options.bare_surface_sigma_m : part.surface_sigma,
+    surface_of_face_.push_back({model.target.surface_sigma(part, options.bare_surface_sigma_m),
                                 part.correlation_length, part.material.reflectivity});
   }
-  scale_prior_ = std::log(bare ? options.bare_surface_factor : options.described_surface_factor);
+  scale_prior_ = std::log(model.target.is_bare() ? options.bare_surface_factor
+                                                 : options.described_surface_factor);
 }
 
 TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction& predicted) const {

@@ -231,9 +231,8 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   const double range = std::max(1e-3, state.motion.pose.position.norm());
   const double spacing = std::sqrt(stage.thinning) * spacing_;
   const double step = std::max(0.5 * spacing, 1e-5);
-  rim_width_ = std::sqrt(std::pow(0.25 * beam_model_.footprint(range), 2) +
-                         beam_model_.angle_variance() * range * range +
-                         stage.annealing.rim * stage.annealing.rim);
+  rim_width_ =
+      std::sqrt(beam_model_.edge_variance(range) + stage.annealing.rim * stage.annealing.rim);
   // A round body's outline, seen from an angle farther, is inside the new one by radius angle^2
   // / 2.
   if (rims_thinning_ != stage.thinning ||

@@ -79,7 +79,7 @@ logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool
   settings.name = "testbed.yaml";
   settings.content = read_file(rig.setup.config / settings.name);
   info.attachments = {settings};
-  if (const Target& target = rig.cell.target; !target.description_hash.empty()) {
+  if (const Target& target = rig.cell.target; !target.is_bare()) {
     attachment_t description{};
     description.name = target_file;
     description.content = read_file(target.files.front());

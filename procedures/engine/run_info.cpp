@@ -75,7 +75,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   // First, so that there is room for it: the verdict depends on it.
   const fs::path symmetry = setup.out / logs::symmetry_file;
   if (!setup.out.empty() && fs::exists(symmetry)) attach(logs::symmetry_file, read_file(symmetry));
-  if (!target.description_hash.empty()) attach(target_file, read_file(target.files.front()));
+  if (!target.is_bare()) attach(target_file, read_file(target.files.front()));
   attach("procedure.yaml", procedure.text);
   for (const fs::path& file : configuration_files(setup)) {
     attach(file.generic_string(), read_file(setup.config / file));
