@@ -86,7 +86,7 @@ std::string heading_of(const Comparison& comparison) {
     const run_info_t& info = *comparison.info;
     text += "run " + info.run + ": procedure " + info.procedure + ", layout " + info.layout +
             ", target " + info.target + " (" + shown(info.target_length_m) + " m), host " +
-            text_of_host(info.host) + ", seed " + std::to_string(info.seed) + ", version " +
+            place_of(info) + ", seed " + std::to_string(info.seed) + ", version " +
             info.version + "\n";
   }
   const std::string truth = truth_line(comparison);

@@ -97,7 +97,7 @@ Html beside_head(const Views& views, const fs::path& page) {
     if (!c.reason.empty()) verdict += markup("<br>") + element("small", "", text(c.reason));
     table.rows.push_back(
         {key_of(i), verdict, own_report(view, page),
-         text(info ? logs::text_of_host(info->host) : ""), text(c.procedure),
+         text(info ? logs::place_of(*info) : ""), text(c.procedure),
          text(info ? info->target : ""), text(info ? std::to_string(info->seed) : ""),
          text(info ? info->version : ""),
          element("code", "", text(info ? info->configuration_hash.substr(0, 12) : "")),

@@ -58,7 +58,7 @@ Html facts_of(const RunView& view) {
   const bool twin = info && info->host == run_info_t::TWIN;
   facts.add("procedure", view.comparison().procedure);
   if (info) {
-    facts.add("host", logs::text_of_host(info->host));
+    facts.add("host", logs::place_of(*info));
     facts.add("layout", info->layout);
     facts.add("target", info->target + ", " + brief(info->target_length_m) + " m");
     facts.add("seed", std::to_string(info->seed));

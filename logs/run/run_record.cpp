@@ -6,6 +6,7 @@
 #include <iterator>
 #include <tuple>
 
+#include "common/core/config.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
 #include "logs/file/reused_message.h"
@@ -315,6 +316,24 @@ std::optional<Phase> RunRecord::phase(const std::string& name) const {
 const char* text_of_host(std::int8_t host) {
   constexpr const char* names[] = {"cell", "simulated cell", "twin"};
   return host >= 0 && host <= run_info_t::TWIN ? names[host] : "unknown";
+}
+
+std::string world_of(const run_info_t& info) {
+  std::string world;
+  if (info.host == run_info_t::CELL) return world;
+  for (const attachment_t& file : info.attachments) {
+    if (file.name != "simulation.yaml" || file.content.empty()) continue;
+    try {
+      Config::parse(file.content, file.name).optional("world", world);
+    } catch (const InputError&) {  // a damaged log
+    }
+  }
+  return world;
+}
+
+std::string place_of(const run_info_t& info) {
+  const std::string world = world_of(info);
+  return text_of_host(info.host) + (world.empty() ? "" : " in " + world);
 }
 
 namespace {

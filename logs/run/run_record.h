@@ -186,6 +186,13 @@ inline constexpr char whole_run[] = "run";
 /// "cell", "simulated cell" or "twin".
 const char* text_of_host(std::int8_t host);
 
+/// The world (config/worlds) by which a simulated cell departs from its files, e.g. "lab", by the
+/// configuration in RUN_INFO. Empty: of a cell, or where that does not say.
+std::string world_of(const run_info_t& info);
+
+/// Where a run was: "cell", "twin in lab".
+std::string place_of(const run_info_t& info);
+
 /// How a log was as a file.
 struct LogSummary {
   std::int64_t events = 0;
