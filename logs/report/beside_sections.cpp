@@ -96,10 +96,9 @@ Html beside_head(const Views& views, const fs::path& page) {
         element("b", class_of_outcome(c.outcome), text(logs::text_of_outcome(c.outcome)));
     if (!c.reason.empty()) verdict += markup("<br>") + element("small", "", text(c.reason));
     table.rows.push_back(
-        {key_of(i), verdict, own_report(view, page),
-         text(info ? logs::place_of(*info) : ""), text(c.procedure),
-         text(info ? info->target : ""), text(info ? std::to_string(info->seed) : ""),
-         text(info ? info->version : ""),
+        {key_of(i), verdict, own_report(view, page), text(info ? logs::place_of(*info) : ""),
+         text(c.procedure), text(info ? info->target : ""),
+         text(info ? std::to_string(info->seed) : ""), text(info ? info->version : ""),
          element("code", "", text(info ? info->configuration_hash.substr(0, 12) : "")),
          text(brief(view.end_s())),
          text(std::to_string(passed) + " of " + std::to_string(c.criteria.size()))});
