@@ -31,6 +31,9 @@ fs::path new_directory(const fs::path& log, const fs::path& out) {
 void reestimate(BatchRun& run, const BatchRequest& request, const ShareDone& share_done) {
   const RunFiles files = make_new_run(run.recorded, request.changes, run.again);
   run.result = reestimate_log(run.recorded, files, share_done);
+  if (run.result.recorded == 0 && run.result.estimates == 0) {
+    throw InputError("it holds no scans to estimate from");
+  }
   logs::LogSummary summary;
   run.before = logs::read_run(run.recorded, summary);
   run.after = logs::read_run(files.log(), summary);

@@ -211,6 +211,11 @@ TEST_CASE("Wrong input is told of by name, and the other runs go on") {
   CHECK_THAT(error("method"), Catch::Contains("KEY=VALUE"));
   CHECK_THROWS_AS(again(folder / "nothing.lcm", folder / "again", {}), InputError);
 
+  const std::filesystem::path spoilt = folder / "spoilt";
+  std::filesystem::copy(recorded().run.directory, spoilt, std::filesystem::copy_options::recursive);
+  std::ofstream(spoilt / "run.lcm") << "nothing";
+  CHECK(again(spoilt, folder / "again", {}).error == "it holds no scans to estimate from");
+
   std::ofstream(folder / "empty.lcm");
   BatchRequest request;
   request.runs = {folder / "empty.lcm", recorded().run.directory};

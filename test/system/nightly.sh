@@ -88,7 +88,7 @@ says "archive, estimated again: 2 runs"
 grep -q '"estimates_same": 0' "$work/archived/published/summary.json" || fail "the archive's configuration was not used"
 echo nothing >"$(ls -d "$work"/archive/*/run.lcm* | head -1)"
 expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night spoilt
-says "ERROR: no estimates are recorded in it"
+says "it holds no scans to estimate from"
 
 expect 2 "$bin/berth" nightly "$work/none.yaml" --out "$out"
 expect 2 nightly --night fifth
