@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/child_process.h"
-#include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
 
@@ -92,8 +91,10 @@ ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const 
     write_file(night / "archive.json", said.text);
     return result;
   } catch (const nlohmann::json::exception&) {
-    throw InputError("archive " + plan.archive.runs.string() + ": berth reestimate " +
-                     said.end.text() + ": " + said.errors);
+    ArchivedRun none;
+    none.name = plan.archive.runs.string();
+    none.error = "berth reestimate " + said.end.text() + ": " + said.errors;
+    return {{none}, {}};
   }
 }
 

@@ -24,8 +24,9 @@ struct ArchiveResult {
 };
 
 /// Estimates every run of the plan's archive again, in a process of its own, and keeps what it said
-/// in archive.json; the new run directories are not kept. Nothing without an archive.
-/// @param night its directory. @throws InputError when that program does not say what came out
+/// in archive.json; the new run directories are not kept. Where it says nothing that can be read,
+/// that is the one run's error. Nothing without an archive.
+/// @param night its directory
 ArchiveResult estimate_archive(const Plan& plan, const std::filesystem::path& program,
                                const std::filesystem::path& night);
 

@@ -72,7 +72,7 @@ struct TrendValue {
 
 /// A change that was flagged, as kept.
 struct FlaggedChange {
-  std::string against;  ///< "baseline", "last night", "history"
+  std::string against;  ///< "baseline", "last night", "history"; of an archive "recorded"
   std::string case_name;
   std::string phase;
   std::string measurement;

@@ -89,6 +89,9 @@ grep -q '"estimates_same": 0' "$work/archived/published/summary.json" || fail "t
 echo nothing >"$(ls -d "$work"/archive/*/run.lcm* | head -1)"
 expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night spoilt
 says "it holds no scans to estimate from"
+mkdir "$work/archive/empty"
+expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night none
+says "ERROR: berth reestimate"
 
 expect 2 "$bin/berth" nightly "$work/none.yaml" --out "$out"
 expect 2 nightly --night fifth
