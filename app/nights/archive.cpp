@@ -26,13 +26,7 @@ double number(const nlohmann::json& value) {
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-}  // namespace
-
-bool ArchiveResult::failed() const {
-  return std::any_of(runs.begin(), runs.end(),
-                     [](const ArchivedRun& run) { return !run.error.empty(); });
-}
-
+/// From what `berth reestimate --json` prints.
 ArchiveResult archive_result(const std::string& text) {
   const auto json = nlohmann::json::parse(text);
   ArchiveResult result;
@@ -65,6 +59,13 @@ ArchiveResult archive_result(const std::string& text) {
     change.runs = json.at("change").at("runs");
   }
   return result;
+}
+
+}  // namespace
+
+bool ArchiveResult::failed() const {
+  return std::any_of(runs.begin(), runs.end(),
+                     [](const ArchivedRun& run) { return !run.error.empty(); });
 }
 
 ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const fs::path& night) {

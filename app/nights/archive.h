@@ -30,7 +30,4 @@ struct ArchiveResult {
 ArchiveResult estimate_archive(const Plan& plan, const std::filesystem::path& program,
                                const std::filesystem::path& night);
 
-/// From what `berth reestimate --json` prints.
-ArchiveResult archive_result(const std::string& json);
-
 }  // namespace berth::nights

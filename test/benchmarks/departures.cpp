@@ -141,7 +141,8 @@ void draw_failure(const Settings& settings, const Cell& cell, const estimator::C
   figure.data("returns", returns);
   figure.line(
       "set xlabel 'azimuth, deg'\nset ylabel 'elevation, deg'\nset cblabel 'range, m'\n"
-      "set size ratio -1\nset palette defined (0 '#000000', 1 '#b0b0b0')\nset key outside top horizontal");
+      "set size ratio -1\nset palette defined (0 '#000000', 1 '#b0b0b0')\nset key outside top "
+      "horizontal");
   std::string plot = "plot $returns with points pt 7 ps 0.5 palette title 'returns'";
   const auto add = [&](const char* block, const char* title, const char* colour,
                        const estimator::TargetModel& model, const Pose& pose) {

@@ -91,7 +91,7 @@ bool right(const Pose& pose, const TargetModel& model, const Pose& truth) {
 bool right(const Pose& pose, const Pose& truth) { return right(pose, *lopsided(), truth); }
 
 bool has(const AcquisitionResult& found, const TargetModel& model, const Pose& truth) {
-  return found.status != Status::not_found &&
+  return (found.status == Status::found || found.status == Status::ambiguous) &&
          std::any_of(found.hypotheses.begin(), found.hypotheses.end(),
                      [&](const Hypothesis& h) { return right(h.pose, model, truth); });
 }
