@@ -226,7 +226,7 @@ std::vector<Pose> HypothesisAcquisition::proposed(const Searched& scan, const Po
   std::vector<Weighed> weighed;
   for (const Pose& p : poses) {
     const Pose pose = laid(p, points, 0.06 * length);
-    weighed.push_back({pose, odds.at(pose, 0.02 * length, scan.coarse).log_odds});
+    weighed.push_back({pose, odds.log_odds(pose, 0.02 * length, scan.coarse)});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Weighed& a, const Weighed& b) { return a.log_odds > b.log_odds; });
@@ -332,7 +332,7 @@ std::vector<Pose> HypothesisAcquisition::of_the_rest(const Searched& scan, const
 /// look as it does turned about its own middle, not the target's.
 std::vector<Pose> HypothesisAcquisition::rivals(const Searched& scan, const Mode& best) const {
   const double annealing = 0.007 * model_.target.length;
-  const double highest = scan.odds.at(best.pose, annealing, scan.middle).log_odds;
+  const double highest = scan.odds.log_odds(best.pose, annealing, scan.middle);
   Vector3d sum = Vector3d::Zero();
   int returns = 0;
   for (std::size_t b = 0; b < best.of_beams.size(); ++b) {

@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace berth::estimator {
 namespace {
@@ -25,33 +27,57 @@ constexpr double drawn = 2;
 constexpr double piece_of_length = 1.0 / 8;
 constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
+/// Probability that the face behind a piece that is elsewhere is itself as modelled: what is gone
+/// is often larger than a piece.
+constexpr double behind_present = 0.5;
 
 constexpr PoseShares usual;
+
+/// A face that a beam should meet, and how well its return fits.
+struct Face {
+  double range = 0;                    // m
+  Vector3d normal = Vector3d::Zero();  // model frame
+  double cosine = 1;
+  double residual = 0;  // m, of the return
+  double variance = 0;  // m^2
+  double odds = 0;      // N(z; r, s^2) / b(z); of a beam that missed 0
+
+  /// @param blunt odds that it gains at least where it fits. widened: m^2 of the variance that its
+  /// peak has not
+  void expect(double inverse_background, double blunt, double widened) {
+    const double peak = 1 / std::sqrt(2 * std::numbers::pi * (variance - widened));
+    odds = std::max(blunt, peak * inverse_background) *
+           std::exp(-0.5 * residual * residual / variance);
+  }
+
+  /// Of its range, by the pose, as berth::perturbed. direction: of the beam, sensor frame
+  Vector6d jacobian(const Pose& pose, const Vector3d& direction) const {
+    const Vector3d outward = pose.rotation * normal;
+    Vector6d j;
+    j.head<3>() = -outward / cosine;
+    j.tail<3>() = -(range * direction - pose.position).cross(outward) / cosine;
+    return j;
+  }
+};
 
 /// What a beam is expected to do, that should meet the target.
 struct Expected {
   std::size_t beam = 0;
   std::size_t piece = 0;
-  double range = 0;                    // m, to the face
-  Vector3d normal = Vector3d::Zero();  // of it, model frame
-  double hit_odds = 0;                 // N(z; r, s^2) / b(z); of one that missed 0
-  double miss_odds = 0;                // 1 / (1 - p_returns); of one that returned 0
+  Face face;
+  double miss_odds = 0;  // 1 / (1 - p_returns); of one that returned 0
   bool front = false;
-  double cosine = 0;
   double surface = 0;  // range is so much longer where the surface is farther in by 1
-  double residual = 0;
-  double variance = 0;
   double inverse_background = 0;
-  double odds = 0;  // of the beam, where the piece is as modelled
+  double odds = 0;  // where the piece is as modelled
+};
 
-  /// @param blunt odds that it gains at least where it fits. widened: m^2 of the variance that its
-  /// peak has not
-  void expect(double blunt, double widened) {
-    const double peak = 1 / std::sqrt(2 * std::numbers::pi * (variance - widened));
-    hit_odds = std::max(blunt, peak * inverse_background) *
-               std::exp(-0.5 * residual * residual / variance);
-    front = residual < 0;
-  }
+/// What such a beam meets beyond its piece.
+struct Behind {
+  std::size_t met = 0;  // which of them
+  Face face;
+  /// Of the beam, where its piece is elsewhere.
+  double odds() const { return 1 - behind_present + behind_present * face.odds; }
 };
 
 /// The logarithm of a product of many, and few logarithms.
@@ -73,6 +99,7 @@ class LogProduct {
 /// A piece of the target, as a pose's beams have it.
 struct Piece {
   LogProduct odds;                    // of its beams, where it is as modelled
+  LogProduct odds_elsewhere;          // ... where it is not
   double present = 1;                 // probability of that
   double information = 0;             // 1 / m^2, of its offset: of its beams
   double offset = 0;                  // m, inwards: of its surface, most probable
@@ -92,10 +119,8 @@ class Pieces {
   std::size_t at(const Vector3d& place) {
     std::size_t cube = 0;
     for (int i = 0; i < 3; ++i) {
-      // Faces often lie in planes through the centre: those are not to be between two pieces.
-      const double along = (place[i] - centre_[i]) / side_ + 0.3;
-      const int at =
-          std::clamp(static_cast<int>(std::floor(along)) + pieces_along / 2, 0, pieces_along - 1);
+      const int at = std::clamp(static_cast<int>(std::floor(along(place, i))) + pieces_along / 2, 0,
+                                pieces_along - 1);
       cube = pieces_along * cube + static_cast<std::size_t>(at);
     }
     if (of_cube_[cube] < 0) {
@@ -104,11 +129,26 @@ class Pieces {
     }
     return static_cast<std::size_t>(of_cube_[cube]);
   }
+  /// m, from a place along a direction to where its cube ends.
+  double to_end(const Vector3d& place, const Vector3d& direction) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      if (direction[i] == 0) continue;
+      const double in = along(place, i) - std::floor(along(place, i));
+      nearest = std::min(nearest, side_ * ((direction[i] > 0 ? 1 : 0) - in) / direction[i]);
+    }
+    return nearest;
+  }
   Piece& operator[](std::size_t i) { return pieces_[i]; }
   auto begin() { return pieces_.begin(); }
   auto end() { return pieces_.end(); }
 
  private:
+  /// In sides. Faces often lie in planes through the centre: those are not between two pieces.
+  double along(const Vector3d& place, int axis) const {
+    return (place[axis] - centre_[axis]) / side_ + 0.3;
+  }
+
   Vector3d centre_ = Vector3d::Zero();
   double side_ = 1;
   std::vector<Piece> pieces_;
@@ -198,6 +238,7 @@ class PoseOdds::Weighing {
              bool climbs) {
     pieces_.lay(model.centre, piece_of_length * model.target.length);
     met_.clear();
+    behind_.clear();
     sigma_ = surface_sigma;
     blunt_ = annealing > 0 ? std::exp(climbs ? drawn : 0) : 0;
     widened_ = climbs ? 0 : annealing * annealing;
@@ -211,27 +252,42 @@ class PoseOdds::Weighing {
     e.miss_odds = inverse_background;
   }
 
-  /// @param cosine of incidence. variance: m^2, of the range, the surface's in it
-  void hit(std::size_t beam, const Beam& measured, const Vector3d& place, const RayHit& hit,
+  /// @param variance m^2, of the range, the surface's in it
+  /// @return whether it went through the face more probably than it returned from it
+  bool hit(std::size_t beam, const Beam& measured, const Vector3d& place, const RayHit& hit,
            double cosine, double variance, double inverse_background) {
     Expected& e = met_.emplace_back();
     e.beam = beam;
     e.piece = pieces_.at(place);
-    e.range = hit.range;
-    e.normal = hit.normal;
-    e.cosine = cosine;
-    e.surface = 1 / std::max(min_surface_cosine, e.cosine);
-    e.residual = measured.range - hit.range;
-    e.variance = variance;
+    e.surface = 1 / std::max(min_surface_cosine, cosine);
     e.inverse_background = inverse_background;
-    e.expect(blunt_, widened_);
-    if (!off_as_one()) return;
-    const double fits = usual.hit * e.hit_odds;
-    const double p = fits / (fits + (e.front ? usual.front : usual.through));
-    e.variance -= std::pow(e.surface * sigma_, 2);
-    const double information = thinning_ * p * e.surface / e.variance;
-    pieces_[e.piece].information += information * e.surface;
-    pieces_[e.piece].offset += information * e.residual;
+    e.face = faced(measured, hit.range, hit, cosine, variance, inverse_background);
+    e.front = e.face.residual < 0;
+    const double fits = usual.hit * e.face.odds;
+    const double beside = e.front ? usual.front : usual.through;
+    if (off_as_one()) {
+      const double p = fits / (fits + beside);
+      e.face.variance -= std::pow(e.surface * sigma_, 2);
+      const double information = thinning_ * p * e.surface / e.face.variance;
+      pieces_[e.piece].information += information * e.surface;
+      pieces_[e.piece].offset += information * e.face.residual;
+    }
+    return !e.front && fits < beside;
+  }
+
+  /// m, from where the last beam meets its face to the end of the face's piece.
+  double to_end(const Vector3d& place, const Vector3d& direction) const {
+    return pieces_.to_end(place, direction);
+  }
+
+  std::size_t last() const { return met_.size() - 1; }
+
+  /// What one of them meets where its piece is elsewhere.
+  void behind(std::size_t met, const Beam& measured, double range, const RayHit& hit, double cosine,
+              double variance) {
+    const Expected& e = met_[met];
+    behind_.push_back({met, faced(measured, range, hit, cosine, variance, e.inverse_background)});
+    pieces_[e.piece].odds_elsewhere.multiply(behind_.back().odds());
   }
 
   /// Beams that should meet the target.
@@ -250,8 +306,9 @@ class PoseOdds::Weighing {
     for (Piece& piece : pieces_) piece.offset /= piece.information + 1 / (sigma_ * sigma_);
     for (Expected& e : met_) {
       if (e.miss_odds > 0) continue;
-      e.residual -= e.surface * pieces_[e.piece].offset;
-      e.expect(blunt_, widened_);
+      e.face.residual -= e.surface * pieces_[e.piece].offset;
+      e.front = e.face.residual < 0;
+      e.face.expect(e.inverse_background, blunt_, widened_);
     }
   }
 
@@ -260,7 +317,7 @@ class PoseOdds::Weighing {
     for (Piece& piece : pieces_) piece.odds = {};
     for (Expected& e : met_) {
       e.odds = e.miss_odds > 0 ? w.missing * e.miss_odds
-                               : w.hit * e.hit_odds + (e.front ? w.front : w.through);
+                               : w.hit * e.face.odds + (e.front ? w.front : w.through);
       pieces_[e.piece].odds.multiply(e.odds);
     }
     double sum = 0;
@@ -270,9 +327,10 @@ class PoseOdds::Weighing {
         log_odds -= 0.5 * std::pow(piece.offset / sigma_, 2) +
                     0.5 * std::log1p(piece.information * sigma_ * sigma_);
       }
-      const double larger = std::max(0.0, log_odds);
+      const double log_elsewhere = thinning_ * piece.odds_elsewhere.log();
+      const double larger = std::max(log_elsewhere, log_odds);
       const double here = (1 - elsewhere) * std::exp(log_odds - larger);
-      const double either = here + elsewhere * std::exp(-larger);
+      const double either = here + elsewhere * std::exp(log_elsewhere - larger);
       piece.present = here / either;
       sum += larger + std::log(either);
     }
@@ -290,7 +348,7 @@ class PoseOdds::Weighing {
         missing += present;
         continue;
       }
-      const double p = w.hit * e.hit_odds / e.odds;
+      const double p = w.hit * e.face.odds / e.odds;
       hit += present * p;
       (e.front ? front : through) += present * (1 - p);
     }
@@ -305,21 +363,32 @@ class PoseOdds::Weighing {
     for (const Expected& e : met_) {
       of_beams[e.beam] = thinning_ * pieces_[e.piece].present * std::log(e.odds);
     }
+    for (const Behind& b : behind_) {
+      const Expected& e = met_[b.met];
+      of_beams[e.beam] += thinning_ * (1 - pieces_[e.piece].present) * std::log(b.odds());
+    }
   }
 
   /// Gradient and information of ranges, by the pose.
   void differentiate(const Pose& pose, const std::vector<Beam>& beams, At& at) {
-    for (const Expected& e : met_) {
-      if (e.hit_odds < 1e-6 * e.odds) continue;
-      const double p =
-          thinning_ * pieces_[e.piece].present * at.shares.hit * e.hit_odds / e.odds / e.variance;
-      const Vector3d normal = pose.rotation * e.normal;
-      const Vector3d arm = e.range * beams[e.beam].direction - pose.position;
-      Vector6d jacobian;  // of the range expected
-      jacobian.head<3>() = -normal / e.cosine;
-      jacobian.tail<3>() = -arm.cross(normal) / e.cosine;
-      at.gradient += (p * e.residual) * jacobian;
+    // A range that returned from a face with probability p.
+    const auto add = [&](const Face& face, double p, const Vector6d& jacobian) {
+      at.gradient += (p * face.residual) * jacobian;
       for (int k = 0; k < 6; ++k) at.information.col(k) += (p * jacobian[k]) * jacobian;
+    };
+    for (const Behind& b : behind_) {
+      if (b.face.odds < 1e-6) continue;
+      const Expected& e = met_[b.met];
+      const double p = thinning_ * (1 - pieces_[e.piece].present) * behind_present * b.face.odds /
+                       b.odds() / b.face.variance;
+      add(b.face, p, b.face.jacobian(pose, beams[e.beam].direction));
+    }
+    for (const Expected& e : met_) {
+      if (e.face.odds < 1e-6 * e.odds) continue;
+      const double p = thinning_ * pieces_[e.piece].present * at.shares.hit * e.face.odds / e.odds /
+                       e.face.variance;
+      const Vector6d jacobian = e.face.jacobian(pose, beams[e.beam].direction);
+      add(e.face, p, jacobian);
       if (!off_as_one()) continue;
       pieces_[e.piece].slope += (p * e.surface) * jacobian;
       pieces_[e.piece].known += p * e.surface * e.surface;
@@ -333,9 +402,16 @@ class PoseOdds::Weighing {
 
  private:
   bool off_as_one() const { return sigma_ > 0; }
+  Face faced(const Beam& measured, double range, const RayHit& hit, double cosine, double variance,
+             double inverse_background) const {
+    Face face{range, hit.normal, cosine, measured.range - range, variance, 0};
+    face.expect(inverse_background, blunt_, widened_);
+    return face;
+  }
 
   Pieces pieces_;
   std::vector<Expected> met_;
+  std::vector<Behind> behind_;
   double sigma_ = 0;
   double blunt_ = 0;
   double widened_ = 0;
@@ -347,8 +423,17 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
   static thread_local std::vector<std::size_t> concerned;
+  struct Beyond {
+    std::size_t met = 0;
+    std::size_t beam = 0;
+    double from = 0;  // m along the beam
+  };
+  static thread_local std::vector<Ray> beyond;
+  static thread_local std::vector<Beyond> beyond_of;
   rays.clear();
   concerned.clear();
+  beyond.clear();
+  beyond_of.clear();
   const Pose model_sensor = pose.inverse();
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const double distance = (pose * model_.centre).norm();
@@ -362,6 +447,12 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
       rays.push_back({model_sensor.position, to_model * beams[b].direction});
     }
   }
+  // Cosine of incidence, and variance (m^2) of the range.
+  const auto slope = [&](double range, const RayHit& hit, const Ray& ray) {
+    const double cosine = std::max(min_cosine, -hit.normal.dot(ray.direction));
+    return std::pair(cosine, range_variance(image_.noise(), surface_sigma_, range, cosine) +
+                                 annealing * annealing);
+  };
   hits.resize(rays.size());
   model_.caster.cast(rays, distance + 2 * model_.radius, hits);
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -374,10 +465,22 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
       weighing.miss(b, place, inverse_background_[b]);
       continue;
     }
-    const double cosine = std::max(min_cosine, -hits[i].normal.dot(rays[i].direction));
-    const double variance = range_variance(image_.noise(), surface_sigma_, hits[i].range, cosine) +
-                            annealing * annealing;
-    weighing.hit(b, beams[b], place, hits[i], cosine, variance, inverse_background_[b]);
+    const auto [cosine, variance] = slope(hits[i].range, hits[i], rays[i]);
+    const bool through =
+        weighing.hit(b, beams[b], place, hits[i], cosine, variance, inverse_background_[b]);
+    if (through && annealing == 0) {
+      const double on = weighing.to_end(place, rays[i].direction);
+      beyond.push_back({place + on * rays[i].direction, rays[i].direction});
+      beyond_of.push_back({weighing.last(), b, hits[i].range + on});
+    }
+  }
+  hits.resize(beyond.size());
+  model_.caster.cast(beyond, 2 * model_.radius, hits);
+  for (std::size_t i = 0; i < beyond.size(); ++i) {
+    if (!std::isfinite(hits[i].range)) continue;
+    const double range = beyond_of[i].from + hits[i].range;
+    const auto [cosine, variance] = slope(range, hits[i], beyond[i]);
+    weighing.behind(beyond_of[i].met, beams[beyond_of[i].beam], range, hits[i], cosine, variance);
   }
 }
 
@@ -386,8 +489,20 @@ PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
   return weighed(pose, annealing, thinning, false, of_beams);
 }
 
+double PoseOdds::log_odds(const Pose& pose, double annealing, int thinning) const {
+  return weigh(pose, annealing, thinning, false).first.log_odds;
+}
+
 PoseOdds::At PoseOdds::weighed(const Pose& pose, double annealing, int thinning, bool climbs,
                                std::span<double> of_beams) const {
+  auto [result, weighing] = weigh(pose, annealing, thinning, climbs);
+  weighing.tell(of_beams);
+  weighing.differentiate(pose, image_.beams(), result);
+  return result;
+}
+
+std::pair<PoseOdds::At, PoseOdds::Weighing&> PoseOdds::weigh(const Pose& pose, double annealing,
+                                                             int thinning, bool climbs) const {
   static thread_local Weighing weighing;  // so that memory is taken once
   weighing.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning, climbs);
   meet(pose, annealing, thinning, weighing);
@@ -406,9 +521,7 @@ PoseOdds::At PoseOdds::weighed(const Pose& pose, double annealing, int thinning,
     result.log_odds += prior_beams * as_usual * std::log(share / as_usual);
   }
   result.present = weighing.present();
-  weighing.tell(of_beams);
-  weighing.differentiate(pose, image_.beams(), result);
-  return result;
+  return {result, weighing};
 }
 
 PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thinning,

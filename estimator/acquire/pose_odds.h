@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "estimator/acquire/range_image.h"
@@ -59,9 +60,11 @@ double surface_sigma_of(const TargetModel& model, double bare);
 /// with or without it. So an occluder costs
 /// log w_front whatever its shape, and only what neighbours do not foretell speaks for the target.
 /// A piece of the target, a cube of an eighth of its length, is as modelled with probability 0.98;
-/// else its beams are the background's, too. Its surface is off as one, by N(0, surface_sigma^2)
-/// along the normals, over which the product of its beams is integrated (Laplace): with hits'
-/// shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2, B = sum p a r/s^2,
+/// else its beams are the background's, too, but for those that go through it and may return from
+/// the next face beyond, at r2: L/b = 1/2 + N(z; r2, s2^2) / (2 b(z)). A piece's surface is off as
+/// one, by N(0, surface_sigma^2) along the normals, over which the product of its beams is
+/// integrated (Laplace): with hits' shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2,
+/// B = sum p a r/s^2,
 ///   offset d = B / (A + 1/sigma^2),   log odds = sum log (L/b)(r - a d) - d^2 / (2 sigma^2)
 ///                                                - log(1 + A sigma^2) / 2;
 /// while ranges are widened, sigma counts in s alone, and a range that fits so is weighed as if it
@@ -90,6 +93,8 @@ class PoseOdds {
   /// @param annealing m, 1 sigma, added to ranges. thinning: every so many-th beam, and odds of all
   /// @param of_beams of each beam, or empty: what it adds to log_odds, but for the shares' prior
   At at(const Pose& pose, double annealing, int thinning, std::span<double> of_beams = {}) const;
+  /// The same, and no more of it.
+  double log_odds(const Pose& pose, double annealing, int thinning) const;
 
   struct Climbed {
     Pose pose;
@@ -104,6 +109,9 @@ class PoseOdds {
   class Weighing;
   At weighed(const Pose& pose, double annealing, int thinning, bool climbs,
              std::span<double> of_beams) const;
+  /// All but the gradient and the information, for which there is a thread's weighing.
+  std::pair<At, Weighing&> weigh(const Pose& pose, double annealing, int thinning,
+                                 bool climbs) const;
   void meet(const Pose& pose, double annealing, int thinning, Weighing& weighing) const;
 
   const TargetModel& model_;

@@ -335,6 +335,59 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
   }
 }
 
+namespace {
+
+/// A box of plates that one looks into (towards +z), with a fin, without its lid.
+Mesh open_box() {
+  constexpr double thick = 0.02;
+  Mesh mesh = make_box({1, 0.8, thick});
+  for (Vector3d& v : mesh.vertices) v.z() += 0.5;
+  for (const double side : {-1.0, 1.0}) {
+    mesh.append(make_box({thick, 0.8, 1}), {{0.5 * side, 0, 0}, Quaterniond::Identity()});
+    mesh.append(make_box({1, thick, 1}), {{0, 0.4 * side, 0}, Quaterniond::Identity()});
+  }
+  mesh.append(make_box({0.4, thick, 0.5}), {{0.7, 0.1, 0.2}, Quaterniond::Identity()});
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("Where a lid is gone, returns from inside speak for the target, and move it") {
+  const Mesh open = open_box();
+  Mesh closed = open;
+  closed.append(make_box({1, 0.8, 0.02}), {{0, 0, -0.5}, Quaterniond::Identity()});
+  const auto model = bare_model(closed, "lidded");
+  Pose truth;
+  truth.position = {0, 0, 4};
+  truth.rotation = rotation_from_vector({0.15, 0.2, 0.1});
+  const CleanScan scan = scan_of(open, closed, truth, 1500, 1);
+  const RangeImage image(scan, near_lidar);
+  std::vector<char> other(image.beams().size(), 0);  // than those on the bottom
+  for (std::size_t b = 0; b < other.size(); ++b) {
+    const Vector3d p = truth.inverse() * image.beams()[b].point();
+    const bool on_bottom = std::abs(p.x()) < 0.4 && std::abs(p.y()) < 0.3 && p.z() > 0.45;
+    other[b] = image.beams()[b].hit() && on_bottom ? 0 : 1;
+  }
+  const PoseOdds inside = PoseOdds(*model, image, 0.004).without(other);
+  const PoseOdds::At at = inside.at(truth, 0, 1);
+  REQUIRE(at.expected > 200);
+  CHECK(at.present < 0.1);
+  CHECK(at.log_odds > 0);  // else each piece of the lid costs its ln 0.02
+
+  const Pose off = perturbed(truth, (Vector6d() << 0, 0, 0.004, 0.002, 0.002, 0).finished());
+  const PoseOdds::At there = inside.at(off, 0, 1);
+  Vector6d numeric;
+  const double step = 1e-6;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6d d = step * Vector6d::Unit(i);
+    numeric[i] =
+        (inside.log_odds(perturbed(off, d), 0, 1) - inside.log_odds(perturbed(off, -d), 0, 1)) /
+        (2 * step);
+  }
+  CAPTURE(numeric.transpose(), there.gradient.transpose());
+  CHECK((numeric - there.gradient).norm() < 0.1 * numeric.norm());
+}
+
 TEST_CASE("Of how far a piece of the surface is off the odds are an integral") {
   const Mesh plate = make_box({1.2, 1.2, 0.02});
   const auto model = coarse_model(described(plate));
