@@ -7,7 +7,7 @@
 
 #include "estimator/acquire/hypothesis_acquisition.h"
 #include "estimator/filter/pose_filter.h"
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "estimator/published/alpha_beta_tracker.h"
 #include "estimator/published/bounded_hough_tracking.h"
 #include "estimator/published/icp_tracking.h"

@@ -6,7 +6,7 @@
 
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "logs/report/axis.h"
+#include "evaluation/report/axis.h"
 
 namespace berth {
 namespace {

@@ -10,9 +10,9 @@
 #include <map>
 
 #include "common/core/error.h"
+#include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/good_estimate.h"
-#include "logs/run/target_surface.h"
 #include "testbed/calibration/tracker_file.h"
 
 namespace berth {
@@ -281,7 +281,7 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
   int good = 0;  // estimates in a row
   std::optional<std::int64_t> session;
   const auto since = [&](Utime t) { return seconds(t - epoch); };
-  logs::LogSummary summary;
+  evaluation::LogSummary summary;
   const auto visit = [&](const logs::LogEvent& event) {
     if (epoch == 0) epoch = event.utime;
     const bool replica = event.channel == channels::arm_state_replica;
@@ -308,9 +308,9 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
       estimates.push_back(estimate);
     }
   };
-  const logs::RunRecord record = logs::read_run(log, summary, session, visit);
+  const evaluation::RunRecord record = evaluation::read_run(log, summary, session, visit);
   const SymmetryGroup symmetry =
-      record.info() ? logs::symmetry_of_run(*record.info()) : SymmetryGroup();
+      record.info() ? evaluation::symmetry_of_run(*record.info()) : SymmetryGroup();
   if (run.replica.empty() || run.sensor.empty() || estimates.empty()) {
     throw InputError(log.string() + ": holds no joints of both arms with estimates beside them");
   }
@@ -327,9 +327,9 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
 
 std::vector<std::string> poses_left_out(const std::filesystem::path& log) {
   std::vector<procedure_step_t> steps;
-  logs::LogSummary summary;
+  evaluation::LogSummary summary;
   std::optional<std::int64_t> session;
-  logs::read_run(log, summary, session, [&](const logs::LogEvent& event) {
+  evaluation::read_run(log, summary, session, [&](const logs::LogEvent& event) {
     if (event.channel != channels::procedure_state) return;
     const auto state = logs::decode<procedure_state_t>(event.data);
     if (state && state->state == procedure_state_t::FINISHED) steps = state->steps;

@@ -5,25 +5,25 @@
 #include <vector>
 
 #include "common/core/error.h"
+#include "evaluation/run/truth_track.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
-#include "logs/run/truth_track.h"
 
 namespace berth {
 namespace {
 
 constexpr double slow = 0.05;  // m/s: faster, and the clocks matter more than the cell
 
-logs::TruthTrack track_of(const std::filesystem::path& file, const char* channel,
-                          std::string* basis) {
-  logs::TruthTrack track;
+evaluation::TruthTrack track_of(const std::filesystem::path& file, const char* channel,
+                                std::string* basis) {
+  evaluation::TruthTrack track;
   logs::LogReader reader(file);
   logs::LogEvent event;
   while (reader.next(event)) {
     if (event.channel != channel) continue;
     const auto truth = logs::decode<ground_truth_t>(event.data);
     if (!truth) continue;
-    track.add(logs::sample_of(*truth));
+    track.add(evaluation::sample_of(*truth));
     if (basis != nullptr) *basis = truth->basis;
   }
   if (track.samples().empty()) {
@@ -62,7 +62,7 @@ TruthCheck check_truth(const std::filesystem::path& run) {
   std::vector<double> position;
   std::vector<double> rotation;
   Slope slopes[3];
-  for (const logs::TruthSample& sample : truth.samples()) {
+  for (const evaluation::TruthSample& sample : truth.samples()) {
     const auto at = world.at(sample.utime);
     if (!at) continue;
     const Vector3d error = sample.pose.position - at->pose.position;

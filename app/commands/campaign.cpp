@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "app/attempt.h"
-#include "app/campaigns/acquisition_parameters.h"
-#include "app/campaigns/cost.h"
-#include "app/campaigns/report.h"
-#include "app/campaigns/results.h"
+#include "app/batch/campaigns/acquisition_parameters.h"
+#include "app/batch/campaigns/cost.h"
+#include "app/batch/campaigns/report.h"
+#include "app/batch/campaigns/results.h"
 #include "app/commands/campaign_slurm.h"
 #include "app/commands/campaign_view.h"
 #include "app/commands/commands.h"

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <thread>
 
-#include "app/campaigns/cost.h"
-#include "app/campaigns/slurm.h"
+#include "app/batch/campaigns/cost.h"
+#include "app/batch/campaigns/slurm.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
 #include "common/core/text.h"

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "app/campaigns/campaign.h"
+#include "app/batch/campaigns/campaign.h"
 
 namespace berth::commands {
 

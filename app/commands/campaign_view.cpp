@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "app/campaigns/results.h"
+#include "app/batch/campaigns/results.h"
 #include "common/core/text.h"
 #include "common/core/utc.h"
 #include "common/core/valid_text.h"
-#include "logs/measure/proportion.h"
+#include "evaluation/measure/proportion.h"
 
 namespace berth::commands {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::int64_t most_points_shown = 60;
 double median(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   std::sort(values.begin(), values.end());
-  return logs::quantile(values, 0.5);
+  return evaluation::quantile(values, 0.5);
 }
 
 void print_points(const Campaign& campaign, const std::vector<TrialResult>& results) {

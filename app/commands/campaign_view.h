@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "app/campaigns/runner.h"
+#include "app/batch/campaigns/runner.h"
 
 namespace berth::commands {
 

@@ -9,9 +9,9 @@
 #include "app/terminal/terminal_view.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
-#include "logs/compare/beside.h"
-#include "logs/compare/comparison.h"
-#include "logs/report/report.h"
+#include "evaluation/compare/beside.h"
+#include "evaluation/compare/comparison.h"
+#include "evaluation/report/report.h"
 
 namespace berth::commands {
 namespace {
@@ -29,30 +29,30 @@ struct CompareOptions {
 /// One run in JSON is an object; several are {"runs": [...], "measurements": [...]}.
 void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
   if (runs.size() == 1) {
-    std::printf("%s\n", logs::json_of(runs.front().run.comparison).c_str());
+    std::printf("%s\n", evaluation::json_of(runs.front().run.comparison).c_str());
     return;
   }
-  std::vector<logs::Measurer> measurers;
+  std::vector<evaluation::Measurer> measurers;
   for (const auto& run : runs) measurers.emplace_back(run.run.record, run.run.nearest);
-  std::vector<const logs::Measurer*> pointers;
+  std::vector<const evaluation::Measurer*> pointers;
   for (const auto& measurer : measurers) pointers.push_back(&measurer);
-  const auto rows = logs::lay_beside(pointers);
+  const auto rows = evaluation::lay_beside(pointers);
   std::vector<std::string> names;
   for (const auto& run : runs) names.push_back(run.name());
   if (!json) {
-    print_text(logs::text_of_beside(names, rows));
+    print_text(evaluation::text_of_beside(names, rows));
     return;
   }
   std::string list;
   for (const auto& run : runs) {
-    list += (list.empty() ? "" : ",\n") + logs::json_of(run.run.comparison);
+    list += (list.empty() ? "" : ",\n") + evaluation::json_of(run.run.comparison);
   }
   std::printf("{\"runs\": [\n%s],\n\"measurements\": %s}\n", list.c_str(),
-              logs::json_of_beside(rows).c_str());
+              evaluation::json_of_beside(rows).c_str());
 }
 
 int compare(const CompareOptions& options) {
-  if (options.list) std::printf("%s", logs::describe_measurements().c_str());
+  if (options.list) std::printf("%s", evaluation::describe_measurements().c_str());
   if (options.list && options.runs.empty()) return exit_code::passed;
   if (options.runs.empty()) {
     throw InputError("berth compare: expected run directories or logs, or --list");
@@ -61,11 +61,11 @@ int compare(const CompareOptions& options) {
   const std::vector<report::ReportedRun> runs = read_runs(options.runs, worst);
   for (const report::ReportedRun& run : runs) {
     if (options.json) break;
-    const logs::Comparison& comparison = run.run.comparison;
-    print_text(logs::heading_of(comparison));
-    if (options.measurements) print_text(logs::measurements_text(comparison));
+    const evaluation::Comparison& comparison = run.run.comparison;
+    print_text(evaluation::heading_of(comparison));
+    if (options.measurements) print_text(evaluation::measurements_text(comparison));
     std::fflush(stdout);
-    terminal::print_verdict(logs::verdict_text(comparison) + "\n");
+    terminal::print_verdict(evaluation::verdict_text(comparison) + "\n");
   }
   if (runs.empty()) return worst;
   // the procedures of one cell are not runs of one thing

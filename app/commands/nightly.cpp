@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/batch/nights/night.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/nights/night.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
 

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/batch/reestimation/batch.h"
+#include "app/batch/reestimation/change_report.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/reestimation/batch.h"
-#include "app/reestimation/change_report.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
 

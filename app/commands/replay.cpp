@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/replay/replay.h"
+#include "app/runs/replay/replay.h"
 
 #include <CLI/CLI.hpp>
 #include <memory>

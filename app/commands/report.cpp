@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "logs/report/report.h"
+#include "evaluation/report/report.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

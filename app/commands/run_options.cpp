@@ -58,7 +58,8 @@ std::vector<report::ReportedRun> read_runs(const std::vector<std::string>& names
       const bool is_directory = std::filesystem::is_directory(found);
       for (report::ReportedRun& run :
            report::read_reported_runs(log_of_run(name), is_directory ? found : "")) {
-        worst = exit_code::worst(worst, logs::exit_code_of_outcome(run.run.comparison.outcome));
+        worst =
+            exit_code::worst(worst, evaluation::exit_code_of_outcome(run.run.comparison.outcome));
         runs.push_back(std::move(run));
       }
     } catch (const std::exception& e) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/runs/choose_setup.h"
-#include "logs/report/reported_run.h"
+#include "evaluation/report/reported_run.h"
 
 /// Options that several commands read alike.
 namespace berth::commands {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "app/console/drive/driver.h"
-#include "app/hosts/watched_process.h"
 #include "app/runs/run_files.h"
+#include "app/runs/watched_process.h"
 
 namespace berth::console {
 

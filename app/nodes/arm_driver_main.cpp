@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
 
-#include "app/hosts/process_host.h"
+#include "app/runs/process_host.h"
 #include "drivers/arm/arm_node.h"
 
 int main(int argc, char* argv[]) {

@@ -5,7 +5,7 @@
 #include "app/console/console_node.h"
 #include "app/console/run_starter.h"
 #include "app/console/serving.h"
-#include "app/hosts/process_host.h"
+#include "app/runs/process_host.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/hosts/process_host.h"
+#include "app/runs/process_host.h"
 #include "drivers/lidar/lidar_node.h"
 
 int main(int argc, char* argv[]) {

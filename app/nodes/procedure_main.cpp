@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/hosts/process_host.h"
 #include "app/runs/procedure_run.h"
+#include "app/runs/process_host.h"
 
 int main(int argc, char* argv[]) {
   using namespace berth;

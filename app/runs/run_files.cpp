@@ -23,7 +23,7 @@
 #include "common/meshes/symmetry.h"
 #include "common/targets/target.h"
 #include "estimator/model/target_model.h"
-#include "logs/run/target_surface.h"
+#include "evaluation/run/target_surface.h"
 #include "procedures/language/procedure.h"
 
 namespace berth {
@@ -153,7 +153,7 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
         procedures::load_procedure(request.procedure, of_procedure(request.parameters)).text);
   }
 
-  write_file(directory / logs::symmetry_file, symmetry);
+  write_file(directory / evaluation::symmetry_file, symmetry);
 
   // The twin's log must not depend on when it was made.
   const std::string name = description.host == "twin"

@@ -11,7 +11,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/nan.h"
-#include "logs/run/outcome.h"
+#include "evaluation/run/outcome.h"
 
 namespace berth {
 namespace fs = std::filesystem;
@@ -192,7 +192,7 @@ fs::path directory_of_run(const std::string& text, const fs::path& parent) {
 std::optional<std::int8_t> recorded_outcome(const fs::path& directory) {
   const json results = read_json(directory / "results.json");
   if (!results.is_object()) return std::nullopt;
-  return logs::outcome_named(text_in(results, "outcome"));
+  return evaluation::outcome_named(text_in(results, "outcome"));
 }
 
 }  // namespace berth

@@ -12,10 +12,10 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
+#include "evaluation/compare/comparison.h"
+#include "evaluation/compare/junit.h"
+#include "evaluation/report/report.h"
 #include "lcmtypes/words.h"
-#include "logs/compare/comparison.h"
-#include "logs/compare/junit.h"
-#include "logs/report/report.h"
 
 namespace berth {
 namespace fs = std::filesystem;
@@ -35,13 +35,14 @@ std::string event_lines(const std::vector<event_t>& events) {
   return text;
 }
 
-void write_results(const RunFiles& files, logs::Comparison comparison) {
+void write_results(const RunFiles& files, evaluation::Comparison comparison) {
   const fs::path& at = files.directory;
-  attempt([&] { write_file(at / "verdict.txt", logs::verdict_text(comparison)); });
+  attempt([&] { write_file(at / "verdict.txt", evaluation::verdict_text(comparison)); });
   comparison.log = files.log().filename().string();  // wherever the directory goes
-  attempt([&] { write_file(at / "results.json", logs::json_of(comparison)); });
-  attempt(
-      [&] { write_file(at / "results.xml", logs::junit_xml({logs::junit_suite_of(comparison)})); });
+  attempt([&] { write_file(at / "results.json", evaluation::json_of(comparison)); });
+  attempt([&] {
+    write_file(at / "results.xml", evaluation::junit_xml({evaluation::junit_suite_of(comparison)}));
+  });
 }
 
 /// The run of this directory: its log may hold others of the cell that it joined.
@@ -59,7 +60,7 @@ report::ReportedRun run_in(const RunFiles& files) {
 
 int write_verdict(const RunFiles& files, int code, const std::string& failure) {
   std::optional<report::ReportedRun> run;
-  logs::Comparison comparison;
+  evaluation::Comparison comparison;
   comparison.procedure = files.name;
   comparison.outcome = procedure_state_t::ERROR;
   try {
@@ -70,12 +71,12 @@ int write_verdict(const RunFiles& files, int code, const std::string& failure) {
   }
   if (comparison.recorded_outcome == procedure_state_t::NONE) {
     // Without its own last word a run is no better than how it ended, and than its log.
-    code = exit_code::worst(code, logs::exit_code_of_outcome(comparison.outcome));
-    comparison.outcome = logs::outcome_of_exit_code(code);
+    code = exit_code::worst(code, evaluation::exit_code_of_outcome(comparison.outcome));
+    comparison.outcome = evaluation::outcome_of_exit_code(code);
     if (!failure.empty()) comparison.reason = failure;
     if (run) run->run.comparison = comparison;
   } else {
-    code = logs::exit_code_of_outcome(comparison.outcome);
+    code = evaluation::exit_code_of_outcome(comparison.outcome);
   }
   write_results(files, comparison);
   if (run) {

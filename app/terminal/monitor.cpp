@@ -18,8 +18,8 @@
 #include "common/bus/lcm_bus.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "evaluation/compare/comparison.h"
 #include "lcmtypes/channels.h"
-#include "logs/compare/comparison.h"
 
 namespace berth {
 namespace {
@@ -37,7 +37,8 @@ void ask_to_stop(const ProcessHandle& supervisor, int times) {
 int exit_code_of(const RunFiles& files, bool interrupted) {
   if (!files.has_procedure) return exit_code::passed;
   const auto outcome = recorded_outcome(files.directory);
-  if (outcome && *outcome != procedure_state_t::NONE) return logs::exit_code_of_outcome(*outcome);
+  if (outcome && *outcome != procedure_state_t::NONE)
+    return evaluation::exit_code_of_outcome(*outcome);
   return interrupted ? exit_code::aborted : exit_code::error;
 }
 

@@ -6,7 +6,7 @@
 
 #include "common/bus/loop.h"
 #include "common/core/text.h"
-#include "logs/measure/criterion.h"
+#include "evaluation/measure/criterion.h"
 
 namespace berth::terminal {
 namespace {
@@ -72,7 +72,7 @@ double relative_margin(const criterion_result_t& limit) {
                           ? limit.upper_limit - limit.lower_limit
                       : std::isfinite(limit.lower_limit) ? std::abs(limit.lower_limit)
                                                          : std::abs(limit.upper_limit);
-  const double margin = logs::margin(limit);
+  const double margin = evaluation::margin(limit);
   return std::isnan(margin) ? HUGE_VAL : margin / std::max(size, 1e-9);
 }
 
@@ -83,7 +83,7 @@ void add_limits(const procedure_state_t& state, std::vector<Line>& lines) {
   });
   if (limits.size() > most_limits) limits.resize(most_limits);
   for (const criterion_result_t& limit : limits) {
-    const double margin = logs::margin(limit);
+    const double margin = evaluation::margin(limit);
     const bool bad = limit.result == criterion_result_t::FAILED;
     const bool near = relative_margin(limit) < 0.1;
     Line line(std::string(indent, ' '));

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "app/terminal/panel.h"
-#include "logs/compare/comparison.h"
+#include "evaluation/compare/comparison.h"
 
 namespace berth::terminal {
 namespace {
@@ -129,7 +129,7 @@ void Progress::on(const pose_estimate_t& message) {
 }
 
 void Progress::on(const ground_truth_t& message) {
-  truth_.add(logs::sample_of(message));
+  truth_.add(evaluation::sample_of(message));
   const auto& samples = truth_.samples();
   if (samples.back().utime - samples.front().utime > 2 * memory) {
     truth_.forget_before(samples.back().utime - memory);
@@ -139,8 +139,9 @@ void Progress::on(const ground_truth_t& message) {
 
 void Progress::compare(Utime until) {
   while (!uncompared_.empty() && uncompared_.front().utime <= until) {
-    const logs::EstimateSample estimate = logs::sample_of(uncompared_.front());
-    if (const auto compared = logs::compare(estimate, truth_, symmetry_)) error_ = compared->error;
+    const evaluation::EstimateSample estimate = evaluation::sample_of(uncompared_.front());
+    if (const auto compared = evaluation::compare(estimate, truth_, symmetry_))
+      error_ = compared->error;
     uncompared_.pop_front();
   }
 }
@@ -199,8 +200,9 @@ bool Progress::finished() const { return state_ && state_->state == procedure_st
 
 std::string Progress::verdict() const {
   if (!finished()) return {};
-  std::string text = state_->criteria.empty() ? "" : logs::verdict_table(state_->criteria) + "\n";
-  text += std::string(logs::text_of_outcome(state_->outcome));
+  std::string text =
+      state_->criteria.empty() ? "" : evaluation::verdict_table(state_->criteria) + "\n";
+  text += std::string(evaluation::text_of_outcome(state_->outcome));
   if (!state_->reason.empty()) text += ": " + state_->reason;
   return text + "\n";
 }

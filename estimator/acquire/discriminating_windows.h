@@ -5,7 +5,7 @@
 
 #include "common/core/beam_model.h"
 #include "estimator/acquire/acquisition.h"
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 
 namespace berth::estimator {
 

@@ -9,7 +9,7 @@
 namespace berth::estimator {
 
 /// The scan strategies of the paper's section 5.3.1, and windows chosen by what they would add to
-/// the information about the pose (planning/information_planner.h).
+/// the information about the pose (estimator/plan/information_planner.h).
 enum class ScanStrategy {
   dense,
   sparse,

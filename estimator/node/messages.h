@@ -10,7 +10,7 @@
 
 #include "estimator/acquire/acquisition.h"
 #include "estimator/filter/sensor_motion.h"
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "estimator/scan/scan.h"
 #include "estimator/track/tracking.h"
 #include "lcmtypes/scan_packet.h"

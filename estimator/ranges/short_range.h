@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "estimator/ranges/operating_range.h"
 
 namespace berth::estimator {

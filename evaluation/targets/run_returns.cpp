@@ -3,10 +3,10 @@
 
 #include <berth/run_info_t.hpp>
 
+#include "evaluation/run/truth_track.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/scan_packet.h"
 #include "logs/file/log_reader.h"
-#include "logs/run/truth_track.h"
 
 namespace berth::targets {
 namespace {
@@ -33,7 +33,8 @@ class Thinner {
   std::size_t step_ = 1;
 };
 
-void take(const ScanPacket& packet, const logs::TruthTrack& truth, double reach, Thinner& thinner) {
+void take(const ScanPacket& packet, const evaluation::TruthTrack& truth, double reach,
+          Thinner& thinner) {
   for (std::size_t i = 0; i < packet.status.size(); ++i) {
     if (packet.status[i] != ScanPacket::HIT || packet.range2_m[i] > 0) continue;
     const auto then = truth.at(packet.utime + packet.time_us[i]);
@@ -55,11 +56,12 @@ void take(const ScanPacket& packet, const logs::TruthTrack& truth, double reach,
 
 RunReturns read_returns(const std::filesystem::path& log, double reach) {
   RunReturns run;
-  logs::TruthTrack truth;
+  evaluation::TruthTrack truth;
   logs::LogEvent event;
   for (logs::LogReader reader(log); reader.next(event);) {
     if (event.channel == channels::ground_truth) {
-      if (const auto m = logs::decode<ground_truth_t>(event.data)) truth.add(logs::sample_of(*m));
+      if (const auto m = logs::decode<ground_truth_t>(event.data))
+        truth.add(evaluation::sample_of(*m));
     } else if (event.channel == channels::run_info) {
       if (const auto info = logs::decode<run_info_t>(event.data))
         run.target_hash = info->target_hash;

@@ -33,11 +33,4 @@ struct ExcerptResult {
 ExcerptResult write_excerpt(const std::filesystem::path& in, const std::filesystem::path& out,
                             const Excerpt& excerpt);
 
-/// The place on a log's timeline that a text means: seconds after the log's first event ("12.5",
-/// "12.5 s"), a utime (a number of more than 12 digits), or a phase of the procedure; of a phase,
-/// and of a time that was there twice, the end when end is true.
-/// @throws InputError naming the phases there are.
-Utime place_in_log(const std::filesystem::path& log, const Timeline& timeline,
-                   const std::string& text, bool end);
-
 }  // namespace berth::logs

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "logs/measure/safety.h"
-#include "logs/run/target_surface.h"
+#include "evaluation/measure/safety.h"
+#include "evaluation/run/target_surface.h"
 #include "procedures/check/recording.h"
 
 namespace berth::procedures {
@@ -36,16 +36,16 @@ class CriteriaCheck {
         rehearsal_(rehearsal),
         record_(forecast_record(rig, rehearsal, true)),
         truth_alone_(forecast_record(rig, rehearsal, false)),
-        measurer_(record_, logs::nearest_point_on(rig.cell.target)),
-        truth_measurer_(truth_alone_, logs::nearest_point_on(rig.cell.target)) {}
+        measurer_(record_, evaluation::nearest_point_on(rig.cell.target)),
+        truth_measurer_(truth_alone_, evaluation::nearest_point_on(rig.cell.target)) {}
 
   std::vector<Finding> run() {
-    for (const logs::Criterion& criterion : procedure_.criteria) look_at(criterion);
+    for (const evaluation::Criterion& criterion : procedure_.criteria) look_at(criterion);
     return std::move(findings_);
   }
 
  private:
-  void add(const logs::Criterion& criterion, Severity severity, const std::string& found,
+  void add(const evaluation::Criterion& criterion, Severity severity, const std::string& found,
            const std::string& expected = "") {
     findings_.push_back({severity, procedure_.file, criterion.line,
                          "criterion '" + criterion.name + "'", found, expected, -1});
@@ -61,7 +61,7 @@ class CriteriaCheck {
   bool none_of_phase(const std::string& phase, Doubtful doubtful) const {
     const auto& steps = rehearsal_.steps();
     return std::none_of(steps.begin(), steps.end(), [&](const StepForecast& step) {
-      return doubtful(step) && (phase == logs::whole_run || step.phase == phase);
+      return doubtful(step) && (phase == evaluation::whole_run || step.phase == phase);
     });
   }
 
@@ -80,15 +80,15 @@ class CriteriaCheck {
                        [](const Step& step) { return std::holds_alternative<Inject>(step.verb); });
   }
 
-  void look_at(const logs::Criterion& criterion) {
-    if (criterion.measurement->family == logs::safety_family) {
+  void look_at(const evaluation::Criterion& criterion) {
+    if (criterion.measurement->family == evaluation::safety_family) {
       // What answers a fault is not foreseen.
       if (anything_injected()) return;
       return add(criterion, Severity::error, "nothing is injected", "an 'inject' before it");
     }
     if (criterion.measurement->of_returns && anything_tracked(criterion.phase)) return;
-    const criterion_result_t result = logs::judge(criterion, measurer_);
-    const criterion_result_t truth = logs::judge(criterion, truth_measurer_);
+    const criterion_result_t result = evaluation::judge(criterion, measurer_);
+    const criterion_result_t truth = evaluation::judge(criterion, truth_measurer_);
     const bool by_truth_alone = result.value == truth.value;
     const std::string phase = "phase '" + criterion.phase + "'";
     if (std::isnan(result.value)) return cannot_be_measured(criterion, result);
@@ -121,7 +121,8 @@ class CriteriaCheck {
     }
   }
 
-  void cannot_be_measured(const logs::Criterion& criterion, const criterion_result_t& result) {
+  void cannot_be_measured(const evaluation::Criterion& criterion,
+                          const criterion_result_t& result) {
     const std::string& name = criterion.measurement->name;
     if (name.rfind("docking", 0) == 0 && rig_.cell.target.ports.empty()) {
       return add(criterion, Severity::error,
@@ -140,10 +141,10 @@ class CriteriaCheck {
   const Procedure& procedure_;
   const Rig& rig_;
   const Rehearsal& rehearsal_;
-  logs::RunRecord record_;
-  logs::RunRecord truth_alone_;
-  logs::Measurer measurer_;
-  logs::Measurer truth_measurer_;
+  evaluation::RunRecord record_;
+  evaluation::RunRecord truth_alone_;
+  evaluation::Measurer measurer_;
+  evaluation::Measurer truth_measurer_;
   std::vector<Finding> findings_;
 };
 

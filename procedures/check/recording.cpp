@@ -68,8 +68,9 @@ procedure_state_t state_of(const Rehearsal& rehearsal) {
 
 }  // namespace
 
-logs::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal, bool with_estimates) {
-  logs::RunRecord record;
+evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal,
+                                      bool with_estimates) {
+  evaluation::RunRecord record;
   run_info_t info{};
   info.target = rig.setup.target;
   info.target_length_m = rig.cell.target.length;

@@ -34,7 +34,7 @@ procedure_state_t shortened(procedure_state_t state) {
 
 }  // namespace
 
-Engine::Engine(Procedure procedure, EngineOptions options, logs::NearestPoint nearest,
+Engine::Engine(Procedure procedure, EngineOptions options, evaluation::NearestPoint nearest,
                Actions& actions)
     : procedure_(std::move(procedure)),
       options_(std::move(options)),

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/core/seen_commands.h"
-#include "logs/run/run_record.h"
+#include "evaluation/run/run_record.h"
 #include "procedures/engine/limit_watch.h"
 #include "procedures/engine/node_watch.h"
 #include "procedures/engine/operator_control.h"
@@ -38,7 +38,8 @@ struct EngineOptions {
 /// by messages and ticks; commands leave through Actions.
 class Engine {
  public:
-  Engine(Procedure procedure, EngineOptions options, logs::NearestPoint nearest, Actions& actions);
+  Engine(Procedure procedure, EngineOptions options, evaluation::NearestPoint nearest,
+         Actions& actions);
 
   /// Whether a criterion rests on SCAN_DATA.
   bool judges_returns() const;
@@ -180,10 +181,10 @@ class Engine {
 
   Procedure procedure_;
   EngineOptions options_;
-  logs::NearestPoint nearest_;
+  evaluation::NearestPoint nearest_;
   Actions& actions_;
   Bench bench_;
-  logs::RunRecord record_;
+  evaluation::RunRecord record_;
   NodeWatch nodes_;
   LimitWatch limits_;
   RestWatch rest_;

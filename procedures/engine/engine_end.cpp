@@ -97,7 +97,7 @@ void Engine::settle(Utime now) {
 
 bool Engine::judges_returns() const {
   return std::any_of(procedure_.criteria.begin(), procedure_.criteria.end(),
-                     [](const logs::Criterion& c) { return c.measurement->of_returns; });
+                     [](const evaluation::Criterion& c) { return c.measurement->of_returns; });
 }
 
 void Engine::judge(Utime now) {
@@ -108,11 +108,11 @@ void Engine::judge(Utime now) {
   basis.seq = 1;  // it is judged once
   basis.session = options_.commander.session;
   actions_.send(basis);
-  const logs::Measurer measurer(record_, nearest_);
-  state_.criteria = logs::judge(procedure_.criteria, measurer);
+  const evaluation::Measurer measurer(record_, nearest_);
+  state_.criteria = evaluation::judge(procedure_.criteria, measurer);
   state_.criterion_count = static_cast<std::int32_t>(state_.criteria.size());
   state_.outcome =
-      verdict_ == procedure_state_t::NONE ? logs::outcome_of(state_.criteria) : verdict_;
+      verdict_ == procedure_state_t::NONE ? evaluation::outcome_of(state_.criteria) : verdict_;
   state_.current_step = -1;
   show(procedure_state_t::FINISHED);
   enter(Stage::finished, now);

@@ -21,7 +21,7 @@ void Live::on(const pose_estimate_t& message, Utime now) {
 }
 
 void Live::on(const ground_truth_t& message) {
-  truth_.add(logs::sample_of(message));
+  truth_.add(evaluation::sample_of(message));
   const auto& samples = truth_.samples();
   const Utime newest = samples.back().utime;
   // Seldom, because what stays is moved.
@@ -32,7 +32,8 @@ void Live::on(const ground_truth_t& message) {
 void Live::compare(Utime until) {
   while (!uncompared_.empty() && uncompared_.front().utime <= until) {
     const pose_estimate_t& estimate = uncompared_.front();
-    if (const auto compared = logs::compare(logs::sample_of(estimate), truth_, symmetry_)) {
+    if (const auto compared =
+            evaluation::compare(evaluation::sample_of(estimate), truth_, symmetry_)) {
       error_ = compared->error;
       error_utime_ = estimate.utime;
     }
@@ -40,7 +41,7 @@ void Live::compare(Utime until) {
   }
 }
 
-std::optional<logs::TruthSample> Live::truth() const {
+std::optional<evaluation::TruthSample> Live::truth() const {
   const auto& samples = truth_.samples();
   if (samples.empty() || now_ - samples.back().utime > lifetime) return std::nullopt;
   return samples.back();

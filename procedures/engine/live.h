@@ -9,17 +9,17 @@
 #include <deque>
 #include <optional>
 
-#include "logs/measure/measurer.h"
-#include "logs/run/target_surface.h"
+#include "evaluation/measure/measurer.h"
+#include "evaluation/run/target_surface.h"
 
 namespace berth::procedures {
 
 /// The newest of everything while a procedure runs; what live quantities are computed from.
 class Live {
  public:
-  explicit Live(logs::NearestPoint nearest) : nearest_(std::move(nearest)) {}
+  explicit Live(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
 
-  void on(const run_info_t& message) { symmetry_ = logs::symmetry_of_run(message); }
+  void on(const run_info_t& message) { symmetry_ = evaluation::symmetry_of_run(message); }
   void on(const pose_estimate_t& message, Utime now);
   void on(const ground_truth_t& message);
   void on(const testbed_state_t& message) { testbed_ = message; }
@@ -42,7 +42,7 @@ class Live {
   /// Received since the phase began.
   int good_estimates() const { return good_estimates_; }
   /// The newest truth, unless it is old.
-  std::optional<logs::TruthSample> truth() const;
+  std::optional<evaluation::TruthSample> truth() const;
   /// The newest good estimate that truth has caught up with, against truth: [m; rad]; nothing
   /// when it is old.
   std::optional<Vector6d> error() const;
@@ -58,7 +58,7 @@ class Live {
   /// Older than this is not known any more.
   static constexpr Utime lifetime = 5 * second;
 
-  logs::NearestPoint nearest_;
+  evaluation::NearestPoint nearest_;
   SymmetryGroup symmetry_;
   Utime now_ = 0;
   Utime run_start_ = 0;
@@ -67,7 +67,7 @@ class Live {
   std::optional<pose_estimate_t> estimate_;
   Utime last_good_ = 0;
   int good_estimates_ = 0;
-  logs::TruthTrack truth_;  // of the last seconds
+  evaluation::TruthTrack truth_;  // of the last seconds
   std::deque<pose_estimate_t> uncompared_;
   std::optional<Vector6d> error_;
   Utime error_utime_ = 0;

@@ -44,7 +44,7 @@ class RestWatch {
   static constexpr double most_angle = 0.0087266;  ///< rad: half a degree
 
  private:
-  std::optional<logs::TruthSample> place_;  // since when it has been there
+  std::optional<evaluation::TruthSample> place_;  // since when it has been there
   std::optional<Pose> rest_;
 };
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "common/core/valid_text.h"
+#include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/target_surface.h"
 
 namespace berth {
 namespace {
@@ -38,8 +38,8 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
 }  // namespace
 
 ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure procedure,
-                             const ProcedureRun& run, run_info_t info, logs::NearestPoint nearest,
-                             Bus& the_bus, Loop& the_loop)
+                             const ProcedureRun& run, run_info_t info,
+                             evaluation::NearestPoint nearest, Bus& the_bus, Loop& the_loop)
     : Node(node_setup, the_bus, the_loop),
       engine_(std::move(procedure), options_of(node_setup, run, the_loop.now()), std::move(nearest),
               *this),
@@ -190,7 +190,7 @@ std::unique_ptr<ProcedureNode> make_procedure_node(const NodeSetup& setup,
                                               setup.configuration_hash);
   info.session = setup.session;
   return std::make_unique<ProcedureNode>(setup, std::move(procedure), run, std::move(info),
-                                         logs::nearest_point_on(target), bus, loop);
+                                         evaluation::nearest_point_on(target), bus, loop);
 }
 
 }  // namespace berth

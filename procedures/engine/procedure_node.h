@@ -35,7 +35,7 @@ struct ProcedureRun {
 class ProcedureNode final : public Node, private procedures::Actions {
  public:
   ProcedureNode(const NodeSetup& setup, procedures::Procedure procedure, const ProcedureRun& run,
-                run_info_t info, logs::NearestPoint nearest, Bus& bus, Loop& loop);
+                run_info_t info, evaluation::NearestPoint nearest, Bus& bus, Loop& loop);
   ~ProcedureNode() override;
 
   /// Called once, some time after the final state was first published and has been repeated.
@@ -44,7 +44,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
   /// The final state, or the latest.
   const procedure_state_t& state() const { return published_; }
   /// 0 pass, 1 fail, 2 error or time-out, 3 aborted, 4 inconclusive.
-  int exit_code() const { return logs::exit_code_of_outcome(published_.outcome); }
+  int exit_code() const { return evaluation::exit_code_of_outcome(published_.outcome); }
 
  private:
   void send(const testbed_command2_t& command) override;

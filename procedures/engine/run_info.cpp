@@ -6,7 +6,7 @@
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/version.h"
-#include "logs/run/target_surface.h"
+#include "evaluation/run/target_surface.h"
 
 namespace berth::procedures {
 namespace {
@@ -73,8 +73,9 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
     info.attachments.push_back(attachment);
   };
   // First, so that there is room for it: the verdict depends on it.
-  const fs::path symmetry = setup.out / logs::symmetry_file;
-  if (!setup.out.empty() && fs::exists(symmetry)) attach(logs::symmetry_file, read_file(symmetry));
+  const fs::path symmetry = setup.out / evaluation::symmetry_file;
+  if (!setup.out.empty() && fs::exists(symmetry))
+    attach(evaluation::symmetry_file, read_file(symmetry));
   if (!target.is_bare()) attach(target_file, read_file(target.files.front()));
   attach("procedure.yaml", procedure.text);
   for (const fs::path& file : configuration_files(setup)) {

@@ -92,7 +92,7 @@ class Unroller {
     inside.on_failure = read_on_failure(config, around.on_failure);
     if (const auto when_lost = read_when_lost(config)) inside.when_lost = when_lost;
     config.optional("phase", inside.phase);
-    if (inside.phase == logs::whole_run || inside.phase == logs::teardown_phase) {
+    if (inside.phase == evaluation::whole_run || inside.phase == evaluation::teardown_phase) {
       throw config.error("phase", "'" + inside.phase + "' is a phase of every procedure's own");
     }
     if (find_in(blocks(), verb.name) == nullptr) {

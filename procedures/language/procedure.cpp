@@ -47,7 +47,7 @@ void check_order(const Procedure& procedure) {
 }
 
 void check_phases(const Procedure& procedure) {
-  std::string known = logs::whole_run;
+  std::string known = evaluation::whole_run;
   std::vector<std::string> phases;
   for (const Step& step : procedure.steps) {
     if (std::find(phases.begin(), phases.end(), step.phase) != phases.end()) continue;
@@ -57,16 +57,16 @@ void check_phases(const Procedure& procedure) {
   const auto is_known = [&phases](const std::string& phase) {
     return std::find(phases.begin(), phases.end(), phase) != phases.end();
   };
-  for (const logs::Criterion& criterion : procedure.criteria) {
-    if (criterion.phase == logs::whole_run || is_known(criterion.phase)) continue;
+  for (const evaluation::Criterion& criterion : procedure.criteria) {
+    if (criterion.phase == evaluation::whole_run || is_known(criterion.phase)) continue;
     throw error_at(procedure.file, criterion.line,
                    "key 'criteria': criterion '" + criterion.name + "': found phase '" +
                        criterion.phase + "', expected one of: " + known);
   }
-  for (const logs::Figure& figure : procedure.figures) {
-    for (const logs::FigureChart& chart : figure.charts) {
+  for (const evaluation::Figure& figure : procedure.figures) {
+    for (const evaluation::FigureChart& chart : figure.charts) {
       for (const std::string& phase : chart.phases) {
-        if (phase == logs::whole_run || is_known(phase)) continue;
+        if (phase == evaluation::whole_run || is_known(phase)) continue;
         throw error_at(procedure.file, chart.line,
                        "key 'figures': figure '" + figure.name + "': found phase '" + phase +
                            "', expected one of: " + known);
@@ -224,11 +224,11 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   procedure.teardown =
       config.has("teardown") ? unroll(source, "teardown", library).steps : standard_teardown(file);
   clear_injections_first(procedure);
-  for (Step& step : procedure.teardown) step.phase = logs::teardown_phase;
+  for (Step& step : procedure.teardown) step.phase = evaluation::teardown_phase;
   check_size(procedure, config);
-  procedure.criteria = logs::read_criteria(config);
+  procedure.criteria = evaluation::read_criteria(config);
   config.optional("source", procedure.source);
-  procedure.figures = logs::read_figures(config, procedure.criteria);
+  procedure.figures = evaluation::read_figures(config, procedure.criteria);
   check_order(procedure);
   check_phases(procedure);
   procedure.text = text_as_run(source, library);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/measure/figure.h"
+#include "evaluation/measure/figure.h"
 #include "procedures/language/limit.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/steps.h"
@@ -30,9 +30,9 @@ struct Procedure {
   std::vector<Step> steps;
   std::vector<Step> teardown;  ///< always run
   std::vector<Limit> limits;
-  std::vector<logs::Criterion> criteria;
+  std::vector<evaluation::Criterion> criteria;
   std::string source;  ///< of its claims and figures
-  std::vector<logs::Figure> figures;
+  std::vector<evaluation::Figure> figures;
 };
 
 /// Unrolled steps of a procedure, its teardown among them, that one message can still tell of.

@@ -6,8 +6,8 @@
 
 #include "common/core/error.h"
 #include "common/core/text.h"
+#include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/run_record.h"
 
 namespace berth::procedures {
 namespace {
@@ -25,9 +25,9 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
                                 bool commanded) {
   const std::filesystem::path file = log_of(run);
   std::vector<std::pair<Utime, Pose>> poses;
-  logs::LogSummary summary;
-  const logs::RunRecord record =
-      logs::read_run(file, summary, std::nullopt, [&](const logs::LogEvent& event) {
+  evaluation::LogSummary summary;
+  const evaluation::RunRecord record =
+      evaluation::read_run(file, summary, std::nullopt, [&](const logs::LogEvent& event) {
         if (!commanded || event.channel != channels::testbed_state) return;
         const auto state = logs::decode<testbed_state_t>(event.data);
         if (!state) return;
@@ -39,10 +39,11 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
     for (const auto& sample : record.truth().samples())
       poses.emplace_back(sample.utime, sample.pose);
   }
-  const auto phase = record.phase(phase_name.empty() ? logs::whole_run : phase_name);
+  const auto phase = record.phase(phase_name.empty() ? evaluation::whole_run : phase_name);
   if (!phase) {
     std::string known;
-    for (const logs::Phase& p : record.phases()) known += (known.empty() ? "" : ", ") + p.name;
+    for (const evaluation::Phase& p : record.phases())
+      known += (known.empty() ? "" : ", ") + p.name;
     throw InputError(file.string() + ": has no phase '" + phase_name + "'" +
                      (known.empty() ? "" : "; its phases are: " + known));
   }

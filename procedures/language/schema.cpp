@@ -205,11 +205,11 @@ std::string definition_of(Dimension dimension) {
   }
 }
 
-/// What logs::read_criteria reads.
+/// What evaluation::read_criteria reads.
 json criterion() {
   json names = json::array();
   std::map<std::pair<std::string, bool>, std::vector<std::string>> alike;  // by limits, statistic
-  for (const logs::Measurement& measurement : logs::measurements()) {
+  for (const evaluation::Measurement& measurement : evaluation::measurements()) {
     names.push_back({{"const", measurement.name}, {"description", measurement.description}});
     const bool series = static_cast<bool>(measurement.series);
     alike[{definition_of(measurement.dimension), series}].push_back(measurement.name);
@@ -217,7 +217,7 @@ json criterion() {
   names.push_back(ref("reference"));
   json properties = {{"name", ref("text")}, {"measurement", {{"anyOf", names}}}};
   properties["statistic"] = {
-      {"anyOf", json::array({{{"enum", logs::statistic_names()}}, ref("reference")})}};
+      {"anyOf", json::array({{{"enum", evaluation::statistic_names()}}, ref("reference")})}};
   properties["phase"] = ref("text");
   for (const char* value : {"min", "max", "nominal"}) properties[value] = ref("quantity");
   properties["samples"] = ref("count");
@@ -237,13 +237,13 @@ json criterion() {
   return result;
 }
 
-/// What logs::read_figures reads.
+/// What evaluation::read_figures reads.
 json figure() {
   const json texts = list_of(ref("text"));
   const json chart =
       object({{"title", ref("text")},
               {"draw", texts},
-              {"statistic", {{"enum", logs::statistic_names()}}},
+              {"statistic", {{"enum", evaluation::statistic_names()}}},
               {"phase", ref("text")},
               {"phases", texts},
               {"over", {{"enum", {"time", "sample"}}}},

@@ -10,7 +10,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 
 using namespace berth;
 using Catch::Matchers::Contains;

@@ -14,7 +14,7 @@
 #include "common/core/file.h"
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 #include "test/free_port.h"
 
 namespace berth {

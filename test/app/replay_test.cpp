@@ -3,15 +3,15 @@
 #include <berth/heartbeat_t.hpp>
 #include <fstream>
 
-#include "app/replay/channel_map.h"
-#include "app/replay/estimate_pairs.h"
-#include "app/replay/player.h"
+#include "app/runs/replay/channel_map.h"
+#include "app/runs/replay/estimate_pairs.h"
+#include "app/runs/replay/player.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
-#include "test/logs/made_run.h"
+#include "test/common/core/temporary_directory.h"
+#include "test/evaluation/made_run.h"
 
 using namespace berth;
 

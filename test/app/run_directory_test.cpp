@@ -18,13 +18,13 @@
 #include "common/core/file.h"
 #include "common/core/mesh.h"
 #include "common/targets/target.h"
+#include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_writer.h"
-#include "logs/run/target_surface.h"
 #include "procedures/engine/run_info.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
-#include "test/logs/made_run.h"
+#include "test/common/core/temporary_directory.h"
+#include "test/evaluation/made_run.h"
 
 using namespace berth;
 
@@ -137,15 +137,16 @@ TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_
   RunRequest request = twin_of(folder / "runs");
   request.target = mesh;
   const RunFiles made = RunFiles::create(request);
-  const std::string kept = read_file(made.directory / logs::symmetry_file);
+  const std::string kept = read_file(made.directory / evaluation::symmetry_file);
   CHECK(read_symmetry(kept, "kept").motions.size() == 3);
   const run_info_t info =
       procedures::make_run_info(procedures::load_procedure(made.procedure()), made.setup,
                                 load_target(made.setup.target, 0), "r", run_info_t::TWIN, "");
-  const SymmetryGroup told = logs::symmetry_of_run(info);
+  const SymmetryGroup told = evaluation::symmetry_of_run(info);
   CHECK(yaml_of(told) == kept);
   request.target.clear();  // the replica has none
-  CHECK(read_symmetry(read_file(RunFiles::create(request).directory / logs::symmetry_file), "kept")
+  CHECK(read_symmetry(read_file(RunFiles::create(request).directory / evaluation::symmetry_file),
+                      "kept")
             .trivial());
 }
 

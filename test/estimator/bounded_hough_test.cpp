@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "estimator/published/bounded_hough_tracking.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"

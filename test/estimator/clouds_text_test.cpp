@@ -7,7 +7,7 @@
 #include "common/core/error.h"
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 #include "test/estimator/cloud_files.h"
 
 using namespace berth;

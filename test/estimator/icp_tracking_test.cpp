@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

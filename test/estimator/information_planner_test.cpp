@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/planning/information_planner.h"
+#include "estimator/plan/information_planner.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "test/catch.h"
 #include "test/estimator/planned_windows.h"
 #include "test/estimator/scan_maker.h"

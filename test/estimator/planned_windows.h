@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 #include "test/catch.h"
 
 namespace berth::estimator {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/planning/scan_planner.h"
+#include "estimator/plan/scan_planner.h"
 
 #include <Eigen/LU>
 
-#include "estimator/planning/pose_information.h"
+#include "estimator/plan/pose_information.h"
 #include "test/catch.h"
 #include "test/estimator/planned_windows.h"
 #include "test/estimator/scan_maker.h"

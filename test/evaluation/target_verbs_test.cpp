@@ -8,7 +8,7 @@
 #include "common/targets/target.h"
 #include "evaluation/targets/write_measured.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 
 using namespace berth;
 using Catch::Matchers::Contains;

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "app/replay/player.h"
+#include "app/runs/replay/player.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
 #include "logs/export/file_names.h"

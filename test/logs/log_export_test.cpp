@@ -15,9 +15,9 @@
 #include "logs/export/mcap.h"
 #include "logs/file/reused_message.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
+#include "test/evaluation/made_run.h"
 #include "test/logs/made_log.h"
-#include "test/logs/made_run.h"
 #include "test/logs/mcap_check.h"
 
 using namespace berth;

@@ -3,14 +3,15 @@
 #include <berth/heartbeat_t.hpp>
 
 #include "common/core/error.h"
+#include "evaluation/run/place_in_log.h"
 #include "logs/file/log_reader.h"
 #include "logs/inspect/excerpt.h"
 #include "logs/inspect/inspection.h"
 #include "logs/inspect/log_diff.h"
 #include "logs/inspect/repair.h"
 #include "test/catch.h"
+#include "test/evaluation/made_run.h"
 #include "test/logs/made_log.h"
-#include "test/logs/made_run.h"
 
 using namespace berth;
 using namespace berth::logs;
@@ -185,7 +186,7 @@ TEST_CASE("an excerpt has the channels and the time asked for") {
   LogReader reader(file.path);
   const Timeline timeline(reader);
   const auto place = [&](const char* text) {
-    return place_in_log(file.path, timeline, text, false);
+    return evaluation::place_in_log(file.path, timeline, text, false);
   };
   const Utime from = place("1.0");
   CHECK(from == second);

@@ -8,8 +8,8 @@
 
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
+#include "test/evaluation/made_run.h"
 #include "test/logs/made_log.h"
-#include "test/logs/made_run.h"
 
 using namespace berth;
 using namespace berth::logs;

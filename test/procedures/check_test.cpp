@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
-#include "logs/run/target_surface.h"
+#include "evaluation/run/target_surface.h"
 #include "procedures/check/recording.h"
 #include "test/catch.h"
 
@@ -202,12 +202,12 @@ TEST_CASE("each measurement that there is can be forecast") {
   Rig rig(setup_for(procedure));
   Rehearsal rehearsal(rig, rig.home());
   for (const Step& step : procedure.steps) rehearsal.perform(step);
-  const logs::RunRecord record = forecast_record(rig, rehearsal, true);
-  const logs::Measurer measurer(record, logs::nearest_point_on(rig.cell.target));
-  const auto run = record.phase(logs::whole_run);
+  const evaluation::RunRecord record = forecast_record(rig, rehearsal, true);
+  const evaluation::Measurer measurer(record, evaluation::nearest_point_on(rig.cell.target));
+  const auto run = record.phase(evaluation::whole_run);
   REQUIRE(run);
   CHECK(run->duration_s() == Approx(rehearsal.duration()));
-  for (const logs::Measurement& measurement : logs::measurements()) {
+  for (const evaluation::Measurement& measurement : evaluation::measurements()) {
     // Nobody foresees a fault, nor the returns of a scan.
     if (measurement.name == std::string("residual") ||
         measurement.name == std::string("reaction_time") ||
@@ -216,14 +216,14 @@ TEST_CASE("each measurement that there is can be forecast") {
     }
     // Steps are between two rests, which are stretches of one phase.
     const bool of_steps = std::string(measurement.name).find("_step") != std::string::npos;
-    const auto measured = measurer.measure(measurement, logs::Statistic::rms,
+    const auto measured = measurer.measure(measurement, evaluation::Statistic::rms,
                                            of_steps ? *record.phase("hold") : *run);
     INFO(measurement.name << ": " << measured.reason);
     CHECK_FALSE(std::isnan(measured.value));
   }
   // As often as the LIDAR can: 20 s of holding with the estimator's own number of returns.
-  const auto rate = measurer.measure(*logs::measurement_named("update_rate"), logs::Statistic::rms,
-                                     *record.phase("hold"));
+  const auto rate = measurer.measure(*evaluation::measurement_named("update_rate"),
+                                     evaluation::Statistic::rms, *record.phase("hold"));
   CHECK(rate.value == Approx(1 / rig.scan_period(0)).epsilon(0.1));
 }
 

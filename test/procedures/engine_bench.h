@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "app/terminal/progress.h"
+#include "evaluation/run/target_surface.h"
 #include "logs/file/log_writer.h"
-#include "logs/run/target_surface.h"
 #include "procedures/engine/procedure_node.h"
 #include "test/catch.h"
 #include "test/procedures/fake_cell.h"
@@ -62,7 +62,7 @@ class EngineBench {
     SimulatedLoop& loop = simulation.make_loop();
     node = std::make_unique<ProcedureNode>(
         NodeSetup{"procedure", session, "hash"}, std::move(procedure), run, std::move(info),
-        logs::nearest_point_on(target), simulation.make_bus(), loop);
+        evaluation::nearest_point_on(target), simulation.make_bus(), loop);
     node->when_finished([this] { done = true; });
 
     operator_bus = &simulation.make_bus();

@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "common/core/error.h"
-#include "logs/compare/comparison.h"
+#include "evaluation/compare/comparison.h"
 #include "test/catch.h"
 #include "test/procedures/engine_bench.h"
 
@@ -33,7 +33,7 @@ TEST_CASE("a good run passes, and its log says the same, number for number") {
   CHECK(state.criteria[0].value == Approx(4).margin(0.01));
   CHECK(state.criteria[0].samples == 8);
 
-  const logs::Comparison c = logs::compare_log(bench.log);
+  const evaluation::Comparison c = evaluation::compare_log(bench.log);
   CHECK(c.agrees);
   CHECK(c.outcome == procedure_state_t::PASS);
   REQUIRE(c.criteria.size() == 3);
@@ -59,7 +59,7 @@ TEST_CASE("an estimate that comes after the verdict changes nothing of it") {
   bench.operator_bus->publish(channels::pose_estimate, late);
   bench.run_for(0.5);
   bench.writer->flush();
-  const logs::Comparison comparison = logs::compare_log(bench.log);
+  const evaluation::Comparison comparison = evaluation::compare_log(bench.log);
   CHECK(comparison.outcome == procedure_state_t::PASS);
   CHECK(comparison.agrees);
 }
@@ -92,7 +92,7 @@ TEST_CASE("a criterion that fails fails the run") {
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->exit_code() == 1);
   CHECK(bench.node->state().criteria[0].result == criterion_result_t::FAILED);
-  CHECK(logs::compare_log(bench.log).agrees);
+  CHECK(evaluation::compare_log(bench.log).agrees);
 }
 
 TEST_CASE("without truth the run is inconclusive") {
@@ -102,7 +102,7 @@ TEST_CASE("without truth the run is inconclusive") {
   CHECK(bench.run() == procedure_state_t::INCONCLUSIVE);
   CHECK(bench.node->exit_code() == 4);
   CHECK(bench.node->state().criteria[0].reason == "no truth for any of 8 estimates");
-  CHECK(logs::compare_log(bench.log).agrees);
+  CHECK(evaluation::compare_log(bench.log).agrees);
 }
 
 TEST_CASE("a step that takes too long ends the run, and the teardown still runs") {
@@ -118,7 +118,7 @@ TEST_CASE("a step that takes too long ends the run, and the teardown still runs"
   CHECK(bench.step("stop_tracking").state == procedure_step_t::PASSED);
   CHECK(bench.step("lights off").state == procedure_step_t::PASSED);
   CHECK(bench.facility->sun() == 0);
-  CHECK(logs::compare_log(bench.log).agrees);
+  CHECK(evaluation::compare_log(bench.log).agrees);
 }
 
 TEST_CASE("an estimator that loses the target fails the run") {
@@ -171,7 +171,7 @@ TEST_CASE("a rig at fault is an error and no failed test") {
   CHECK(bench.node->exit_code() == 2);
   CHECK(bench.node->state().reason == reason);
   CHECK(bench.facility->sun() == 0);
-  const logs::Comparison c = logs::compare_log(bench.log);
+  const evaluation::Comparison c = evaluation::compare_log(bench.log);
   CHECK(c.outcome == procedure_state_t::ERROR);
   CHECK(c.agrees);
 }
@@ -267,7 +267,7 @@ TEST_CASE("abort stops the arms, tears down and keeps its reason") {
   CHECK(bench.step("move").state == procedure_step_t::ABORTED);
   CHECK(bench.step("lights off").state == procedure_step_t::PASSED);
   CHECK(bench.testbed->obeyed[1].command == testbed_command2_t::STOP);
-  CHECK(logs::compare_log(bench.log).outcome == procedure_state_t::ABORTED);
+  CHECK(evaluation::compare_log(bench.log).outcome == procedure_state_t::ABORTED);
 }
 
 TEST_CASE("abort works before anything has begun, and a second one cuts the teardown short") {

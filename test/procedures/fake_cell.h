@@ -19,7 +19,7 @@
 #include "common/bus/node.h"
 #include "common/bus/simulation.h"
 #include "lcmtypes/channels.h"
-#include "test/logs/made_run.h"
+#include "test/evaluation/made_run.h"
 
 namespace berth::fake {
 

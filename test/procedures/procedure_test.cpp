@@ -67,7 +67,7 @@ TEST_CASE("a procedure without a teardown stops tracking and switches the lamps 
   REQUIRE(p.teardown.size() == 2);
   CHECK(std::holds_alternative<StopTracking>(p.teardown[0].verb));
   CHECK(std::get<Lights>(p.teardown[1].verb).sun == 0);
-  CHECK(p.teardown[0].phase == logs::teardown_phase);
+  CHECK(p.teardown[0].phase == evaluation::teardown_phase);
 }
 
 TEST_CASE("parameters are overridden, and the text as run says so") {

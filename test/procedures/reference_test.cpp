@@ -3,7 +3,7 @@
 #include "common/core/file.h"
 #include "procedures/language/procedure.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 #include "test/procedures/parsed.h"
 
 using namespace berth;

@@ -7,7 +7,7 @@
 #include "common/core/file.h"
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/calibration/calibration_file.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/core/file.h"
 #include "test/catch.h"
-#include "test/core/temporary_directory.h"
+#include "test/common/core/temporary_directory.h"
 #include "test/testbed/fake_cell.h"
 
 namespace berth {

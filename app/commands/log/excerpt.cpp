@@ -8,6 +8,7 @@
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
+#include "evaluation/run/place_in_log.h"
 #include "logs/file/timeline.h"
 
 namespace berth::commands::log {
@@ -46,9 +47,9 @@ int cut(const fs::path& in, const CutOptions& options) {
   const logs::Timeline timeline(reader);
   if (timeline.empty()) throw InputError(in.string() + ": holds no message");
   if (!options.from.empty()) {
-    excerpt.from = logs::place_in_log(in, timeline, options.from, false);
+    excerpt.from = evaluation::place_in_log(in, timeline, options.from, false);
   }
-  if (!options.to.empty()) excerpt.to = logs::place_in_log(in, timeline, options.to, true);
+  if (!options.to.empty()) excerpt.to = evaluation::place_in_log(in, timeline, options.to, true);
   if (excerpt.from && excerpt.to && *excerpt.to < *excerpt.from) {
     throw InputError("cut: --to '" + options.to + "' is before --from '" + options.from + "'");
   }

@@ -7,7 +7,7 @@
 
 #include "app/console/replay/recorded_run.h"
 #include "app/console/view/json.h"
-#include "app/replay/player.h"
+#include "app/runs/replay/player.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
 

@@ -8,8 +8,8 @@
 
 #include "app/console/view/pose_sections.h"
 #include "app/console/view/safety_word.h"
+#include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/target_surface.h"
 
 namespace berth::console {
 namespace {
@@ -53,7 +53,7 @@ CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::Type
       traffic_(types),
       samples_([this](const Sample& sample) { on_sample(sample); }),
       start_(options.start),
-      nearest_(logs::nearest_point_on(cell.target)),
+      nearest_(evaluation::nearest_point_on(cell.target)),
       criteria_(nearest_),
       clearance_(cell, {}),
       fast_{options.fast},

@@ -92,7 +92,7 @@ class CellView {
   std::int64_t session_ = 0;
   Utime start_;  // of the run: samples count from it
   std::optional<Pose> second_ghost_;
-  logs::NearestPoint nearest_;
+  evaluation::NearestPoint nearest_;
   Criteria criteria_;
   std::vector<criterion_result_t> criteria_so_far_;
   testbed::Clearance clearance_;

@@ -18,10 +18,10 @@ namespace {
 constexpr Utime truth_period = 40 * millisecond;
 
 /// The same points are asked for whenever the criteria are measured.
-logs::NearestPoint remembering(logs::NearestPoint nearest) {
+evaluation::NearestPoint remembering(evaluation::NearestPoint nearest) {
   if (!nearest) return nearest;
   const auto known = std::make_shared<std::map<std::array<double, 3>, Vector3d>>();
-  logs::NearestPoint remembered = [nearest, known](const Vector3d& point) {
+  evaluation::NearestPoint remembered = [nearest, known](const Vector3d& point) {
     const auto [place, is_new] = known->try_emplace({point.x(), point.y(), point.z()});
     if (is_new) place->second = nearest(point);
     return place->second;
@@ -39,7 +39,7 @@ std::string procedure_in(const run_info_t& info) {
 
 }  // namespace
 
-Criteria::Criteria(logs::NearestPoint nearest) : nearest_(remembering(std::move(nearest))) {}
+Criteria::Criteria(evaluation::NearestPoint nearest) : nearest_(remembering(std::move(nearest))) {}
 
 void Criteria::begin(const run_info_t& info) {
   session_ = info.session;
@@ -93,7 +93,7 @@ void Criteria::take(const logs::LogEvent& event) {
 
 std::vector<criterion_result_t> Criteria::so_far() const {
   if (criteria_.empty() || !record_.state()) return {};
-  auto results = logs::judge(criteria_, logs::Measurer(record_, nearest_));
+  auto results = evaluation::judge(criteria_, evaluation::Measurer(record_, nearest_));
   for (criterion_result_t& result : results) {
     if (!is_over(result.phase, *record_.state())) result.result = criterion_result_t::PENDING;
   }
@@ -102,7 +102,7 @@ std::vector<criterion_result_t> Criteria::so_far() const {
 
 bool is_over(const std::string& phase, const procedure_state_t& state) {
   if (state.state == procedure_state_t::FINISHED) return true;
-  if (phase == logs::whole_run) return false;
+  if (phase == evaluation::whole_run) return false;
   bool is_there = false;
   for (const procedure_step_t& step : state.steps) {
     if (step.phase != phase) continue;

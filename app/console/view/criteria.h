@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/measure/criterion.h"
 #include "logs/file/log_event.h"
-#include "logs/measure/criterion.h"
 
 namespace berth::console {
 
@@ -16,7 +16,7 @@ namespace berth::console {
 class Criteria {
  public:
   /// nearest: on the target, for measurements that need its surface.
-  explicit Criteria(logs::NearestPoint nearest);
+  explicit Criteria(evaluation::NearestPoint nearest);
 
   void take(const logs::LogEvent& event);
   /// As of now: pending, with the value so far, until their phase is over. Empty while no procedure
@@ -26,9 +26,9 @@ class Criteria {
  private:
   void begin(const run_info_t& info);
 
-  logs::NearestPoint nearest_;
-  std::vector<logs::Criterion> criteria_;
-  logs::RunRecord record_;
+  evaluation::NearestPoint nearest_;
+  std::vector<evaluation::Criterion> criteria_;
+  evaluation::RunRecord record_;
   bool judges_returns_ = false;  // a criterion rests on SCAN_DATA
   std::int64_t session_ = 0;
   Utime last_truth_ = 0;

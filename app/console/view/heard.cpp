@@ -34,7 +34,7 @@ void Heard::take(const logs::LogEvent& event) {
     keep(event, testbed);
   } else if (channel == channels::ground_truth) {
     if (const auto message = logs::decode<ground_truth_t>(event.data)) {
-      truth = logs::sample_of(*message);
+      truth = evaluation::sample_of(*message);
     }
   } else if (channel == channels::node_status) {
     if (auto message = logs::decode<node_status_t>(event.data)) {
@@ -47,7 +47,7 @@ void Heard::take(const logs::LogEvent& event) {
   }
 }
 
-std::optional<logs::TruthSample> Heard::truth_at(Utime now) const {
+std::optional<evaluation::TruthSample> Heard::truth_at(Utime now) const {
   return truth && now - truth->utime <= second ? truth : std::nullopt;
 }
 

@@ -13,8 +13,8 @@
 #include <string>
 
 #include "common/core/arm_kinematics.h"
+#include "evaluation/run/truth_track.h"
 #include "logs/file/log_event.h"
-#include "logs/run/truth_track.h"
 
 namespace berth::console {
 
@@ -27,14 +27,14 @@ struct Heard {
   std::optional<pose_estimate_t> estimate;
   std::optional<procedure_state_t> procedure;
   std::optional<testbed_state_t> testbed;
-  std::optional<logs::TruthSample> truth;
+  std::optional<evaluation::TruthSample> truth;
   std::map<std::string, node_status_t> nodes;
   std::map<std::string, Utime> beats;  ///< when each node's heartbeat was last received
 
   /// A message of a foreign type, or a damaged one, changes nothing.
   void take(const logs::LogEvent& event);
   /// Truth, unless it is older than a second.
-  std::optional<logs::TruthSample> truth_at(Utime now) const;
+  std::optional<evaluation::TruthSample> truth_at(Utime now) const;
 };
 
 /// The joints in a message that tells valid ones.

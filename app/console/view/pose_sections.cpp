@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/covariance.h"
-#include "logs/measure/uncertainty.h"
+#include "evaluation/measure/uncertainty.h"
 
 namespace berth::console {
 namespace {
@@ -22,12 +22,12 @@ Json sigmas_of(const Matrix6d& covariance) {
 double position_sigma(const Matrix6d& c) { return root(c.topLeftCorner<3, 3>().trace()); }
 double attitude_sigma(const Matrix6d& c) { return root(c.bottomRightCorner<3, 3>().trace()); }
 
-Json error_json(const logs::ComparedEstimate& compared) {
+Json error_json(const evaluation::ComparedEstimate& compared) {
   const Matrix6d& truth = compared.truth.covariance;
-  const logs::Uncertain position =
-      logs::length_of(compared.error.head<3>(), truth.topLeftCorner<3, 3>());
-  const logs::Uncertain attitude =
-      logs::length_of(compared.error.tail<3>(), truth.bottomRightCorner<3, 3>());
+  const evaluation::Uncertain position =
+      evaluation::length_of(compared.error.head<3>(), truth.topLeftCorner<3, 3>());
+  const evaluation::Uncertain attitude =
+      evaluation::length_of(compared.error.tail<3>(), truth.bottomRightCorner<3, 3>());
   return {{"position_m", rounded(position.value, 1e-6)},
           {"attitude_rad", rounded(attitude.value, 1e-7)},
           {"position_sigma_m", rounded(position.truth_sigma, 1e-6)},
@@ -45,7 +45,7 @@ Ellipsoid ellipsoid_of(const Matrix3d& covariance) {
   return {solver.eigenvalues().cwiseMax(0.0).cwiseSqrt(), Quaterniond(axes)};
 }
 
-std::string truth_json(const logs::TruthSample& truth) {
+std::string truth_json(const evaluation::TruthSample& truth) {
   return text_of({{"utime", truth.utime},
                   {"pose", json_of(truth.pose)},
                   {"xyzwpr", json_of(xyzwpr_from_pose(truth.pose))},
@@ -57,9 +57,9 @@ std::string truth_json(const logs::TruthSample& truth) {
 }
 
 std::string estimate_json(const pose_estimate_t& e,
-                          const std::optional<logs::ComparedEstimate>& compared,
+                          const std::optional<evaluation::ComparedEstimate>& compared,
                           std::optional<Utime> latency) {
-  const logs::EstimateSample sample = logs::sample_of(e);
+  const evaluation::EstimateSample sample = evaluation::sample_of(e);
   Json json = {{"utime", e.utime},
                {"scan_id", e.scan_id},
                {"status", e.status},

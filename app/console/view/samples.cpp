@@ -5,8 +5,8 @@
 
 #include "app/console/view/json.h"
 #include "common/core/covariance.h"
+#include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/target_surface.h"
 
 namespace berth::console {
 namespace {
@@ -33,18 +33,19 @@ double reach(const Matrix3d& covariance) {
 void Samples::take(const logs::LogEvent& event) {
   if (event.channel == channels::run_info) {
     const auto message = logs::decode<run_info_t>(event.data);
-    if (message) symmetry_ = logs::symmetry_of_run(*message);
+    if (message) symmetry_ = evaluation::symmetry_of_run(*message);
   } else if (event.channel == channels::ground_truth) {
     if (const auto message = logs::decode<ground_truth_t>(event.data)) {
       // A clock that went back, or a damaged time: what was before belongs to another time.
       const auto& kept = truth_.samples();
       if (!kept.empty() && message->utime < kept.back().utime - truth_kept) truth_ = {};
-      truth_.add(logs::sample_of(*message));
+      truth_.add(evaluation::sample_of(*message));
       if (truth_.samples().size() > 4000) truth_.forget_before(message->utime - truth_kept);
     }
   } else if (event.channel == channels::estimator_diagnostics) {
     if (const auto message = logs::decode<estimator_diagnostics_t>(event.data)) {
-      if (const auto latency = logs::latency_in(*message)) latencies_[message->seq] = *latency;
+      if (const auto latency = evaluation::latency_in(*message))
+        latencies_[message->seq] = *latency;
       if (latencies_.size() > latencies_kept) latencies_.erase(latencies_.begin());
     }
   } else if (event.channel == channels::pose_estimate) {
@@ -57,7 +58,8 @@ void Samples::take(const logs::LogEvent& event) {
 void Samples::complete(Waiting& waiting) const {
   Sample& sample = waiting.sample;
   if (!sample.compared && sample.estimate.status == pose_estimate_t::OK) {
-    sample.compared = logs::compare(logs::sample_of(sample.estimate), truth_, symmetry_);
+    sample.compared =
+        evaluation::compare(evaluation::sample_of(sample.estimate), truth_, symmetry_);
   }
   if (const auto found = latencies_.find(sample.estimate.seq); found != latencies_.end()) {
     sample.latency = found->second;
@@ -95,7 +97,7 @@ std::string sample_json(const Sample& sample, Utime start) {
                {"status", e.status},
                {"latency_s", sample.latency ? rounded(seconds(*sample.latency), 1e-5) : Json()}};
   if (e.status != pose_estimate_t::OK) return text_of(json);
-  const logs::EstimateSample estimate = logs::sample_of(e);
+  const evaluation::EstimateSample estimate = evaluation::sample_of(e);
   json["estimate"] = json_of(xyzwpr_from_pose(estimate.pose));
   if (is_covariance(estimate.covariance)) {
     json["sigma3"] = mm_and_deg(estimate.covariance.diagonal().cwiseSqrt(), 3);
@@ -106,7 +108,7 @@ std::string sample_json(const Sample& sample, Utime start) {
   }
   json["truth"] = nullptr;
   if (!sample.compared) return text_of(json);
-  const logs::ComparedEstimate& c = *sample.compared;
+  const evaluation::ComparedEstimate& c = *sample.compared;
   json["truth"] = json_of(xyzwpr_from_pose(c.truth.pose));
   json["error"] = mm_and_deg(c.error);
   json["truth_sigma3"] = mm_and_deg(c.truth.covariance.diagonal().cwiseMax(0).cwiseSqrt(), 3);

@@ -7,15 +7,15 @@
 #include <map>
 #include <optional>
 
+#include "evaluation/measure/measurer.h"
 #include "logs/file/log_event.h"
-#include "logs/measure/measurer.h"
 
 namespace berth::console {
 
 /// One POSE_ESTIMATE with what came for it later: truth about its time, and how long it took.
 struct Sample {
   pose_estimate_t estimate;
-  std::optional<logs::ComparedEstimate> compared;
+  std::optional<evaluation::ComparedEstimate> compared;
   std::optional<Utime> latency;  ///< from the last return to when it was published
 };
 
@@ -43,7 +43,7 @@ class Samples {
 
   Ready ready_;
   SymmetryGroup symmetry_;                   // of the run's target
-  logs::TruthTrack truth_;                   // of the last seconds
+  evaluation::TruthTrack truth_;             // of the last seconds
   std::map<std::int64_t, Utime> latencies_;  // by seq of the estimate
   std::deque<Waiting> waiting_;
 };

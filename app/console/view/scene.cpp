@@ -2,8 +2,8 @@
 #include "app/console/view/scene.h"
 
 #include "app/console/view/json.h"
+#include "evaluation/measure/measurer.h"
 #include "lcmtypes/good_estimate.h"
-#include "logs/measure/measurer.h"
 
 namespace berth::console {
 namespace {
@@ -123,8 +123,8 @@ Json Frames::json(const Heard& heard, Utime now) const {
 
 std::optional<Pose> estimated_pose(const std::optional<pose_estimate_t>& estimate, Utime now) {
   if (!estimate || !is_good(*estimate)) return std::nullopt;
-  if (now - estimate->utime > logs::Measurer::estimate_lifetime) return std::nullopt;
-  const logs::EstimateSample sample = logs::sample_of(*estimate);
+  if (now - estimate->utime > evaluation::Measurer::estimate_lifetime) return std::nullopt;
+  const evaluation::EstimateSample sample = evaluation::sample_of(*estimate);
   return moved(sample.pose, sample.velocity, seconds(now - estimate->utime));
 }
 

@@ -5,8 +5,8 @@
 #include <berth/estimator_diagnostics_t.hpp>
 #include <berth/heartbeat_t.hpp>
 
+#include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
-#include "logs/run/run_record.h"
 #include "logs/types/type_text.h"
 #include "logs/types/wire.h"
 
@@ -78,7 +78,7 @@ void Traffic::measure_latency(const logs::LogEvent& event) {
   if (event.channel == channels::estimator_diagnostics) {
     // An estimate is of its scan's time: what counts is how long after the last return it came.
     const auto message = logs::decode<estimator_diagnostics_t>(event.data);
-    const auto latency = message ? logs::latency_in(*message) : std::nullopt;
+    const auto latency = message ? evaluation::latency_in(*message) : std::nullopt;
     if (latency) blend(latencies_, channels::pose_estimate, seconds(*latency));
     return;
   }

@@ -7,7 +7,7 @@
 
 #include "app/console/view/heard.h"
 #include "app/console/view/json.h"
-#include "app/spy/spy_model.h"
+#include "app/terminal/spy_model.h"
 
 namespace berth::console {
 

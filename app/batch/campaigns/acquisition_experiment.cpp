@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "app/batch/campaigns/acquisition_parameters.h"
+#include "app/batch/campaigns/experiments.h"
+#include "app/runs/choose_setup.h"
+#include "app/runs/config_override.h"
+#include "common/core/file.h"
+#include "common/core/valid_text.h"
+#include "estimator/methods.h"
+
+namespace berth::campaigns {
+namespace fs = std::filesystem;
+namespace {
+
+using estimator::AcquisitionResult;
+using trials::AcquisitionScene;
+
+/// Of every target, unless the manifest says otherwise: the replica's.
+constexpr double standard_length = 3.0;
+
+/// Name of the parameter that says which target a trial is of, where there are several.
+constexpr char of_target[] = "target";
+
+/// What trials with one configuration and target share.
+struct Subject {
+  estimator::EstimatorOptions options;
+  std::shared_ptr<const estimator::TargetModel> model;
+  std::unique_ptr<trials::PoseJudge> judge;
+};
+
+std::map<std::string, std::string> configuration_of(const Trial& trial) {
+  std::map<std::string, std::string> keys;
+  for (const auto* list : {&trial.fixed, &trial.parameters}) {
+    for (const auto& [name, value] : *list) {
+      if (names_configuration(name) || name == of_target) keys[name] = value;
+    }
+  }
+  return keys;
+}
+
+AcquisitionParameters parameters_of(const Trial& trial) {
+  AcquisitionParameters parameters;
+  parameters.scene.physics.noise.range_min_m = 1;  // a target of 3 m comes near
+  for (const auto* list : {&trial.fixed, &trial.parameters}) {
+    for (const auto& [name, value] : *list) {
+      if (!names_configuration(name) && name != of_target) set_parameter(parameters, name, value);
+    }
+  }
+  return parameters;
+}
+
+std::map<std::string, double> measured(const AcquisitionScene& scene,
+                                       const AcquisitionResult& result,
+                                       const trials::PoseJudge& judge, std::size_t points) {
+  std::map<std::string, double> values = {
+      {"points", static_cast<double>(points)},
+      {"hypotheses", static_cast<double>(result.hypotheses.size())}};
+  if (result.hypotheses.empty()) return values;
+  const Pose& pose = result.hypotheses.front().pose;
+  const Pose truth = judge.nearest_equal(scene.truth, pose);
+  const Vector3d position = 1e3 * (pose.position - truth.position);
+  const Vector3d seen = rotation_vector(pose.rotation * truth.rotation.conjugate());
+  const Vector3d own = rotation_vector(truth.rotation.conjugate() * pose.rotation);
+  values["position_error"] = position.norm();
+  values["attitude_error"] = degrees(seen.norm());
+  values["probability"] = result.hypotheses.front().probability;
+  const char* axes[] = {"x", "y", "z"};
+  const char* turns[] = {"roll_error", "pitch_error", "yaw_error"};
+  for (int i = 0; i < 3; ++i) {
+    values[std::string(axes[i]) + "_error"] = position[i];
+    values[std::string("attitude_") + axes[i] + "_error"] = degrees(seen[i]);
+    values[turns[i]] = degrees(std::abs(own[i]));
+  }
+  return values;
+}
+
+class AcquisitionExperiment : public Experiment {
+ public:
+  explicit AcquisitionExperiment(const Campaign& campaign) : manifest_(campaign.manifest()) {}
+
+  TrialResult run(const Trial& trial) override { return run(trial, nullptr); }
+
+  TrialResult run_again(const Trial& trial, const fs::path& directory) override {
+    fs::create_directories(directory);
+    return run(trial, &directory);
+  }
+
+ private:
+  TrialResult run(const Trial& trial, const fs::path* directory) {
+    TrialResult result = result_for(trial);
+    try {
+      run_into(result, trial, directory);
+    } catch (const std::exception& e) {
+      result.outcome = Outcome::error;
+      result.failure = "error";
+      result.error = e.what();
+    }
+    return result;
+  }
+
+  void run_into(TrialResult& result, const Trial& trial, const fs::path* directory) {
+    const Subject& subject = subject_of(configuration_of(trial));
+    const AcquisitionParameters parameters = parameters_of(trial);
+    const BeamModel& noise = parameters.scene.physics.noise;
+    Random random(trial.seed, "acquisition");
+    const AcquisitionScene scene = trials::make_scene(subject.model, parameters.scene, random);
+    const auto method = estimator::make_acquisition(subject.options, *subject.model, noise);
+    const estimator::CleanScan clean = estimator::preprocess(
+        scene.scan.beams, {parameters.gate_near_m, parameters.gate_far_m}, noise);
+    const AcquisitionResult found = method->acquire(clean);
+    const trials::Verdict verdict = trials::verdict_on(found, *subject.judge, scene.truth);
+    result.attitude = scene.truth.rotation;
+    result.outcome = trials::has_truth(verdict) ? Outcome::pass : Outcome::fail;
+    if (!result.passed()) result.failure = trials::name_of(verdict);
+    const auto all = measured(scene, found, *subject.judge, clean.points.size());
+    for (const KeptMeasurement& kept : manifest_.measurements) {
+      const auto value = all.find(kept.name);
+      if (value != all.end()) result.measurements[kept.name] = value->second;
+    }
+    if (directory != nullptr) leave(*directory, scene, found, verdict);
+  }
+
+  /// The scan as a cloud for `berth estimate` and viewers, and what was made of it.
+  static void leave(const fs::path& directory, const AcquisitionScene& scene,
+                    const AcquisitionResult& found, trials::Verdict verdict) {
+    std::string cloud;
+    for (const auto& beam : scene.scan.beams) {
+      if (beam.status != estimator::BeamStatus::hit) continue;
+      const Vector3d p = beam.range * beam_direction(beam.azimuth, beam.elevation);
+      char line[96];
+      std::snprintf(line, sizeof line, "%.6f %.6f %.6f\n", p.x(), p.y(), p.z());
+      cloud += line;
+    }
+    write_file(directory / "scan.xyz", cloud);
+    nlohmann::ordered_json hypotheses = nlohmann::ordered_json::array();
+    for (const auto& one : found.hypotheses) {
+      hypotheses.push_back({{"xyzwpr", xyzwpr_from_pose(one.pose)},
+                            {"log_likelihood", one.log_likelihood},
+                            {"probability", one.probability}});
+    }
+    const nlohmann::ordered_json text = {{"verdict", trials::name_of(verdict)},
+                                         {"reason", found.reason},
+                                         {"truth_xyzwpr", xyzwpr_from_pose(scene.truth)},
+                                         {"hypotheses", hypotheses}};
+    write_file(directory / "acquisition.json", json_text(text, 2) + "\n");
+  }
+
+  const Subject& subject_of(const std::map<std::string, std::string>& keys) {
+    const auto known = subjects_.find(keys);
+    if (known != subjects_.end()) return known->second;
+    // Drawn ones never come back.
+    if (subjects_.size() > static_cast<std::size_t>(manifest_.points())) subjects_.clear();
+    Subject subject;
+    subject.options = options_with(keys);
+    const CampaignTarget target = manifest_.target_of({keys.begin(), keys.end()});
+    subject.model = estimator::load_target_model(
+        load_target(target.place.empty() ? default_target(manifest_.places.config) : target.place,
+                    target.length > 0 ? target.length : standard_length),
+        subject.options.model, estimator::default_cache_directory());
+    subject.judge = std::make_unique<trials::PoseJudge>(*subject.model);
+    return subjects_.emplace(keys, std::move(subject)).first->second;
+  }
+
+  estimator::EstimatorOptions options_with(std::map<std::string, std::string> keys) const {
+    keys.erase(of_target);
+    const ChangedConfiguration changed(manifest_.places.config, keys);
+    return estimator::load_estimator_options(changed.directory() / "estimator.yaml");
+  }
+
+  const Manifest manifest_;
+  std::map<std::map<std::string, std::string>, Subject> subjects_;
+};
+
+}  // namespace
+
+std::unique_ptr<Experiment> make_acquisition_experiment(const Campaign& campaign) {
+  return std::make_unique<AcquisitionExperiment>(campaign);
+}
+
+}  // namespace berth::campaigns

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/campaigns/acquisition_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "common/core/config.h"
+#include "common/core/error.h"
+
+namespace berth::campaigns {
+namespace {
+
+using Set = std::function<void(AcquisitionParameters&, double)>;
+
+/// A parameter that is one quantity.
+struct Known {
+  const char* name;
+  Dimension dimension;
+  double least;
+  double most;
+  const char* standard;
+  const char* description;
+  Set set;
+};
+
+const std::vector<Known>& known_parameters() {
+  using P = AcquisitionParameters;
+  static const std::vector<Known> known = {
+      {"returns", Dimension::number, 1, 1e6, "", "beams that return from the target, about",
+       [](P& p, double v) { p.scene.returns = static_cast<int>(std::lround(v)); }},
+      {"range", Dimension::length, 0.1, 1000, "5 m", "of the target's middle, along the boresight",
+       [](P& p, double v) { p.scene.middle.z() = v; }},
+      {"right", Dimension::length, -100, 100, "0 m", "of the boresight is the target's middle",
+       [](P& p, double v) { p.scene.middle.x() = v; }},
+      {"down", Dimension::length, -100, 100, "0 m", "from the boresight is the target's middle",
+       [](P& p, double v) { p.scene.middle.y() = v; }},
+      {"range_noise", Dimension::length, 0, 1, "10 mm", "1 sigma of a range",
+       [](P& p, double v) { p.scene.physics.noise.range_sigma_m = v; }},
+      {"angle_noise", Dimension::angle, 0, 0.1, "0.1 mrad",
+       "1 sigma of azimuth and elevation of a beam",
+       [](P& p, double v) {
+         p.scene.physics.noise.azimuth_sigma_rad = p.scene.physics.noise.elevation_sigma_rad = v;
+       }},
+      {"range_min", Dimension::length, 0, 100, "1 m", "the LIDAR's nearest range",
+       [](P& p, double v) { p.scene.physics.noise.range_min_m = v; }},
+      {"mixed_pixels", Dimension::number, 0, 1, "0", "1: a beam's footprint may meet two surfaces",
+       [](P& p, double v) { p.scene.physics.scanner.footprint = v > 0.5; }},
+      {"outliers", Dimension::number, 0, 1, "0 %", "share of the beams with a range of nothing",
+       [](P& p, double v) { p.scene.physics.scanner.outliers = v; }},
+      {"drop_outs", Dimension::number, 0, 1, "0 %",
+       "share of the returns lost at normal incidence; ten times as many at 80 deg",
+       [](P& p, double v) {
+         p.scene.physics.scanner.drop_out = v;
+         p.scene.physics.scanner.drop_out_grazing = std::min(1.0, 10 * v);
+       }},
+      {"clutter", Dimension::number, 0, 1, "0 %", "share of the returns from scattered points",
+       [](P& p, double v) { p.scene.physics.clutter = v; }},
+      {"plate", Dimension::number, 0, 1, "0",
+       "1: something else in the window takes a fifth of the returns",
+       [](P& p, double v) { p.scene.plate = v > 0.5; }},
+      {"mesh_error", Dimension::length, 0, 1, "0 mm",
+       "1 sigma of the true surface about the model's, alike over 0.3 m",
+       [](P& p, double v) { p.scene.physics.mesh_sigma_m = v; }},
+      {"gate_near", Dimension::length, 0, 1000, "1 m", "of the range gate",
+       [](P& p, double v) { p.gate_near_m = v; }},
+      {"gate_far", Dimension::length, 0, 1000, "15 m", "of the range gate",
+       [](P& p, double v) { p.gate_far_m = v; }},
+  };
+  return known;
+}
+
+constexpr char attitude_description[] =
+    "[w, p, r] of the target in the sensor frame, degrees; or 'any attitude'";
+
+std::vector<double> list_of(const std::string& value) {
+  YamlNode map(YamlNode::Kind::map);
+  map.put("value", read_yaml(value, "value"));
+  return Config(map, "value").quantities("value", Dimension::number);
+}
+
+}  // namespace
+
+void set_parameter(AcquisitionParameters& parameters, const std::string& name,
+                   const std::string& value) {
+  if (name == "attitude") {
+    const auto angles = list_of(value);
+    if (angles.size() != 3) {
+      throw InputError("found '" + value + "', expected " + attitude_description);
+    }
+    parameters.scene.attitude =
+        pose_from_xyzwpr({0, 0, 0, angles[0], angles[1], angles[2]}).rotation;
+    return;
+  }
+  std::string names = "attitude";
+  for (const Known& known : known_parameters()) {
+    names += std::string(", ") + known.name;
+    if (name != known.name) continue;
+    const double number = parse_quantity(value, known.dimension);
+    if (!(number >= known.least && number <= known.most)) {
+      throw InputError("found '" + value + "', which is out of the limits of '" + name + "'");
+    }
+    known.set(parameters, number);
+    return;
+  }
+  throw InputError("no parameter of an acquisition, expected one of: " + names);
+}
+
+const std::vector<AcquisitionMeasurement>& acquisition_measurements() {
+  static const std::vector<AcquisitionMeasurement> known = {
+      {"position_error", "mm", "distance between estimated and true position"},
+      {"x_error", "mm", "estimated minus true x (right)"},
+      {"y_error", "mm", "estimated minus true y (down)"},
+      {"z_error", "mm", "estimated minus true z (along the boresight)"},
+      {"attitude_error", "deg", "angle between estimated and true attitude"},
+      {"attitude_x_error", "deg", "attitude error about x"},
+      {"attitude_y_error", "deg", "attitude error about y"},
+      {"attitude_z_error", "deg", "attitude error about z"},
+      {"roll_error", "deg", "size of the attitude error about the model's x"},
+      {"pitch_error", "deg", "size of the attitude error about the model's y"},
+      {"yaw_error", "deg", "size of the attitude error about the model's z"},
+      {"points", "", "returns that the estimator was given, range gate passed"},
+      {"hypotheses", "", "poses that it left open"},
+      {"probability", "", "that it gave to the best one"},
+  };
+  return known;
+}
+
+std::string describe_acquisition() {
+  std::string text = "| parameter | otherwise | what it is |\n|---|---|---|\n";
+  text += std::string("| `attitude` | | ") + attitude_description + " |\n";
+  for (const Known& known : known_parameters()) {
+    text += std::string("| `") + known.name + "` | " + known.standard + " | " + known.description +
+            " |\n";
+  }
+  text += "\n| measurement | unit | what it is |\n|---|---|---|\n";
+  for (const AcquisitionMeasurement& known : acquisition_measurements()) {
+    text +=
+        std::string("| `") + known.name + "` | " + known.unit + " | " + known.description + " |\n";
+  }
+  return text;
+}
+
+}  // namespace berth::campaigns

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/nights/changes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "app/batch/nights/run_values.h"
+#include "common/core/nan.h"
+#include "evaluation/measure/measurer.h"
+#include "evaluation/measure/paired.h"
+
+namespace berth::nights {
+namespace {
+
+using Quantity = std::tuple<std::string, std::string, std::string, std::string>;
+
+/// The values of some runs, run by run; NaN where one has none.
+using Columns = std::map<Quantity, std::vector<double>>;
+
+bool completed(const FinishedRun& run) {
+  for (const RunValue& v : run.values) {
+    if (v.measurement == completed_measurement) return v.value != 0;
+  }
+  return false;
+}
+
+/// Extremes, and what goes on while a run is being put away, say more of luck than of change; they
+/// are recorded, not asked about.
+bool is_asked(const RunValue& v) {
+  return v.statistic != "peak" && v.phase != evaluation::teardown_phase;
+}
+
+Columns columns_of(const std::vector<const FinishedRun*>& runs) {
+  Columns columns;
+  const Quantity passed{"run", passed_measurement, "value", ""};
+  const Quantity finished{"run", completed_measurement, "value", ""};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const auto put = [&](const Quantity& quantity, double value) {
+      auto& column = columns[quantity];
+      column.resize(runs.size(), nan);
+      column[i] = value;
+    };
+    put(passed, runs[i]->passed() ? 1 : 0);
+    put(finished, completed(*runs[i]) ? 1 : 0);
+    if (!completed(*runs[i])) continue;
+    for (const RunValue& v : runs[i]->values) {
+      if (v.measurement == passed_measurement || v.measurement == completed_measurement) continue;
+      if (is_asked(v)) put({v.phase, v.measurement, v.statistic, v.unit}, v.value);
+    }
+  }
+  return columns;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  double count = 0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    sum += v;
+    count += 1;
+  }
+  return count == 0 ? nan : sum / count;
+}
+
+bool all_positive(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isnan(v) || v > 0; });
+}
+
+/// One quantity of one case, before and after.
+struct Asked {
+  std::string case_name;
+  Quantity quantity;
+  std::vector<double> before;
+  std::vector<double> after;
+};
+
+double least_absolute(const std::string& measurement, const LeastChange& least) {
+  if (measurement == passed_measurement || measurement == completed_measurement) return 1e-9;
+  const evaluation::Measurement* what = evaluation::measurement_named(measurement);
+  if (what == nullptr) return 0;
+  return least.absolute.at(what->dimension) / what->unit_si;
+}
+
+/// On the scale on which it is compared: the logarithm of what is always positive.
+Question question_of(const Asked& asked, std::size_t group, const LeastChange& least) {
+  Question question{group, asked.before, asked.after, 0};
+  const double reference = std::abs(mean_of(asked.before));
+  const double absolute = least_absolute(std::get<1>(asked.quantity), least);
+  if (all_positive(asked.before) && all_positive(asked.after)) {
+    for (auto* values : {&question.before, &question.after}) {
+      for (double& v : *values) v = std::log(v);
+    }
+    question.least = std::log1p(std::max(least.relative, absolute / reference));
+  } else {
+    question.least = std::max(absolute, least.relative * reference);
+  }
+  return question;
+}
+
+/// Difference of the means with its 95 % interval.
+void measure_change(const Asked& asked, bool paired, FlaggedChange& change) {
+  if (paired) {
+    const auto d =
+        evaluation::paired_difference(evaluation::Statistic::mean, asked.before, asked.after);
+    std::tie(change.before, change.after, change.low, change.high, change.runs) =
+        std::tie(d.before, d.after, d.low, d.high, d.pairs);
+    return;
+  }
+  change.before = mean_of(asked.before);
+  change.after = mean_of(asked.after);
+  // Two means: their standard errors add in square; 1.96 of them either way.
+  double variance = 0;
+  std::size_t after = 0;
+  for (const auto* values : {&asked.before, &asked.after}) {
+    const double mean = mean_of(*values);
+    double squares = 0;
+    double n = 0;
+    for (const double v : *values) {
+      if (!std::isfinite(v)) continue;
+      squares += (v - mean) * (v - mean);
+      n += 1;
+    }
+    variance += squares / (n - 1) / n;
+    after = static_cast<std::size_t>(n);
+  }
+  change.low = change.after - change.before - 1.96 * std::sqrt(variance);
+  change.high = change.after - change.before + 1.96 * std::sqrt(variance);
+  change.runs = after;
+}
+
+struct Way {
+  const char* name;
+  bool paired;
+  const std::vector<FinishedRun>& before;
+};
+
+/// The runs of one case: those of before and of after; in pairs of one seed when paired.
+struct Runs {
+  std::vector<const FinishedRun*> before;
+  std::vector<const FinishedRun*> after;
+  bool edited = false;
+};
+
+std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
+  std::map<std::string, Runs> cases;
+  for (const FinishedRun& after : evidence.tonight) {
+    Runs& runs = cases[after.case_name];
+    if (after.fresh == way.paired) continue;
+    if (!way.paired) {
+      runs.after.push_back(&after);
+      continue;
+    }
+    for (const FinishedRun& before : way.before) {
+      if (before.case_name != after.case_name || before.seed != after.seed || before.fresh)
+        continue;
+      if (before.outcome == "ERROR") continue;  // says nothing of what it would have measured
+      if (before.procedure_hash != after.procedure_hash) {
+        runs.edited = true;
+        continue;
+      }
+      runs.before.push_back(&before);
+      runs.after.push_back(&after);
+    }
+  }
+  if (way.paired) return cases;
+  for (const FinishedRun& before : way.before) {
+    const auto found = cases.find(before.case_name);
+    if (found == cases.end() || found->second.after.empty() || !before.fresh) continue;
+    if (before.procedure_hash != found->second.after.front()->procedure_hash) continue;
+    found->second.before.push_back(&before);
+  }
+  return cases;
+}
+
+}  // namespace
+
+std::string kind_of_change(const std::string& measurement, const std::string& statistic,
+                           double before, double after,
+                           const std::vector<evaluation::Criterion>& criteria) {
+  constexpr const char* names[] = {"better", "worse", "changed"};
+  const auto kind = [&] {
+    if (measurement == passed_measurement || measurement == completed_measurement) {
+      return evaluation::Preference{evaluation::Direction::larger_is_better}.kind_of_change(before,
+                                                                                            after);
+    }
+    for (const evaluation::Criterion& criterion : criteria) {
+      if (criterion.name == statistic && criterion.measurement->name == measurement) {
+        return evaluation::kind_of_change(criterion, before, after);
+      }
+    }
+    const evaluation::Measurement* what = evaluation::measurement_named(measurement);
+    if (what == nullptr) return evaluation::ChangeKind::changed;  // of another version
+    return what
+        ->preference(evaluation::statistic_named(statistic).value_or(evaluation::Statistic::mean))
+        .kind_of_change(before, after);
+  };
+  return names[static_cast<int>(kind())];
+}
+
+ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
+                          const FamilyOptions& options) {
+  ChangeReport report;
+  std::vector<Way> ways;
+  if (!evidence.baseline.empty()) ways.push_back({"baseline", true, evidence.baseline});
+  if (!evidence.last_night.empty()) ways.push_back({"last night", true, evidence.last_night});
+  if (!evidence.history.empty()) ways.push_back({"history", false, evidence.history});
+  if (ways.empty()) report.remarks.push_back("nothing to compare with yet");
+
+  for (const Way& way : ways) {
+    std::vector<Asked> asked;
+    std::vector<Question> questions;
+    std::size_t group = 0;
+    for (const auto& [name, runs] : runs_of(evidence, way)) {
+      if (runs.edited) {
+        report.remarks.push_back(name + ": edited since, not compared with the " + way.name);
+      }
+      if (runs.before.empty() || runs.after.empty()) continue;
+      Columns before = columns_of(runs.before);
+      for (auto& [quantity, after] : columns_of(runs.after)) {
+        const auto found = before.find(quantity);
+        if (found == before.end()) continue;
+        asked.push_back({name, quantity, found->second, after});
+        questions.push_back(question_of(asked.back(), group, least));
+      }
+      ++group;
+    }
+    const auto answers =
+        way.paired ? paired_family(questions, options) : unpaired_family(questions, options);
+    const double level = false_alarms / static_cast<double>(ways.size());
+    for (std::size_t q = 0; q < asked.size(); ++q) {
+      if (std::isnan(answers[q].change)) continue;
+      ++report.questions;
+      if (answers[q].p > level) continue;
+      FlaggedChange change;
+      change.against = way.name;
+      change.case_name = asked[q].case_name;
+      std::tie(change.phase, change.measurement, change.statistic, change.unit) = asked[q].quantity;
+      measure_change(asked[q], way.paired, change);
+      change.p = answers[q].p;
+      const auto criteria = evidence.criteria.find(change.case_name);
+      change.kind =
+          kind_of_change(change.measurement, change.statistic, change.before, change.after,
+                         criteria == evidence.criteria.end() ? std::vector<evaluation::Criterion>()
+                                                             : criteria->second);
+      report.changes.push_back(change);
+    }
+  }
+  const auto rank = [](const FlaggedChange& c) {
+    return c.kind == "worse" ? 0 : c.kind == "changed" ? 1 : 2;
+  };
+  std::stable_sort(report.changes.begin(), report.changes.end(),
+                   [&](const FlaggedChange& a, const FlaggedChange& b) {
+                     return std::make_tuple(rank(a), a.p) < std::make_tuple(rank(b), b.p);
+                   });
+  return report;
+}
+
+}  // namespace berth::nights

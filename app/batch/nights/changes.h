@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+
+#include "app/batch/nights/family_test.h"
+#include "app/batch/nights/history.h"
+#include "evaluation/measure/criterion.h"
+
+namespace berth::nights {
+
+/// Tonight's runs and what they are compared with.
+struct Evidence {
+  std::vector<FinishedRun> tonight;
+  /// Fixed seeds of the baseline build, run tonight. Empty without one.
+  std::vector<FinishedRun> baseline;
+  /// Fixed seeds of the last good night. Empty on the first.
+  std::vector<FinishedRun> last_night;
+  /// Fresh seeds of good nights.
+  std::vector<FinishedRun> history;
+  /// Of each case's procedure, by the case's name.
+  std::map<std::string, std::vector<evaluation::Criterion>> criteria;
+};
+
+/// What the statistics say.
+struct ChangeReport {
+  std::vector<FlaggedChange> changes;  ///< worse first
+  std::size_t questions = 0;           ///< that had enough runs to be asked
+  std::vector<std::string> remarks;    ///< what could not be compared, and why
+};
+
+/// Compares in up to three ways, which share the chance of a false alarm: fixed seeds with the same
+/// seeds of the baseline build, and of the last good night (pairs), fresh seeds with those of the
+/// nights before. Values that are all above zero are compared as ratios. Only runs of which all
+/// steps came to their end are measured; whether they do, and pass, is a question of its own. Runs
+/// of a procedure that was edited since are not compared.
+ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
+                          const FamilyOptions& options = {});
+
+/// "worse", "better" or "changed", as the measurement itself declares, or the criterion of which
+/// this is the value.
+/// @param criteria of the case's procedure
+std::string kind_of_change(const std::string& measurement, const std::string& statistic,
+                           double before, double after,
+                           const std::vector<evaluation::Criterion>& criteria = {});
+
+}  // namespace berth::nights

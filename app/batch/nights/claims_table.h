@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "app/batch/nights/plan.h"
+#include "app/batch/nights/verdict.h"
+#include "evaluation/report/html.h"
+
+namespace berth::nights {
+
+/// What the sources of the plan's procedures claim (criteria with a `claim`), and in how many of
+/// tonight's runs it was met. Empty where nothing is claimed.
+report::Html claims_table(const Plan& plan, const NightReport& report);
+
+}  // namespace berth::nights

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/nights/index_page.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "app/batch/nights/claims_table.h"
+#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/trend.h"
+#include "common/core/text.h"
+#include "evaluation/measure/measurer.h"
+#include "evaluation/measure/statistics.h"
+#include "evaluation/report/page.h"
+
+namespace berth::nights {
+namespace {
+
+using namespace report;
+
+constexpr std::size_t nights_shown = 60;
+
+/// Beside the criteria, of the whole run: what an estimator engineer looks at first.
+const std::vector<std::pair<const char*, const char*>>& always_shown() {
+  static const std::vector<std::pair<const char*, const char*>> list = {
+      {"position_error", "rms"}, {"attitude_error", "rms"},
+      {"velocity_error", "rms"}, {"angular_velocity_error", "rms"},
+      {"nees", "mean"},          {"estimate_delay", "value"},
+      {"update_rate", "value"},  {passed_measurement, "value"}};
+  return list;
+}
+
+const char* colour_of(const std::string& verdict) {
+  if (verdict == "clean") return "good";
+  if (verdict == "interrupted") return "grey";
+  return verdict == "error" ? "unsure" : "bad";
+}
+
+Html verdict_word(const std::string& verdict) {
+  return element("b", colour_of(verdict), text(verdict));
+}
+
+Html fact(const std::string& name, const Html& value) {
+  return markup("<div>") + element("dt", "", text(name)) + element("dd", "", value) +
+         markup("</div>");
+}
+
+std::string then(const std::string& now, const std::string& before) {
+  return before.empty() || now == before ? now : now + ", was " + before;
+}
+
+std::string changed_by(const FlaggedChange& c) {
+  const double difference = c.after - c.before;
+  const std::string sign = difference < 0 ? "" : "+";
+  if (c.before > 0 && c.after > 0) {
+    const double percent = 100 / c.before;
+    return sign + fixed(percent * difference, 1) + " % [" + fixed(percent * c.low, 1) + ", " +
+           fixed(percent * c.high, 1) + "]";
+  }
+  return sign + shown(difference) + " " + c.unit + " [" + shown(c.low) + ", " + shown(c.high) + "]";
+}
+
+Html head_of(const NightReport& report) {
+  const Night& night = report.night;
+  const Night before = report.previous.value_or(Night{});
+  std::size_t worse = 0;
+  for (const FlaggedChange& c : report.changes.changes) worse += c.kind == "better" ? 0 : 1;
+  std::size_t runs = 0;
+  std::size_t passed = 0;
+  double simulated = 0;
+  double cpu = 0;
+  for (const CaseResult& c : report.cases) {
+    runs += c.runs;
+    passed += c.passed;
+    simulated += c.simulated_s;
+    cpu += c.cpu_s;
+  }
+  std::string said = std::to_string(passed) + " of " + std::to_string(runs) + " runs passed; " +
+                     std::to_string(worse) + " of " + std::to_string(report.changes.questions) +
+                     " comparisons tell of a change for the worse.";
+  if (report.left_out > 0) {
+    said += " The time budget left out " + std::to_string(report.left_out) + " runs.";
+  }
+  std::string verdict = night.verdict;
+  for (char& c : verdict) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const Html heading =
+      element("h1", "", element("span", "outcome", text(verdict)) + text("night " + night.name));
+  const Html facts = element(
+      "dl", "facts",
+      fact("version", text(then(night.version, before.version))) +
+          fact("configuration", text(then(night.configuration_hash.substr(0, 12),
+                                          before.configuration_hash.substr(0, 12)))) +
+          fact("baseline", text(night.baseline.empty() ? "none" : night.baseline)) +
+          fact("begun", text(night.begun)) + fact("lasted", text(fixed(night.wall_s, 0) + " s")) +
+          fact("speed",
+               text(cpu > 0 ? fixed(simulated / cpu, 0) + " x real time on one core" : "-")) +
+          fact("files", link(night.name + "/summary.txt", text("summary")) + text(" · ") +
+                            link(night.name + "/summary.json", text("JSON")) + text(" · ") +
+                            link(night.name + "/results.xml", text("JUnit"))));
+  return element("div", (std::string("verdict ") + colour_of(night.verdict)).c_str(),
+                 heading + element("p", "", text(said)) + facts);
+}
+
+/// Pages that a run directory may hold, best first.
+Html link_to_run(const std::filesystem::path& out, const Night& night, const FinishedRun& run) {
+  const std::string name = "seed " + std::to_string(run.seed) + (run.fresh ? " (fresh)" : "");
+  if (run.directory.empty()) return text(name);
+  const std::string place = night.name + "/" + run.directory;
+  for (const char* file : {"report.html", "plot.svg", "verdict.txt"}) {
+    if (std::filesystem::exists(out / place / file)) return link(place + "/" + file, text(name));
+  }
+  return link(place + "/", text(name));
+}
+
+Html changes_table(const std::vector<FlaggedChange>& changes) {
+  if (changes.empty()) return element("p", "", text("None."));
+  Table table;
+  table.head = {"",       "procedure", "phase", "measurement",   "compared with",
+                "before", "after",     "unit",  "change [95 %]", "chance of a false alarm"};
+  table.left_columns = 5;
+  for (const FlaggedChange& c : changes) {
+    const char* colour = c.kind == "worse" ? "bad" : c.kind == "better" ? "good" : "unsure";
+    table.rows.push_back({element("b", colour, text(c.kind)), text(c.case_name), text(c.phase),
+                          text(c.statistic + " " + c.measurement),
+                          text(c.against + ", " + std::to_string(c.runs) + " runs"),
+                          text(shown(c.before)), text(shown(c.after)), text(c.unit),
+                          text(changed_by(c)), text(chance_text(c.p))});
+  }
+  return html_of(table);
+}
+
+Html failures_table(const std::filesystem::path& out, const NightReport& report) {
+  Table table;
+  table.head = {"procedure", "run", "outcome", "reason"};
+  table.left_columns = 4;
+  for (const FinishedRun& run : report.runs) {
+    if (run.passed()) continue;
+    const std::string name =
+        run.build == Build::baseline ? run.case_name + " (baseline)" : run.case_name;
+    table.rows.push_back({text(name), link_to_run(out, report.night, run),
+                          element("b", run.outcome == "FAIL" ? "bad" : "unsure", text(run.outcome)),
+                          text(run.reason)});
+  }
+  if (table.rows.empty()) return element("p", "", text("All runs passed."));
+  return html_of(table);
+}
+
+Html archive_section(const ArchiveResult& archive) {
+  Table table;
+  table.head = {"recorded run", "against truth", "estimates", "as recorded"};
+  table.left_columns = 2;
+  for (const ArchivedRun& run : archive.runs) {
+    const char* colour = !run.error.empty() || run.verdict == "worse" ? "bad" : "good";
+    table.rows.push_back(
+        {text(run.name),
+         run.error.empty() ? element("b", colour, text(run.verdict)) : text(run.error),
+         text(std::to_string(run.estimates)), text(std::to_string(run.same))});
+  }
+  return element("p", "soft",
+                 text("Tonight's estimator over recorded scans: what it says other than it was "
+                      "recorded, and whether that is nearer to the truth.")) +
+         html_of(table) + changes_table(archive.changes);
+}
+
+Html cases_table(const std::filesystem::path& out, const NightReport& report) {
+  Table table;
+  table.head = {"procedure", "",       "runs kept", "runs",      "passed",
+                "failed",    "errors", "may fail",  "simulated", "x real time"};
+  table.left_columns = 3;
+  for (const CaseResult& c : report.cases) {
+    Html kept;
+    for (const FinishedRun& run : report.runs) {
+      if (run.case_name != c.name || run.build != Build::tonight || run.directory.empty()) continue;
+      kept += (kept.empty() ? Html{} : text(", ")) + link_to_run(out, report.night, run);
+    }
+    const bool bad = c.too_many_failed;
+    table.rows.push_back({text(c.name),
+                          element("b",
+                                  bad            ? "bad"
+                                  : c.errors > 0 ? "unsure"
+                                                 : "good",
+                                  text(bad            ? "FAIL"
+                                       : c.errors > 0 ? "ERROR"
+                                                      : "ok")),
+                          kept, text(std::to_string(c.runs)), text(std::to_string(c.passed)),
+                          text(std::to_string(c.failed)), text(std::to_string(c.errors)),
+                          text(fixed(100 * c.may_fail, 0) + " %"),
+                          text(fixed(c.simulated_s, 0) + " s"),
+                          text(c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-")});
+  }
+  return html_of(table);
+}
+
+Html nights_table(History& history, const std::vector<Night>& nights) {
+  Table table;
+  table.head = {"night", "verdict",    "version", "configuration", "baseline",
+                "runs",  "not passed", "flagged", "lasted"};
+  table.left_columns = 5;
+  for (auto night = nights.rbegin(); night != nights.rend(); ++night) {
+    const auto runs = history.runs(*night, History::Which::all_without_values);
+    const auto not_passed = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& r) {
+      return !r.passed() && r.build == Build::tonight;
+    });
+    const auto older = std::next(night);
+    const auto marked = [&](const std::string& now, const std::string& then) {
+      return older == nights.rend() || now == then ? text(now) : element("b", "", text(now));
+    };
+    table.rows.push_back(
+        {link(night->name + "/summary.txt", text(night->name)),
+         verdict_word(night->verdict) + text(night->accepted ? " (accepted)" : ""),
+         marked(night->version, older == nights.rend() ? "" : older->version),
+         marked(night->configuration_hash.substr(0, 12),
+                older == nights.rend() ? "" : older->configuration_hash.substr(0, 12)),
+         text(night->baseline), text(std::to_string(runs.size())), text(std::to_string(not_passed)),
+         text(std::to_string(history.changes(*night).size())),
+         text(fixed(night->wall_s, 0) + " s")});
+  }
+  return element("p", "soft", text("Bold: other than the night before.")) + html_of(table);
+}
+
+/// Where it was flagged, by night.
+using Flags = std::map<std::vector<std::string>, std::vector<std::int64_t>>;
+
+Flags flags_of(History& history, const std::vector<Night>& nights) {
+  Flags flags;
+  for (const Night& night : nights) {
+    for (const FlaggedChange& c : history.changes(night)) {
+      auto& list = flags[{c.case_name, c.phase, c.measurement, c.statistic}];
+      if (list.empty() || list.back() != night.number) list.push_back(night.number);
+    }
+  }
+  return flags;
+}
+
+/// Flagged quantities first, then criteria, then what is always shown.
+std::vector<TrendSubject> subjects_of(const NightReport& report, const std::string& case_name) {
+  std::vector<TrendSubject> subjects;
+  const auto add = [&](const TrendSubject& subject) {
+    for (const TrendSubject& other : subjects) {
+      if (other.key() == subject.key()) return;
+    }
+    subjects.push_back(subject);
+  };
+  constexpr std::size_t most_flagged = 12;
+  for (const FlaggedChange& c : report.changes.changes) {
+    if (c.case_name != case_name || subjects.size() >= most_flagged) continue;
+    add({case_name, c.phase, c.measurement, c.statistic, c.unit});
+  }
+  for (const FinishedRun& run : report.runs) {
+    if (run.case_name != case_name || run.build != Build::tonight) continue;
+    for (const RunValue& v : run.values) {
+      const bool is_criterion = v.statistic != "value" && !evaluation::statistic_named(v.statistic);
+      bool is_shown = false;
+      for (const auto& [measurement, statistic] : always_shown()) {
+        is_shown = is_shown ||
+                   (v.phase == "run" && v.measurement == measurement && v.statistic == statistic);
+      }
+      if (is_criterion || is_shown) {
+        add({case_name, v.phase, v.measurement, v.statistic, v.unit});
+      }
+    }
+  }
+  return subjects;
+}
+
+}  // namespace
+
+void write_index_page(const std::filesystem::path& out, const Plan& plan, History& history,
+                      const NightReport& report) {
+  std::vector<Night> nights;
+  for (const Night& night : history.nights()) {
+    if (!night.ended.empty() && night.verdict != "interrupted") nights.push_back(night);
+  }
+  if (nights.size() > nights_shown) {
+    nights.erase(nights.begin(), nights.end() - static_cast<std::ptrdiff_t>(nights_shown));
+  }
+  Page page(plan.name + ": night " + report.night.name);
+  page.head(head_of(report));
+  page.section("changes", "Flagged changes", changes_table(report.changes.changes));
+  page.section("failures", "Runs that did not pass", failures_table(out, report));
+  page.section("procedures", "Procedures", cases_table(out, report));
+  const Html claims = claims_table(plan, report);
+  if (!claims.empty()) page.section("claims", "Claims", claims);
+  if (!report.archive.runs.empty()) {
+    page.section("archive", "Archive", archive_section(report.archive));
+  }
+  page.section("nights", "Nights", nights_table(history, nights));
+  const Flags flags = flags_of(history, nights);
+  std::size_t number = 0;
+  for (const CaseResult& c : report.cases) {
+    std::vector<Chart> charts;
+    for (const TrendSubject& s : subjects_of(report, c.name)) {
+      const auto flagged = flags.find({s.case_name, s.phase, s.measurement, s.statistic});
+      charts.push_back(
+          trend_chart(history, nights, s,
+                      flagged == flags.end() ? std::vector<std::int64_t>{} : flagged->second));
+    }
+    page.section("trend-" + std::to_string(++number), c.name, grid_of(charts));
+  }
+  Html remarks;
+  for (const auto& remark : report.changes.remarks) remarks += element("p", "soft", text(remark));
+  remarks += element("p", "soft",
+                     text("Every measurement of every phase of every run is in history.sqlite: "
+                          "sqlite3 history.sqlite 'SELECT * FROM result LIMIT 10'."));
+  page.section("remarks", "Remarks", remarks);
+  page.write(out / "index.html");
+}
+
+}  // namespace berth::nights

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/nights/night.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <thread>
+
+#include "app/attempt.h"
+#include "app/batch/nights/index_page.h"
+#include "app/batch/nights/notify.h"
+#include "app/batch/nights/progress.h"
+#include "app/batch/nights/runner.h"
+#include "app/directory_lock.h"
+#include "app/exit_code.h"
+#include "common/core/child_process.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/sha256.h"
+#include "common/core/utc.h"
+#include "common/core/version.h"
+
+namespace berth::nights {
+namespace fs = std::filesystem;
+namespace {
+
+/// What another build says of itself.
+std::string version_of(const fs::path& program) {
+  const ProgramOutput said =
+      run_program({"env", "-u", "BERTH_HOME", program.string(), "--version"});
+  std::fputs(said.errors.c_str(), stderr);
+  if (!said.end.ok() || said.text.empty()) {
+    throw InputError("baseline " + program.string() + ": 'berth --version' does not work");
+  }
+  return said.text.substr(0, said.text.find('\n'));
+}
+
+std::string identity(const std::string& version, const fs::path& program) {
+  return version + " " + sha256_of_file(program).substr(0, 12);
+}
+
+/// The plan with what the command line says instead.
+Plan plan_of(const NightRequest& request) {
+  Plan plan = load_plan(request.plan);
+  if (request.jobs > 0) plan.jobs = request.jobs;
+  if (plan.jobs == 0)
+    plan.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  if (!request.baseline.empty()) {
+    if (!fs::exists(request.baseline)) {
+      throw InputError("--baseline " + request.baseline.string() + ": no such program");
+    }
+    plan.baseline.build = fs::absolute(request.baseline);
+  }
+  if (fs::is_directory(plan.baseline.build)) plan.baseline.build /= "berth";
+  if (!request.config.empty()) {
+    if (!fs::is_directory(request.config / "layouts")) {
+      throw InputError("--config " + request.config.string() + ": has no layouts/");
+    }
+    for (Case& of : plan.cases) {
+      if (of.config.empty()) of.config = fs::absolute(request.config);
+    }
+  }
+  return plan;
+}
+
+std::string free_name(History& history, const std::string& wanted) {
+  std::string name = wanted.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : wanted;
+  if (!history.night_named(name)) return name;
+  if (!wanted.empty()) throw InputError("--night " + wanted + ": there is one of that name");
+  for (int i = 2;; ++i) {
+    const std::string next = name + "-" + std::to_string(i);
+    if (!history.night_named(next)) return next;
+  }
+}
+
+/// The interrupted night, when it was of this plan and these builds; else a new one.
+Night open_night(History& history, const NightRequest& request, const Plan& plan) {
+  Night night;
+  night.version = version();
+  night.plan_hash = sha256(plan.text + "\n" + request.config.string());
+  night.build = identity(night.version, request.program);
+  if (!plan.baseline.build.empty()) {
+    night.baseline = identity(version_of(plan.baseline.build), plan.baseline.build);
+  }
+  for (Night& last : history.nights()) {
+    if (!last.ended.empty()) continue;
+    const bool same = last.plan_hash == night.plan_hash && last.build == night.build &&
+                      last.baseline == night.baseline;
+    if (same && !request.afresh && (request.name.empty() || request.name == last.name)) {
+      std::printf("night %s was interrupted: resumed\n", last.name.c_str());
+      return last;
+    }
+    std::printf("night %s was interrupted%s: left as it is\n", last.name.c_str(),
+                same ? "" : ", with another plan or build");
+    last.ended = utc_text(std::time(nullptr));
+    last.verdict = "interrupted";
+    history.finish(last, {});
+  }
+  night.name = free_name(history, request.name);
+  night.begun = utc_text(std::time(nullptr));
+  history.begin(night);
+  return night;
+}
+
+std::string key_of(const std::string& case_name, Build build, std::uint64_t seed) {
+  return case_name + "\n" + name_of(build) + "\n" + std::to_string(seed);
+}
+
+std::vector<PlannedRun> without_finished(std::vector<PlannedRun> planned,
+                                         const std::vector<FinishedRun>& finished) {
+  std::set<std::string> done;
+  for (const FinishedRun& run : finished) done.insert(key_of(run.case_name, run.build, run.seed));
+  planned.erase(std::remove_if(planned.begin(), planned.end(),
+                               [&](const PlannedRun& run) {
+                                 return done.count(key_of(run.of->name, run.build, run.seed)) != 0;
+                               }),
+                planned.end());
+  return planned;
+}
+
+/// Directories of passed runs are many and large: the newest few stay, those of all others too.
+class Keeper {
+ public:
+  Keeper(fs::path out, int most) : out_(std::move(out)), most_(most) {}
+
+  /// Deletes the directory of a passed run unless it is one of those that stay.
+  void judge(const Night& night, FinishedRun& run) {
+    if (run.directory.empty() || !run.passed() || kept_++ < most_) return;
+    std::error_code ignored;
+    fs::remove_all(out_ / night.name / run.directory, ignored);
+    run.directory.clear();
+  }
+
+  void judge_earlier_nights(History& history, const Night& tonight) {
+    auto nights = history.nights();
+    std::reverse(nights.begin(), nights.end());
+    for (const Night& night : nights) {
+      if (night.id == tonight.id) continue;
+      for (FinishedRun& run : history.runs(night, History::Which::all_without_values)) {
+        const std::string directory = run.directory;
+        judge(night, run);
+        if (run.directory.empty() && !directory.empty()) history.forget_directory(night, directory);
+      }
+    }
+  }
+
+ private:
+  fs::path out_;
+  int most_;
+  int kept_ = 0;
+};
+
+/// By case; of a procedure that cannot be read any more there are none.
+std::map<std::string, std::vector<evaluation::Criterion>> criteria_by_case(const Plan& plan) {
+  std::map<std::string, std::vector<evaluation::Criterion>> criteria;
+  for (const Case& of : plan.cases) {
+    try {
+      criteria[of.name] = criteria_of(of);
+    } catch (const InputError&) {  // its runs tell
+    }
+  }
+  return criteria;
+}
+
+/// What tonight is compared with: good nights since the last one that was accepted.
+Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
+                      const std::vector<FinishedRun>& runs) {
+  Evidence evidence;
+  evidence.criteria = criteria_by_case(plan);
+  std::set<std::string> compared;
+  for (const Case& of : plan.cases) {
+    if (of.is_compared()) compared.insert(of.name);
+  }
+  for (const FinishedRun& run : runs) {
+    if (compared.count(run.case_name) == 0) continue;
+    (run.build == Build::tonight ? evidence.tonight : evidence.baseline).push_back(run);
+  }
+  const auto tonights_only = [](std::vector<FinishedRun>& list) {
+    list.erase(std::remove_if(list.begin(), list.end(),
+                              [](const FinishedRun& r) { return r.build != Build::tonight; }),
+               list.end());
+  };
+  auto nights = history.nights();
+  std::reverse(nights.begin(), nights.end());
+  int nights_compared = 0;
+  for (const Night& night : nights) {
+    if (night.number >= tonight.number || !night.good()) continue;
+    if (nights_compared == 0) {
+      evidence.last_night = history.runs(night, History::Which::fixed);
+      tonights_only(evidence.last_night);
+    }
+    for (FinishedRun& run : history.runs(night, History::Which::fresh)) {
+      evidence.history.push_back(std::move(run));
+    }
+    if (++nights_compared == plan.history_nights || night.accepted) break;
+  }
+  return evidence;
+}
+
+/// One hash for the configurations of all runs.
+std::string configuration_of(const std::vector<FinishedRun>& runs) {
+  std::set<std::string> hashes;
+  for (const FinishedRun& run : runs) {
+    if (run.build == Build::tonight && !run.configuration_hash.empty()) {
+      hashes.insert(run.case_name + " " + run.configuration_hash);
+    }
+  }
+  std::string list;
+  for (const auto& hash : hashes) list += hash + "\n";
+  return list.empty() ? "" : sha256(list);
+}
+
+std::optional<Night> night_before(History& history, const Night& tonight) {
+  std::optional<Night> previous;
+  for (const Night& night : history.nights()) {
+    if (night.number < tonight.number && night.verdict != "interrupted") previous = night;
+  }
+  return previous;
+}
+
+}  // namespace
+
+int run_night(const NightRequest& request) {
+  const Plan plan = plan_of(request);
+  const fs::path out = fs::absolute(request.out);
+  const DirectoryLock lock(out);
+  History history(out / "history.sqlite");
+  NightReport report;
+  Night& night = report.night = open_night(history, request, plan);
+  const fs::path directory = out / night.name;
+  fs::create_directories(directory);
+  write_file(directory / "plan.yaml", plan.text);
+
+  const auto planned = runs_of_night(plan, night.number);
+  const auto finished = history.runs(night, History::Which::all_without_values);
+  auto to_run = without_finished(planned, finished);
+  std::printf("night %s: %zu runs, %d at a time, in %s\n", night.name.c_str(), to_run.size(),
+              plan.jobs, directory.c_str());
+  std::fflush(stdout);
+  Keeper keeper(out, plan.keep);
+  for (FinishedRun run : finished) keeper.judge(night, run);
+  const double before_s = night.wall_s;
+  {
+    ProcessLoop loop(clock_offset_now());
+    Runner runner(loop, {request.program, directory, plan.baseline, plan.jobs, plan.run_timeout_s,
+                         plan.time_budget_s});
+    NightProgress progress(planned.size() - to_run.size(), planned.size());
+    const auto left = runner.run(std::move(to_run), [&](const PlannedRun&, FinishedRun run) {
+      keeper.judge(night, run);
+      night.wall_s = before_s + progress.elapsed_s();
+      history.record(night, run);
+      progress.finished(run);
+    });
+    night.wall_s = before_s + progress.elapsed_s();
+    if (runner.interrupted()) {
+      std::printf("interrupted with %zu runs to go: the same command goes on with them\n",
+                  left.size());
+      return exit_code::aborted;
+    }
+    report.left_out = left.size();
+  }
+
+  report.previous = night_before(history, night);
+  report.runs = history.runs(night);
+  report.changes = find_changes(evidence_for(history, plan, night, report.runs), plan.false_alarms,
+                                plan.least_change);
+  if (!plan.archive.runs.empty()) {
+    std::printf("archive: the runs in %s are estimated again\n", plan.archive.runs.c_str());
+    std::fflush(stdout);
+    report.archive = estimate_archive(plan, request.program, directory);
+  }
+  night.configuration_hash = configuration_of(report.runs);
+  judge(plan, report);
+  night.ended = utc_text(std::time(nullptr));
+  history.finish(night, report.changes.changes);
+  attempt([&] { keeper.judge_earlier_nights(history, night); });
+
+  attempt([&] { write_file(directory / "results.xml", junit_of(report)); });
+  attempt([&] { write_file(directory / "summary.txt", text_of(report)); });
+  attempt([&] { write_index_page(out, plan, history, report); });
+  if (!plan.notify.empty()) report.notification = notify(plan.notify, report, out, request.program);
+  attempt([&] { write_file(directory / "summary.json", json_of(report)); });
+  std::printf("\n%s\n%s\n", text_of(report).c_str(), (out / "index.html").c_str());
+  std::fflush(stdout);
+  if (!report.notification.empty()) std::fprintf(stderr, "%s\n", report.notification.c_str());
+  return report.exit_code();
+}
+
+void accept_night(const fs::path& out, const std::string& name) {
+  if (!fs::exists(out / "history.sqlite")) {
+    throw InputError("--out " + out.string() + ": no history.sqlite there");
+  }
+  const DirectoryLock lock(out);
+  History history(out / "history.sqlite");
+  history.accept(name);
+}
+
+}  // namespace berth::nights

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/nights/plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include "app/runs/config_override.h"
+#include "common/core/config.h"
+#include "common/core/file.h"
+#include "common/core/yaml_text.h"
+#include "common/targets/target.h"
+#include "procedures/language/procedure.h"
+
+namespace berth::nights {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::int64_t most_seeds = 10000;
+
+struct Seeds {
+  std::vector<std::uint64_t> fixed;
+  int fresh = 0;
+};
+
+fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
+  const fs::path full = (fs::path(config.file()).parent_path() / path).lexically_normal();
+  if (!fs::exists(full)) {
+    throw config.error(
+        key, "found '" + path + "', expected a file or directory; there is no " + full.string());
+  }
+  return fs::absolute(full);
+}
+
+double share(Config& config, const std::string& key, double otherwise) {
+  double value = otherwise;
+  config.optional(key, value);
+  if (!(value >= 0 && value < 1)) {
+    throw config.error(key, "found " + std::to_string(value) +
+                                ", expected a share from 0 % to "
+                                "less than 100 %");
+  }
+  return value;
+}
+
+int count(Config& config, const std::string& key, int otherwise, int least) {
+  int value = otherwise;
+  config.optional(key, value);
+  if (config.has(key) && value < least) {
+    throw config.error(
+        key, "found " + std::to_string(value) + ", expected at least " + std::to_string(least));
+  }
+  return value;
+}
+
+double duration(Config& config, const std::string& key, double otherwise) {
+  double value = otherwise;
+  config.optional(key, Dimension::time, value);
+  if (value <= 0 && config.has(key)) throw config.error(key, "expected a time above zero");
+  return value;
+}
+
+/// `fixed: 12` means the seeds 1 to 12, `fixed: [3, 5]` just these.
+std::vector<std::uint64_t> read_fixed(Config& config) {
+  std::vector<std::uint64_t> seeds;
+  const auto add = [&](std::int64_t seed) {
+    if (seed < 0) throw config.error("fixed", "found a negative seed");
+    const auto value = static_cast<std::uint64_t>(seed);
+    if (std::find(seeds.begin(), seeds.end(), value) != seeds.end()) {
+      throw config.error("fixed", "the seed " + std::to_string(seed) + " appears twice");
+    }
+    seeds.push_back(value);
+  };
+  if (config.has("fixed") && config.node().at("fixed").is_list()) {
+    const auto list = config.integers("fixed");
+    if (std::ssize(list) > most_seeds) throw config.error("fixed", "expected at most 10000 seeds");
+    for (const std::int64_t seed : list) add(seed);
+    return seeds;
+  }
+  std::int64_t last = 0;
+  config.optional("fixed", last);
+  if (last < 0 || last > most_seeds) {
+    throw config.error("fixed", "expected how many (at most 10000), or a list of seeds");
+  }
+  for (std::int64_t seed = 1; seed <= last; ++seed) add(seed);
+  return seeds;
+}
+
+Seeds read_seeds(Config& parent, const Seeds& otherwise) {
+  if (!parent.has("seeds")) return otherwise;
+  Config config = parent.section("seeds");
+  Seeds seeds;
+  seeds.fixed = read_fixed(config);
+  seeds.fresh = count(config, "fresh", 0, 0);
+  if (seeds.fresh > most_seeds) throw config.error("fresh", "expected at most 10000");
+  config.finish();
+  return seeds;
+}
+
+/// A list of words, or one word; one empty word when the key is missing.
+std::vector<std::string> words(Config& config, const std::string& key) {
+  if (!config.has(key)) return {""};
+  if (config.node().at(key).is_text()) return {config.text(key)};
+  auto list = config.texts(key);
+  if (list.empty()) throw config.error(key, "found an empty list");
+  return list;
+}
+
+std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
+  Case common;
+  common.procedure = resolved(config, "procedure", config.text("procedure"));
+  common.may_fail = share(config, "may_fail", 0);
+  const Seeds seeds = read_seeds(config, default_seeds);
+  common.fixed = seeds.fixed;
+  common.fresh = seeds.fresh;
+  if (seeds.fixed.empty() && seeds.fresh == 0) {
+    throw config.error(config.has("seeds") ? "seeds" : "procedure", "no seeds, so it never runs");
+  }
+  if (config.has("set")) {
+    Config set = config.section("set");
+    for (const auto& key : set.keys()) {
+      common.parameters[key] = plain_text(set.raw(key));
+    }
+  }
+  std::string name = common.procedure.stem().string();
+  config.optional("name", name);
+
+  std::vector<Case> cases;
+  const auto hosts = words(config, "hosts");
+  const auto worlds = words(config, "worlds");
+  const auto directories = words(config, "configs");
+  for (const auto& target : words(config, "targets")) {
+    for (const auto& host : hosts) {
+      for (const auto& world : worlds) {
+        for (const auto& directory : directories) {
+          Case one = common;
+          one.name = name;
+          one.target = target;
+          if (!target.empty() && !is_target_name(target)) {
+            one.target = resolved(config, "targets", target).string();
+          }
+          if (!target.empty()) one.name += " " + fs::path(target).stem().string();
+          if (!host.empty()) one.host = host;
+          if (one.host != "twin" && one.host != "simulated-cell" && one.host != "cell") {
+            throw config.error("hosts",
+                               "found '" + host + "', expected twin, simulated-cell or cell");
+          }
+          if (one.host != "twin") one.name += " on " + one.host;
+          one.world = world;
+          if (!world.empty()) one.parameters["simulation.yaml:world"] = world;
+          if (!one.is_compared()) one.name += " in " + world;
+          if (!directory.empty()) {
+            one.config = resolved(config, "configs", directory);
+            one.name += " with " + fs::path(directory).filename().string();
+          }
+          cases.push_back(one);
+        }
+      }
+    }
+  }
+  config.finish();
+  return cases;
+}
+
+LeastChange read_least_change(Config& parent) {
+  LeastChange least;
+  if (!parent.has("least_change")) return least;
+  Config config = parent.section("least_change");
+  const std::map<std::string, Dimension> keys = {{"length", Dimension::length},
+                                                 {"angle", Dimension::angle},
+                                                 {"time", Dimension::time},
+                                                 {"speed", Dimension::speed},
+                                                 {"angular_speed", Dimension::angular_speed},
+                                                 {"frequency", Dimension::frequency},
+                                                 {"number", Dimension::number}};
+  least.relative = share(config, "relative", least.relative);
+  for (const auto& [key, dimension] : keys) {
+    config.optional(key, dimension, least.absolute[dimension]);
+    if (least.absolute[dimension] < 0) throw config.error(key, "found a negative change");
+  }
+  config.finish();
+  return least;
+}
+
+Baseline read_baseline(Config& parent) {
+  Baseline baseline;
+  if (!parent.has("baseline")) return baseline;
+  Config config = parent.section("baseline");
+  baseline.build = resolved(config, "build", config.text("build"));
+  if (config.has("config")) baseline.config = resolved(config, "config", config.text("config"));
+  config.finish();
+  return baseline;
+}
+
+Archive read_archive(Config& parent) {
+  Archive archive;
+  if (!parent.has("archive")) return archive;
+  Config config = parent.section("archive");
+  const std::string runs = config.text("runs");
+  archive.runs = resolved(config, "runs", runs);
+  if (!fs::is_directory(archive.runs) ||
+      std::none_of(fs::directory_iterator(archive.runs), fs::directory_iterator(),
+                   [](const auto& entry) { return entry.is_directory(); })) {
+    throw config.error("runs", "found '" + runs + "', expected a directory of run directories");
+  }
+  if (config.has("config")) archive.config = resolved(config, "config", config.text("config"));
+  config.finish();
+  return archive;
+}
+
+}  // namespace
+
+Plan load_plan(const fs::path& file) {
+  Plan plan;
+  plan.file = fs::absolute(file);
+  plan.text = read_file(file);
+  Config config = Config::parse(plan.text, file.string());
+  plan.name = file.stem().string();
+  config.optional("name", plan.name);
+  plan.jobs = count(config, "jobs", 0, 1);
+  plan.time_budget_s = duration(config, "time_budget", 0);
+  plan.run_timeout_s = duration(config, "run_timeout", plan.run_timeout_s);
+  config.optional("notify", plan.notify);
+  plan.keep = count(config, "keep", plan.keep, 0);
+  plan.history_nights = count(config, "history", plan.history_nights, 1);
+  plan.false_alarms = share(config, "false_alarms", plan.false_alarms);
+  if (plan.false_alarms == 0) throw config.error("false_alarms", "expected more than 0 %");
+  plan.least_change = read_least_change(config);
+  plan.baseline = read_baseline(config);
+  plan.archive = read_archive(config);
+  const Seeds seeds = read_seeds(config, {});
+
+  auto sections = config.sections("procedures");
+  if (sections.empty()) throw config.error("procedures", "expected a list of procedures to run");
+  std::set<std::string> names;
+  for (Config& section : sections) {
+    for (Case& one : read_cases(section, seeds)) {
+      if (!names.insert(one.name).second) {
+        throw section.error("procedure", "the name '" + one.name +
+                                             "' appears twice in the plan: give one a `name`");
+      }
+      plan.cases.push_back(std::move(one));
+    }
+  }
+  config.finish();
+  return plan;
+}
+
+std::vector<evaluation::Criterion> criteria_of(const Case& of) {
+  return procedures::load_procedure(of.procedure, of_procedure(of.parameters)).criteria;
+}
+
+}  // namespace berth::nights

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/core/quantity.h"
+#include "evaluation/measure/criterion.h"
+
+namespace berth::nights {
+
+/// A procedure under one set of conditions: what is compared from night to night.
+struct Case {
+  std::string name;  ///< once in a plan: the procedure's, with what else tells it from the others
+  std::filesystem::path procedure;
+  std::string target;         ///< empty: the procedure's own
+  std::string host = "twin";  ///< "twin", "simulated-cell" or "cell"
+  std::string world;          ///< of config/worlds; empty: the procedure's own, or the standard one
+  std::filesystem::path config;  ///< empty: the one shipped with the build
+  std::map<std::string, std::string> parameters;
+  std::vector<std::uint64_t> fixed;  ///< seeds of every night
+  int fresh = 0;                     ///< how many seeds are drawn anew each night
+  double may_fail = 0;               ///< share of the runs that fail when all is well
+
+  /// Whether measurements are compared with those of before. In worlds that depart from the files
+  /// a run says more of what it drew than of the build: there the share of failures judges alone,
+  /// and the questions asked in `exact` are as sharp as without them.
+  bool is_compared() const { return world.empty() || world == "exact"; }
+};
+
+/// The least change of a measurement that anybody would act upon, in SI units.
+struct LeastChange {
+  double relative = 0.05;  ///< of the value before
+  std::map<Dimension, double> absolute = {
+      {Dimension::length, 0.1e-3}, {Dimension::angle, 0.0002},         {Dimension::time, 0.2e-3},
+      {Dimension::speed, 0.2e-3},  {Dimension::angular_speed, 0.0002}, {Dimension::frequency, 0.05},
+      {Dimension::number, 0.02}};
+};
+
+/// What the measured values are compared with, beside the history.
+struct Baseline {
+  std::filesystem::path build;   ///< its program or launcher `berth`; empty: none
+  std::filesystem::path config;  ///< empty: the one shipped with that build
+};
+
+/// Recorded runs that tonight's estimator goes over again.
+struct Archive {
+  std::filesystem::path runs;    ///< a directory of run directories; empty: none
+  std::filesystem::path config;  ///< as `berth reestimate --config`; empty: as recorded
+};
+
+/// A nightly plan.
+struct Plan {
+  std::filesystem::path file;
+  std::string name;
+  std::string text;
+  std::vector<Case> cases;
+  Baseline baseline;
+  Archive archive;
+  int jobs = 0;                 ///< runs at a time; 0: one per core
+  double time_budget_s = 0;     ///< no run is begun later; 0: no limit
+  double run_timeout_s = 600;   ///< of one run
+  std::string notify;           ///< shell command; empty: nobody
+  int keep = 20;                ///< directories of passed runs
+  int history_nights = 30;      ///< that fresh seeds are compared with
+  double false_alarms = 0.002;  ///< chance that a night without any change raises an alarm
+  LeastChange least_change;
+};
+
+/// Reads and checks a plan. Paths in it are relative to its own directory.
+///
+///     name: nightly
+///     jobs: 2
+///     time_budget: 2 h
+///     baseline: {build: /opt/berth-good/bin/berth}
+///     archive: {runs: ../archive, config: ../config}
+///     seeds: {fixed: 12, fresh: 6}        # of every procedure that says nothing else
+///     procedures:
+///       - procedure: ../procedures/approach.yaml
+///         seeds: {fixed: [1, 2, 7], fresh: 4}
+///         targets: [radarsat2, envisat.stl]
+///         hosts: [twin]
+///         worlds: [exact, lab]
+///         configs: [../config]
+///         set: {speed: 30 mm/s}
+///         may_fail: 5 %
+///
+/// @throws InputError "file:line: key ...: found ..., expected ..."
+Plan load_plan(const std::filesystem::path& file);
+
+/// Criteria of a case's procedure, with the parameters that the plan sets.
+/// @throws InputError when the procedure cannot be read (any more).
+std::vector<evaluation::Criterion> criteria_of(const Case& of);
+
+}  // namespace berth::nights

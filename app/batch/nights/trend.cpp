@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/nights/trend.h"
+
+#include <algorithm>
+#include <map>
+
+#include "app/batch/nights/run_values.h"
+#include "evaluation/measure/proportion.h"
+#include "evaluation/measure/statistics.h"
+
+namespace berth::nights {
+namespace {
+
+/// About eight names of nights under the axis.
+std::vector<std::pair<double, std::string>> labels(const std::vector<Night>& nights) {
+  std::vector<std::pair<double, std::string>> ticks;
+  const std::size_t step = (nights.size() + 5) / 6;
+  for (std::size_t i = 0; i < nights.size(); i += step) {
+    const std::string& name = nights[nights.size() - 1 - i].name;
+    // Of a date, month and day do.
+    const bool is_date = name.size() >= 10 && name[4] == '-' && name[7] == '-';
+    ticks.emplace_back(static_cast<double>(nights[nights.size() - 1 - i].number),
+                       is_date ? name.substr(5) : name);
+  }
+  return ticks;
+}
+
+std::string title_of(const TrendSubject& subject) {
+  if (subject.statistic == "value") return subject.phase + ": " + subject.measurement;
+  if (evaluation::statistic_named(subject.statistic)) {
+    return subject.phase + ": " + subject.statistic + " " + subject.measurement;
+  }
+  return "criterion: " + subject.statistic;
+}
+
+}  // namespace
+
+report::Chart trend_chart(History& history, const std::vector<Night>& nights,
+                          const TrendSubject& subject, const std::vector<std::int64_t>& flagged) {
+  using Style = report::Curve::Style;
+  std::map<std::int64_t, std::vector<double>> tonight;
+  std::map<std::int64_t, std::vector<double>> baseline;
+  for (const TrendValue& v : history.trend(nights.front().number, subject.case_name, subject.phase,
+                                           subject.measurement, subject.statistic)) {
+    (v.build == Build::tonight ? tonight : baseline)[v.night].push_back(v.value);
+  }
+  // Of ones and zeros the mean says more than the middle one.
+  const bool is_share = subject.measurement == passed_measurement;
+  const auto middle_of = [&](const std::vector<double>& sorted) {
+    return is_share ? evaluation::compute(evaluation::Statistic::mean, sorted)
+                    : evaluation::quantile(sorted, 0.5);
+  };
+  report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
+  report::Curve median{
+      is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
+  report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
+  report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
+  report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};
+  for (auto [night, values] : tonight) {
+    std::sort(values.begin(), values.end());
+    const auto x = static_cast<double>(night);
+    const double middle = middle_of(values);
+    band.x.push_back(x);
+    band.y.push_back(evaluation::quantile(values, 0.9));
+    band.low.push_back(evaluation::quantile(values, 0.1));
+    median.x.push_back(x);
+    median.y.push_back(middle);
+    const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
+    report::Curve& mark = alarm ? alarms : dots;
+    mark.x.push_back(x);
+    mark.y.push_back(middle);
+  }
+  for (auto [night, values] : baseline) {
+    std::sort(values.begin(), values.end());
+    old.x.push_back(static_cast<double>(night));
+    old.y.push_back(middle_of(values));
+  }
+  report::Chart chart;
+  chart.title = title_of(subject);
+  chart.unit = subject.unit;
+  chart.x_unit = "";
+  chart.group = "nights";
+  chart.curves = {band, old, median, dots};
+  if (old.x.empty()) chart.curves.erase(chart.curves.begin() + 1);
+  if (is_share) {
+    chart.curves.erase(chart.curves.begin());
+    chart.y_range = {-0.05, 1.05};
+  }
+  if (!alarms.x.empty()) chart.curves.push_back(alarms);
+  chart.x_range = {static_cast<double>(nights.front().number) - 0.5,
+                   static_cast<double>(nights.back().number) + 0.5};
+  chart.x_ticks = labels(nights);
+  chart.clip_extremes = true;
+  chart.height_px = 120;
+  return chart;
+}
+
+}  // namespace berth::nights

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "app/batch/nights/archive.h"
+#include "app/batch/nights/changes.h"
+
+namespace berth::nights {
+
+/// How the runs of tonight's build under one case went.
+struct CaseResult {
+  std::string name;
+  std::size_t runs = 0;
+  std::size_t passed = 0;
+  std::size_t failed = 0;  ///< a criterion or a step: FAIL, INCONCLUSIVE
+  std::size_t errors = 0;  ///< ERROR, TIMEOUT, ABORTED
+  double may_fail = 0;
+  /// Chance of so many failures, or more, if they come at the rate that the plan allows.
+  double p_of_failures = 1;
+  bool too_many_failed = false;
+  double simulated_s = 0;
+  double cpu_s = 0;
+};
+
+/// All that is to be said of a night.
+struct NightReport {
+  Night night;
+  std::optional<Night> previous;  ///< the night before it
+  std::vector<FinishedRun> runs;  ///< of both builds, in the order of the plan's cases
+  std::vector<CaseResult> cases;
+  ChangeReport changes;
+  ArchiveResult archive;     ///< told; of it a run that cannot be estimated again alone is judged
+  std::size_t left_out = 0;  ///< runs that the time budget left no time for
+  std::string notification;  ///< what went wrong with it; empty when nothing did
+
+  /// 0 clean, 1 a regression or failures, 2 the rig was at fault.
+  int exit_code() const;
+  bool has_regression() const;
+};
+
+/// Judges a night: fills in the cases and the night's verdict.
+void judge(const Plan& plan, NightReport& report);
+
+/// P(at least `failed` of `runs` | each fails with this chance).
+double binomial_tail(std::size_t failed, std::size_t runs, double chance);
+
+/// "0.00125", "0.00005".
+std::string chance_text(double p);
+
+/// As the terminal and the notified see it.
+std::string text_of(const NightReport& report);
+std::string json_of(const NightReport& report);
+std::string junit_of(const NightReport& report);
+
+}  // namespace berth::nights

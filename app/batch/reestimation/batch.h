@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "app/batch/reestimation/change.h"
+#include "app/batch/reestimation/new_run.h"
+#include "app/batch/reestimation/reestimate_log.h"
+
+namespace berth {
+
+/// What is to be estimated again, and how.
+struct BatchRequest {
+  std::vector<std::filesystem::path> runs;  ///< run directories or logs
+  EstimatorChanges changes;
+  std::filesystem::path out;  ///< new run directories are made under it
+  unsigned jobs = 0;          ///< runs at a time; 0: as many as there are processors
+  double level = 0.05;        ///< of find_change
+};
+
+/// One run of a batch.
+struct BatchRun {
+  std::filesystem::path recorded;  ///< its log
+  std::filesystem::path again;     ///< new run directory
+  Reestimation result;
+  evaluation::RunRecord before;
+  evaluation::RunRecord after;
+  Change change;
+  std::string error;  ///< of a run that could not be estimated again: all but the paths is empty
+};
+
+struct Batch {
+  std::vector<BatchRun> runs;  ///< as requested
+  Change change;               ///< over all of them
+
+  bool failed() const;
+  /// Every estimate of every run came out again, number for number.
+  bool identical() const;
+};
+
+/// Estimates all runs again. What comes out does not depend on the number of jobs.
+/// @param share_done is told how much of all is done, from any thread
+Batch reestimate(const BatchRequest& request, const ShareDone& share_done);
+
+}  // namespace berth

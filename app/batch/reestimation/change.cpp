@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/reestimation/change.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "lcmtypes/words.h"
+
+namespace berth {
+namespace {
+
+using evaluation::Measurement;
+using evaluation::Measurer;
+using evaluation::Phase;
+using evaluation::RunRecord;
+using evaluation::Statistic;
+
+/// The returns on which an estimate rests.
+using Returns = std::pair<std::int64_t, std::int32_t>;
+using ValueOf = std::map<Returns, double>;
+
+struct Compared {
+  const char* measurement;
+  Statistic statistic;
+};
+
+constexpr Compared compared[] = {
+    {"position_error", Statistic::rms}, {"position_error", Statistic::p95},
+    {"attitude_error", Statistic::rms}, {"attitude_error", Statistic::p95},
+    {"velocity_error", Statistic::rms}, {"angular_velocity_error", Statistic::rms},
+    {"nees", Statistic::mean},
+};
+constexpr char good_estimates[] = "good_estimates";
+
+struct Side {
+  explicit Side(const RunRecord& of) : record(of), measurer(of, {}) {
+    for (const auto& e : record.estimates()) {
+      returns_at[e.utime] = {e.scan_id, e.last_packet};
+    }
+  }
+
+  ValueOf values(const Measurement& measurement, const Phase& phase) const {
+    const evaluation::Series series = measurement.series(measurer, phase);
+    ValueOf values;
+    for (std::size_t i = 0; i < series.utime.size(); ++i) {
+      values[returns_at.at(series.utime[i])] = measurement.shown(series.value[i]);
+    }
+    return values;
+  }
+
+  /// Nothing when the run has no such phase. Without a procedure all of it is one.
+  std::optional<Phase> phase(const std::string& name) const {
+    if (record.state() || returns_at.empty()) return record.phase(name);
+    if (name != evaluation::whole_run) return std::nullopt;
+    return Phase{name, {{returns_at.begin()->first, returns_at.rbegin()->first}}};
+  }
+
+  /// 100 for good estimates, 0 for others.
+  ValueOf good(const Phase& phase) const {
+    ValueOf values;
+    for (const auto& e : record.estimates()) {
+      if (phase.contains(e.utime)) values[{e.scan_id, e.last_packet}] = e.ok() ? 100 : 0;
+    }
+    return values;
+  }
+
+  const RunRecord& record;
+  Measurer measurer;
+  std::map<Utime, Returns> returns_at;
+};
+
+struct TwoSides {
+  explicit TwoSides(const RecordPair& pair) : before(*pair.before), after(*pair.after) {}
+  Side before;
+  Side after;
+};
+
+/// Values of the same returns, one after the other.
+struct Paired {
+  std::vector<double> before;
+  std::vector<double> after;
+
+  void add(double b, double a) {
+    before.push_back(b);
+    after.push_back(a);
+  }
+  void add_common(const ValueOf& b, const ValueOf& a) {
+    for (const auto& [returns, value] : b) {
+      if (const auto other = a.find(returns); other != a.end()) add(value, other->second);
+    }
+  }
+  /// An estimate that is not there is not good.
+  void add_all(const ValueOf& b, const ValueOf& a) {
+    std::map<Returns, std::pair<double, double>> all;
+    for (const auto& [returns, value] : b) all[returns].first = value;
+    for (const auto& [returns, value] : a) all[returns].second = value;
+    for (const auto& [returns, values] : all) add(values.first, values.second);
+  }
+};
+
+std::vector<std::string> phases_of(const std::vector<TwoSides>& runs) {
+  std::vector<std::string> names;
+  for (const TwoSides& run : runs) {
+    for (const Phase& phase : run.before.record.phases()) {
+      if (phase.name != evaluation::teardown_phase && phase.name != evaluation::whole_run &&
+          std::find(names.begin(), names.end(), phase.name) == names.end()) {
+        names.push_back(phase.name);
+      }
+    }
+  }
+  if (names.size() != 1) names.push_back(evaluation::whole_run);
+  return names;
+}
+
+ChangeRow row_of(const std::string& phase, const std::string& measurement, Statistic statistic,
+                 const std::string& unit, const Paired& paired, double level) {
+  evaluation::BootstrapOptions options;
+  options.confidence = 1 - level;
+  // Errors of one run hang together. Whether a scan gives a good estimate is a fact about that
+  // scan: a target lost for a minute is no single event.
+  options.block = measurement == good_estimates ? 1 : 0;
+  ChangeRow row;
+  row.phase = phase;
+  row.measurement = measurement;
+  row.statistic = evaluation::name_of(statistic);
+  row.unit = unit;
+  row.difference = paired_difference(statistic, paired.before, paired.after, options);
+  const bool same = row.difference.low == 0 && row.difference.high == 0;
+  row.judgement = same ? Judgement::same : Judgement::no_difference;
+  return row;
+}
+
+void add_phase(const std::string& name, const std::vector<TwoSides>& runs, double level,
+               std::vector<ChangeRow>& rows) {
+  const auto over_runs = [&](const auto& add) {
+    Paired paired;
+    for (const TwoSides& run : runs) {
+      if (const auto phase = run.before.phase(name)) add(run, *phase, paired);
+    }
+    return paired;
+  };
+  for (const auto& [measurement_name, statistic] : compared) {
+    const Measurement& measurement = *evaluation::measurement_named(measurement_name);
+    const Paired paired = over_runs([&](const TwoSides& run, const Phase& phase, Paired& into) {
+      into.add_common(run.before.values(measurement, phase), run.after.values(measurement, phase));
+    });
+    if (paired.before.empty()) continue;
+    rows.push_back(row_of(name, measurement.name, statistic, measurement.unit, paired, level));
+  }
+  const Paired good = over_runs([](const TwoSides& run, const Phase& phase, Paired& into) {
+    into.add_all(run.before.good(phase), run.after.good(phase));
+  });
+  if (good.before.empty()) return;
+  rows.push_back(row_of(name, good_estimates, Statistic::mean, "%", good, level));
+}
+
+/// Whether the statistic after is the better one; all that is compared prefers something.
+bool is_better(const ChangeRow& row) {
+  const Measurement* what = evaluation::measurement_named(row.measurement);  // none: good_estimates
+  const evaluation::Preference preference =
+      what == nullptr ? evaluation::Preference{evaluation::Direction::larger_is_better}
+                      : what->preference(*evaluation::statistic_named(row.statistic));
+  return preference.kind_of_change(row.difference.before, row.difference.after) ==
+         evaluation::ChangeKind::better;
+}
+
+/// A row without a test does not make the others' harder.
+bool is_tested(const ChangeRow& row) {
+  constexpr double fewest = 5;
+  return row.judgement != Judgement::same && row.difference.independent() >= fewest;
+}
+
+void judge(std::vector<ChangeRow>& rows, double level) {
+  std::vector<double> p_values;
+  for (const ChangeRow& row : rows) {
+    p_values.push_back(is_tested(row) ? row.difference.p_value
+                                      : std::numeric_limits<double>::quiet_NaN());
+  }
+  const std::vector<double> adjusted = evaluation::holm(p_values);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ChangeRow& row = rows[i];
+    row.adjusted_p = adjusted[i];
+    if (row.judgement == Judgement::same) continue;
+    if (!is_tested(row)) {
+      row.judgement = Judgement::too_few;
+    } else if (adjusted[i] < level) {
+      row.judgement = is_better(row) ? Judgement::better : Judgement::worse;
+    } else if (row.difference.significant(level)) {
+      row.judgement = is_better(row) ? Judgement::perhaps_better : Judgement::perhaps_worse;
+    }
+  }
+}
+
+void count_statuses(const TwoSides& run, StatusChanges& changes) {
+  std::map<Returns, std::pair<std::string, std::string>> all;
+  for (const auto& e : run.before.record.estimates()) {
+    all[{e.scan_id, e.last_packet}] = {words::of_estimate_status(e.status), "none"};
+  }
+  for (const auto& e : run.after.record.estimates()) {
+    auto& both = all[{e.scan_id, e.last_packet}];
+    if (both.first.empty()) both.first = "none";
+    both.second = words::of_estimate_status(e.status);
+  }
+  for (const auto& [returns, both] : all) ++changes[both];
+}
+
+}  // namespace
+
+const char* text_of(Judgement judgement) {
+  constexpr const char* texts[] = {"same",   "no difference", "perhaps better", "perhaps worse",
+                                   "better", "worse",         "too few"};
+  return texts[static_cast<int>(judgement)];
+}
+
+bool Change::any(Judgement judgement) const {
+  return std::any_of(rows.begin(), rows.end(),
+                     [judgement](const ChangeRow& row) { return row.judgement == judgement; });
+}
+
+std::string Change::verdict() const {
+  const bool better = any(Judgement::better);
+  const bool worse = any(Judgement::worse);
+  if (better && worse) return "mixed";
+  return better ? "better" : worse ? "worse" : "no difference";
+}
+
+Change find_change(const std::vector<RecordPair>& pairs, double level) {
+  const std::vector<TwoSides> runs(pairs.begin(), pairs.end());
+  Change change;
+  change.runs = runs.size();
+  for (const std::string& phase : phases_of(runs)) add_phase(phase, runs, level, change.rows);
+  judge(change.rows, level);
+  for (const TwoSides& run : runs) count_statuses(run, change.statuses);
+  return change;
+}
+
+}  // namespace berth

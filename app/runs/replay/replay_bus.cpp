@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/runs/replay/replay_bus.h"
+
+#include <chrono>
+
+#include "common/bus/lcm_bus.h"
+#include "common/core/error.h"
+#include "lcmtypes/channels.h"
+#include "logs/file/log_event.h"
+
+namespace berth {
+
+ReplayBus::ReplayBus(const std::string& url) : url_(bus_url(url)), lcm_(url_) {
+  if (!lcm_.good()) {
+    throw InputError("LCM cannot use " + url_ +
+                     ": is there a multicast route? 'berth doctor' tells how to mend it");
+  }
+  lcm_.subscribe(channels::heartbeat, &ReplayBus::on_heartbeat, this);
+}
+
+bool ReplayBus::publish(const std::string& channel, Bytes bytes) {
+  return lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) == 0;
+}
+
+void ReplayBus::on_heartbeat(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
+  const Bytes bytes{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
+  heard_ = logs::decode<heartbeat_t>(bytes);
+}
+
+std::optional<heartbeat_t> ReplayBus::anybody_alive() {
+  // A node beats at 20 Hz; one that is silent for 150 ms is dead.
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::milliseconds(400);
+  heard_.reset();
+  while (!heard_ && Clock::now() < end) lcm_.handleTimeout(50);
+  return heard_;
+}
+
+std::optional<heartbeat_t> ReplayBus::hear_stranger(const std::set<std::int64_t>& known_sessions) {
+  heard_.reset();
+  lcm_.handleTimeout(0);
+  if (heard_ && known_sessions.count(heard_->session) == 0) return heard_;
+  return std::nullopt;
+}
+
+}  // namespace berth

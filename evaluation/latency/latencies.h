@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace berth::evaluation {
+
+/// One delay between LIDAR, arms and host as a run's data show it, with its 95 % interval. Times in
+/// s; NaN where it could not be measured, and then the remark says why.
+struct Latency {
+  enum class Kind {
+    delay,  ///< estimated from motion
+    clock,  ///< a device's clock minus the host's, as its driver brackets it
+    trip    ///< from asking to the answer: the median, and what 95 % of them lie between
+  };
+  std::string name;
+  Kind kind = Kind::delay;
+  double value;
+  double low;
+  double high;
+  double sigma_information = 0;  ///< of a delay: what the data's covariances say
+  double sigma_bootstrap = 0;    ///< of a delay: the same from blocks drawn again
+  double sigma_offset = 0;       ///< of a delay: from truth's own constant errors
+  std::size_t samples = 0;
+  std::string remark;
+};
+
+}  // namespace berth::evaluation

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/latency/latency_collector.h"
+
+#include <algorithm>
+#include <berth/lidar_state_t.hpp>
+#include <cmath>
+#include <limits>
+
+#include "common/core/text.h"
+#include "evaluation/latency/estimate_delay.h"
+#include "lcmtypes/channels.h"
+
+namespace berth::evaluation {
+namespace {
+
+constexpr double two_sided = 1.96;  // standard deviations of a 95 % interval
+
+Latency latency_of(const std::string& name, const DelayFit& fit, const std::string& remark) {
+  Latency latency;
+  latency.name = name;
+  latency.value = fit.delay;
+  latency.low = fit.delay - fit.half_width;
+  latency.high = fit.delay + fit.half_width;
+  latency.sigma_information = fit.sigma_information;
+  latency.sigma_bootstrap = fit.sigma_bootstrap;
+  latency.sigma_offset = fit.sigma_offset;
+  latency.samples = fit.samples;
+  latency.remark = remark;
+  return latency;
+}
+
+std::string remark_of(const DelayFit& fit) {
+  if (std::isnan(fit.delay)) return "not observable: the arm was not moved";
+  return fit.half_width > widest_delay_interval ? "not observable: the arm was moved too little"
+                                                : "";
+}
+
+/// How much later the sensor arm carries out set-points than the replica arm.
+Latency between(const DelayFit& replica, const DelayFit& sensor) {
+  DelayFit both;
+  both.delay = sensor.delay - replica.delay;
+  both.half_width = std::hypot(sensor.half_width, replica.half_width);
+  both.sigma_information = std::hypot(sensor.sigma_information, replica.sigma_information);
+  both.sigma_bootstrap = std::hypot(sensor.sigma_bootstrap, replica.sigma_bootstrap);
+  both.samples = std::min(sensor.samples, replica.samples);
+  return latency_of("sensor arm behind replica arm", both, remark_of(both));
+}
+
+/// Parts of one, by a straight line through the offsets.
+double drift_of(const std::vector<ArmTrack::Clock>& clocks) {
+  double t_mean = 0;
+  double mean = 0;
+  const Utime first = clocks.front().utime;
+  const auto n = static_cast<double>(clocks.size());
+  for (const auto& c : clocks) {
+    t_mean += seconds(c.utime - first) / n;
+    mean += c.offset / n;
+  }
+  double above = 0;
+  double below = 0;
+  for (const auto& c : clocks) {
+    const double t = seconds(c.utime - first) - t_mean;
+    above += t * (c.offset - mean);
+    below += t * t;
+  }
+  return below > 0 ? above / below : 0;
+}
+
+void add_clock(const std::string& name, const std::vector<ArmTrack::Clock>& clocks,
+               std::vector<Latency>& list) {
+  if (clocks.empty() || clocks.back().sigma <= 0) return;
+  const ArmTrack::Clock& last = clocks.back();
+  Latency latency;
+  latency.name = name;
+  latency.kind = Latency::Kind::clock;
+  latency.value = last.offset;
+  latency.low = last.offset - two_sided * last.sigma;
+  latency.high = last.offset + two_sided * last.sigma;
+  latency.samples = clocks.size();
+  latency.remark = "drift " + fixed(1e6 * drift_of(clocks), 1) + " ppm";
+  list.push_back(latency);
+}
+
+void add_trips(const std::string& name, std::vector<double> trips, std::vector<Latency>& list) {
+  if (trips.empty()) return;
+  std::sort(trips.begin(), trips.end());
+  const auto at = [&](double share) {
+    return trips[static_cast<std::size_t>(share * static_cast<double>(trips.size() - 1))];
+  };
+  Latency latency;
+  latency.name = name;
+  latency.kind = Latency::Kind::trip;
+  latency.value = at(0.5);
+  latency.low = at(0.025);
+  latency.high = at(0.975);
+  latency.samples = trips.size();
+  list.push_back(latency);
+}
+
+}  // namespace
+
+void LatencyCollector::take(const logs::LogEvent& event) {
+  const auto arm = [&](const char* state, const char* command, ArmTrack Session::*track) {
+    if (event.channel == state) {
+      if (const auto m = logs::decode<arm_state_t>(event.data))
+        (sessions_[m->session].*track).add(*m);
+    } else if (event.channel == command) {
+      if (const auto m = logs::decode<arm_command_t>(event.data))
+        (sessions_[m->session].*track).add(*m);
+    }
+  };
+  arm(channels::arm_state_replica, channels::arm_command_replica, &Session::replica);
+  arm(channels::arm_state_sensor, channels::arm_command_sensor, &Session::sensor);
+  if (event.channel == channels::lidar_state) {
+    const auto m = logs::decode<lidar_state_t>(event.data);
+    if (m && m->clock_offset_sigma_s > 0) {
+      sessions_[m->session].lidar.push_back({m->utime, m->clock_offset_s, m->clock_offset_sigma_s});
+    }
+  }
+}
+
+std::vector<Latency> LatencyCollector::latencies(const Measurer& measurer) const {
+  std::vector<Latency> list;
+  if (const auto whole = measurer.record().phase(whole_run)) {
+    const EstimateDelay scans = estimate_delay(measurer, *whole, EstimatePose::measured);
+    const EstimateDelay filtered = estimate_delay(measurer, *whole, EstimatePose::filtered);
+    if (!measurer.compared().empty()) {
+      list.push_back(
+          latency_of("LIDAR behind arms, single scans", scans.fit, scans.not_observable));
+      list.push_back(
+          latency_of("estimates behind arms, filtered", filtered.fit, filtered.not_observable));
+    }
+  }
+  const auto* info = measurer.record().info();
+  const auto found = info ? sessions_.find(info->session) : sessions_.end();
+  if (found == sessions_.end()) return list;
+  const Session& session = found->second;
+  const DelayFit replica = session.replica.following_delay();
+  const DelayFit sensor = session.sensor.following_delay();
+  if (replica.samples > 0) {
+    list.push_back(latency_of("replica arm behind its set-points", replica, remark_of(replica)));
+  }
+  if (sensor.samples > 0) {
+    list.push_back(latency_of("sensor arm behind its set-points", sensor, remark_of(sensor)));
+  }
+  if (replica.samples > 0 && sensor.samples > 0) list.push_back(between(replica, sensor));
+  add_trips("replica arm, status read", session.replica.round_trips(), list);
+  add_trips("sensor arm, status read", session.sensor.round_trips(), list);
+  add_clock("replica controller's clock minus host's", session.replica.clocks(), list);
+  add_clock("sensor controller's clock minus host's", session.sensor.clocks(), list);
+  add_clock("LIDAR's clock minus host's", session.lidar, list);
+  return list;
+}
+
+}  // namespace berth::evaluation

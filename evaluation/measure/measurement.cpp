@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/measure/measurement.h"
+
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "common/core/text.h"
+#include "evaluation/measure/series.h"
+
+namespace berth::evaluation {
+namespace {
+
+Series nothing_measured(const std::string& reason, const Series*) {
+  Series series;
+  series.reason = reason;
+  return series;
+}
+
+Measured nothing_measured(const std::string& reason, const Measured*) {
+  return {std::numeric_limits<double>::quiet_NaN(), 0, 0, reason};
+}
+
+/// One that throws has not measured anything: what else is measured does not depend on it.
+template <class Result>
+void guard(std::function<Result(const Measurer&, const Phase&)>& measure) {
+  if (!measure) return;
+  measure = [inner = std::move(measure)](const Measurer& measurer, const Phase& phase) {
+    try {
+      return inner(measurer, phase);
+    } catch (const std::exception& e) {
+      return nothing_measured(std::string("could not be measured: ") + e.what(),
+                              static_cast<const Result*>(nullptr));
+    }
+  };
+}
+
+std::vector<Measurement> make_measurements() {
+  std::vector<Measurement> table;
+  add_errors(table);
+  add_velocities(table);
+  add_consistency(table);
+  add_availability(table);
+  add_scans(table);
+  add_steps(table);
+  add_timing(table);
+  add_mount(table);
+  add_following(table);
+  add_approach(table);
+  add_safety(table);
+  for (Measurement& measurement : table) {
+    guard(measurement.series);
+    guard(measurement.number);
+  }
+  return table;
+}
+
+/// "smaller", "larger" or "nearer 1"; empty where neither is better.
+std::string better_of(const Measurement& measurement) {
+  const Preference preference = measurement.preference(Statistic::mean);
+  if (preference.direction == Direction::neither) return "";
+  if (preference.direction == Direction::larger_is_better) return "larger";
+  return preference.ideal == 0 ? "smaller" : "nearer " + fixed(preference.ideal, 0);
+}
+
+}  // namespace
+
+const std::vector<Measurement>& measurements() {
+  static const std::vector<Measurement> table = make_measurements();
+  return table;
+}
+
+const Measurement* measurement_named(const std::string& name) {
+  for (const Measurement& measurement : measurements()) {
+    if (measurement.name == name) return &measurement;
+  }
+  return nullptr;
+}
+
+ChangeKind Preference::kind_of_change(double before, double after) const {
+  const bool ratios = ideal > 0 && before > 0 && after > 0;
+  const auto worth = [&](double value) {
+    if (direction == Direction::larger_is_better) return value;
+    return -std::abs(ratios ? std::log(value / ideal) : value - ideal);
+  };
+  if (direction == Direction::neither || !(worth(before) != worth(after))) {
+    return ChangeKind::changed;
+  }
+  return worth(after) > worth(before) ? ChangeKind::better : ChangeKind::worse;
+}
+
+Preference Measurement::preference(Statistic statistic) const {
+  const bool scatter = series && statistic == Statistic::deviation;
+  if (direction == Direction::larger_is_better && scatter) return {Direction::smaller_is_better, 0};
+  return {direction, ideal == nullptr ? 0 : shown(ideal(statistic))};
+}
+
+std::string describe_measurements(bool markdown) {
+  std::string text;
+  std::string family;
+  std::vector<std::vector<std::string>> lines;
+  const auto end_family = [&] {
+    text += text_table(lines, 5);
+    lines.clear();
+  };
+  for (const Measurement& m : measurements()) {
+    if (m.family != family) {
+      family = m.family;
+      if (markdown) {
+        text += (text.empty() ? "" : "\n") + std::string("### ") + family + "\n\n" +
+                "| measurement | unit | of | better | what it is |\n|---|---|---|---|---|\n";
+      } else {
+        end_family();
+        text += (text.empty() ? "" : "\n") + family + "\n";
+      }
+    }
+    const std::string of = m.series ? "series" : "number";
+    if (markdown) {
+      text += "| `" + m.name + "` | " + m.unit + " | " + of + " | " + better_of(m) + " | " +
+              m.description + " |\n";
+    } else {
+      lines.push_back({m.name, m.unit, of, better_of(m), m.description});
+    }
+  }
+  if (markdown) return text;
+  end_family();
+  text += "\nstatistics of a series:";
+  for (const std::string& name : statistic_names()) text += " " + name;
+  return text + "\n";
+}
+
+}  // namespace berth::evaluation

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/meshes/symmetry.h"
+#include "common/targets/target.h"
+#include "evaluation/measure/measurement.h"
+
+namespace berth::evaluation {
+
+/// Point of the target's surface (model frame, m) nearest to a point of the model frame. Empty
+/// where the target's mesh is not at hand.
+struct NearestPoint : std::function<Vector3d(const Vector3d&)> {
+  using function::function;
+  std::shared_ptr<const RayCaster> rays;  ///< at the same surface
+};
+
+/// An estimate (status OK) beside the truth at its own time.
+struct ComparedEstimate {
+  EstimateSample estimate;  ///< as the target's symmetry brings it nearest to truth
+  TruthSample truth;        ///< its velocity is that about the time of the estimate, not before it
+  Vector6d error;           ///< perturbed(truth, error) = estimate: [m; rad], sensor frame
+  /// Of truth's velocity, [m/s; rad/s], sensor frame.
+  Matrix6d truth_velocity_covariance = Matrix6d::Zero();
+};
+
+/// Of the estimates that show the same target the one nearest in attitude to truth: pose, measured
+/// pose, velocity and covariance. Of a target without symmetry it is the estimate itself.
+EstimateSample nearest_equal(const EstimateSample& estimate, const Pose& truth,
+                             const SymmetryGroup& symmetry);
+
+/// The one place where an estimate meets truth. Nothing where truth does not bracket the estimate.
+std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& truth,
+                                        const SymmetryGroup& symmetry);
+
+/// Measures a run. The same numbers in the engine at a run's end and from its log later.
+class Measurer {
+ public:
+  /// The record must outlive it.
+  Measurer(const RunRecord& record, NearestPoint nearest);
+
+  /// @param statistic not looked at for measurements that are one number
+  Measured measure(const Measurement& what, Statistic statistic, const Phase& phase) const;
+
+  const RunRecord& record() const { return record_; }
+  const std::vector<ComparedEstimate>& compared() const { return compared_; }
+  /// By which poses of the target are one: what RUN_INFO holds of it.
+  const SymmetryGroup& symmetry() const { return symmetry_; }
+  /// Estimates with status OK for which there is no truth.
+  const std::vector<Utime>& without_truth() const { return without_truth_; }
+  /// The estimate of that time beside truth; nullptr where there is none.
+  const ComparedEstimate* compared_at(Utime utime) const;
+  const NearestPoint& nearest() const { return nearest_; }
+  /// The docking port of the run's target that the phase is about: of the last approach that began
+  /// by its end, else the first one. nullptr when the target has none.
+  const DockingPort* port(const Phase& phase) const;
+
+  /// From the model's origin to the target's point that is nearest to the sensor, where it truly
+  /// was, sensor frame; only with nearest(). Each is looked up once.
+  Vector3d surface_lever(const TruthSample& truth) const;
+
+  /// Root mean square distance, m, of the returns that the estimate rests on from the target's
+  /// surface where the estimate puts it at their times. The returns are those, of at most 200 of
+  /// its packets, of beams that met the target where it truly was, a tenth of its length off at
+  /// most: the estimate has no say in which they are. NaN without any. Each is looked up once.
+  double residual(const ComparedEstimate& compared) const;
+
+  /// An estimate counts as current for this long.
+  static constexpr Utime estimate_lifetime = 2 * second;
+
+ private:
+  const RunRecord& record_;
+  NearestPoint nearest_;
+  std::vector<DockingPort> ports_;
+  SymmetryGroup symmetry_;
+  std::vector<ComparedEstimate> compared_;
+  std::vector<Utime> without_truth_;
+  mutable std::map<Utime, Vector3d> levers_;
+  mutable std::map<Utime, double> residuals_;
+};
+
+}  // namespace berth::evaluation

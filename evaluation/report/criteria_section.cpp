@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "evaluation/report/axis.h"
+#include "evaluation/report/sections.h"
+#include "evaluation/report/verdict_marks.h"
+
+namespace berth::report {
+namespace {
+
+std::string placed(const Axis& axis, double from, double to) {
+  const double a = std::clamp(axis.fraction(from), 0.0, 1.0);
+  const double b = std::clamp(axis.fraction(to), 0.0, 1.0);
+  char out[80];
+  std::snprintf(out, sizeof out, "left:%.2f%%;width:%.2f%%", 100 * a, 100 * (b - a));
+  return out;
+}
+
+/// Value, two sigma of truth about it, and what is allowed, on one scale.
+Html scale_of(const criterion_result_t& c) {
+  if (!std::isfinite(c.value)) return {};
+  std::vector<double> shown_values = {c.lower_limit, c.upper_limit, c.value};
+  const double band = std::isfinite(c.uncertainty) ? 2 * c.uncertainty : 0;
+  shown_values.push_back(c.value - band);
+  shown_values.push_back(c.value + band);
+  const bool never_negative = c.value >= 0 && !(c.lower_limit < 0);
+  if (never_negative) shown_values.push_back(0);
+  Axis axis = axis_for(shown_values, false);
+  if (never_negative) axis.low = 0;
+  const double low = std::isfinite(c.lower_limit) ? c.lower_limit : axis.low;
+  const double high = std::isfinite(c.upper_limit) ? c.upper_limit : axis.high;
+  std::string html =
+      "<div class=\"scale\" role=\"img\" aria-label=\"value on its scale\">"
+      "<i class=\"allowed\" style=\"" +
+      placed(axis, low, high) + "\"></i>";
+  for (const double limit : {c.lower_limit, c.upper_limit}) {
+    if (std::isfinite(limit)) {
+      html += "<i class=\"limit\" style=\"" + placed(axis, limit, limit) + "\"></i>";
+    }
+  }
+  const std::string kind = class_of_result(c.result);
+  if (band > 0) {
+    html += "<i class=\"sigma " + kind + "\" style=\"" +
+            placed(axis, c.value - band, c.value + band) + "\"></i>";
+  }
+  html += "<i class=\"value " + kind + "\" style=\"" + placed(axis, c.value, c.value) + "\"></i>";
+  return markup(html + "</div>");
+}
+
+Html margin_of(const criterion_result_t& c) {
+  const double m = evaluation::margin(c);
+  if (!std::isfinite(m)) return {};
+  Html html = text(brief(m));
+  const double part = relative_margin(c);
+  if (std::isfinite(part)) html += element("small", "", text(" " + brief(100 * part, 2) + " %"));
+  return html;
+}
+
+}  // namespace
+
+Html limits_of(const criterion_result_t& c) {
+  const bool lower = std::isfinite(c.lower_limit);
+  const bool upper = std::isfinite(c.upper_limit);
+  if (lower && upper) {
+    return text(brief(c.lower_limit) + " to " + brief(c.upper_limit));
+  }
+  if (lower) return text("\xE2\x89\xA5 " + brief(c.lower_limit));
+  return upper ? text("\xE2\x89\xA4 " + brief(c.upper_limit)) : Html();
+}
+
+Html criteria_section(const RunView& view) {
+  const auto& criteria = view.comparison().criteria;
+  if (criteria.empty()) return {};
+  Table table;
+  table.head = {"result", "criterion", "phase", "measurement", "value", "\xC2\xB1 truth, 2\xCF\x83",
+                "limits", "margin",    "unit",  "on its scale"};
+  table.left_columns = 4;
+  for (const criterion_result_t& c : criteria) {
+    Html name = text(c.name);
+    if (!c.reason.empty()) name += markup("<br>") + element("small", "", text(c.reason));
+    table.rows.push_back(
+        {element("b", class_of_result(c.result), text(evaluation::text_of_result(c.result))), name,
+         text(c.phase),
+         text(c.measurement) + markup("<br>") +
+             element("small", "", text(std::to_string(c.samples) + " samples")),
+         text(brief(c.value)), c.uncertainty > 0 ? text(brief(2 * c.uncertainty, 3)) : Html(),
+         limits_of(c), margin_of(c), text(c.unit), scale_of(c)});
+  }
+  Html html = html_of(table);
+  const bool unsure = std::any_of(criteria.begin(), criteria.end(), [](const auto& c) {
+    return c.result == criterion_result_t::INCONCLUSIVE;
+  });
+  if (unsure) {
+    html += element("p", "note-wide",
+                    text("Inconclusive: the value lies within two standard uncertainties of ground "
+                         "truth of its limit, or could not be measured, so that the log can "
+                         "neither confirm nor deny it (as ISO 14253-1)."));
+  }
+  return html;
+}
+
+}  // namespace berth::report

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/report/html.h"
+
+#include <cctype>
+#include <cstdio>
+
+#include "common/core/valid_text.h"
+
+namespace berth::report {
+Html text(std::string_view any) { return {markup_text(any)}; }
+
+Html markup(std::string code) { return {std::move(code)}; }
+
+Html element(const char* name, const char* classes, const Html& content) {
+  const std::string opened = *classes == '\0' ? "" : std::string(" class=\"") + classes + "\"";
+  return {std::string("<") + name + opened + ">" + content.code + "</" + name + ">"};
+}
+
+Html link(std::string_view relative_path, const Html& content) {
+  // A first segment with a colon would be read as a scheme.
+  std::string address = "./";
+  for (const char c : relative_path) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || std::string_view("-._~/").find(c) != std::string_view::npos) {
+      address += c;
+    } else {
+      char hex[4];
+      std::snprintf(hex, sizeof hex, "%%%02X", byte);
+      address += hex;
+    }
+  }
+  return {"<a href=\"" + address + "\">" + content.code + "</a>"};
+}
+
+Html html_of(const Table& table) {
+  Html html = markup("<div class=\"scroll\"><table><thead><tr>");
+  const auto open = [&table](const char* tag, std::size_t column) {
+    return std::string("<") + tag + (column < table.left_columns ? " class=\"l\">" : ">");
+  };
+  for (std::size_t i = 0; i < table.head.size(); ++i) {
+    html += markup(open("th", i)) + text(table.head[i]) + markup("</th>");
+  }
+  html += markup("</tr></thead><tbody>\n");
+  for (const auto& row : table.rows) {
+    html += markup("<tr>");
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      html += markup(open("td", i)) + row[i] + markup("</td>");
+    }
+    html += markup("</tr>\n");
+  }
+  return html + markup("</tbody></table></div>\n");
+}
+
+}  // namespace berth::report

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <berth/scan_window_t.hpp>
+#include <optional>
+
+#include "common/core/ray_caster.h"
+#include "evaluation/report/html.h"
+#include "evaluation/report/scan_beams.h"
+
+namespace berth::report {
+
+/// One scan as it is drawn: what the sensor saw, in azimuth and elevation.
+struct ScanPicture {
+  std::string title;
+  std::string caption;
+  std::vector<scan_window_t> windows;
+  std::vector<Beam> beams;
+  std::vector<double> residuals;  ///< m, per beam: beyond the surface positive; NaN: no return
+  std::optional<Pose> target;     ///< T_sensor_model where the target is drawn
+  std::optional<Pose> estimate;   ///< whose axes are drawn beside the target's own
+};
+
+/// Signed distance of each return from the surface of the target at this pose, which moves with
+/// this velocity from the time given. Returns further off than `elsewhere` are infinite.
+std::vector<double> residuals_of(const std::vector<Beam>& beams, const RayCaster& target,
+                                 const Pose& pose, const Velocity& velocity, Utime utime,
+                                 double elsewhere);
+
+/// The target shaded by how squarely it meets the line of sight, the windows, and each return
+/// coloured by its residual: blue in front of the surface, orange beyond it.
+Html html_of(const ScanPicture& picture, const RayCaster& target);
+
+}  // namespace berth::report

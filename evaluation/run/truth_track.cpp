@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/run/truth_track.h"
+
+#include <algorithm>
+
+namespace berth::evaluation {
+namespace {
+
+bool earlier(const TruthSample& sample, Utime utime) { return sample.utime < utime; }
+
+}  // namespace
+
+TruthSample sample_of(const ground_truth_t& message) {
+  TruthSample sample;
+  sample.utime = message.utime;
+  sample.pose.position = Vector3d::Map(message.position_m);
+  const double* q = message.q_wxyz;
+  sample.pose.rotation = Quaterniond(q[0], q[1], q[2], q[3]).normalized();
+  sample.covariance = Matrix6d::Map(message.covariance);
+  sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
+  sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
+  return sample;
+}
+
+void TruthTrack::add(const TruthSample& sample) {
+  if (samples_.empty() || samples_.back().utime < sample.utime) {
+    samples_.push_back(sample);
+    return;
+  }
+  const auto place = std::lower_bound(samples_.begin(), samples_.end(), sample.utime, earlier);
+  if (place->utime != sample.utime) samples_.insert(place, sample);
+}
+
+void TruthTrack::forget_before(Utime utime) {
+  samples_.erase(samples_.begin(),
+                 std::lower_bound(samples_.begin(), samples_.end(), utime, earlier));
+}
+
+void TruthTrack::forget_after(Utime utime) {
+  samples_.erase(std::lower_bound(samples_.begin(), samples_.end(), utime + 1, earlier),
+                 samples_.end());
+}
+
+std::optional<TruthSample> TruthTrack::at(Utime utime) const {
+  const auto after = std::lower_bound(samples_.begin(), samples_.end(), utime, earlier);
+  if (after == samples_.end()) return std::nullopt;
+  if (after->utime == utime) return *after;
+  if (after == samples_.begin()) return std::nullopt;
+  const TruthSample& a = *std::prev(after);
+  const TruthSample& b = *after;
+  if (b.utime - a.utime > longest_gap) return std::nullopt;
+  const double s = static_cast<double>(utime - a.utime) / static_cast<double>(b.utime - a.utime);
+  TruthSample sample;
+  sample.utime = utime;
+  sample.pose = interpolate(a.pose, b.pose, s);
+  sample.covariance = (1 - s) * a.covariance + s * b.covariance;
+  sample.velocity.linear = (1 - s) * a.velocity.linear + s * b.velocity.linear;
+  sample.velocity.angular = (1 - s) * a.velocity.angular + s * b.velocity.angular;
+  return sample;
+}
+
+}  // namespace berth::evaluation

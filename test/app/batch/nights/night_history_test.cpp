@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <fstream>
+
+#include "app/batch/nights/history.h"
+#include "app/batch/nights/notify.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "test/catch.h"
+#include "test/common/core/temporary_directory.h"
+
+using namespace berth;
+using namespace berth::nights;
+
+namespace {
+
+FinishedRun made_run(std::uint64_t seed, bool fresh, double value) {
+  FinishedRun run;
+  run.case_name = "approach";
+  run.seed = seed;
+  run.fresh = fresh;
+  run.outcome = "PASS";
+  run.directory = "runs/approach-seed" + std::to_string(seed);
+  run.values = {{"hold", "position_error", "rms", "mm", value, 12},
+                {"hold", "x_error", "mean", "mm", std::nan(""), 0}};
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("a history keeps nights, runs, values and flagged changes") {
+  const TemporaryDirectory directory;
+  Night night;
+  night.name = "2026-11-21";
+  night.begun = "2026-11-21T22:00:00Z";
+  night.version = "0.1.0";
+  {
+    History history(directory / "history.sqlite");
+    history.begin(night);
+    CHECK(night.number == 1);
+    history.record(night, made_run(1, false, 2.5));
+    night.wall_s = 12;
+    history.record(night, made_run(77, true, 3.5));
+    // What is recorded twice is a mistake, and leaves nothing behind.
+    CHECK_THROWS_AS(history.record(night, made_run(1, false, 9)), std::runtime_error);
+  }
+  History history(directory / "history.sqlite");
+  REQUIRE(history.nights().size() == 1);
+  CHECK(history.nights()[0].ended.empty());
+  CHECK(history.nights()[0].wall_s == 12);
+  auto runs = history.runs(night);
+  REQUIRE(runs.size() == 2);
+  REQUIRE(runs[0].values.size() == 2);
+  CHECK(runs[0].values[0].value == 2.5);
+  CHECK(runs[0].values[0].unit == "mm");
+  CHECK(std::isnan(runs[0].values[1].value));
+  CHECK(history.runs(night, History::Which::fresh).size() == 1);
+  CHECK(history.runs(night, History::Which::fixed)[0].seed == 1);
+  CHECK(history.runs(night, History::Which::all_without_values)[0].values.empty());
+  CHECK(history.trend(1, "approach", "hold", "position_error", "rms").empty());  // still open
+
+  history.forget_directory(night, "runs/approach-seed1");
+  CHECK(history.runs(night)[0].directory.empty());
+
+  FlaggedChange change;
+  change.case_name = "approach";
+  change.p = 0.001;
+  change.kind = "worse";
+  night.ended = "2026-11-21T23:00:00Z";
+  night.verdict = "regression";
+  history.finish(night, {change});
+  CHECK_FALSE(history.nights()[0].good());
+  REQUIRE(history.changes(night).size() == 1);
+  CHECK(history.changes(night)[0].p == 0.001);
+  CHECK(history.trend(1, "approach", "hold", "position_error", "rms").size() == 2);
+
+  CHECK_THROWS_AS(history.accept("2026-01-01"), InputError);
+  history.accept(night.name);
+  CHECK(history.night_named(night.name)->good());
+}
+
+TEST_CASE("a file that is no history, or one of a newer Berth, is refused by name") {
+  const TemporaryDirectory directory;
+  std::ofstream(directory / "text.sqlite") << std::string(5000, 'x');
+  CHECK_THROWS_WITH(History(directory / "text.sqlite"), Catch::Contains("text.sqlite"));
+  { Database(directory / "newer.sqlite").execute("PRAGMA user_version = 99"); }
+  CHECK_THROWS_WITH(History(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
+}
+
+TEST_CASE("whoever is notified gets the summary and the verdict; a failure is told") {
+  const TemporaryDirectory directory;
+  NightReport report;
+  report.night.name = "tonight";
+  report.night.verdict = "clean";
+  const std::string file = (directory / "said.txt").string();
+  CHECK(notify("(echo \"$BERTH_NIGHT $BERTH_NIGHT_VERDICT\"; cat) >" + file, report,
+               directory.path(), "/bin/berth")
+            .empty());
+  const std::string said = read_file(file);
+  CHECK_THAT(said, Catch::StartsWith("tonight clean\n"));
+  CHECK_THAT(said, Catch::Contains("CLEAN"));
+  CHECK_THAT(notify("exit 7", report, directory.path(), "/bin/berth"),
+             Catch::Contains("exit code 7"));
+  report.notification = "failed";
+  CHECK(report.exit_code() == 2);
+}

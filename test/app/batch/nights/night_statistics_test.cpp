@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <limits>
+
+#include "app/batch/nights/changes.h"
+#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/verdict.h"
+#include "common/core/config.h"
+#include "common/core/random.h"
+#include "test/catch.h"
+
+using namespace berth;
+using namespace berth::nights;
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Questions as a night asks them: many say nearly the same, some have wild values, some are
+/// missing in a few runs.
+std::vector<Question> made_up(Random& random, std::size_t groups, std::size_t before,
+                              std::size_t after) {
+  std::vector<Question> questions;
+  for (std::size_t g = 0; g < groups; ++g) {
+    std::vector<double> common_before(before);
+    std::vector<double> common_after(after);
+    for (double& v : common_before) v = random.normal();
+    for (double& v : common_after) v = random.normal();
+    for (int q = 0; q < 12; ++q) {
+      Question question{g, {}, {}, 0};
+      const auto draw = [&](double common) {
+        const double own = q % 3 == 0 ? std::exp(2 * random.normal()) : random.normal();
+        return random.uniform() < 0.05 ? missing : common + own;
+      };
+      for (const double v : common_before) question.before.push_back(draw(v));
+      for (const double v : common_after) question.after.push_back(draw(v));
+      questions.push_back(question);
+    }
+  }
+  return questions;
+}
+
+bool any_below(const std::vector<Answer>& answers, double level) {
+  for (const Answer& a : answers) {
+    if (a.p <= level) return true;
+  }
+  return false;
+}
+
+/// A run with some values, as read_results makes it.
+FinishedRun made_run(const std::string& case_name, Build build, std::uint64_t seed, bool fresh,
+                     double position_error, double mean_x) {
+  FinishedRun run;
+  run.case_name = case_name;
+  run.build = build;
+  run.seed = seed;
+  run.fresh = fresh;
+  run.procedure_hash = "p";
+  run.outcome = "PASS";
+  run.values = {{"run", passed_measurement, "value", "", 1, 1},
+                {"run", completed_measurement, "value", "", 1, 1},
+                {"hold", "position_error", "rms", "mm", position_error, 100},
+                {"hold", "x_error", "mean", "mm", mean_x, 100}};
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("a family of questions raises as many false alarms as it is allowed, not more") {
+  const bool paired = GENERATE(true, false);
+  Random random(3, paired ? "paired" : "unpaired");
+  constexpr double level = 0.1;
+  constexpr int nights = 300;
+  int alarms = 0;
+  for (int night = 0; night < nights; ++night) {
+    const auto questions = made_up(random, 3, paired ? 12 : 30, paired ? 12 : 6);
+    const FamilyOptions options{300, static_cast<std::uint64_t>(night)};
+    alarms += any_below(
+        paired ? paired_family(questions, options) : unpaired_family(questions, options), level);
+  }
+  // 30 expected; 47 is beyond one in a thousand. Far fewer would mean that it sees nothing.
+  CHECK(alarms < 47);
+  CHECK(alarms > 8);
+}
+
+TEST_CASE("a tenth more is seen among many questions where nothing changed") {
+  const bool paired = GENERATE(true, false);
+  Random random(5, "power");
+  auto questions = made_up(random, 3, paired ? 16 : 60, 16);
+  Question changed{1, {}, {}, 0.05};
+  for (std::size_t i = 0; i < questions[12].before.size(); ++i) {
+    changed.before.push_back(random.normal(0.05));
+  }
+  for (std::size_t i = 0; i < 16; ++i) {
+    changed.after.push_back((paired ? changed.before[i] : 0) + 0.1 + random.normal(0.03));
+  }
+  questions.push_back(changed);
+  const auto answers = paired ? paired_family(questions, {}) : unpaired_family(questions, {});
+  CHECK(answers.back().p < 0.002);
+  CHECK(answers.back().change == Approx(0.1).margin(0.05));
+}
+
+TEST_CASE("a tiny change is none, however consistent, and hides no other") {
+  std::vector<Question> questions;
+  for (int q = 0; q < 50; ++q) {
+    questions.push_back({0, std::vector<double>(16, 1), std::vector<double>(16, 1 + 1e-6), 0.05});
+  }
+  Random random(1, "real change");
+  Question real{0, std::vector<double>(16, 1), {}, 0.05};
+  for (int i = 0; i < 16; ++i) real.after.push_back(1.2 + random.normal(0.1));
+  questions.push_back(real);
+  const auto answers = paired_family(questions);
+  CHECK(answers.front().p == 1);
+  CHECK(answers.back().p < 0.002);
+}
+
+TEST_CASE("too few runs tell nothing") {
+  const auto few =
+      paired_family({{0, {1, 1, 1, 1, 1, missing, 1, 1}, {2, 2, 2, 2, 2, 2, 2, 2}, 0}}).front();
+  CHECK(std::isnan(few.change));
+  CHECK(few.p == 1);
+  CHECK(unpaired_family({{0, {1, 2, 3}, {9, 9, 9, 9}, 0}}).front().p == 1);
+}
+
+TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") {
+  Random random(2, "runs");
+  Evidence evidence;
+  for (std::uint64_t seed = 1; seed <= 14; ++seed) {
+    const double luck = std::exp(random.normal(0.5));
+    evidence.baseline.push_back(
+        made_run("approach", Build::baseline, seed, false, 3 * luck, random.normal(0.01)));
+    evidence.tonight.push_back(made_run("approach", Build::tonight, seed, false,
+                                        3.3 * luck * std::exp(random.normal(0.02)),
+                                        random.normal(0.01)));
+  }
+  const auto report = find_changes(evidence, 0.002, {});
+  REQUIRE(report.changes.size() == 1);
+  const FlaggedChange& change = report.changes[0];
+  CHECK(change.measurement == "position_error");
+  CHECK(change.against == "baseline");
+  CHECK(change.kind == "worse");
+  CHECK(change.after / change.before == Approx(1.1).margin(0.03));
+  CHECK(change.low > 0);
+  CHECK(change.runs == 14);
+
+  SECTION("the same runs again: no change") {
+    evidence.tonight = evidence.baseline;
+    CHECK(find_changes(evidence, 0.002, {}).changes.empty());
+  }
+  SECTION("an edited procedure is not compared") {
+    for (FinishedRun& run : evidence.tonight) run.procedure_hash = "edited";
+    const auto none = find_changes(evidence, 0.002, {});
+    CHECK(none.questions == 0);
+    REQUIRE(none.remarks.size() == 1);
+  }
+  SECTION("a baseline that crashed says nothing") {
+    for (FinishedRun& run : evidence.baseline) {
+      run.outcome = "ERROR";
+      run.values.clear();
+    }
+    CHECK(find_changes(evidence, 0.002, {}).questions == 0);
+  }
+  SECTION("runs that broke off are counted, not measured") {
+    for (FinishedRun& run : evidence.tonight) {
+      run.outcome = "FAIL";
+      run.values[1].value = 0;
+    }
+    const auto broken = find_changes(evidence, 0.002, {});
+    REQUIRE(broken.changes.size() == 2);
+    for (const FlaggedChange& c : broken.changes) {
+      CHECK((c.measurement == passed_measurement || c.measurement == completed_measurement));
+      CHECK(c.kind == "worse");
+    }
+  }
+}
+
+TEST_CASE("fresh seeds are compared with those of the nights before") {
+  Random random(4, "nights");
+  Evidence evidence;
+  for (std::uint64_t seed = 1; seed <= 80; ++seed) {
+    evidence.history.push_back(made_run("approach", Build::tonight, seed, true,
+                                        3 * std::exp(random.normal(0.05)), random.normal(0.01)));
+  }
+  for (std::uint64_t seed = 101; seed <= 108; ++seed) {
+    evidence.tonight.push_back(made_run("approach", Build::tonight, seed, true,
+                                        3 * std::exp(random.normal(0.05)),
+                                        0.5 + random.normal(0.01)));
+  }
+  const auto report = find_changes(evidence, 0.002, {});
+  REQUIRE(report.changes.size() == 1);
+  CHECK(report.changes[0].against == "history");
+  CHECK(report.changes[0].measurement == "x_error");
+  CHECK(report.changes[0].kind == "worse");
+}
+
+TEST_CASE("what is better depends on what is measured") {
+  CHECK(kind_of_change("position_error", "rms", 3, 2) == "better");
+  CHECK(kind_of_change("x_error", "mean", -0.1, -2) == "worse");
+  CHECK(kind_of_change("update_rate", "value", 2, 3) == "better");
+  CHECK(kind_of_change("tracking_share", "value", 99, 90) == "worse");
+  CHECK(kind_of_change("nees", "mean", 6, 3) == "worse");
+  CHECK(kind_of_change("angular_velocity_z_gain", "value", 1, -1) == "worse");
+  CHECK(kind_of_change("relative_speed", "rms", 20, 30) == "changed");
+  // declared, not guessed from a name
+  CHECK(kind_of_change("silently_wrong", "value", 4, 0) == "better");
+  CHECK(kind_of_change("stopping_time", "value", 300, 200) == "better");
+  CHECK(kind_of_change("mount_turn", "value", 0.1, 0.2) == "worse");
+  CHECK(kind_of_change("returns", "mean", 800, 950) == "better");
+  CHECK(kind_of_change("returns", "deviation", 10, 20) == "worse");
+  CHECK(kind_of_change("nees", "p95", 40, 13) == "better");
+  CHECK(kind_of_change("overconfidence", "value", 0.5, 0.9) == "better");
+  CHECK(kind_of_change("of a newer Berth", "value", 1, 2) == "changed");
+  CHECK(kind_of_change(completed_measurement, "value", 0.9, 1) == "better");
+}
+
+TEST_CASE("what a criterion takes off its value, and its limits, tell what is better") {
+  Config config = Config::parse(R"(
+criteria:
+  - {name: in range, measurement: docking_range, statistic: final, nominal: 3.5 m, min: -30 mm, max: 30 mm}
+  - {name: far enough, measurement: surface_range, statistic: min, min: 1 m}
+  - {name: gain, measurement: velocity_x_gain, nominal: 1, min: -0.1, max: 0.1}
+  - {name: steady, measurement: returns, statistic: deviation, max: 20}
+)",
+                                "test");
+  const auto criteria = evaluation::read_criteria(config);
+  CHECK(kind_of_change("docking_range", "in range", -20, 2, criteria) == "better");
+  CHECK(kind_of_change("docking_range", "in range", 2, 25, criteria) == "worse");
+  CHECK(kind_of_change("surface_range", "far enough", 1100, 1300, criteria) == "better");
+  CHECK(kind_of_change("velocity_x_gain", "gain", 0.08, -0.01, criteria) == "better");
+  CHECK(kind_of_change("returns", "steady", 5, 15, criteria) == "worse");
+}
+
+TEST_CASE("an improvement of whatever is measured leaves the night clean") {
+  for (const evaluation::Measurement& what : evaluation::measurements()) {
+    if (what.direction == evaluation::Direction::neither) continue;
+    INFO(what.name);
+    const bool larger = what.direction == evaluation::Direction::larger_is_better;
+    const double ideal = what.preference(evaluation::Statistic::mean).ideal;
+    const double before = larger ? 100 : ideal + 400;
+    const double after = larger ? 200 : ideal + 100;
+    Evidence evidence;
+    Random random(1, what.name);
+    for (std::uint64_t seed = 1; seed <= 14; ++seed) {
+      const std::string statistic = what.series ? "mean" : "value";
+      for (const bool tonight : {false, true}) {
+        FinishedRun run =
+            made_run("c", tonight ? Build::tonight : Build::baseline, seed, false, 3, 0);
+        run.values.resize(2);  // passed, completed
+        run.values.push_back({"hold", what.name, statistic, what.unit,
+                              (tonight ? after : before) + random.normal(0.01), 100});
+        (tonight ? evidence.tonight : evidence.baseline).push_back(run);
+      }
+    }
+    Plan plan;
+    plan.cases.resize(1);
+    plan.cases[0].name = "c";
+    NightReport report;
+    report.runs = evidence.tonight;
+    report.changes = find_changes(evidence, 0.002, {}, {2000, 1});
+    judge(plan, report);
+    REQUIRE(report.changes.changes.size() == 1);
+    CHECK(report.changes.changes[0].kind == "better");
+    CHECK(report.exit_code() == 0);
+  }
+}
+
+TEST_CASE("as many runs may fail as the plan says, by chance") {
+  CHECK(binomial_tail(0, 10, 0) == 1);
+  CHECK(binomial_tail(1, 10, 0) == 0);
+  CHECK(binomial_tail(1, 2, 0.5) == Approx(0.75));
+  CHECK(binomial_tail(10, 10, 0.5) == Approx(std::pow(0.5, 10)));
+
+  Plan plan;
+  plan.cases.resize(1);
+  plan.cases[0].name = "approach";
+  NightReport report;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    report.runs.push_back(made_run("approach", Build::tonight, seed, false, 3, 0));
+  }
+  judge(plan, report);
+  CHECK(report.night.verdict == "clean");
+  CHECK(report.exit_code() == 0);
+
+  report.runs[3].outcome = "FAIL";
+  judge(plan, report);
+  CHECK(report.night.verdict == "failed");
+  CHECK(report.exit_code() == 1);
+
+  plan.cases[0].may_fail = 0.05;
+  judge(plan, report);
+  CHECK(report.night.verdict == "clean");
+
+  report.runs[4].outcome = "ERROR";
+  judge(plan, report);
+  CHECK(report.night.verdict == "error");
+  CHECK(report.exit_code() == 2);
+
+  report.changes.changes.push_back({});
+  report.changes.changes[0].kind = "better";
+  judge(plan, report);
+  CHECK(report.exit_code() == 2);
+  report.changes.changes[0].kind = "changed";
+  judge(plan, report);
+  CHECK(report.night.verdict == "error");  // the worst, as of any runs
+  CHECK(report.exit_code() == 2);
+  report.runs[4].outcome = "PASS";
+  judge(plan, report);
+  CHECK(report.night.verdict == "regression");
+  CHECK(report.exit_code() == 1);
+}
