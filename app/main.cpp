@@ -63,6 +63,7 @@ int main(int argc, char* argv[]) {
   commands::add_stop(app, code);
   commands::add_check(app, code);
   commands::add_command(app, code);
+  commands::add_config(app, code);
   commands::add_console(app, code);
   commands::add_compare(app, code);
   commands::add_report(app, code);

@@ -87,10 +87,10 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
     if (unit != "found") lidar.us_per_time = 1e6 * find_unit(unit, Dimension::time).value();
   }
   config.optional("repeat", lidar.repeat);
-  double gap = seconds(lidar.longest_gap);
-  config.optional("longest_gap", Dimension::time, gap);
-  expect_not_negative(config, "longest_gap", gap);
-  lidar.longest_gap = utime_from_seconds(gap);
+  double gap = seconds(lidar.max_gap);
+  config.optional("max_gap", Dimension::time, gap);
+  expect_not_negative(config, "max_gap", gap);
+  lidar.max_gap = utime_from_seconds(gap);
   config.finish();
   return lidar;
 }

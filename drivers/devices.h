@@ -47,7 +47,7 @@ struct LidarDevice {
   std::filesystem::path recording;             ///< of files, log and folder
   std::optional<double> us_per_time;           ///< unit of the times in files; else they tell it
   bool repeat = false;                         ///< a recording that is over starts anew
-  Utime longest_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
+  Utime max_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
 };
 
 /// All boxes of hardware of one cell.

@@ -65,13 +65,13 @@ void read_likelihood(Config config, LikelihoodOptions& likelihood) {
 }
 
 void read_noise(Config config, NoiseOptions& noise) {
-  config.optional("least", noise.least);
-  config.optional("most", noise.most);
+  config.optional("min", noise.min);
+  config.optional("max", noise.max);
   config.finish();
-  if (!(noise.least > 0 && noise.least <= 1)) {
-    throw config.error("least", "found a factor outside (0, 1]");
+  if (!(noise.min > 0 && noise.min <= 1)) {
+    throw config.error("min", "found a factor outside (0, 1]");
   }
-  at_least(config, "most", noise.most, 1);
+  at_least(config, "max", noise.max, 1);
 }
 
 void read_hypotheses(Config config, HypothesisAcquisitionOptions& h) {
@@ -94,24 +94,24 @@ void read_acquisition(Config config, EstimatorOptions& options) {
   VoxelTemplateOptions& a = options.voxel_template;
   config.optional("beams", options.acquire_beams);
   config.optional("zoom_beams", options.zoom_beams);
-  config.optional("least_elongation", a.least_elongation);
-  config.optional("least_points", a.least_points);
+  config.optional("min_elongation", a.min_elongation);
+  config.optional("min_points", a.min_points);
   config.optional("point_sets", a.point_sets);
   config.optional("finalists_per_set", a.finalists_per_set);
   config.optional("decisive_margin", a.decisive_margin);
-  config.optional("least_evidence", a.least_evidence);
-  config.optional("least_explained", a.least_explained);
-  config.optional("most_through", a.most_through);
-  config.optional("least_inlier_share", a.least_inlier_share);
-  config.optional("most_hypotheses", a.most_hypotheses);
+  config.optional("min_evidence", a.min_evidence);
+  config.optional("min_explained", a.min_explained);
+  config.optional("max_through", a.max_through);
+  config.optional("min_inlier_share", a.min_inlier_share);
+  config.optional("max_hypotheses", a.max_hypotheses);
   config.finish();
   at_least(config, "beams", options.acquire_beams, 10);
   at_least(config, "zoom_beams", options.zoom_beams, 10);
-  at_least(config, "least_points", a.least_points, 12);
+  at_least(config, "min_points", a.min_points, 12);
   at_least(config, "point_sets", a.point_sets, 1);
   at_least(config, "finalists_per_set", a.finalists_per_set, 1);
   at_least(config, "decisive_margin", a.decisive_margin, 0);
-  at_least(config, "most_hypotheses", a.most_hypotheses, 1);
+  at_least(config, "max_hypotheses", a.max_hypotheses, 1);
 }
 
 void read_icp(Config config, IcpOptions& icp) {
@@ -126,14 +126,14 @@ void read_icp(Config config, IcpOptions& icp) {
   }
   config.optional("iterations", icp.max_iterations);
   config.optional("start_gate", Dimension::length, icp.start_gate_m);
-  config.optional("least_gate", Dimension::length, icp.least_gate_m);
+  config.optional("min_gate", Dimension::length, icp.min_gate_m);
   config.optional("gate_sigmas", icp.gate_sigmas);
   config.optional("stop_translation", Dimension::length, icp.stop_translation_m);
   config.optional("stop_rotation", Dimension::angle, icp.stop_rotation_rad);
   config.finish();
   at_least(config, "iterations", icp.max_iterations, 1);
-  at_least(config, "least_gate", icp.least_gate_m, 0.001);
-  at_least(config, "start_gate", icp.start_gate_m, icp.least_gate_m);
+  at_least(config, "min_gate", icp.min_gate_m, 0.001);
+  at_least(config, "start_gate", icp.start_gate_m, icp.min_gate_m);
 }
 
 void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
@@ -141,13 +141,13 @@ void read_bounded_hough(Config config, BoundedHoughOptions& hough) {
   config.optional("levels", hough.levels);
   config.optional("reach", hough.reach);
   config.optional("kept", hough.kept);
-  config.optional("most_points", hough.most_points);
+  config.optional("max_points", hough.max_points);
   config.finish();
   at_least(config, "voxel", hough.voxel, 0.002);
   at_least(config, "levels", hough.levels, 1);
   at_least(config, "reach", hough.reach, 1);
   at_least(config, "kept", hough.kept, 1);
-  at_least(config, "most_points", hough.most_points, 20);
+  at_least(config, "max_points", hough.max_points, 20);
 }
 
 void read_tracking(Config config, EstimatorOptions& options) {
@@ -160,16 +160,16 @@ void read_tracking(Config config, EstimatorOptions& options) {
   const std::string strategy = config.choice("strategy", scan_strategy_names());
   parse_scan_strategy(strategy, options.strategy);
   config.optional("returns_per_scan", options.returns_per_scan);
-  config.optional("longest_scan", Dimension::time, options.longest_scan_s);
+  config.optional("max_scan_time", Dimension::time, options.max_scan_time_s);
   config.optional("beam_steps", t.beam_steps);
   config.optional("deskew", t.deskew);
-  config.optional("least_used", t.least_used);
-  config.optional("least_inlier_share", t.least_inlier_share);
-  config.optional("most_residual", Dimension::length, t.most_residual_m);
-  config.optional("most_shift", Dimension::length, t.most_shift_m);
-  config.optional("most_turn", Dimension::angle, t.most_turn_rad);
-  config.optional("least_explained", t.least_explained);
-  config.optional("most_through", t.most_through);
+  config.optional("min_used", t.min_used);
+  config.optional("min_inlier_share", t.min_inlier_share);
+  config.optional("max_residual", Dimension::length, t.max_residual_m);
+  config.optional("max_shift", Dimension::length, t.max_shift_m);
+  config.optional("max_turn", Dimension::angle, t.max_turn_rad);
+  config.optional("min_explained", t.min_explained);
+  config.optional("max_through", t.max_through);
   config.optional("covariance_scale", t.covariance_scale);
   config.optional("floor_translation", Dimension::length, t.floor_m);
   config.optional("floor_rotation", Dimension::angle, t.floor_rad);
@@ -185,8 +185,8 @@ void read_tracking(Config config, EstimatorOptions& options) {
                                      "velocity by a part of a scan when tracking is streaming");
   }
   at_least(config, "returns_per_scan", options.returns_per_scan, 10);
-  at_least(config, "longest_scan", options.longest_scan_s, 0.01);
-  at_least(config, "least_used", t.least_used, 6);
+  at_least(config, "max_scan_time", options.max_scan_time_s, 0.01);
+  at_least(config, "min_used", t.min_used, 6);
   at_least(config, "estimate_every", options.estimate_every, 1);
   at_least(config, "lost_after", options.lost_after, 1);
   at_least(config, "covariance_scale", t.covariance_scale, 0.1);
@@ -243,23 +243,23 @@ void read_tracker(Config config, EstimatorOptions& options) {
 }
 
 void read_planner(Config config, PlannerOptions& planner) {
-  config.optional("most_windows", planner.most_windows);
+  config.optional("max_windows", planner.max_windows);
   config.optional("margin_sigmas", planner.margin_sigmas);
-  config.optional("least_margin", Dimension::length, planner.least_margin_m);
-  config.optional("least_share_in_view", planner.least_share_in_view);
+  config.optional("min_margin", Dimension::length, planner.min_margin_m);
+  config.optional("min_share_in_view", planner.min_share_in_view);
   config.optional("surface_share", planner.surface_share);
   config.optional("dense_factor", planner.dense_factor);
   config.optional("equal_share", planner.equal_share);
   config.optional("spread_share", planner.spread_share);
   config.optional("view_cells", planner.view_cells);
-  config.optional("least_cosine", planner.least_cosine);
+  config.optional("min_cosine", planner.min_cosine);
   config.optional("design_tolerance", planner.design_tolerance);
   config.finish();
-  at_least(config, "most_windows", planner.most_windows, 1);
+  at_least(config, "max_windows", planner.max_windows, 1);
   at_least(config, "dense_factor", planner.dense_factor, 1);
   at_least(config, "margin_sigmas", planner.margin_sigmas, 0.1);
   at_least(config, "view_cells", planner.view_cells, 100);
-  at_least(config, "least_cosine", planner.least_cosine, 0);
+  at_least(config, "min_cosine", planner.min_cosine, 0);
   at_least(config, "design_tolerance", planner.design_tolerance, 1e-4);
   if (!(planner.equal_share >= 0 && planner.equal_share <= 1)) {
     throw config.error("equal_share", "must be from 0 to 100 %");

@@ -44,7 +44,7 @@ struct EstimatorOptions {
   LikelihoodTrackingOptions likelihood_tracking;
   ScanStrategy strategy = ScanStrategy::information;
   int returns_per_scan = 1000;     ///< beams of a tracking scan, unless a command says how many,
-  double longest_scan_s = 0.5;     ///< or so many are longer than this
+  double max_scan_time_s = 0.5;    ///< or so many are longer than this
   int lost_after = 3;              ///< scans in a row without a pose
   bool reacquire = true;           ///< when lost, acquire again unasked
   double request_latency_s = 0.1;  ///< from the last beam of a scan to the first of the next

@@ -212,8 +212,8 @@ void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) con
   };
   CleanScan rest;
   int taken = 0;
-  constexpr std::size_t most_beams = 20000;
-  const std::size_t stride = 1 + scan.beams.size() / most_beams;
+  constexpr std::size_t max_beams = 20000;
+  const std::size_t stride = 1 + scan.beams.size() / max_beams;
   for (std::size_t i = 0; i < scan.beams.size(); i += stride) {
     const Beam& beam = scan.beams[i];
     if (beam.hit() && belongs(beam.point())) {

@@ -59,8 +59,8 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     const Vector3d direction = to_model.rotation * beam.direction;
     RayHit hit;
     if (model.caster.cast({to_model.position, direction}, 1e9, hit)) {
-      constexpr double least_cosine = 0.2;
-      const double depth = tolerance / std::max(least_cosine, std::abs(direction.dot(hit.normal)));
+      constexpr double min_cosine = 0.2;
+      const double depth = tolerance / std::max(min_cosine, std::abs(direction.dot(hit.normal)));
       if (beam.range > hit.range + depth) {
         ++through;
       } else if (beam.range > hit.range - depth) {
@@ -75,17 +75,17 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     spread.add(point);
     if (distance > tolerance) ++beside;
   }
-  if (exceeds(beside, about, options.most_beside)) {
+  if (exceeds(beside, about, options.max_beside)) {
     return fixed(100.0 * beside / about, 0) +
            " % of the returns about the target are not from it, at most " +
-           fixed(100 * options.most_beside, 0) + " % may: it seems part of something else";
+           fixed(100 * options.max_beside, 0) + " % may: it seems part of something else";
   }
-  if (exceeds(through, explained + through, options.most_through)) {
+  if (exceeds(through, explained + through, options.max_through)) {
     return fixed(100.0 * through / (explained + through), 0) +
            " % of the beams on the target go through it, at most " +
-           fixed(100 * options.most_through, 0) + " % may";
+           fixed(100 * options.max_through, 0) + " % may";
   }
-  if (spread.width() < options.least_width * length) {
+  if (spread.width() < options.min_width * length) {
     return "the returns lie on a line or in one place: that holds no pose";
   }
   return "";

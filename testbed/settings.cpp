@@ -95,11 +95,11 @@ Settings load_settings(const std::filesystem::path& file) {
   s.safety.watched_in_closed_loop = safety.texts("watched_in_closed_loop");
   s.following_watch.largest_lag = positive(safety, "largest_lag", Dimension::angle);
   s.following_watch.largest_linear_lag = positive(safety, "largest_linear_lag", Dimension::length);
-  s.following_watch.longest_dead_time = microseconds(safety, "longest_dead_time");
+  s.following_watch.max_dead_time = microseconds(safety, "max_dead_time");
   s.estimate_watch.margin = positive(safety, "largest_estimate_error", Dimension::length);
   s.estimate_watch.margin_share =
       positive(safety, "largest_estimate_error_share", Dimension::number);
-  s.least_clearance = positive(safety, "least_clearance", Dimension::length);
+  s.min_clearance = positive(safety, "min_clearance", Dimension::length);
   s.lease_lifetime = microseconds(safety, "lease_lifetime");
   safety.finish();
 

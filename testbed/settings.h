@@ -35,12 +35,12 @@ struct Settings {
   PathLimits path;
   Clearance::Limits clearance;
   Guidance::Settings guidance;
-  bool tell_chaser_motion = true;  ///< what guidance commands, on INERTIAL_MOTION
+  bool tell_chaser_motion = true;                   ///< what guidance commands, on INERTIAL_MOTION
   std::map<std::string, GuidanceProfile> profiles;  ///< by name
   SafetySupervisor::Settings safety;
   FollowingWatch::Settings following_watch;
   EstimateWatch::Settings estimate_watch;
-  double least_clearance = 0.05;  ///< m between bodies of different parties, for arms that move
+  double min_clearance = 0.05;  ///< m between bodies of different parties, for arms that move
   std::int64_t lease_lifetime = 2000000;
   GroundTruth::Settings truth;
 };

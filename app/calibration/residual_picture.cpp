@@ -19,7 +19,7 @@ constexpr double top = 64;
 constexpr double left = 84;
 constexpr double right = 20;
 constexpr double title_height = 26;
-constexpr std::size_t most_dots = 1500;  // of one panel: of more, evenly chosen ones
+constexpr std::size_t max_dots = 1500;  // of one panel: of more, evenly chosen ones
 constexpr const char* before_colour = "#7a848d";
 constexpr const char* after_colour = "#0072b2";
 
@@ -79,7 +79,7 @@ std::string circles(const std::vector<Dot>& dots, const report::Axis& axis, doub
                     const char* colour, const std::string& unit) {
   const double height = panel_height - title_height - 24;
   std::string svg = std::string("<g fill=\"") + colour + "\">\n";
-  const std::size_t stride = dots.size() / most_dots + 1;
+  const std::size_t stride = dots.size() / max_dots + 1;
   for (std::size_t i = 0; i < dots.size(); i += stride) {
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(dots.size());
     svg += "<circle cx=\"" + place(left + share * (width - left - right)) + "\" cy=\"" +

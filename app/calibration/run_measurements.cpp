@@ -37,7 +37,7 @@ constexpr double steadying = 1.0;
 /// Estimates after an acquisition that are still on their way.
 constexpr int settling_estimates = 5;
 /// Fewest scans of a pose, and of it all to know the scatter of one.
-constexpr int fewest_scans = 4;
+constexpr int min_scans = 4;
 
 /// One estimate, as the log has it.
 struct Estimate {
@@ -143,11 +143,11 @@ std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
       centre = pose;
     }
   }
-  const double most_m = far * least;
-  const double most_rad = far * middle_of(distances(centre, angle_between));
+  const double max_m = far * least;
+  const double max_rad = far * middle_of(distances(centre, angle_between));
   std::vector<Pose> kept;
   for (const Pose& pose : poses) {
-    if (distance(centre, pose) <= most_m && angle_between(centre, pose) <= most_rad) {
+    if (distance(centre, pose) <= max_m && angle_between(centre, pose) <= max_rad) {
       kept.push_back(pose);
     }
   }
@@ -189,7 +189,7 @@ void add_scans(CalibrationRun& run, const Cell& cell, std::vector<Estimate> esti
   }
   for (Group& group : groups) group.measured = without_strays(group.measured);
   std::erase_if(groups, [](const Group& group) {
-    return static_cast<int>(group.measured.size()) < fewest_scans;
+    return static_cast<int>(group.measured.size()) < min_scans;
   });
   if (groups.empty()) throw InputError("no pose was measured at rest");
 

@@ -13,7 +13,7 @@ namespace berth {
 namespace {
 
 /// Six numbers from each: about as many as there are parameters to be found.
-constexpr int fewest_poses = 10;
+constexpr int min_poses = 10;
 
 /// What truth is still uncertain by, over the poses measured.
 void add_expected(SolvedCalibration& solved, const testbed::CalibrationProblem& problem) {
@@ -75,10 +75,10 @@ SolvedCalibration solve_runs(const std::vector<RunFiles>& runs,
       ++(scan.moving ? solved.moving : solved.poses);
     solved.readings += static_cast<std::int64_t>(problem.runs.back().readings.size());
   }
-  if (solved.poses < fewest_poses) {
+  if (solved.poses < min_poses) {
     throw InputError("too little to calibrate from: the target was measured at " +
                      std::to_string(solved.poses) + " poses at rest, at least " +
-                     std::to_string(fewest_poses) + " are needed" +
+                     std::to_string(min_poses) + " are needed" +
                      (solved.left_out.empty() ? "" : "; left out: " + joined(solved.left_out)));
   }
   solved.solution = testbed::solve_calibration(problem);

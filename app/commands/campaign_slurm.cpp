@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto between_questions = std::chrono::seconds(2);
 constexpr auto patience = std::chrono::minutes(5);
-constexpr std::size_t most_failures_listed = 10;
+constexpr std::size_t max_failures_listed = 10;
 
 double trial_time(const Campaign& campaign, const SlurmRequest& request,
                   const SlurmOptions& options) {
@@ -104,12 +104,12 @@ bool wait_for(const Campaign& campaign, const SlurmJobs& jobs,
 
 void tell_failures(const Campaign& campaign, const SlurmJobs& jobs) {
   const auto failures = failures_of(campaign, jobs);
-  for (std::size_t i = 0; i < std::min(most_failures_listed, failures.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(max_failures_listed, failures.size()); ++i) {
     std::printf("task %zu left trials undone: %s; see %s\n", failures[i].task,
                 failures[i].reason.c_str(), failures[i].log.c_str());
   }
-  if (failures.size() > most_failures_listed) {
-    std::printf("and %zu other tasks\n", failures.size() - most_failures_listed);
+  if (failures.size() > max_failures_listed) {
+    std::printf("and %zu other tasks\n", failures.size() - max_failures_listed);
   }
 }
 

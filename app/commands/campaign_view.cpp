@@ -17,8 +17,8 @@ namespace {
 
 using namespace campaigns;
 
-constexpr std::size_t most_broken_listed = 10;
-constexpr std::int64_t most_points_shown = 60;
+constexpr std::size_t max_broken_listed = 10;
+constexpr std::int64_t max_points_shown = 60;
 
 double median(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
@@ -84,7 +84,7 @@ void CampaignProgress::end() {
 }
 
 void print_summary(const Campaign& campaign, const Summary& summary) {
-  if (summary.present > 0 && campaign.manifest().points() <= most_points_shown) {
+  if (summary.present > 0 && campaign.manifest().points() <= max_points_shown) {
     print_points(campaign, read_results(campaign.trials_file()));
   }
   std::printf("%lld of %lld trials", static_cast<long long>(summary.present),
@@ -98,11 +98,11 @@ void print_summary(const Campaign& campaign, const Summary& summary) {
   }
   if (!summary.broken.empty()) {
     std::printf("crashed or in error: trial");
-    for (std::size_t i = 0; i < std::min(most_broken_listed, summary.broken.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(max_broken_listed, summary.broken.size()); ++i) {
       std::printf(" %lld", static_cast<long long>(summary.broken[i]));
     }
     std::printf("%s\n",
-                summary.broken.size() > most_broken_listed ? " ... (all in summary.json)" : "");
+                summary.broken.size() > max_broken_listed ? " ... (all in summary.json)" : "");
   }
   if (!summary.missing.empty()) {
     std::printf("missing: %zu blocks, from trial %lld on; the same command goes on\n",

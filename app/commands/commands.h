@@ -17,6 +17,7 @@ void add_calibrate(CLI::App& app, int& exit_code);
 void add_campaign(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_command(CLI::App& app, int& exit_code);
+void add_config(CLI::App& app, int& exit_code);
 void add_console(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);

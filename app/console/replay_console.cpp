@@ -28,7 +28,7 @@ void serve_replay(const std::filesystem::path& run, const std::filesystem::path&
   ProcessLoop loop(clock_offset_now());
   loop.stop_on_signals();
   Board board;
-  for (const char* list : {"samples", "samples2"}) board.keep(list, ReplaySource::most_samples);
+  for (const char* list : {"samples", "samples2"}) board.keep(list, ReplaySource::max_samples);
   BoardSink sink(board);
   logs::TypeCatalogue types;
   types.add(run / "types");

@@ -11,15 +11,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t most_words = 600;
+constexpr std::size_t max_words = 600;
 
 /// The end of what it said, whole lines.
 std::string last_words(const fs::path& file) {
   std::ifstream in(file);
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   while (!text.empty() && text.back() == '\n') text.pop_back();
-  if (text.size() <= most_words) return text;
-  return text.substr(std::min(text.find('\n', text.size() - most_words), text.size() - 1) + 1);
+  if (text.size() <= max_words) return text;
+  return text.substr(std::min(text.find('\n', text.size() - max_words), text.size() - 1) + 1);
 }
 
 }  // namespace

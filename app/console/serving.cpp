@@ -69,12 +69,12 @@ ConsoleConfig load_console_config(const fs::path& directory) {
   if (!(console.server.frames_per_s >= 0.1 && console.server.frames_per_s <= 60)) {
     throw config.error("rate", "expected 0.1 Hz to 60 Hz");
   }
-  int viewers = static_cast<int>(console.server.most_viewers);
+  int viewers = static_cast<int>(console.server.max_viewers);
   config.optional("viewers", viewers);
   if (viewers < 1) throw config.error("viewers", "expected 1 or more");
-  console.server.most_viewers = static_cast<std::size_t>(viewers);
+  console.server.max_viewers = static_cast<std::size_t>(viewers);
   // A browser asks for files over some connections beside its viewer's.
-  console.server.most_connections = 64 + 2 * console.server.most_viewers;
+  console.server.max_connections = 64 + 2 * console.server.max_viewers;
   if (config.has("on_loss_of_control")) {
     console.hold_on_loss = config.choice("on_loss_of_control", {"hold", "nothing"}) == "hold";
   }

@@ -12,7 +12,7 @@ namespace {
 using namespace berth;
 
 /// Messages that may wait while a scan's packets come in a burst.
-constexpr std::size_t most_waiting = 20000;
+constexpr std::size_t max_waiting = 20000;
 
 std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
                                    const console::Sight& sight, console::Board& board,
@@ -28,9 +28,9 @@ std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
           [starter](const console::RunOrder& order) { return starter->start(order); }},
       host.bus, host.loop);
   *told = node.get();
-  host.bus.subscribe_all(
-      Queue::fifo(most_waiting),
-      [told](const std::string& channel, Bytes bytes) { (*told)->take(channel, bytes); });
+  host.bus.subscribe_all(Queue::fifo(max_waiting), [told](const std::string& channel, Bytes bytes) {
+    (*told)->take(channel, bytes);
+  });
   return node;
 }
 

@@ -110,8 +110,7 @@ class Monitor {
   void look_for_console() {
     const auto address = console::console_address(files_.directory);
     if (!address) {
-      if (++looks_for_console_ < most_looks)
-        loop_.after(second / 5, [this] { look_for_console(); });
+      if (++looks_for_console_ < max_looks) loop_.after(second / 5, [this] { look_for_console(); });
       return;
     }
     view_.clear_panel();
@@ -153,7 +152,7 @@ class Monitor {
   terminal::OperatorKeys keys_;  // named by the client: after it
   terminal::TerminalView view_;
   terminal::RawTerminal raw_;
-  static constexpr int most_looks = 100;
+  static constexpr int max_looks = 100;
   int looks_for_console_ = 0;
   int interrupts_ = 0;
   bool left_ = false;

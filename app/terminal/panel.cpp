@@ -13,7 +13,7 @@ namespace {
 
 /// Steps shown after the present one, and limits and preconditions at a time.
 constexpr std::size_t steps_ahead = 2;
-constexpr std::size_t most_limits = 5;
+constexpr std::size_t max_limits = 5;
 constexpr std::size_t max_unmet = 6;
 constexpr std::size_t indent = 2;
 constexpr std::size_t reason_width = 76;  // of a terminal with 80 columns
@@ -81,7 +81,7 @@ void add_limits(const procedure_state_t& state, std::vector<Line>& lines) {
   std::stable_sort(limits.begin(), limits.end(), [](const auto& a, const auto& b) {
     return relative_margin(a) < relative_margin(b);
   });
-  if (limits.size() > most_limits) limits.resize(most_limits);
+  if (limits.size() > max_limits) limits.resize(max_limits);
   for (const criterion_result_t& limit : limits) {
     const double margin = evaluation::margin(limit);
     const bool bad = limit.result == criterion_result_t::FAILED;

@@ -14,7 +14,7 @@ namespace berth {
 namespace {
 
 constexpr Utime window = 5 * second;
-constexpr std::size_t most_elements = 16;  // of an array, in one line
+constexpr std::size_t max_elements = 16;  // of an array, in one line
 
 /// Time that the recent messages stand for.
 double span_s(const std::deque<std::pair<Utime, std::size_t>>& recent, Utime now) {
@@ -52,7 +52,7 @@ void add_field(const logs::Field& field, std::size_t dimensions, const logs::Val
     add_struct(*field.structure, value, name + ".", lines);
   } else if (dimensions > 1 || (dimensions == 1 && structure)) {
     if (value.list().empty()) lines.push_back(name + " = (none)");
-    for (std::size_t i = 0; i < value.list().size() && i < most_elements; ++i) {
+    for (std::size_t i = 0; i < value.list().size() && i < max_elements; ++i) {
       add_field(field, dimensions - 1, value.list()[i], name + "[" + std::to_string(i) + "]",
                 lines);
     }
@@ -62,10 +62,10 @@ void add_field(const logs::Field& field, std::size_t dimensions, const logs::Val
       text = text_of(value);
     } else {
       const auto& list = value.list();
-      for (std::size_t i = 0; i < list.size() && i < most_elements; ++i) {
+      for (std::size_t i = 0; i < list.size() && i < max_elements; ++i) {
         text += (i == 0 ? "" : " ") + text_of(list[i]);
       }
-      if (list.size() > most_elements) text += " ... (" + std::to_string(list.size()) + ")";
+      if (list.size() > max_elements) text += " ... (" + std::to_string(list.size()) + ")";
       if (list.empty()) text = "(none)";
     }
     const bool unit = !field.unit.empty() && text != "(none)";
@@ -133,12 +133,11 @@ std::vector<std::string> channel_table(const SpyModel& model, Utime now, bool li
     const auto& tally = c.tally;
     const double rate = live ? c.rate_hz(now) : tally.rate_hz();
     const double mean = static_cast<double>(tally.bytes()) / static_cast<double>(tally.messages());
-    cells.push_back(
-        {std::to_string(++number), name, type_name(c), std::to_string(tally.messages()),
-         fixed(rate, 1), std::to_string(c.last.size()),
-         fixed((live ? c.bytes_per_s(now) : mean * rate) * 1e-3, 1),
-         fixed(seconds(live ? now - tally.last() : tally.longest_pause()), live ? 1 : 3),
-         std::to_string(tally.missing()), std::to_string(tally.undecodable())});
+    cells.push_back({std::to_string(++number), name, type_name(c), std::to_string(tally.messages()),
+                     fixed(rate, 1), std::to_string(c.last.size()),
+                     fixed((live ? c.bytes_per_s(now) : mean * rate) * 1e-3, 1),
+                     fixed(seconds(live ? now - tally.last() : tally.max_pause()), live ? 1 : 3),
+                     std::to_string(tally.missing()), std::to_string(tally.undecodable())});
   }
   std::vector<std::string> lines;
   std::istringstream text(text_table(cells, 3));

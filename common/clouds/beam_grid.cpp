@@ -63,8 +63,8 @@ void fill_gaps(std::vector<double>& values) {
   }
   const double slope = median(slopes);
   const auto extend = [&](std::size_t first, std::size_t last, bool at_start) {
-    constexpr std::size_t most_anchors = 25;
-    const std::size_t anchors = std::min(most_anchors, known.size());
+    constexpr std::size_t max_anchors = 25;
+    const std::size_t anchors = std::min(max_anchors, known.size());
     std::vector<double> offsets;
     for (std::size_t k = 0; k < anchors; ++k) {
       const std::size_t i = at_start ? known[k] : known[known.size() - 1 - k];
@@ -106,8 +106,8 @@ struct Fit {
       if (!by_row[r].empty()) latitude[r] = median(by_row[r]);
     }
     std::vector<double> off;
-    constexpr std::size_t most_checked = 20000;
-    const std::size_t stride = 1 + points.size() / most_checked;
+    constexpr std::size_t max_checked = 20000;
+    const std::size_t stride = 1 + points.size() / max_checked;
     for (std::size_t i = 0; i < points.size(); i += stride) {
       const double lon = longitude[i / rows];
       if (!returned(points[i]) || std::isnan(lon)) continue;

@@ -10,6 +10,7 @@
 
 #include "common/core/file.h"
 #include "common/core/nearest_word.h"
+#include "common/core/renamed_keys.h"
 #include "common/core/text.h"
 
 namespace berth {
@@ -77,7 +78,11 @@ bool Config::has(const std::string& key) const { return node_.has(key); }
 
 bool Config::known(const std::string& key) {
   read_.insert(key);
-  return has(key);
+  if (has(key)) return true;
+  for (const auto& [before, value] : node_.entries()) {
+    if (present_name(prefix_ + before.text()) == key) expect_present_name(before.text());
+  }
+  return false;
 }
 
 std::vector<std::string> Config::keys() const {
@@ -92,7 +97,7 @@ YamlNode Config::raw(const std::string& key) {
 }
 
 YamlNode Config::require(const std::string& key) {
-  if (!has(key)) throw error(key, "is missing");
+  if (!known(key)) throw error(key, "is missing");
   return raw(key);
 }
 
@@ -242,9 +247,17 @@ void Config::optional(const std::string& key, Pose& value) {
 void Config::finish() const {
   for (const auto& key : keys()) {
     if (read_.count(key) != 0) continue;
+    expect_present_name(key);
     const std::string nearest = nearest_word(key, {read_.begin(), read_.end()});
     throw error(
         key, "is not known here" + (!nearest.empty() ? "; did you mean '" + nearest + "'?" : ""));
+  }
+}
+
+void Config::expect_present_name(const std::string& key) const {
+  if (const auto now = present_name(prefix_ + key)) {
+    throw error(
+        key, "is called '" + *now + "' now: rename it, or 'berth config migrate' a whole folder");
   }
 }
 

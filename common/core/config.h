@@ -86,6 +86,7 @@ class Config {
  private:
   Config(const YamlNode& node, std::string file, std::string prefix);
   YamlNode require(const std::string& key);
+  void expect_present_name(const std::string& key) const;  // @throws InputError for one of before
   bool known(const std::string& key);  // marks an optional key as one that may be there
   double convert(const YamlNode& node, const std::string& key, Dimension dimension) const;
   std::int64_t whole(const YamlNode& node, const std::string& key, std::int64_t least,

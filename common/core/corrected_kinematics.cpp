@@ -75,9 +75,9 @@ double CorrectedKinematics::manipulability(const Joints& joints) const {
 }
 
 bool CorrectedKinematics::refine(const Pose& flange, Joints& joints) const {
-  constexpr int most_steps = 12;
+  constexpr int max_steps = 12;
   constexpr double good_enough = 1e-12;  // m and rad
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     const Vector6d error = difference(forward(joints), flange);
     if (error.norm() < good_enough) return true;
     const Vector6d change = jacobian(joints).partialPivLu().solve(error);

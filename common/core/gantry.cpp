@@ -95,7 +95,7 @@ Matrix6d Gantry::jacobian(const Joints& q) const {
 }
 
 double Gantry::manipulability(const Joints& joints) const {
-  return least_singular_value(jacobian(joints));
+  return min_singular_value(jacobian(joints));
 }
 
 std::string Gantry::limit_violation(const Joints& joints) const {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/lidar_profile.h"
 
-#include "common/core/renamed_key.h"
-
 namespace berth {
 
 LidarProfile load_lidar_profile(const std::filesystem::path& path) {
@@ -30,7 +28,6 @@ LidarProfile load_lidar_profile(const std::filesystem::path& path) {
     if (!(profile.beam.pulse_length_m > 0)) {
       throw receiver.error("pulse_length", "expected more than 0");
     }
-    expect_new_name(receiver, "least_echo", "min_echo");
     receiver.optional("min_echo", profile.beam.min_echo);
     if (!(profile.beam.min_echo >= 0 && profile.beam.min_echo <= 1)) {
       throw receiver.error("min_echo", "expected 0 % to 100 %");

@@ -7,7 +7,7 @@
 
 namespace berth {
 
-double least_singular_value(const Matrix6d& jacobian) {
+double min_singular_value(const Matrix6d& jacobian) {
   const Matrix6d square = jacobian * jacobian.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(square, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));

@@ -7,6 +7,6 @@ namespace berth {
 
 /// Of a Jacobian, to about 1e-8 of its greatest one (from the eigenvalues of J J^T: far quicker
 /// than a decomposition).
-double least_singular_value(const Matrix6d& jacobian);
+double min_singular_value(const Matrix6d& jacobian);
 
 }  // namespace berth

@@ -302,7 +302,7 @@ Matrix6d SphericalWristArm::jacobian(const Joints& joints) const {
 double SphericalWristArm::manipulability(const Joints& joints) const {
   Matrix6d scaled = jacobian(joints);
   scaled.topRows<3>() /= geometry_.a1 + geometry_.a2 + forearm_;
-  return least_singular_value(scaled);
+  return min_singular_value(scaled);
 }
 
 Joints SphericalWristArm::motor_joints(const Joints& joints) const {

@@ -38,7 +38,7 @@ std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProf
     recording = std::make_unique<LogRecording>(device.recording);
   }
   return std::make_unique<PlaybackAdapter>(
-      std::move(recording), PlaybackSettings{device.repeat, device.longest_gap}, profile, loop);
+      std::move(recording), PlaybackSettings{device.repeat, device.max_gap}, profile, loop);
 }
 
 }  // namespace berth::lidar

@@ -69,9 +69,9 @@ void PlaybackAdapter::order(const ScanOrder& order) {
   const Utime now = loop_.now();
   if (!scan->beams.empty()) {
     const Utime first = scan->beams.front().utime;
-    const Utime gap = std::clamp<Utime>(on_clock(first) - now, 0, settings_.longest_gap);
+    const Utime gap = std::clamp<Utime>(on_clock(first) - now, 0, settings_.max_gap);
     const bool follows = anchored_ && scan->timed;
-    shift_ = now + (follows ? gap : std::min(scan->delay, settings_.longest_gap)) - first;
+    shift_ = now + (follows ? gap : std::min(scan->delay, settings_.max_gap)) - first;
     anchored_ = scan->timed;
   }
   playing_ = Playing{order.scan_id, order.windows.size(), std::move(*scan), 0};

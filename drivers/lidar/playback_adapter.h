@@ -11,8 +11,8 @@
 namespace berth::lidar {
 
 struct PlaybackSettings {
-  bool repeat = false;              ///< starts anew when it is over; else further scans are refused
-  Utime longest_gap = 10 * second;  ///< of waiting for a recorded scan's time
+  bool repeat = false;          ///< starts anew when it is over; else further scans are refused
+  Utime max_gap = 10 * second;  ///< of waiting for a recorded scan's time
 };
 
 /// A LIDAR that answers scan orders with the scans of a recording, in their order, whatever windows

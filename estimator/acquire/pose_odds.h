@@ -67,11 +67,11 @@ double surface_sigma_of(const TargetModel& model, double bare);
 /// B = sum p a r/s^2,
 ///   offset d = B / (A + 1/sigma^2),   log odds = sum log (L/b)(r - a d) - d^2 / (2 sigma^2)
 ///                                                - log(1 + A sigma^2) / 2;
-/// while ranges are widened, sigma counts in s alone, and a range that fits so is weighed as if it
-/// fitted as it is: N keeps the peak that it has without, and is at least b. Of a pose that climbs
-/// it has its own, and is at least exp(2) b: smooth faces, which the background explains as well,
-/// draw it, too. The shares w are those most probable, and their prior counts; of what is found at
-/// least half returns.
+/// while ranges are widened, no face beyond is looked for, sigma counts in s alone, and a range
+/// that fits so is weighed as if it fitted as it is: N keeps the peak that it has without, and is
+/// at least b. Of a pose that climbs it has its own, and is at least exp(2) b: smooth faces, which
+/// the background explains as well, draw it, too. The shares w are those most probable, and their
+/// prior counts; of what is found at least half returns.
 class PoseOdds {
  public:
   /// All must outlive it. surface_sigma: of the true surface's distance from the mesh, m.

@@ -85,14 +85,14 @@ std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samp
   for (const SurfaceSample& s : samples) points.push_back(s.position.cast<double>());
   std::vector<Neighbourhood> around = neighbourhoods(points, radius);
   // On a bulky target samples are sparse, and a small neighbourhood would show but their noise.
-  constexpr int least_median = 60;
+  constexpr int min_median = 60;
   std::vector<int> counts;
   for (const Neighbourhood& n : around) counts.push_back(n.count);
   if (!counts.empty()) {
     const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
     std::nth_element(counts.begin(), middle, counts.end());
-    if (*middle < least_median) {
-      radius *= std::sqrt(static_cast<double>(least_median) / *middle);
+    if (*middle < min_median) {
+      radius *= std::sqrt(static_cast<double>(min_median) / *middle);
       around = neighbourhoods(points, radius);
     }
   }
@@ -101,9 +101,9 @@ std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samp
   // A corner leads its neighbours and stands out from the edges around it.
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> edges;
-  constexpr int least_count = 12;  // fewer say nothing: a loose strut
+  constexpr int min_count = 12;  // fewer say nothing: a loose strut
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (around[i].count < least_count || around[i].offset < edge_offset) continue;
+    if (around[i].count < min_count || around[i].offset < edge_offset) continue;
     edges.push_back(static_cast<std::uint32_t>(i));
     if (around[i].offset < corner_offset) continue;
     bool leads = true;

@@ -45,9 +45,9 @@ class Measurement {
   }
 
   /// Fills deviation and exactness, of the motion and of its inverse.
-  void measure(Symmetry& s, std::size_t most_samples) const {
+  void measure(Symmetry& s, std::size_t max_samples) const {
     const Pose back = s.motion.inverse();
-    const std::size_t n = std::min(most_samples, samples_.size());
+    const std::size_t n = std::min(max_samples, samples_.size());
     double sum = 0;
     std::size_t off = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -200,7 +200,7 @@ double Symmetries::distance(const Pose& pose, const Pose& reference) const {
 Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
                               const ClosestPointGrid& grid, const DistanceTable& distances,
                               double length) {
-  constexpr int most_near = 24;
+  constexpr int max_near = 24;
   const Measurement measurement(mesh, surface, length);
   Symmetries result;
   for (const SurfaceSample& s : surface.samples) result.centre += s.position.cast<double>();
@@ -231,7 +231,7 @@ Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
   }
   int near = 0;
   for (Symmetry& s : found) {
-    if (near == most_near || result.leads_to(s.motion, apart, true)) continue;
+    if (near == max_near || result.leads_to(s.motion, apart, true)) continue;
     measurement.measure(s, 2000);
     s.exact = false;
     result.motions.push_back(s);

@@ -44,7 +44,7 @@ DirectionSet visible_directions(const RayCaster& caster, const Vector3d& point,
 
 VisibleSurface find_visible_surface(const Mesh& mesh, const RayCaster& caster, int count) {
   // Seen through one of 128 holes only: a crack, not a surface.
-  constexpr int least_directions = 2;
+  constexpr int min_directions = 2;
   // Steps of the R2 low-discrepancy sequence: even cover without random numbers.
   constexpr double step_u = 0.7548776662466927;
   constexpr double step_v = 0.5698402909980532;
@@ -76,7 +76,7 @@ VisibleSurface find_visible_surface(const Mesh& mesh, const RayCaster& caster, i
       const double n = static_cast<double>(index);
       const Vector3d point = triangles[t].at(fraction(n * step_u), fraction(n * step_v));
       const DirectionSet from = visible_directions(caster, point, normal, size);
-      if (from.size() < least_directions) continue;
+      if (from.size() < min_directions) continue;
       seen = true;
       int in_front = 0;
       for (int i = 0; i < direction_count; ++i) {
@@ -95,7 +95,7 @@ VisibleSurface find_visible_surface(const Mesh& mesh, const RayCaster& caster, i
     for (const auto& look : looks) {
       if (seen || tried > 8) break;
       seen = visible_directions(caster, triangles[t].at(look[0], look[1]), normal, size).size() >=
-             least_directions;
+             min_directions;
     }
     if (seen) surface.triangles.push_back(static_cast<std::uint32_t>(t));
   }

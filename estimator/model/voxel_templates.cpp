@@ -105,10 +105,10 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
   });
 
   // A fit of so few of the data's voxels is chance: not worth a closer look.
-  constexpr double least_share = 0.3;
+  constexpr double min_share = 0.3;
   int total = 0;
   for (const Row& row : occupied) total += row.count;
-  const int chance = static_cast<int>(least_share * total);
+  const int chance = static_cast<int>(min_share * total);
 
   std::vector<Correlation> best(templates_.size());
   std::vector<std::pair<std::uint64_t, std::uint64_t>>

@@ -112,7 +112,7 @@ void Estimator::take(const Command& command) {
 /// Of a tracking scan, where no command says how many.
 int Estimator::usual_returns() const {
   const EstimatorOptions& o = setup_.options;
-  return std::min(o.returns_per_scan, static_cast<int>(o.longest_scan_s * setup_.lidar.rate_hz));
+  return std::min(o.returns_per_scan, static_cast<int>(o.max_scan_time_s * setup_.lidar.rate_hz));
 }
 
 void Estimator::obey(const Pending& pending) {

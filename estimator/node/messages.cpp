@@ -101,14 +101,14 @@ std::vector<scan_window_t> messages_of(const std::vector<Window>& windows) {
 }
 
 std::string why_malformed(const estimator_command_t& command) {
-  constexpr int most_returns = 1000000;
+  constexpr int max_returns = 1000000;
   const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
   if (!own_gate && !(command.gate_near_m >= 0 && command.gate_far_m > command.gate_near_m)) {
     return "the range gate holds nothing";
   }
-  if (command.returns_per_scan < 0 || command.returns_per_scan > most_returns) {
+  if (command.returns_per_scan < 0 || command.returns_per_scan > max_returns) {
     return std::to_string(command.returns_per_scan) + " returns per scan, at most " +
-           std::to_string(most_returns) + " are possible";
+           std::to_string(max_returns) + " are possible";
   }
   ScanStrategy strategy{};
   if (!command.strategy.empty() && !parse_scan_strategy(command.strategy, strategy)) {

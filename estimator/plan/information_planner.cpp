@@ -100,11 +100,11 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
   view.returns(directions, returns);
   // Windows as large as the prediction is uncertain; no smaller than a beam, or than lets the LIDAR
   // put all of the beams side by side.
-  const double least_step = 1.001 * field_.minimum_step;
+  const double min_step = 1.001 * field_.minimum_step;
   const double half = std::min(
       0.5,
       std::max({options_.margin_sigmas * sigma / range, 0.5 * field_.beam.footprint(range) / range,
-                0.5 * least_step * std::sqrt(static_cast<double>(beams))}));
+                0.5 * min_step * std::sqrt(static_cast<double>(beams))}));
   grid.window_width = std::min(2 * half, outline.width);
   grid.window_height = std::min(2 * half, outline.height);
   grid.alike.setZero(grid.cells());
@@ -160,8 +160,8 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   problem.returns = beams;
   problem.information = {grid.information};
   problem.alike = grid.alike;
-  Design design = a_optimal_design(problem, options_.most_windows, options_.design_tolerance);
-  plan.least_rms = std::sqrt(std::max(0.0, design.least_trace));
+  Design design = a_optimal_design(problem, options_.max_windows, options_.design_tolerance);
+  plan.min_rms = std::sqrt(std::max(0.0, design.min_trace));
   std::vector<int> cells = design.candidates;
   if (cells.empty()) return {};
   // Beside those of the design, the best elsewhere: what is seen of a thin part may not last.
@@ -178,7 +178,7 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
     }
   };
   for (const int cell : cells) take(cell);
-  while (static_cast<int>(cells.size()) < options_.most_windows) {
+  while (static_cast<int>(cells.size()) < options_.max_windows) {
     int best = -1;
     for (int i = 0; i < grid.cells(); ++i) {
       if (taken[static_cast<std::size_t>(i)] || !(design.sensitivity[i] > 0)) continue;
@@ -259,7 +259,7 @@ Matrix6d InformationPlanner::known_before(const PoseView& view,
 
 double InformationPlanner::spread(double predicted_sigma) const {
   // A tracker finds its way back from the margin only when the windows still hold the target there.
-  return std::hypot(predicted_sigma, options_.least_margin_m / options_.margin_sigmas);
+  return std::hypot(predicted_sigma, options_.min_margin_m / options_.margin_sigmas);
 }
 
 std::vector<int> InformationPlanner::share(const Pose& pose, double predicted_sigma,
@@ -290,9 +290,9 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;
   // A window of one beam or two is a gamble.
-  const int most_windows = std::clamp(beams / 4, 6, std::max(6, options_.most_windows));
+  const int max_windows = std::clamp(beams / 4, 6, std::max(6, options_.max_windows));
   const Design design = a_optimal_design(look_closer(view, pose, sigma, windows, prior, beams),
-                                         most_windows, options_.design_tolerance);
+                                         max_windows, options_.design_tolerance);
   plan.rms_bound = std::sqrt(design.trace);
   const std::vector<int> counts = apportioned(design.shares, beams);
   for (std::size_t i = 0; i < counts.size(); ++i) {

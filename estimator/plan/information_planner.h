@@ -14,7 +14,7 @@ struct InformationPlan {
   std::vector<Window> windows;  ///< empty when no beam would return
   double rms_bound = 0;  ///< root of the least trace of the pose's covariance that a scan of these
                          ///< windows leaves; rotations times the target's half length, m
-  double least_rms = 0;  ///< of no choice of windows or rays, as far as the view's cells tell, is
+  double min_rms = 0;    ///< of no choice of windows or rays, as far as the view's cells tell, is
                          ///< it smaller
 };
 

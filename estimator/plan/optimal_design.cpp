@@ -80,9 +80,9 @@ class Exchange {
 
   /// Shares the returns out over the candidates of the design, and evaluates it.
   void balance(Design& design, double tolerance) {
-    constexpr int most_rounds = 6;  // the next exchange comes soon
-    constexpr double least_share = 1e-3;
-    for (int round = 0; round < most_rounds; ++round) {
+    constexpr int max_rounds = 6;  // the next exchange comes soon
+    constexpr double min_share = 1e-3;
+    for (int round = 0; round < max_rounds; ++round) {
       double mean = 0;
       double most = 0;
       double sum = 0;
@@ -102,7 +102,7 @@ class Exchange {
     // What has all but vanished makes room.
     std::size_t kept = 0;
     for (std::size_t i = 0; i < design.shares.size(); ++i) {
-      if (design.shares[i] < least_share) continue;
+      if (design.shares[i] < min_share) continue;
       design.candidates[kept] = design.candidates[i];
       design.shares[kept++] = design.shares[i];
     }
@@ -151,26 +151,26 @@ Matrix6d unpacked(const PackedMatrix& matrix) {
   return result;
 }
 
-Design a_optimal_design(const DesignProblem& problem, int most_candidates, double tolerance) {
+Design a_optimal_design(const DesignProblem& problem, int max_candidates, double tolerance) {
   Design design;
   if (problem.information.empty() || problem.information[0].cols() == 0) return design;
-  constexpr int most_exchanges = 80;
+  constexpr int max_exchanges = 80;
   constexpr std::size_t parameters = 6;  // so many returns hold a pose, fewer cannot be balanced
   Exchange exchange(problem);
   exchange.evaluate(design);
-  for (int i = 0; i < most_exchanges; ++i) {
+  for (int i = 0; i < max_exchanges; ++i) {
     exchange.sensitivities(design.sensitivity);
     int best = 0;
     const double most = design.sensitivity.maxCoeff(&best);
     if (!(most > 0)) break;
     const double mean = exchange.mean_sensitivity(design);
-    design.least_trace = std::max(design.least_trace, design.trace * std::exp(mean - most));
+    design.min_trace = std::max(design.min_trace, design.trace * std::exp(mean - most));
     if (!design.candidates.empty() && most - mean < tolerance * mean) break;
     auto& shares = design.shares;
     const bool known = std::find(design.candidates.begin(), design.candidates.end(), best) !=
                        design.candidates.end();
     if (!known) {
-      if (static_cast<int>(shares.size()) == most_candidates) {
+      if (static_cast<int>(shares.size()) == max_candidates) {
         const auto least = std::min_element(shares.begin(), shares.end());
         design.candidates.erase(design.candidates.begin() + (least - shares.begin()));
         shares.erase(least);

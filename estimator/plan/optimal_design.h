@@ -31,17 +31,17 @@ struct Design {
   std::vector<double> shares;   ///< of the returns, of each of these; sum 1
   Eigen::VectorXd sensitivity;  ///< of every candidate: how fast returns there lower log(trace)
   double trace = 0;             ///< of the covariance, geometric mean over the poses
-  double least_trace = 0;       ///< no design has a smaller one (equivalence theorem)
+  double min_trace = 0;         ///< no design has a smaller one (equivalence theorem)
 };
 
 /// The A-optimal design: the shares that minimise the covariance's trace (its geometric mean, where
 /// there are several poses: a convex function too), to within a fraction `tolerance` of the part of
-/// it that returns lower, or as well as `most_candidates` can.
+/// it that returns lower, or as well as `max_candidates` can.
 /// Candidates are taken up one by one, each time the one that lowers the trace fastest; between,
 /// shares are multiplied by the root of their sensitivities until these agree (Silvey, Titterington
 /// and Torsney 1978; Yu 2010 for the proof that this converges where no candidate's returns err
 /// alike). Empty when no candidate has information.
-Design a_optimal_design(const DesignProblem& problem, int most_candidates, double tolerance);
+Design a_optimal_design(const DesignProblem& problem, int max_candidates, double tolerance);
 
 /// Whole numbers near share * count that sum up to count: those with the largest remainders are
 /// rounded up.

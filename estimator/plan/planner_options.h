@@ -14,19 +14,19 @@ struct FieldOfView {
 };
 
 struct PlannerOptions {
-  int most_windows = 24;             ///< of one kind
-  double margin_sigmas = 2;          ///< windows grow by so much of the pose's uncertainty
-  double least_margin_m = 0.02;      ///< and by this; in information planning, never less than this
-  double least_share_in_view = 0.4;  ///< of a window; less and it is left out
-  double surface_share = 0.4;        ///< of the beams, for the sparse part of a combined strategy
-  double dense_factor = 10;          ///< beams of the strategy "dense" for one of the others
-  double equal_share = 1;  ///< of the beams on corners or edges: to all alike; the rest to
-                           ///< those that add most to the information about the pose
+  int max_windows = 24;            ///< of one kind
+  double margin_sigmas = 2;        ///< windows grow by so much of the pose's uncertainty
+  double min_margin_m = 0.02;      ///< and by this; in information planning, never less than this
+  double min_share_in_view = 0.4;  ///< of a window; less and it is left out
+  double surface_share = 0.4;      ///< of the beams, for the sparse part of a combined strategy
+  double dense_factor = 10;        ///< beams of the strategy "dense" for one of the others
+  double equal_share = 1;          ///< of the beams on corners or edges: to all alike; the rest to
+                                   ///< those that add most to the information about the pose
   // Information planning.
   double spread_share = 0.5;  ///< of the beams, over the surface whatever they add: the model, or
                               ///< the prediction, may be wrong where it matters most
   int view_cells = 3000;      ///< beams cast at the predicted pose to see what they would add
-  double least_cosine = 0.1;  ///< of the incidence; flatter beams are not counted on
+  double min_cosine = 0.1;    ///< of the incidence; flatter beams are not counted on
   double bare_surface_sigma_m = 0.004;  ///< of the true surface about a bare mesh, 1 sigma
   double design_tolerance = 0.02;       ///< of the covariance's trace
 };

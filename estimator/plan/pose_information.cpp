@@ -85,7 +85,7 @@ void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamRetur
       if (!std::isfinite(hit.range) || hit.range < beam_.range_min_m) continue;
       const Vector3d& direction = rays[i].direction;
       const double cosine = std::min(1.0, -direction.dot(hit.normal));
-      if (cosine < options_.least_cosine) continue;
+      if (cosine < options_.min_cosine) continue;
       beam.met = true;
       const TargetPart& part = model_.target.part(hit.triangle);
       if (part.scan == ScanPreference::avoid) continue;

@@ -90,13 +90,13 @@ void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, in
     window.height = 2 * half;
     window.width = 2 * half / std::cos(window.elevation);
     window.name = name_of(kind);
-    return clip(window) >= options_.least_share_in_view;
+    return clip(window) >= options_.min_share_in_view;
   };
   Window window;
   for (const ScanRegion* region : visible(pose, kind)) {
     if (window_of(*region, window)) in_view.push_back(region);
   }
-  const auto most = static_cast<std::size_t>(std::clamp(beams / 10, 1, options_.most_windows));
+  const auto most = static_cast<std::size_t>(std::clamp(beams / 10, 1, options_.max_windows));
   in_view = spread(in_view, most);
   const auto count = static_cast<int>(in_view.size());
   for (int i = 0; i < count; ++i) {
@@ -160,7 +160,7 @@ void ScanPlanner::make_room(Window& window) const {
 
 std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, ScanStrategy strategy,
                                             int beams) const {
-  const double margin = options_.least_margin_m + options_.margin_sigmas * sigma;
+  const double margin = options_.min_margin_m + options_.margin_sigmas * sigma;
   if (strategy == ScanStrategy::dense) {
     return around({pose}, margin, static_cast<int>(beams * options_.dense_factor));
   }

@@ -8,13 +8,13 @@
 namespace berth::estimator {
 
 BeamStep beam_step(const TargetModel& model, const std::vector<Beam>& beams, const Pose& pose,
-                   double gate, std::size_t most_beams) {
+                   double gate, std::size_t max_beams) {
   constexpr double grazing = 0.1;  // cosine: below it a range says little of the surface
   const Pose to_model = pose.inverse();
   const Matrix3d rotation = to_model.rotation.toRotationMatrix();
   const Matrix3d back = rotation.transpose();
   const double far = (model.centre - to_model.position).norm() + model.radius;
-  const std::size_t stride = std::max<std::size_t>(1, beams.size() / most_beams);
+  const std::size_t stride = std::max<std::size_t>(1, beams.size() / max_beams);
 
   BeamStep result;
   Matrix6d a = Matrix6d::Zero();

@@ -17,9 +17,9 @@ struct BeamStep {
   int used = 0;
 };
 
-/// One Gauss-Newton step on the range residuals of about most_beams beams whose residual along the
+/// One Gauss-Newton step on the range residuals of about max_beams beams whose residual along the
 /// normal is within the gate (m).
 BeamStep beam_step(const TargetModel& model, const std::vector<Beam>& beams, const Pose& pose,
-                   double gate, std::size_t most_beams);
+                   double gate, std::size_t max_beams);
 
 }  // namespace berth::estimator

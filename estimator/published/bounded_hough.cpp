@@ -110,7 +110,7 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
   Result result;
   result.pose = expected;
   const Pose to_model = expected.inverse();
-  const auto most = static_cast<std::size_t>(options_.most_points);
+  const auto most = static_cast<std::size_t>(options_.max_points);
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + most - 1) / most);
   std::vector<Vector3d> voters;  // model frame, from its centre
   for (std::size_t i = 0; i < points.size(); i += stride) {

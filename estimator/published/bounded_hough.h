@@ -11,9 +11,9 @@ namespace berth::estimator {
 struct BoundedHoughOptions {
   double voxel = 0.02;  ///< of the coarsest level, of the target's length; each next one is half
   int levels = 3;
-  int reach = 2;          ///< cells to either side of the expected pose, on the coarsest level
-  int kept = 32;          ///< cells that the next level divides
-  int most_points = 300;  ///< that vote; more are thinned
+  int reach = 2;         ///< cells to either side of the expected pose, on the coarsest level
+  int kept = 32;         ///< cells that the next level divides
+  int max_points = 300;  ///< that vote; more are thinned
 };
 
 /// The Bounded Hough Transform (Greenspan, Shang, Jasiobedzki, "Efficient tracking with the Bounded

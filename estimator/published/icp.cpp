@@ -57,19 +57,19 @@ class Accelerator {
     const double length = scaled.norm();
     const double last_length = last_.norm();
     const bool agree = last_length > 0 && length > 0 && length < last_length &&
-                       scaled.dot(last_) > least_agreement * length * last_length;
+                       scaled.dot(last_) > min_agreement * length * last_length;
     if (!agree) {
       last_ = scaled;
       return motion;
     }
     last_.setZero();  // the next step is judged afresh
     const double ratio = length / last_length;
-    return perturbed(Pose{}, std::min(longest_stride, 1 / (1 - ratio)) * step);
+    return perturbed(Pose{}, std::min(max_stride, 1 / (1 - ratio)) * step);
   }
 
  private:
-  static constexpr double least_agreement = 0.95;  // cosine
-  static constexpr double longest_stride = 12;
+  static constexpr double min_agreement = 0.95;  // cosine
+  static constexpr double max_stride = 12;
   Vector6d scale_;
   Vector6d last_ = Vector6d::Zero();
 };
@@ -126,10 +126,10 @@ class Matcher {
   /// Whether a return lies farther along its beam than the model next to it: an arm or a mount
   /// behind the target contradicts nothing; a return beside or before it does.
   static bool is_behind(const Pair& p, const Vector3d& eye) {
-    constexpr double least_cosine = 0.3;
+    constexpr double min_cosine = 0.3;
     const Vector3d beam = p.data - eye;
     const Vector3d from_model = p.data - p.model;
-    return from_model.dot(beam) > least_cosine * from_model.norm() * beam.norm();
+    return from_model.dot(beam) > min_cosine * from_model.norm() * beam.norm();
   }
 
   /// The gate follows the spread of the pairs inside the last one: it closes as the fit improves.
@@ -144,7 +144,7 @@ class Matcher {
     std::nth_element(distances_.begin(), middle, distances_.end());
     constexpr double sigma_of_median = 1.4826;
     gate_ = std::clamp(options_.gate_sigmas * sigma_of_median * std::sqrt(*middle),
-                       options_.least_gate_m, options_.start_gate_m);
+                       options_.min_gate_m, options_.start_gate_m);
   }
 
   const TargetModel& model_;
@@ -160,13 +160,13 @@ class Matcher {
 
 IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, const Pose& start,
                 const IcpOptions& options) {
-  constexpr std::size_t least_pairs = 6;
+  constexpr std::size_t min_pairs = 6;
   IcpResult result;
   result.pose = start;
   Matcher matcher(model, points, options);
   Accelerator accelerator(model.canonical.half_length);
   matcher.match(result.pose);
-  for (int i = 0; i < options.max_iterations && matcher.pairs().size() >= least_pairs; ++i) {
+  for (int i = 0; i < options.max_iterations && matcher.pairs().size() >= min_pairs; ++i) {
     ++result.iterations;
     // The motion is of the data in the model frame; the model moves the other way.
     const bool points_only = options.registration == Registration::point_to_point;
@@ -198,15 +198,15 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
     result.information.noalias() += j * j.transpose();
   }
   if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
-  if (result.used >= static_cast<int>(least_pairs)) {
+  if (result.used >= static_cast<int>(min_pairs)) {
     // In units in which a radian counts as the model's half length, so that eigenvalues compare.
     // The weakest direction must be known to a hundredth of the target's length.
     Vector6d scale;
     scale << 1, 1, 1, Vector3d::Constant(1 / model.canonical.half_length);
     const Matrix6d scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled, Eigen::EigenvaluesOnly);
-    constexpr double least_sigma = 0.005;
-    const double sigma = std::max(result.residual_rms, least_sigma);
+    constexpr double min_sigma = 0.005;
+    const double sigma = std::max(result.residual_rms, min_sigma);
     const double needed = 0.02 * model.canonical.half_length;
     result.constrained = eigen.eigenvalues()[0] * needed * needed > sigma * sigma;
   }

@@ -19,7 +19,7 @@ struct IcpOptions {
   bool refine_closest_points = true;  ///< exact on the stored triangle, not the stored point
   int max_iterations = 60;
   double start_gate_m = 0.15;        ///< distance beyond which a pair is an outlier, at first
-  double least_gate_m = 0.035;       ///< and at last
+  double min_gate_m = 0.035;         ///< and at last
   double gate_sigmas = 3.0;          ///< between them: so many robust standard deviations
   double stop_translation_m = 2e-5;  ///< an iteration that moves less than both ends it
   double stop_rotation_rad = 1e-5;

@@ -17,7 +17,7 @@ std::string IcpTracking::name() const {
 }
 
 std::vector<Vector3d> IcpTracking::points_of(const CleanScan& still) const {
-  const std::size_t stride = 1 + still.points.size() / (options_.most_points + 1);
+  const std::size_t stride = 1 + still.points.size() / (options_.max_points + 1);
   std::vector<Vector3d> points;
   points.reserve(still.points.size() / stride + 1);
   for (std::size_t i = 0; i < still.points.size(); i += stride) points.push_back(still.points[i]);
@@ -26,28 +26,28 @@ std::vector<Vector3d> IcpTracking::points_of(const CleanScan& still) const {
 
 std::string IcpTracking::judge(const TrackingResult& result, const IcpResult& icp,
                                const Likelihood& fit, const Pose& predicted) const {
-  if (icp.used < options_.least_used) {
+  if (icp.used < options_.min_used) {
     return std::to_string(icp.used) + " returns fit the target, at least " +
-           std::to_string(options_.least_used) + " are needed";
+           std::to_string(options_.min_used) + " are needed";
   }
   if (!icp.constrained) return "the returns do not determine all six degrees of freedom";
-  if (icp.inlier_share() < options_.least_inlier_share) {
+  if (icp.inlier_share() < options_.min_inlier_share) {
     return "only " + fixed(100 * icp.inlier_share(), 0) +
            " % of the returns about the target fit it";
   }
-  if (icp.residual_rms > options_.most_residual_m) {
+  if (icp.residual_rms > options_.max_residual_m) {
     return "residual " + fixed(1e3 * icp.residual_rms, 1) + " mm, at most " +
-           fixed(1e3 * options_.most_residual_m, 1) + " mm is trusted";
+           fixed(1e3 * options_.max_residual_m, 1) + " mm is trusted";
   }
   const std::string far =
-      why_too_far(model_, predicted, result.pose, options_.most_shift_m, options_.most_turn_rad);
+      why_too_far(model_, predicted, result.pose, options_.max_shift_m, options_.max_turn_rad);
   if (!far.empty()) return far;
   const double predicted_beams = std::max(1, fit.predicted);
-  if (fit.explained < options_.least_explained * predicted_beams) {
+  if (fit.explained < options_.min_explained * predicted_beams) {
     return "only " + fixed(100 * fit.explained / predicted_beams, 0) +
            " % of the beams that should meet the target return from it";
   }
-  if (fit.through > options_.most_through * predicted_beams) {
+  if (fit.through > options_.max_through * predicted_beams) {
     return fixed(100 * fit.through / predicted_beams, 0) +
            " % of the beams that should meet the target go through it";
   }
@@ -64,10 +64,10 @@ TrackingResult IcpTracking::track(const CleanScan& skewed, const Prediction& pre
   result.iterations = icp.iterations;
   result.used = icp.used;
   result.near = icp.near;
-  constexpr std::size_t most_beams = 4000;
+  constexpr std::size_t max_beams = 4000;
   for (int i = 0; i < options_.beam_steps; ++i) {
     const BeamStep refined =
-        beam_step(model_, scan.beams, result.pose, options_.icp.least_gate_m, most_beams);
+        beam_step(model_, scan.beams, result.pose, options_.icp.min_gate_m, max_beams);
     result.pose = perturbed(result.pose, refined.step);
   }
 
@@ -81,7 +81,7 @@ TrackingResult IcpTracking::track(const CleanScan& skewed, const Prediction& pre
   // close to its other side. Beams show it, and what they would still correct is a systematic
   // error.
   const BeamStep against =
-      beam_step(model_, scan.beams, result.pose, 3 * options_.icp.least_gate_m, most_beams);
+      beam_step(model_, scan.beams, result.pose, 3 * options_.icp.min_gate_m, max_beams);
   const double sigma = std::max({icp.residual_rms, against.sigma, beam_model_.range_sigma_m});
   // Directions that the returns do not hold stay as uncertain as the prediction; its own covariance
   // is only used, three sigma wide, to bound them.

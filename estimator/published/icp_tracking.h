@@ -11,17 +11,17 @@ namespace berth::estimator {
 
 struct IcpTrackingOptions {
   IcpOptions icp;
-  int beam_steps = 0;               ///< after ICP, steps on the beams' range residuals
-  bool deskew = true;               ///< move every return to the scan's mean time first
-  std::size_t most_points = 60000;  ///< of a scan; more are thinned
+  int beam_steps = 0;              ///< after ICP, steps on the beams' range residuals
+  bool deskew = true;              ///< move every return to the scan's mean time first
+  std::size_t max_points = 60000;  ///< of a scan; more are thinned
   // When the target counts as lost in this scan.
-  int least_used = 30;
-  double least_inlier_share = 0.6;
-  double most_residual_m = 0.04;
-  double most_shift_m = 0.30;  ///< of the measured pose from the predicted one
-  double most_turn_rad = radians(12);
-  double least_explained = 0.6;  ///< share of the beams predicted to meet the target that do
-  double most_through = 0.35;    ///< share of them that go through it
+  int min_used = 30;
+  double min_inlier_share = 0.6;
+  double max_residual_m = 0.04;
+  double max_shift_m = 0.30;  ///< of the measured pose from the predicted one
+  double max_turn_rad = radians(12);
+  double min_explained = 0.6;  ///< share of the beams predicted to meet the target that do
+  double max_through = 0.35;   ///< share of them that go through it
   // Covariance: from the measured spread of the ranges, never better than the beam model's noise.
   double covariance_scale = 1.0;  ///< of the variance
   double floor_m = 0.0005;

@@ -12,7 +12,7 @@ namespace berth::estimator {
 
 namespace {
 
-constexpr std::size_t least_points = 12;
+constexpr std::size_t min_points = 12;
 
 /// Cells of space, of which each point is in one.
 class Cells {
@@ -121,7 +121,7 @@ PointSet trimmed(const PointSet& set, const TargetSize& size) {
         kept.push_back(p);
       }
     }
-    if (kept.size() < least_points || kept.size() == result.points.size()) break;
+    if (kept.size() < min_points || kept.size() == result.points.size()) break;
     result.points = std::move(kept);
     find_axes(result);
   }
@@ -160,14 +160,14 @@ std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
 
   std::vector<PointSet> result;
   const auto add = [&](const PointSet& set) {
-    if (set.points.size() < least_points || result.size() >= at_most) return;
+    if (set.points.size() < min_points || result.size() >= at_most) return;
     for (const PointSet& other : result) {
       if (says_the_same(set, other, size)) return;
     }
     result.push_back(set);
   };
   const auto add_with_trimmed = [&](std::vector<Vector3d> members) {
-    if (members.size() < least_points) return;
+    if (members.size() < min_points) return;
     PointSet set;
     set.points = std::move(members);
     find_axes(set);
@@ -178,7 +178,7 @@ std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
   std::vector<double> ranges;
   ranges.reserve(points.size());
   for (const Vector3d& p : points) ranges.push_back(p.norm());
-  if (ranges.size() < least_points) return result;
+  if (ranges.size() < min_points) return result;
   // A hundredth of the returns may be stray ones in front.
   std::vector<double> sorted = ranges;
   const auto hundredth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 100);

@@ -43,10 +43,10 @@ bool more_likely(const Hypothesis& a, const Hypothesis& b) {
 
 std::string VoxelTemplateAcquisition::refusal() const {
   const double elongation = model_.canonical.elongation();
-  if (elongation >= options_.least_elongation) return "";
+  if (elongation >= options_.min_elongation) return "";
   return "target '" + model_.target.name +
          "' is not elongated enough for its axis to be found: " + fixed(elongation, 2) +
-         ", at least " + fixed(options_.least_elongation, 2) + " is needed";
+         ", at least " + fixed(options_.min_elongation, 2) + " is needed";
 }
 
 std::vector<Pose> VoxelTemplateAcquisition::match_templates(
@@ -117,7 +117,7 @@ bool VoxelTemplateAcquisition::is_symmetry(const Pose& a, const Pose& b) const {
   options.registration = Registration::point_to_plane;
   options.max_iterations = 15;
   options.start_gate_m = 0.03 * model_.canonical.half_length;
-  options.least_gate_m = options.start_gate_m;
+  options.min_gate_m = options.start_gate_m;
   const Pose to_model = align(model_, points, a.inverse() * b, options).pose.inverse();
   const double tolerance = 0.002 * model_.canonical.half_length;
   std::size_t off = 0;
@@ -136,15 +136,15 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
     result.status = AcquisitionResult::Status::refused;
     return result;
   }
-  if (static_cast<int>(scan.points.size()) < options_.least_points) {
+  if (static_cast<int>(scan.points.size()) < options_.min_points) {
     result.reason = std::to_string(scan.points.size()) +
                     " returns inside the range gate, at least " +
-                    std::to_string(options_.least_points) + " are needed";
+                    std::to_string(options_.min_points) + " are needed";
     return result;
   }
 
-  constexpr std::size_t most_points_matched = 2000;
-  const std::vector<Vector3d> points = thinned(scan.points, most_points_matched);
+  constexpr std::size_t max_points_matched = 2000;
+  const std::vector<Vector3d> points = thinned(scan.points, max_points_matched);
   const std::vector<PointSet> sets =
       candidate_point_sets(points, {model_.canonical.half_length, model_.canonical.radius},
                            static_cast<std::size_t>(options_.point_sets));
@@ -254,37 +254,37 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
   double sum = 0;
   for (const Finalist& h : distinct) sum += std::exp(h.log_likelihood - best);
   for (Finalist& h : distinct) h.probability = std::exp(h.log_likelihood - best) / sum;
-  if (static_cast<int>(distinct.size()) > options_.most_hypotheses) {
-    distinct.resize(static_cast<std::size_t>(options_.most_hypotheses));
+  if (static_cast<int>(distinct.size()) > options_.max_hypotheses) {
+    distinct.resize(static_cast<std::size_t>(options_.max_hypotheses));
   }
   result.hypotheses.assign(distinct.begin(), distinct.end());
 
   const double without = evidence_without(stride);
   const Finalist& winner = distinct.front();
   const double predicted = std::max(1, winner.fit.predicted);
-  if (best - without < options_.least_evidence) {
+  if (best - without < options_.min_evidence) {
     result.reason = "the best fit explains the scan hardly better than no target: log-likelihood " +
                     fixed(best - without, 0) + " more, at least " +
-                    fixed(options_.least_evidence, 0) + " is needed";
+                    fixed(options_.min_evidence, 0) + " is needed";
     return result;
   }
-  if (winner.fit.explained < options_.least_explained * predicted) {
+  if (winner.fit.explained < options_.min_explained * predicted) {
     result.reason =
         "only " + fixed(100 * winner.fit.explained / predicted, 0) +
         " % of the beams that the best fit puts on the target return from it, at least " +
-        fixed(100 * options_.least_explained, 0) + " % are needed";
+        fixed(100 * options_.min_explained, 0) + " % are needed";
     return result;
   }
-  if (winner.fit.through > options_.most_through * predicted) {
+  if (winner.fit.through > options_.max_through * predicted) {
     result.reason = fixed(100 * winner.fit.through / predicted, 0) +
                     " % of the beams go through the best fit, at most " +
-                    fixed(100 * options_.most_through, 0) + " % may";
+                    fixed(100 * options_.max_through, 0) + " % may";
     return result;
   }
-  if (winner.inlier_share < options_.least_inlier_share) {
+  if (winner.inlier_share < options_.min_inlier_share) {
     result.reason = "only " + fixed(100 * winner.inlier_share, 0) +
                     " % of the returns about the best fit belong to it, at least " +
-                    fixed(100 * options_.least_inlier_share, 0) + " % are needed";
+                    fixed(100 * options_.min_inlier_share, 0) + " % are needed";
     return result;
   }
   if (!winner.constrained) {

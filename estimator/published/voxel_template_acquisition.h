@@ -12,16 +12,16 @@
 namespace berth::estimator {
 
 struct VoxelTemplateOptions {
-  double least_elongation = 1.35;   ///< of the model: below it PCA cannot tell its axis
-  int least_points = 40;            ///< returns inside the gate
-  int point_sets = 8;               ///< guesses of what is target and what is not
-  int finalists_per_set = 4;        ///< and axis direction
-  double decisive_margin = 8;       ///< log-likelihood by which the best must lead the second
-  double least_evidence = 25;       ///< log-likelihood by which it must lead "no target at all"
-  double least_explained = 0.8;     ///< share of the beams predicted to meet the target that do
-  double most_through = 0.2;        ///< share of them that go through it
-  double least_inlier_share = 0.6;  ///< of the returns about the target that fit it
-  int most_hypotheses = 4;
+  double min_elongation = 1.35;   ///< of the model: below it PCA cannot tell its axis
+  int min_points = 40;            ///< returns inside the gate
+  int point_sets = 8;             ///< guesses of what is target and what is not
+  int finalists_per_set = 4;      ///< and axis direction
+  double decisive_margin = 8;     ///< log-likelihood by which the best must lead the second
+  double min_evidence = 25;       ///< log-likelihood by which it must lead "no target at all"
+  double min_explained = 0.8;     ///< share of the beams predicted to meet the target that do
+  double max_through = 0.2;       ///< share of them that go through it
+  double min_inlier_share = 0.6;  ///< of the returns about the target that fit it
+  int max_hypotheses = 4;
   LikelihoodOptions likelihood;
 };
 

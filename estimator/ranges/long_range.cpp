@@ -10,7 +10,7 @@ namespace berth::estimator {
 
 namespace {
 
-constexpr int least_returns = 3;
+constexpr int min_returns = 3;
 // The views stand 18 degrees apart: a true one lies between them.
 constexpr double view_spacing = radians(9);
 constexpr double unknown_rotation = radians(180);
@@ -66,8 +66,8 @@ LongRangeFix LongRange::find(const CleanScan& scan) const {
     return none;
   }
   // The return with the most others within the target's size.
-  constexpr std::size_t most_centres = 300;
-  const std::size_t stride = 1 + scan.points.size() / most_centres;
+  constexpr std::size_t max_centres = 300;
+  const std::size_t stride = 1 + scan.points.size() / max_centres;
   const double reach = 2 * model_.radius;
   const auto all = static_cast<std::int64_t>(scan.points.size());
   const PointColumns columns(scan.points);
@@ -171,9 +171,9 @@ LongRangeFix LongRange::fix(const std::vector<Vector3d>& returns,
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : returns) mean += p / n;
   result.pose.position = mean;
-  if (result.used < least_returns) {
+  if (result.used < min_returns) {
     result.reason = std::to_string(result.used) + " returns where the target should be, at least " +
-                    std::to_string(least_returns) + " are needed";
+                    std::to_string(min_returns) + " are needed";
     return result;
   }
   Matrix3d scatter = Matrix3d::Zero();

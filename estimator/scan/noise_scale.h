@@ -8,8 +8,8 @@ namespace berth::estimator {
 /// How far the noise may differ from what the scanner says of itself, as a factor on its sigmas.
 /// Both 1: it is believed.
 struct NoiseOptions {
-  double least = 0.3;
-  double most = 5;
+  double min = 0.3;
+  double max = 5;
 };
 
 /// The noise of the beams as the returns themselves show it: what the scanner says, times a factor

@@ -14,16 +14,16 @@ double uncertainty_of_ends(const TargetModel& model, const Matrix6d& covariance)
 }
 
 std::string why_too_far(const TargetModel& model, const Pose& predicted, const Pose& measured,
-                        double most_shift_m, double most_turn_rad) {
+                        double max_shift_m, double max_turn_rad) {
   const double shift = (measured * model.centre - predicted * model.centre).norm();
-  if (shift > most_shift_m) {
+  if (shift > max_shift_m) {
     return "the pose is " + fixed(1e3 * shift, 0) + " mm from the prediction, at most " +
-           fixed(1e3 * most_shift_m, 0) + " mm is trusted";
+           fixed(1e3 * max_shift_m, 0) + " mm is trusted";
   }
   const double turn = angle_between(predicted, measured);
-  if (turn > most_turn_rad) {
+  if (turn > max_turn_rad) {
     return "the attitude is " + fixed(degrees(turn), 1) + " deg from the prediction, at most " +
-           fixed(degrees(most_turn_rad), 1) + " deg is trusted";
+           fixed(degrees(max_turn_rad), 1) + " deg is trusted";
   }
   return "";
 }

@@ -51,7 +51,7 @@ double uncertainty_of_ends(const TargetModel& model, const Matrix6d& covariance)
 /// Empty, or why a measured pose is too far from the predicted one to be trusted: by the shift of
 /// the model's centre (m) or by the turn (rad).
 std::string why_too_far(const TargetModel& model, const Pose& predicted, const Pose& measured,
-                        double most_shift_m, double most_turn_rad);
+                        double max_shift_m, double max_turn_rad);
 
 /// Measures the pose from one scan, starting from a prediction, and judges itself. const and
 /// deterministic; the model, beam model and options that it was made from must outlive it.

@@ -14,8 +14,8 @@ namespace berth::evaluation {
 namespace {
 
 /// Fewer tell nothing; more take longer than anybody waits for an interval.
-constexpr std::size_t fewest_pairs = 10;
-constexpr std::size_t most_pairs = 20000;
+constexpr std::size_t min_pairs = 10;
+constexpr std::size_t max_pairs = 20000;
 
 bool has_estimates(const Measurer& run, const Phase& phase) {
   return std::any_of(run.compared().begin(), run.compared().end(),
@@ -49,7 +49,7 @@ std::optional<PairedDifference> difference_of(const Measurement& what, const Ser
     a.push_back(what.shown(before.value[i]));
     b.push_back(what.shown(after.value[j]));
   }
-  if (a.size() < fewest_pairs || a.size() > most_pairs || a == b) return std::nullopt;
+  if (a.size() < min_pairs || a.size() > max_pairs || a == b) return std::nullopt;
   BootstrapOptions options;
   options.resamples = 1000;
   options.swaps = 2000;

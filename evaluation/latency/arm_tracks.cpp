@@ -9,10 +9,10 @@ namespace {
 
 constexpr Utime max_gap = 100 * millisecond;  // between set-points of one motion
 constexpr Utime rate_window = 50 * millisecond;
-constexpr std::size_t most_samples = 2000;
-constexpr double zero_sigma = 0.02;   // rad or m: of a reported joint against the commanded
-constexpr double least_sigma = 1e-7;  // of a reported joint, rad or m
-constexpr double slowest = 1e-4;      // rad/s or m/s: an arm that goes slower rests
+constexpr std::size_t max_samples = 2000;
+constexpr double zero_sigma = 0.02;  // rad or m: of a reported joint against the commanded
+constexpr double min_sigma = 1e-7;   // of a reported joint, rad or m
+constexpr double slowest = 1e-4;     // rad/s or m/s: an arm that goes slower rests
 
 Vector6d vector_of(const double* joints) { return Eigen::Map<const Vector6d>(joints); }
 
@@ -29,7 +29,7 @@ void ArmTrack::add(const arm_state_t& state) {
   clocks_.push_back({state.utime, state.clock_offset_s, state.clock_offset_sigma_s});
   round_trips_.push_back(seconds(state.utime_received - state.utime_sent));
   if (state.state != arm_state_t::RUNNING) return;
-  const Vector6d sigma = vector_of(state.reported_joint_sigma).cwiseMax(least_sigma);
+  const Vector6d sigma = vector_of(state.reported_joint_sigma).cwiseMax(min_sigma);
   readings_.push_back(
       {{state.utime, vector_of(state.reported_joint)}, sigma.cwiseAbs2().cwiseInverse()});
 }
@@ -46,7 +46,7 @@ std::optional<Vector6d> ArmTrack::commanded(Utime utime) const {
 }
 
 std::vector<DelaySample> ArmTrack::samples(double delay) const {
-  const std::size_t stride = readings_.size() / most_samples + 1;
+  const std::size_t stride = readings_.size() / max_samples + 1;
   std::vector<DelaySample> list;
   for (std::size_t i = 0; i < readings_.size(); i += stride) {
     const Utime told = readings_[i].at.utime - utime_from_seconds(delay);

@@ -17,12 +17,12 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 constexpr int rounds = 6;              // of weights, scale and a new linearisation
 constexpr double huber = 1.5;          // standard deviations from which a sample weighs less
 constexpr double chi2_median = 5.348;  // of six degrees of freedom
-constexpr double least_scale = 1e-6;   // less than that is rounding
+constexpr double min_scale = 1e-6;     // less than that is rounding
 constexpr std::size_t resamples = 1000;
 
 /// The delay first, then the nuisances.
 using Columns =
-    Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, DelaySample::most_nuisances + 1>;
+    Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, DelaySample::max_nuisances + 1>;
 
 struct Solution {
   Eigen::VectorXd value;       // of the step in the delay, then the nuisances
@@ -61,7 +61,7 @@ class Fit {
   /// More numbers than unknowns, and some motion.
   bool enough() const {
     const auto moves = [](const DelaySample& s) { return !s.rate.isZero(0); };
-    return samples_.size() >= DelayFit::fewest_samples &&
+    return samples_.size() >= DelayFit::min_samples &&
            std::any_of(samples_.begin(), samples_.end(), moves);
   }
 
@@ -118,7 +118,7 @@ class Fit {
     // Few samples are fitted more closely than they scatter.
     const double free = std::max(1.0, 6 * static_cast<double>(samples_.size()) - unknowns());
     const double fitted = 6 * static_cast<double>(samples_.size()) / free;
-    scale_ = std::max(*middle / chi2_median * fitted, least_scale);
+    scale_ = std::max(*middle / chi2_median * fitted, min_scale);
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const double distance = std::sqrt(squares[i] / (6 * scale_));
       solution_.weight[i] = std::min(1.0, huber / distance) / scale_;

@@ -13,8 +13,8 @@ namespace berth::evaluation {
 /// What one thing says of another at one time, six numbers each: a pose against truth, an arm's
 /// joints against those commanded.
 struct DelaySample {
-  static constexpr int most_nuisances = 33;
-  using Design = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, most_nuisances>;
+  static constexpr int max_nuisances = 33;
+  using Design = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, max_nuisances>;
 
   Utime utime = 0;
   Vector6d error;        ///< of what follows against what it follows
@@ -35,7 +35,7 @@ struct DelayProblem {
 
 /// A delay with its confidence interval.
 struct DelayFit {
-  static constexpr std::size_t fewest_samples = 5;
+  static constexpr std::size_t min_samples = 5;
   static constexpr double unknown = std::numeric_limits<double>::infinity();
 
   /// s, by which the follower is later; NaN: there was no motion, or no data.

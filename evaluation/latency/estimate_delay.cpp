@@ -21,7 +21,7 @@ constexpr int estimators_nuisances = 12;
 constexpr double pull_sigma = 0.5;
 constexpr double skew_sigma = 0.2;  // s: scans are no longer than a second
 /// Between two estimates of one track.
-constexpr Utime longest_step = 2 * second;
+constexpr Utime max_step = 2 * second;
 /// Slower than both a target rests, but for truth's noise.
 constexpr double slowest_speed = 1e-3;          // m/s
 constexpr double slowest_turn = radians(0.05);  // rad/s
@@ -44,7 +44,7 @@ std::vector<Place> places(const Measurer& measurer, const Phase& phase, double d
   for (const ComparedEstimate& c : measurer.compared()) {
     const Utime utime = c.estimate.utime;
     std::optional<EstimateSample> before = std::exchange(last, c.estimate);
-    if (before && utime - before->utime > longest_step) before.reset();
+    if (before && utime - before->utime > max_step) before.reset();
     if (!phase.contains(utime) || measurer.record().steered(utime)) continue;
     auto truth = track.at(utime - utime_from_seconds(delay));
     if (!truth) continue;
@@ -139,7 +139,7 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
 
 /// How far from observable, in words.
 std::string why_not(const EstimateDelay& d) {
-  if (d.fit.samples < DelayFit::fewest_samples) {
+  if (d.fit.samples < DelayFit::min_samples) {
     return "not observable: fewer than five estimates that truth brackets while the arms were not "
            "steered by them";
   }

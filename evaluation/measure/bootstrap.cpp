@@ -39,8 +39,8 @@ std::vector<double> replicates(std::size_t size, std::size_t block,
 
 /// Efron's acceleration, from the sample with one group of neighbours after the other left out.
 double acceleration(std::size_t size, std::size_t block, const StatisticOfPlaces& statistic) {
-  constexpr std::size_t most_groups = 200;
-  const std::size_t groups = std::min(size / block, most_groups);
+  constexpr std::size_t max_groups = 200;
+  const std::size_t groups = std::min(size / block, max_groups);
   std::vector<double> values(groups);
   std::vector<std::size_t> places;
   for (std::size_t g = 0; g < groups; ++g) {

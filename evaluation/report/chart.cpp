@@ -50,7 +50,7 @@ Axis y_axis_of(const Chart& chart) {
   for (const Level& level : chart.levels) values.push_back(level.y);
   Axis axis = chart.clip_extremes ? axis_without_extremes(std::move(values), chart.log_y)
                                   : axis_for(values, chart.log_y);
-  const double missing = chart.least_span - (axis.high - axis.low);
+  const double missing = chart.min_span - (axis.high - axis.low);
   if (missing > 0 && !chart.log_y) {
     axis.low -= missing / 2;
     axis.high += missing / 2;

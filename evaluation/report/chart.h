@@ -64,7 +64,7 @@ struct Chart {
   std::optional<std::array<double, 2>> x_range;
   std::optional<std::array<double, 2>> y_range;
   std::vector<std::pair<double, std::string>> x_ticks;  ///< instead of numbers
-  double least_span = 0;                                ///< of y: what changes less is not blown up
+  double min_span = 0;                                  ///< of y: what changes less is not blown up
   bool log_y = false;
   /// Few extreme values do not flatten the rest: they are drawn at the edge, and counted below.
   bool clip_extremes = false;

@@ -8,7 +8,7 @@
 namespace berth::report {
 namespace {
 
-constexpr std::size_t most_rows = 300;
+constexpr std::size_t max_rows = 300;
 
 struct Named {
   const char* name;
@@ -57,14 +57,14 @@ Html event_section(const RunView& view) {
   for (const event_t& event : view.record().events()) events.push_back(&event);
   if (events.empty()) return {};
   Html note;
-  if (events.size() > most_rows) {
+  if (events.size() > max_rows) {
     // The gravest, in order of time.
     std::stable_sort(events.begin(), events.end(),
                      [](const event_t* a, const event_t* b) { return a->severity > b->severity; });
     note = element("p", "note-wide",
-                   text("The gravest " + std::to_string(most_rows) + " of " +
+                   text("The gravest " + std::to_string(max_rows) + " of " +
                         std::to_string(events.size()) + " events."));
-    events.resize(most_rows);
+    events.resize(max_rows);
     std::stable_sort(events.begin(), events.end(),
                      [](const event_t* a, const event_t* b) { return a->utime < b->utime; });
   }
@@ -95,7 +95,7 @@ Html node_section(const RunView& view) {
                           text(std::to_string(node.last.received)),
                           text(std::to_string(node.last.published)), bad_if(node.last.undecodable),
                           bad_if(node.last.overflowed), text(std::to_string(node.last.superseded)),
-                          text(brief(seconds(node.longest_silence), 3))});
+                          text(brief(seconds(node.max_silence), 3))});
   }
   return html_of(table);
 }

@@ -47,7 +47,7 @@ Html pose_section(const RunView& view) {
   Utime last = 0;
   for (const evaluation::TruthSample& sample : truth) {
     const Xyzwpr pose = xyzwpr_from_pose(sample.pose);
-    const bool hole = last != 0 && sample.utime - last > evaluation::TruthTrack::longest_gap;
+    const bool hole = last != 0 && sample.utime - last > evaluation::TruthTrack::max_gap;
     last = sample.utime;
     for (std::size_t i = 0; i < 6; ++i) {
       Coordinate coordinate(curves[i][0], i);
@@ -66,7 +66,7 @@ Html pose_section(const RunView& view) {
   // Two columns: translation to the left, rotation to the right, as the pendant reads.
   for (const std::size_t i : {0u, 3u, 1u, 4u, 2u, 5u}) {
     Chart chart = view.chart(names[i], i < 3 ? "mm" : "deg");
-    chart.least_span = i < 3 ? 1 : 0.1;
+    chart.min_span = i < 3 ? 1 : 0.1;
     for (Curve& curve : curves[i]) {
       if (!curve.x.empty()) chart.curves.push_back(std::move(curve));
     }

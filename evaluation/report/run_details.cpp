@@ -23,7 +23,7 @@ EstimateDetail detail_of(const pose_estimate_t& m) {
 
 void take_status(const node_status_t& status, NodeHealth& node) {
   if (!node.changes.empty()) {
-    node.longest_silence = std::max(node.longest_silence, status.utime - node.last.utime);
+    node.max_silence = std::max(node.max_silence, status.utime - node.last.utime);
   }
   if (node.changes.empty() || node.last.state != status.state ||
       node.last.reason != status.reason) {

@@ -42,7 +42,7 @@ struct NodeHealth {
   };
   std::vector<Change> changes;  ///< of state or reason, in order of time
   node_status_t last{};
-  Utime longest_silence = 0;  ///< between two messages
+  Utime max_silence = 0;  ///< between two messages
 };
 
 /// What a report shows of a log and that is not in its RunRecord.

@@ -19,7 +19,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Colours of residuals, from far in front of the surface to far beyond it.
 constexpr int classes = 7;
-constexpr std::size_t most_dots = 4000;
+constexpr std::size_t max_dots = 4000;
 
 std::string number(double value) {
   char out[32];
@@ -50,7 +50,7 @@ std::string returns_of(const ScanPicture& picture, const View& view, double scal
   std::array<std::string, classes> paths;
   std::string elsewhere;
   std::string misses;
-  const std::size_t every = 1 + picture.beams.size() / most_dots;
+  const std::size_t every = 1 + picture.beams.size() / max_dots;
   for (std::size_t i = 0; i < picture.beams.size(); i += every) {
     const Beam& beam = picture.beams[i];
     const std::string at = dot(view.x(beam.azimuth), view.y(beam.elevation));

@@ -13,7 +13,7 @@
 namespace berth::report {
 namespace {
 
-constexpr std::size_t most_pictures = 8;
+constexpr std::size_t max_pictures = 8;
 
 /// Scans that answer what one would ask first, each with the reason why it is drawn.
 class Choice {
@@ -39,7 +39,7 @@ class Choice {
   void add(const EstimateDetail& estimate, const std::string& why) {
     std::string& reason = chosen_[estimate.scan_id];
     reason += (reason.empty() ? "" : ", ") + why;
-    if (chosen_.size() > most_pictures) chosen_.erase(estimate.scan_id);
+    if (chosen_.size() > max_pictures) chosen_.erase(estimate.scan_id);
   }
 
   void first_of(std::int8_t status, const std::string& why) {

@@ -48,7 +48,7 @@ std::optional<TruthSample> TruthTrack::at(Utime utime) const {
   if (after == samples_.begin()) return std::nullopt;
   const TruthSample& a = *std::prev(after);
   const TruthSample& b = *after;
-  if (b.utime - a.utime > longest_gap) return std::nullopt;
+  if (b.utime - a.utime > max_gap) return std::nullopt;
   const double s = static_cast<double>(utime - a.utime) / static_cast<double>(b.utime - a.utime);
   TruthSample sample;
   sample.utime = utime;

@@ -24,7 +24,7 @@ TruthSample sample_of(const ground_truth_t& message);
 class TruthTrack {
  public:
   /// Samples further apart than this have a hole between them.
-  static constexpr Utime longest_gap = 100 * millisecond;
+  static constexpr Utime max_gap = 100 * millisecond;
 
   void add(const TruthSample& sample);
   /// Drops samples older than this.

@@ -26,7 +26,7 @@ struct LogEvent {
 namespace format {
 inline constexpr std::uint32_t sync = 0xEDA1DA01;
 inline constexpr std::size_t header_bytes = 28;
-inline constexpr std::size_t longest_channel = 63;
+inline constexpr std::size_t max_channel = 63;
 inline constexpr std::size_t largest_message = std::size_t{1} << 28;
 }  // namespace format
 

@@ -9,7 +9,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr std::size_t most_kept = 256;  // types, sessions, streams; damage makes them up
+constexpr std::size_t max_kept = 256;  // types, sessions, streams; damage makes them up
 
 bool fits(Bytes message, const StreamFields::Place& place) {
   return place.offset + wire::bytes_of(place.kind).value_or(4) <= message.size();
@@ -66,7 +66,7 @@ ChannelTally::Note ChannelTally::take(Utime utime, Bytes message) {
     first_ = utime;
     smallest_ = message.size();
   } else {
-    longest_pause_ = std::max(longest_pause_, utime - last_);
+    max_pause_ = std::max(max_pause_, utime - last_);
   }
   last_ = utime;
   ++messages_;
@@ -112,7 +112,7 @@ ChannelTally::TypeCount& ChannelTally::count_of(std::uint64_t fingerprint) {
                                   [&](const TypeCount& c) { return c.fingerprint == fingerprint; });
   if (found == counts_.end()) {
     const StructType* type = types_->by_fingerprint(fingerprint);
-    if (counts_.size() >= most_kept && type == nullptr) return counts_.back();
+    if (counts_.size() >= max_kept && type == nullptr) return counts_.back();
     counts_.push_back(
         {fingerprint, type, type == nullptr ? StreamFields() : StreamFields::of(*type)});
     last_count_ = counts_.size() - 1;
@@ -128,7 +128,7 @@ void ChannelTally::count_session(std::int64_t session) {
                                     [&](const SessionCount& c) { return c.session == session; });
     last_session_ = static_cast<std::size_t>(found - sessions_.begin());
     if (found == sessions_.end()) {
-      if (sessions_.size() >= most_kept) return;
+      if (sessions_.size() >= max_kept) return;
       sessions_.push_back({session, 0});
     }
   }
@@ -142,7 +142,7 @@ std::size_t ChannelTally::stream_of(std::int64_t session, std::string_view sende
   const auto found = std::find_if(streams_.begin(), streams_.end(), is);
   const auto index = static_cast<std::size_t>(found - streams_.begin());
   if (found == streams_.end()) {
-    if (streams_.size() >= most_kept) return streams_.size();
+    if (streams_.size() >= max_kept) return streams_.size();
     streams_.push_back({session, std::string(sender), {}});
   }
   last_stream_ = index;

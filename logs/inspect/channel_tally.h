@@ -61,7 +61,7 @@ class ChannelTally {
   std::size_t largest() const { return largest_; }
   Utime first() const { return first_; }
   Utime last() const { return last_; }
-  Utime longest_pause() const { return longest_pause_; }
+  Utime max_pause() const { return max_pause_; }
   double rate_hz() const;  ///< mean from the first to the last message; 0 for fewer than two
 
   /// The most frequent known type; null when all are unknown.
@@ -95,7 +95,7 @@ class ChannelTally {
   std::size_t largest_ = 0;
   Utime first_ = 0;
   Utime last_ = 0;
-  Utime longest_pause_ = 0;
+  Utime max_pause_ = 0;
   std::vector<TypeCount> counts_;
   std::size_t last_count_ = 0;
   std::vector<SessionCount> sessions_;

@@ -9,7 +9,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr int most_findings = 100;  // of each kind and channel
+constexpr int max_findings = 100;  // of each kind and channel
 constexpr std::size_t progress_bytes = std::size_t{64} << 20;
 
 /// A channel while it is read, and the findings that a later message may take back.
@@ -46,7 +46,7 @@ class Inspector {
     Channel& channel = found->second;
     const ChannelTally::Note note = channel.tally.take(times_.time(event.utime), event.data);
     if (note.kind != ChannelTally::Note::Kind::sound) {
-      if (channel.undecodable++ < most_findings) add(Finding::Kind::undecodable, event, 1);
+      if (channel.undecodable++ < max_findings) add(Finding::Kind::undecodable, event, 1);
     } else if (note.step != SequenceCounter::Step::next) {
       take_seq(event, channel, note);
     }
@@ -80,7 +80,7 @@ class Inspector {
   void take_number(const LogEvent& event, SequenceCounter::Step step, std::int64_t missing) {
     if (step == SequenceCounter::Step::gap || step == SequenceCounter::Step::restart) {
       last_number_ = none;
-      if (file_findings_++ >= most_findings) return;
+      if (file_findings_++ >= max_findings) return;
       last_number_ = inspection_.findings.size();
       add(step == SequenceCounter::Step::gap ? Finding::Kind::missing_events
                                              : Finding::Kind::restart,
@@ -96,7 +96,7 @@ class Inspector {
     const bool gap = note.step == SequenceCounter::Step::gap;
     if (gap || note.step == SequenceCounter::Step::restart) {
       last = none;
-      if (channel.gaps++ >= most_findings) return;
+      if (channel.gaps++ >= max_findings) return;
       last = inspection_.findings.size();
       add(gap ? Finding::Kind::gap : Finding::Kind::restart, event, note.missing);
     } else if (note.step == SequenceCounter::Step::corrected && last != none) {

@@ -98,7 +98,7 @@ std::string text_of(const Inspection& i) {
     lines.push_back({name, type_name(c), number(c.messages()), fixed(c.rate_hz(), 2),
                      fixed(bytes / static_cast<double>(std::max<std::int64_t>(c.messages(), 1)), 0),
                      fixed(i.duration_s() > 0 ? bytes * 1e-3 / i.duration_s() : 0, 2),
-                     fixed(seconds(c.longest_pause()), 3), number(c.missing()),
+                     fixed(seconds(c.max_pause()), 3), number(c.missing()),
                      number(c.undecodable())});
   }
   return text + text_table(lines, 2);
@@ -136,7 +136,7 @@ nlohmann::ordered_json json_of(const Inspection& i) {
     channel["bytes_largest"] = c.largest();
     channel["utime_first"] = c.first();
     channel["utime_last"] = c.last();
-    channel["longest_pause_s"] = seconds(c.longest_pause());
+    channel["longest_pause_s"] = seconds(c.max_pause());
     channel["missing"] = c.missing();
     channel["restarts"] = c.restarts();
     channel["undecodable"] = c.undecodable();

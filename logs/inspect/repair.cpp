@@ -54,7 +54,7 @@ class ChannelContents {
 
 Repair repair(const std::filesystem::path& in, const std::filesystem::path& out,
               const TypeCatalogue& types) {
-  constexpr std::int64_t most_findings = 100;
+  constexpr std::int64_t max_findings = 100;
   ChannelContents channels(in, types);
   LogReader reader(in);
   DerivedLog log(out);
@@ -62,7 +62,7 @@ Repair repair(const std::filesystem::path& in, const std::filesystem::path& out,
   LogEvent event;
   while (reader.next(event)) {
     if (!channels.is_whole(event)) {
-      if (result.dropped++ < most_findings) {
+      if (result.dropped++ < max_findings) {
         result.findings.push_back({Finding::Kind::undecodable, event.offset, event.number,
                                    event.utime, std::string(event.channel), 1});
       }

@@ -10,7 +10,7 @@ namespace berth::logs {
 namespace {
 
 constexpr int deepest = 64;  // structs within structs
-constexpr int most_slots = 32;
+constexpr int max_slots = 32;
 
 /// Walks over a message along its type. Values are made only where a list for them is given.
 class Walker {
@@ -27,9 +27,9 @@ class Walker {
 
   bool structure(const StructType& type, Value::List* out, int depth = 0) {
     if (out == nullptr && type.fixed_bytes) return skip(*type.fixed_bytes);
-    if (depth > deepest || type.count_slots > most_slots) return false;
+    if (depth > deepest || type.count_slots > max_slots) return false;
     if (out != nullptr) out->reserve(type.fields.size());
-    std::int64_t counts[most_slots];
+    std::int64_t counts[max_slots];
     for (const Field& field : type.fields) {
       if (field.count_slot >= 0 && !read_count(field.kind, counts[field.count_slot])) return false;
       if (!array(type, field, 0, counts, out, depth)) return false;

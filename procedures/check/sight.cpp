@@ -11,7 +11,7 @@ namespace berth::procedures {
 namespace {
 
 /// Points that the surface is covered with.
-constexpr int most_points = 3000;
+constexpr int max_points = 3000;
 /// Places of a step at which the sensor looks.
 constexpr std::size_t looks = 8;
 /// An acquisition that sees less of the replica may fail; so little is worth a word while tracking.
@@ -32,7 +32,7 @@ std::vector<Vector3d> cover(const Mesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     const auto [a, b, c] = corners(triangle);
     const double share = 0.5 * (b - a).cross(c - a).norm() / area;
-    const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(share * most_points))));
+    const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(share * max_points))));
     for (int i = 0; i < n; ++i) {
       for (int j = 0; i + j < n; ++j) {
         points.push_back(a + (i + 1.0 / 3) / n * (b - a) + (j + 1.0 / 3) / n * (c - a));

@@ -15,9 +15,9 @@ void Live::on(const pose_estimate_t& message, Utime now) {
   if (!is_good(message)) return;
   last_good_ = now;
   ++good_estimates_;
-  constexpr std::size_t most_waiting = 100;
+  constexpr std::size_t max_waiting = 100;
   uncompared_.push_back(message);
-  if (uncompared_.size() > most_waiting) uncompared_.pop_front();
+  if (uncompared_.size() > max_waiting) uncompared_.pop_front();
 }
 
 void Live::on(const ground_truth_t& message) {

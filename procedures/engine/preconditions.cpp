@@ -109,7 +109,7 @@ precondition_t RestWatch::precondition(const Bench& bench) const {
   const double turned = angle_between(*rest_, truth->pose);
   const std::string by =
       fixed(1e3 * moved, 1) + " mm and " + fixed(degrees(turned), 2) + " deg from where it stood";
-  return make_precondition("relative pose", moved <= most_distance && turned <= most_angle, by);
+  return make_precondition("relative pose", moved <= max_distance && turned <= max_angle, by);
 }
 
 }  // namespace berth::procedures

@@ -40,8 +40,8 @@ class RestWatch {
   precondition_t precondition(const Bench& bench) const;
 
   /// More than truth's own noise, less than what anybody would do to an arm by hand.
-  static constexpr double most_distance = 5e-3;    ///< m
-  static constexpr double most_angle = 0.0087266;  ///< rad: half a degree
+  static constexpr double max_distance = 5e-3;    ///< m
+  static constexpr double max_angle = 0.0087266;  ///< rad: half a degree
 
  private:
   std::optional<evaluation::TruthSample> place_;  // since when it has been there

@@ -15,7 +15,7 @@ constexpr Utime control_period = 500 * millisecond;
 /// that a log grows by no more than this for it, bytes a second; but never so rarely that one waits
 /// for long.
 constexpr double repeated_bytes = 10e3;
-constexpr Utime longest_repeat = 2 * second;
+constexpr Utime max_repeat = 2 * second;
 constexpr int final_repeats = 3;
 
 procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
@@ -146,7 +146,7 @@ void ProcedureNode::publish_state() {
   if (!engine_.finished()) {
     report(node_status_t::RUNNING);
     const double seconds = published_.getEncodedSize() / repeated_bytes;
-    repeat_after_ = std::clamp(utime_from_seconds(seconds), control_period, longest_repeat);
+    repeat_after_ = std::clamp(utime_from_seconds(seconds), control_period, max_repeat);
     return;
   }
   repeat_after_ = control_period;

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Leaves room in the 60 kB of a message for everything that is not an attachment's content.
-constexpr std::size_t most_content_bytes = 50000;
+constexpr std::size_t max_content_bytes = 50000;
 
 /// The configuration's files by their names in it, in order, those of its folders last: where there
 /// is not room for all, what describes the whole cell is there. Of layouts and their calibrations
@@ -61,7 +61,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   info.layout = setup.layout;
   info.configuration_hash = configuration_hash;
 
-  std::size_t room = most_content_bytes;
+  std::size_t room = max_content_bytes;
   const auto attach = [&info, &room](const std::string& name, const std::string& content) {
     attachment_t attachment{};
     attachment.name = name;

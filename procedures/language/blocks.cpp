@@ -113,9 +113,9 @@ class Unroller {
   }
 
   void add(Step step, const Config& config) {
-    if (static_cast<int>(result_.steps.size()) >= most_steps) {
+    if (static_cast<int>(result_.steps.size()) >= max_steps) {
       throw InputError(config.file() + ":" + std::to_string(config.line()) + ": more than " +
-                       std::to_string(most_steps) + " steps");
+                       std::to_string(max_steps) + " steps");
     }
     step.file = source_.file;
     step.line = config.line();
@@ -145,9 +145,9 @@ class Unroller {
   void repeat(Config& config, const Surroundings& around) {
     Config block = config.section("repeat");
     const std::int64_t times = block.integer("times");
-    if (times < 1 || times > most_steps) {
+    if (times < 1 || times > max_steps) {
       throw block.error("times", "found " + std::to_string(times) + ", expected 1 to " +
-                                     std::to_string(most_steps));
+                                     std::to_string(max_steps));
     }
     block.raw("steps");
     finish_keys(block, find_in(blocks(), "repeat")->keys, "repeat");

@@ -83,7 +83,7 @@ void check_phases(const Procedure& procedure) {
 
 /// All steps are told of in one message, with some words on each.
 void check_size(const Procedure& procedure, const Config& config) {
-  constexpr std::size_t most_bytes = 52000;
+  constexpr std::size_t max_bytes = 52000;
   constexpr std::size_t beside_names = 77;
   std::size_t bytes = 0;
   std::size_t count = 0;
@@ -93,9 +93,9 @@ void check_size(const Procedure& procedure, const Config& config) {
       ++count;
     }
   }
-  if (count <= most_steps && bytes <= most_bytes) return;
+  if (count <= max_steps && bytes <= max_bytes) return;
   throw config.error("steps", "found " + std::to_string(count) +
-                                  " steps in all, expected at most " + std::to_string(most_steps) +
+                                  " steps in all, expected at most " + std::to_string(max_steps) +
                                   ", with short names");
 }
 

@@ -36,7 +36,7 @@ struct Procedure {
 };
 
 /// Unrolled steps of a procedure, its teardown among them, that one message can still tell of.
-inline constexpr int most_steps = 400;
+inline constexpr int max_steps = 400;
 
 /// Reads and checks a procedure: syntax, names, units, phases, parameters, called procedures.
 /// @throws InputError "file:line: key ...: found ..., expected ...".

@@ -13,7 +13,7 @@ namespace berth::procedures {
 namespace {
 
 /// A record with longer gaps does not say how the motion went, s.
-constexpr double longest_gap = 1;
+constexpr double max_gap = 1;
 
 std::filesystem::path log_of(const std::filesystem::path& run) {
   return std::filesystem::is_directory(run) ? run / "run.lcm" : run;
@@ -52,7 +52,7 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
     if (!phase->contains(utime)) continue;
     const double time = seconds(utime - phase->start());
     if (!samples.empty() && time <= samples.back().time) continue;
-    if (!samples.empty() && time - samples.back().time > longest_gap) {
+    if (!samples.empty() && time - samples.back().time > max_gap) {
       throw InputError(file.string() + ": where the replica was is not recorded from " +
                        fixed(samples.back().time, 1) + " s to " + fixed(time, 1) + " s of '" +
                        phase->name + "'");

@@ -30,8 +30,8 @@ std::vector<YamlNode> read_range(Config& axis) {
   const double step = positive(axis, "step", *dimension);  // from and to say which way
   axis.finish();
   const double count = std::floor(std::abs((last - first) / step) + 1e-9);
-  if (count >= most_steps) {
-    throw axis.error("step", "gives more than " + std::to_string(most_steps) + " values");
+  if (count >= max_steps) {
+    throw axis.error("step", "gives more than " + std::to_string(max_steps) + " values");
   }
   const std::string unit =
       from.substr(std::min(from.find_first_not_of("-+0123456789.eE \t"), from.size()));

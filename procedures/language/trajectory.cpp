@@ -50,9 +50,9 @@ Trajectory read_waypoints(Config& trajectory) {
     waypoints.push_back({at, pose});
   }
   if (waypoints.empty()) throw trajectory.error("waypoints", "expected at least one");
-  if (waypoints.size() > testbed::most_waypoints) {
+  if (waypoints.size() > testbed::max_waypoints) {
     throw trajectory.error("waypoints",
-                           "expected at most " + std::to_string(testbed::most_waypoints));
+                           "expected at most " + std::to_string(testbed::max_waypoints));
   }
   const double end = waypoints.back().time;
   return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};

@@ -21,8 +21,8 @@ struct Cell {
   std::string target;
   int returns = 0;
   Clutter clutter = Clutter::none;
-  double least_right = 0;      ///< target
-  double most_median_ms = 10;  ///< target
+  double min_right = 0;       ///< target
+  double max_median_ms = 10;  ///< target
   bool judge_evidence = false;
 
   std::string name() const {
@@ -38,11 +38,11 @@ std::vector<Cell> cells_of(const Settings& settings, const std::string& target) 
   for (const int returns : {3000, 1000, 500, 200, 100, 50}) {
     if (!replica && returns < 100) continue;
     Cell cell{target, returns};
-    cell.least_right = replica ? (returns >= 100 ? 0.995 : 0.985)
-                               : (returns >= 500   ? 0.99
-                                  : returns >= 200 ? 0.97
-                                                   : 0.92);
-    if (replica && returns == 3000) cell.most_median_ms = 5;
+    cell.min_right = replica ? (returns >= 100 ? 0.995 : 0.985)
+                             : (returns >= 500   ? 0.99
+                                : returns >= 200 ? 0.97
+                                                 : 0.92);
+    if (replica && returns == 3000) cell.max_median_ms = 5;
     cell.judge_evidence = replica && returns == 3000;
     all.push_back(cell);
   }
@@ -124,11 +124,10 @@ void report(const Yardstick& yardstick, const std::string& method, const Cell& c
        std::to_string(with(Verdict::lost)),
        cell.judge_evidence ? share(decided, decisive) + " of " + std::to_string(decisive) : "",
        number(median(times)), number(percentile(times, 0.95)),
-       ">= " + number(100 * cell.least_right, 1) + " %, <= " + number(cell.most_median_ms, 0) +
-           " ms"},
-      yardstick.share_at_least(right, n, cell.least_right) &&
+       ">= " + number(100 * cell.min_right, 1) + " %, <= " + number(cell.max_median_ms, 0) + " ms"},
+      yardstick.share_at_least(right, n, cell.min_right) &&
           yardstick.share_at_most(wrong, n, 0.002) &&
-          yardstick.milliseconds_at_most(median(times), cell.most_median_ms) && enough);
+          yardstick.milliseconds_at_most(median(times), cell.max_median_ms) && enough);
 }
 
 std::vector<std::string> targets_of(const Settings& settings) {

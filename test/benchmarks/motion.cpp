@@ -18,7 +18,7 @@ constexpr double settling_s = 4;
 constexpr double passing_s = 5;
 constexpr double duration_s = 6;
 constexpr int scans_per_run = 4;
-constexpr double most_growth = 1.5;
+constexpr double max_growth = 1.5;
 
 struct Cell {
   bool moving;
@@ -132,7 +132,7 @@ int run_motion(const Settings& settings) {
             table.add(row);
             continue;
           }
-          const bool steady = !moving || (growth <= most_growth && turn_growth <= most_growth);
+          const bool steady = !moving || (growth <= max_growth && turn_growth <= max_growth);
           table.judge(row, steady && (!streaming || against_scans <= 1.05));
         }
       }

@@ -13,7 +13,7 @@ using Rays = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// Each column c gives the information c c'; rotations are times the lever.
 Rays candidate_rays(const World& world, Window window, const Pose& pose, double lever,
-                    double least_cosine) {
+                    double min_cosine) {
   window.count = 1000;
   window.count =
       static_cast<int>(1000.0 * candidates / std::max(1.0, world.expected_returns({window}, pose)));
@@ -29,7 +29,7 @@ Rays candidate_rays(const World& world, Window window, const Pose& pose, double 
     }
     const Vector3d n = pose.rotation * hit.normal;
     const double cosine = -n.dot(u);
-    if (cosine < least_cosine || count == rays.cols()) continue;
+    if (cosine < min_cosine || count == rays.cols()) continue;
     const double slope = hit.range * std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine;
     const double sigma = std::hypot(noise.range_sigma_m, slope * noise.azimuth_sigma_rad);
     rays.col(count).head<3>() = n / (cosine * sigma);
@@ -61,13 +61,13 @@ double rms_bound(const Matrix6d& information, double lever) {
 }
 
 double optimal_rms_bound(const World& world, const Window& window, const Pose& pose, int rays,
-                         double lever, double least_cosine, int most_repeats) {
-  const Rays all = candidate_rays(world, window, pose, lever, least_cosine);
+                         double lever, double min_cosine, int max_repeats) {
+  const Rays all = candidate_rays(world, window, pose, lever, min_cosine);
   Eigen::ArrayXi times = Eigen::ArrayXi::Zero(all.cols());
   Matrix6d c = Matrix6d::Identity();  // as good as nothing known: 1 m
   const auto best_to_add = [&] {
     Eigen::Index best = 0;
-    (times < most_repeats).select(change(c, all, 1), -1).maxCoeff(&best);
+    (times < max_repeats).select(change(c, all, 1), -1).maxCoeff(&best);
     return best;
   };
   for (int i = 0; i < rays; ++i) {

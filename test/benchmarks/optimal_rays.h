@@ -13,8 +13,8 @@ double rms_bound(const Matrix6d& information, double lever);
 /// rms_bound of the best choice of `rays` single rays, found by adding the best one after the
 /// other and then exchanging the worst for a better one while that helps (A-optimality). Rays are
 /// those of a dense raster around the target that meet it less than flatly (cosine of the incidence
-/// at least least_cosine); each is taken at most most_repeats times.
+/// at least min_cosine); each is taken at most max_repeats times.
 double optimal_rms_bound(const World& world, const Window& window, const Pose& pose, int rays,
-                         double lever, double least_cosine, int most_repeats);
+                         double lever, double min_cosine, int max_repeats);
 
 }  // namespace berth::benchmark

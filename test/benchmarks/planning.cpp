@@ -14,7 +14,7 @@ namespace berth::benchmark {
 namespace {
 
 /// Flatter beams have, to first order, information that no estimator could use.
-constexpr double least_cosine = 0.1;
+constexpr double min_cosine = 0.1;
 constexpr int returns = 1000;
 
 struct Cell {
@@ -38,7 +38,7 @@ double bound_of(const TrackingTrial& trial, const BeamModel& noise, double lever
   for (std::size_t i = 0; i < trial.scan.beams.size(); ++i) {
     const RawBeam& beam = trial.scan.beams[i];
     const Vector3d u = beam_direction(beam.azimuth, beam.elevation);
-    if (-trial.scan.faces[i].normal.dot(u) < least_cosine) continue;
+    if (-trial.scan.faces[i].normal.dot(u) < min_cosine) continue;
     information += fisher_information(u, trial.scan.faces[i], trial.truth, noise);
   }
   return rms_bound(information, lever);
@@ -68,9 +68,9 @@ Result run_trial(const Settings& settings, const Cell& cell,
     const World world(model.target.mesh, the_case.physics, random);
     const Window window = window_around(model.target.mesh, planned.truth, 0.02);
     const int rays = planned.scan.returns;
-    r.optimal = optimal_rms_bound(world, window, planned.truth, rays, lever, least_cosine, 1);
+    r.optimal = optimal_rms_bound(world, window, planned.truth, rays, lever, min_cosine, 1);
     r.optimal_repeated =
-        optimal_rms_bound(world, window, planned.truth, rays, lever, least_cosine, rays);
+        optimal_rms_bound(world, window, planned.truth, rays, lever, min_cosine, rays);
   }
   return r;
 }

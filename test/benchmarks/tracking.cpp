@@ -13,9 +13,9 @@ namespace {
 
 using estimator::ScanStrategy;
 
-constexpr double most_rms = 1.15;  // of the bound
-constexpr double most_p95 = 2.2;   // of the bound
-constexpr double least_ok = 0.99;  // of the trials; the target says nothing of it
+constexpr double max_rms = 1.15;  // of the bound
+constexpr double max_p95 = 2.2;   // of the bound
+constexpr double min_ok = 0.99;   // of the trials; the target says nothing of it
 
 struct Cell {
   int error_case;
@@ -174,10 +174,10 @@ int accuracy(const Settings& settings, bool full) {
       }
       const auto ok = static_cast<int>(r.translation.size());
       const auto near_bound = [&settings](const std::vector<double>& errors) {
-        return settings.yardstick.at_most(errors, root_mean_square, most_rms) &&
-               settings.yardstick.at_most(errors, percentile_95, most_p95);
+        return settings.yardstick.at_most(errors, root_mean_square, max_rms) &&
+               settings.yardstick.at_most(errors, percentile_95, max_p95);
       };
-      table.judge(row, settings.yardstick.share_at_least(ok, settings.trials, least_ok) &&
+      table.judge(row, settings.yardstick.share_at_least(ok, settings.trials, min_ok) &&
                            near_bound(r.translation) && near_bound(r.rotation));
     }
     for (const auto& [cell, consistency] : together) {

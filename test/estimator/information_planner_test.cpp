@@ -77,8 +77,8 @@ TEST_CASE("Returns are shared out as the A-optimal design of known form") {
     CHECK(design.shares[i] == Approx(1 / ((1.0 + design.candidates[i]) * sum)).margin(0.005));
   }
   CHECK(design.trace == Approx(sum * sum / 1e6).epsilon(1e-3));
-  CHECK(design.least_trace <= design.trace);
-  CHECK(design.least_trace > 0.999 * design.trace);
+  CHECK(design.min_trace <= design.trace);
+  CHECK(design.min_trace > 0.999 * design.trace);
 }
 
 TEST_CASE("A design says how far from the optimum it may be") {
@@ -92,9 +92,9 @@ TEST_CASE("A design says how far from the optimum it may be") {
     information.col(i) = packed_square(root);
   }
   const Design best = a_optimal_design(problem, 24, 1e-4);
-  CHECK(best.trace - best.least_trace < 1e-3 * best.trace);
+  CHECK(best.trace - best.min_trace < 1e-3 * best.trace);
   const Design rough = a_optimal_design(problem, 24, 0.05);
-  CHECK(rough.least_trace <= best.trace);
+  CHECK(rough.min_trace <= best.trace);
   CHECK(rough.trace < 1.06 * best.trace);
   CHECK(a_optimal_design(problem, 6, 0.01).candidates.size() <= 6);
 }
@@ -226,7 +226,7 @@ TEST_CASE("Any number of beams is planned, near and far, within the LIDAR's limi
     for (const int beams : {1, 2, 7, 40, 200, 1000, 50000}) {
       const auto windows = planner.plan(pose, 0.005, ScanStrategy::information, beams);
       CHECK(beams_of(windows) == beams);
-      CHECK(static_cast<int>(windows.size()) <= 2 * planner_options.most_windows);
+      CHECK(static_cast<int>(windows.size()) <= 2 * planner_options.max_windows);
       check_in_view(windows);
       check_steps(windows);
     }

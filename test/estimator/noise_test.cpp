@@ -92,7 +92,7 @@ TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
 TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how many") {
   EstimatorSetup setup = test_setup();
   setup.lidar.rate_hz = 1000;
-  const auto most = static_cast<int>(1000 * setup.options.longest_scan_s);
+  const auto most = static_cast<int>(1000 * setup.options.max_scan_time_s);
   Loopback run(std::move(setup));
   run.lidar.pose = start_pose;
   run.lidar.rate_hz = 1000;

@@ -55,7 +55,7 @@ TEST_CASE("a whole log is sound, with its channels, types, rates and sessions") 
   CHECK(beats.messages() == 200);
   CHECK(beats.type()->name == "berth.heartbeat_t");
   CHECK(i.channels.at("GROUND_TRUTH").rate_hz() == Approx(20));
-  CHECK(i.channels.at("GROUND_TRUTH").longest_pause() == second / 20);
+  CHECK(i.channels.at("GROUND_TRUTH").max_pause() == second / 20);
   CHECK(i.sessions == std::map<std::int64_t, std::int64_t>{{made::session, 300}});
   CHECK(json_of(i)["channels"][1]["types"][0]["type"] == "berth.heartbeat_t");
   CHECK(text_of(i).find("heartbeat_t") != std::string::npos);

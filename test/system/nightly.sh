@@ -28,7 +28,7 @@ cat >"$work/plan.yaml" <<'END'
 name: system test
 jobs: 2
 keep: 3
-false_alarms: 5 %
+family_wise_alpha: 5 %
 seeds: {fixed: 8, fresh: 1}
 notify: cat >"$BERTH_NIGHT_DIRECTORY/notified.txt"
 procedures:

@@ -132,7 +132,7 @@ TEST_CASE("clearance finds the nearest pair that all pairs would give") {
 
 TEST_CASE("two arms that meet are seen to meet, and bodies move no further than the bound says") {
   Bench bench;
-  CHECK(bench.clearance.least_distance(bench.home) > 0.3);
+  CHECK(bench.clearance.min_distance(bench.home) > 0.3);
   Random random(4, "bound");
   for (int n = 0; n < 50; ++n) {
     ArmPair moved = bench.home;

@@ -12,12 +12,12 @@ void JointTrack::add(double t, const Joints& joints) {
 }
 
 std::optional<JointTrack::State> JointTrack::at(double t) const {
-  constexpr double longest_gap = 0.1;
+  constexpr double max_gap = 0.1;
   const auto after = std::upper_bound(times_.begin(), times_.end(), t);
   if (after == times_.begin() || after == times_.end()) return std::nullopt;
   const auto i = static_cast<std::size_t>(after - times_.begin());
   const double gap = times_[i] - times_[i - 1];
-  if (gap > longest_gap) return std::nullopt;
+  if (gap > max_gap) return std::nullopt;
   const double s = (t - times_[i - 1]) / gap;
   State state;
   for (std::size_t k = 0; k < 6; ++k) {

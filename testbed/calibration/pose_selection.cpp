@@ -21,10 +21,10 @@ struct Reach {
 constexpr Reach replica_reach{0.6, 0.9};
 constexpr Reach sensor_reach{0.4, 0.6};
 constexpr int workspace_samples = 200;
-constexpr int most_draws = 50000;
-constexpr int most_plans = 25;  // tried for one pose
+constexpr int max_draws = 50000;
+constexpr int max_plans = 25;  // tried for one pose
 constexpr int both_arms_every = 6;
-constexpr int fewest_poses = 10;
+constexpr int min_poses = 10;
 
 class Selector {
  public:
@@ -66,10 +66,10 @@ class Selector {
       here_ = pose->joints;
       selection.poses.push_back(std::move(*pose));
     }
-    if (static_cast<int>(selection.poses.size()) < fewest_poses) {
+    if (static_cast<int>(selection.poses.size()) < min_poses) {
       throw InputError("found " + std::to_string(selection.poses.size()) +
                        " poses that the arms reach with the target in view, expected at least " +
-                       std::to_string(fewest_poses));
+                       std::to_string(min_poses));
     }
     for (const FrozenArm frozen : {FrozenArm::replica, FrozenArm::sensor}) {
       if (auto stroke = find_stroke(frozen, fast_speed)) selection.strokes.push_back(*stroke);
@@ -95,7 +95,7 @@ class Selector {
 
   /// Joints about home of the arms that move, the target in view.
   std::optional<ArmPair> draw(const ArmPair& from, bool replica, bool sensor) {
-    for (int i = 0; i < most_draws; ++i) {
+    for (int i = 0; i < max_draws; ++i) {
       ArmPair joints = from;
       if (replica) vary(cell_.replica, replica_reach, joints.replica);
       if (sensor) vary(cell_.sensor, sensor_reach, joints.sensor);
@@ -178,7 +178,7 @@ class Selector {
               [](const Candidate& a, const Candidate& b) { return a.gain > b.gain; });
     int tries = 0;
     for (const Candidate& candidate : candidates) {
-      if (++tries > most_plans) break;
+      if (++tries > max_plans) break;
       auto pose = go(cell_.relative_pose(candidate.joints.replica, candidate.joints.sensor),
                      candidate.frozen);
       if (pose) return pose;
@@ -187,7 +187,7 @@ class Selector {
   }
 
   std::optional<CalibrationPose> move_both() {
-    for (int i = 0; i < most_plans; ++i) {
+    for (int i = 0; i < max_plans; ++i) {
       const auto joints = draw(here_, true, true);
       if (!joints) break;
       auto pose = go(cell_.relative_pose(joints->replica, joints->sensor), FrozenArm::none);

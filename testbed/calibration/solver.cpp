@@ -22,7 +22,7 @@ enum Kind { scan_at_rest, scan_moving, point_at_rest, point_moving, kinds };
 constexpr std::array<const char*, kinds> kind_names = {"scans", "scans in motion", "tracker",
                                                        "tracker in motion"};
 constexpr double huber = 4.5;  // sigmas of a whole measurement, beyond which it counts less
-constexpr int most_iterations = 150;
+constexpr int max_iterations = 150;
 constexpr int rounds = 8;        // of raising sigmas
 constexpr int tracker_size = 7;  // a pose and a time
 
@@ -226,7 +226,7 @@ class Solver {
     // micrometres make them a narrow curved valley, through which there is no fast way.
     constexpr double enough = 0.03;
     double damping = 1e-6;
-    for (int i = 1; i <= most_iterations; ++i) {
+    for (int i = 1; i <= max_iterations; ++i) {
       const Sums sums = add_up(state_, true);
       bool better = false;
       double promised = 0;

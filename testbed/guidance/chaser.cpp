@@ -57,9 +57,9 @@ Vector3d Chaser::natural() const {
   return scale * from_hill(relative_gravity(hill(), orbit_.mean_motion));
 }
 
-Vector3d Chaser::safe_burn(double least_speed) const {
+Vector3d Chaser::safe_burn(double min_speed) const {
   const double scale = orbit_.length_scale / orbit_.time_scale;
-  const Vector3d burn = passively_safe_burn(hill(), orbit_.mean_motion, scale * least_speed,
+  const Vector3d burn = passively_safe_burn(hill(), orbit_.mean_motion, scale * min_speed,
                                             scale / orbit_.time_scale * greatest_);
   return from_hill(burn) / scale;
 }

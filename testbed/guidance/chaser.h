@@ -41,7 +41,7 @@ class Chaser {
   /// Position and velocity in orbit.
   HillState hill() const;
   /// The least burn to a passively safe drift away (retreat.h), m/s, frame N.
-  Vector3d safe_burn(double least_speed) const;
+  Vector3d safe_burn(double min_speed) const;
   /// A vector of the Hill frame, in frame N.
   Vector3d from_hill(const Vector3d& v) const { return hill_from_n_.conjugate() * v; }
 

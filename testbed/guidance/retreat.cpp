@@ -28,10 +28,10 @@ double nearest_share(const HillState& burnt, double n) {
 
 }  // namespace
 
-Vector3d passively_safe_burn(const HillState& state, double n, double least_speed,
+Vector3d passively_safe_burn(const HillState& state, double n, double min_speed,
                              double greatest_acceleration) {
   const Vector3d out = state.position.normalized();
-  Vector3d best = least_speed * out - state.velocity;
+  Vector3d best = min_speed * out - state.velocity;
   double best_burn = std::numeric_limits<double>::infinity();
   double best_share = 0;
   for (int k = 0; k < 27; ++k) {
@@ -40,7 +40,7 @@ Vector3d passively_safe_burn(const HillState& state, double n, double least_spee
     const Vector3d direction = corner.normalized();
     if (direction.dot(out) < 0.4) continue;
     for (const double factor : speeds) {
-      const Vector3d velocity = factor * least_speed / direction.dot(out) * direction;
+      const Vector3d velocity = factor * min_speed / direction.dot(out) * direction;
       const Vector3d burn = velocity - state.velocity;
       const double time = burn.lpNorm<Eigen::Infinity>() / greatest_acceleration;
       const HillState burnt = propagated(state, burn / std::max(time, 1e-6), n, time);

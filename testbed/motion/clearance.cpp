@@ -14,7 +14,7 @@ namespace {
 
 constexpr int target_slices = 10;
 /// A box needs some thickness to be a body.
-constexpr double least_thickness = 1e-3;
+constexpr double min_thickness = 1e-3;
 
 enum class Party { room, replica, sensor };
 
@@ -144,7 +144,7 @@ struct Clearance::Impl {
   void add_target() {
     for (const Box& box : cover_with_boxes(swept_mesh(cell->target), target_slices)) {
       Mesh slice;
-      slice.append(make_box(box.size().cwiseMax(least_thickness)),
+      slice.append(make_box(box.size().cwiseMax(min_thickness)),
                    cell->replica.tool * Pose{box.centre(), Quaterniond::Identity()});
       bodies.push_back(make_body("target", Party::replica, held_link, slice));
       bodies.back().target = true;
@@ -253,7 +253,7 @@ std::optional<Clearance::Closest> Clearance::closest(const ArmPair& joints, doub
   return Closest{a.name, b.name, answer.nearest_points[0], answer.nearest_points[1]};
 }
 
-double Clearance::least_distance(const ArmPair& joints, double beyond) {
+double Clearance::min_distance(const ArmPair& joints, double beyond) {
   return nearest(joints, beyond).slack;
 }
 

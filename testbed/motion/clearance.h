@@ -47,7 +47,7 @@ class Clearance {
   };
   std::optional<Closest> closest(const ArmPair& joints, double beyond);
   /// Their distance, m; at most `beyond`.
-  double least_distance(const ArmPair& joints, double beyond = 10.0);
+  double min_distance(const ArmPair& joints, double beyond = 10.0);
   /// Bound on how much closer any two bodies come on the way from one pair of joints to the other,
   /// straight in the joints, m.
   double approach_bound(const ArmPair& a, const ArmPair& b) const;

@@ -7,7 +7,7 @@ namespace berth::testbed {
 namespace {
 
 /// Sharings that are checked closely besides the nominal one.
-constexpr std::size_t most_checks = 5;
+constexpr std::size_t max_checks = 5;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> pa
     if (!choice) return *refusal;
   }
   std::vector<SharingSearch::Found> found = search_.best(*path, start, nominal);
-  if (found.size() > most_checks) found.resize(most_checks);
+  if (found.size() > max_checks) found.resize(max_checks);
   for (const auto& [sharing, quality] : found) {
     if (quality < 0) break;
     if (auto plan = attempt(sharing)) return *std::move(plan);

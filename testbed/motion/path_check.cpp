@@ -9,11 +9,11 @@
 namespace berth::testbed {
 namespace {
 
-constexpr double fewest_samples = 30;
-constexpr double most_samples = 4000;
+constexpr double min_samples = 30;
+constexpr double max_samples = 4000;
 /// A rotary joint turns no farther between two samples, rad, while halving the interval helps.
 constexpr double fine_turn = 0.05;
-constexpr int most_halvings = 7;
+constexpr int max_halvings = 7;
 /// Manipulability changes by no more than this for a joint's turn of 1 rad: each column of the
 /// Jacobian, scaled by the arm's reach, is at most as long as sqrt(2), and so is its change.
 constexpr double manipulability_slope = 4;
@@ -106,13 +106,13 @@ std::optional<Refusal> PathCheck::sample(const ArmMotion& motion, const ArmPair&
                                          Path& path) const {
   const double duration = motion.duration();
   const double count =
-      std::clamp(std::ceil(duration / limits_.sample_time), fewest_samples, most_samples);
+      std::clamp(std::ceil(duration / limits_.sample_time), min_samples, max_samples);
   path.reserve(static_cast<std::size_t>(count) + 2);
   path.push_back({0, start});  // dropped below: the motion says where it begins
   if (auto refusal = sample_to(motion, 0, 0, path)) return refusal;
   path.erase(path.begin());
   for (int k = 1; duration > 0 && k <= static_cast<int>(count); ++k) {
-    if (auto refusal = sample_to(motion, duration * k / count, most_halvings, path)) {
+    if (auto refusal = sample_to(motion, duration * k / count, max_halvings, path)) {
       return refusal;
     }
   }

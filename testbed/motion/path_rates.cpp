@@ -66,9 +66,9 @@ class Search {
       for (std::size_t i = 0; i < coordinates; ++i) {
         const JointLimit& limit = arm.limits()[i == 6 ? 2 : i];
         const double speed = (here[i] - before[i]) / dt;
-        const double most_speed = limits_.speed * limit.speed;
-        if (std::abs(speed) > most_speed) {
-          note(Kind::speed, role, i, k, std::abs(speed), most_speed, most_speed / std::abs(speed));
+        const double max_speed = limits_.speed * limit.speed;
+        if (std::abs(speed) > max_speed) {
+          note(Kind::speed, role, i, k, std::abs(speed), max_speed, max_speed / std::abs(speed));
         }
         if (k == 1) {
           last_speed[i] = speed;
@@ -88,9 +88,9 @@ class Search {
         }
         if (k > 2) {
           const double jerk = std::abs(acceleration - last_acceleration[i]) / dt_before;
-          const double most_jerk = most / limits_.rise_time;
-          if (jerk > most_jerk) {
-            note(Kind::jerk, role, i, k - 1, jerk, most_jerk, std::cbrt(most_jerk / jerk));
+          const double max_jerk = most / limits_.rise_time;
+          if (jerk > max_jerk) {
+            note(Kind::jerk, role, i, k - 1, jerk, max_jerk, std::cbrt(max_jerk / jerk));
           }
         }
         last_speed[i] = speed;

@@ -22,7 +22,7 @@ constexpr double plenty_of_room = 0.15;            // m besides the limit of cle
 /// Of a margin that is none: the search still feels its way back.
 constexpr double hardly_any = 0.02;
 
-constexpr int most_evaluations = 150;
+constexpr int max_evaluations = 150;
 constexpr std::size_t seeds_refined = 2;
 
 /// What a search changes: eleven numbers, each in steps of its own.
@@ -145,7 +145,7 @@ std::vector<SharingSearch::Found> SharingSearch::best(const RelativePath& path,
         }
       }
       if (!improved) scale /= 2;
-      if (evaluations > most_evaluations * static_cast<int>(n + 1)) break;
+      if (evaluations > max_evaluations * static_cast<int>(n + 1)) break;
     }
     found.push_back({sharing_of(here), quality_here});
   }

@@ -154,11 +154,11 @@ std::string CommandPlanner::passing_speed(const testbed_command2_t& command, con
   RelativeLimits limits;
   if (!(rate > 0) || !limits_of(command, limits).empty()) return "";
   const Pose from = cell_.relative_pose(start.replica, start.sensor);
-  constexpr int most_plans = 12;
+  constexpr int max_plans = 12;
   constexpr double fine = 0.02;
   double passing = 0;
   double failing = 1;
-  for (int i = 0; i < most_plans && failing - passing > fine * failing; ++i) {
+  for (int i = 0; i < max_plans && failing - passing > fine * failing; ++i) {
     Plan plan;
     const Path path = path_of(slower(command, limits, rate), from, now, guidance, plan);
     const auto* slow = std::get_if<std::shared_ptr<const RelativePath>>(&path);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Utime state_period = 100 * millisecond;
 /// A late tick must not make the motion leap.
-constexpr Utime longest_tick = 50 * millisecond;
+constexpr Utime max_tick = 50 * millisecond;
 
 }  // namespace
 
@@ -47,7 +47,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       estimate_watch_(settings_.estimate_watch),
       lease_(settings_.lease_lifetime),
       scale_(settings_.hold_settling),
-      command_history_(settings_.following_watch.longest_dead_time + second),
+      command_history_(settings_.following_watch.max_dead_time + second),
       last_tick_(loop.now()),
       trail_(cell_) {
   verdict_ = safety_.judge(now(), {});
@@ -122,7 +122,7 @@ Pose TestbedNode::relative(const ArmPair& joints) {
 
 void TestbedNode::tick() {
   const Utime t = now();
-  const double dt = seconds(std::min(t - last_tick_, longest_tick));
+  const double dt = seconds(std::min(t - last_tick_, max_tick));
   last_tick_ = t;
   if (lease_.lapse(t)) {
     event(event_t::WARNING, "lease-lapsed", "the commander is silent");

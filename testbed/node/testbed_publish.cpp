@@ -138,7 +138,7 @@ void TestbedNode::publish_state(bool if_changed) {
   if (!if_changed && --clearance_countdown_ < 0 && reported_valid_[0] && reported_valid_[1]) {
     clearance_countdown_ = clearance_every - 1;
     constexpr double beyond = 10;
-    const double least = clearance_.least_distance(reported_, beyond);
+    const double least = clearance_.min_distance(reported_, beyond);
     clearance_m_ = least < beyond ? least : -1;
   }
   state.clearance_m = clearance_m_;

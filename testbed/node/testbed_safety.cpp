@@ -119,12 +119,12 @@ void TestbedNode::watch_clearance() {
   if (!engaged_ || since > 2 * look_ahead_period) return;
   const ArmPair ahead = standing_place(cell_, before, reported_, seconds(since),
                                        reaction + seconds(look_ahead_period));
-  const Clearance::Result there = clearance_.nearest(ahead, settings_.least_clearance);
+  const Clearance::Result there = clearance_.nearest(ahead, settings_.min_clearance);
   if (there.a.empty()) return;
-  const double here = clearance_.least_distance(reported_, 1);
+  const double here = clearance_.min_distance(reported_, 1);
   if (there.distance > here - nearing) return;
   stop_arms("too-near", there.a + " and " + there.b + " come nearer than " +
-                            fixed(1e3 * settings_.least_clearance, 0) + " mm: now " +
+                            fixed(1e3 * settings_.min_clearance, 0) + " mm: now " +
                             fixed(1e3 * here, 0) + " mm");
 }
 

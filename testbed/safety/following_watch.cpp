@@ -15,7 +15,7 @@ namespace {
 constexpr std::int64_t delay_step = 5000;
 /// us between two looks at which the delay is learned from, and the most that one counts for.
 constexpr std::int64_t learning_period = 40000;
-constexpr std::int64_t longest_weight = 100000;
+constexpr std::int64_t max_weight = 100000;
 /// s, of the second J.
 constexpr double recent_memory = 1;
 /// s times squared limits: see the class.
@@ -29,9 +29,9 @@ FollowingWatch::FollowingWatch(ArmRole role, const ArmKinematics& arm, const Set
 }
 
 void FollowingWatch::begin() {
-  misfit_.assign(static_cast<std::size_t>(settings_.longest_dead_time / delay_step) + 1, 0);
+  misfit_.assign(static_cast<std::size_t>(settings_.max_dead_time / delay_step) + 1, 0);
   recent_ = misfit_;
-  dead_time_ = {0, 0, settings_.longest_dead_time};
+  dead_time_ = {0, 0, settings_.max_dead_time};
   learned_ = 0;
 }
 
@@ -75,12 +75,12 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
 }
 
 void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHistory& commands) {
-  const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, longest_weight));
+  const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, max_weight));
   const double fading = std::exp(-1e-6 * static_cast<double>(t - learned_) / recent_memory);
   for (double& misfit : recent_) misfit *= fading;
   learned_ = t;
   const auto newest = commands.at(t);
-  const auto oldest = commands.at(t - settings_.longest_dead_time);
+  const auto oldest = commands.at(t - settings_.max_dead_time);
   if (!newest || !oldest || largest_change(*newest, *oldest) < 1e-6) return;  // says nothing
   Joints limits{};
   for (std::size_t j = 0; j < 6; ++j) limits[j] = limit(j);

@@ -30,10 +30,9 @@ namespace berth::testbed {
 class FollowingWatch {
  public:
   struct Settings {
-    double largest_lag = 0.0175;       ///< rad, reported joint from the commanded one
-    double largest_linear_lag = 0.05;  ///< m, of a linear axis
-    std::int64_t longest_dead_time =
-        500000;  ///< us from a set-point to where its motion is reported
+    double largest_lag = 0.0175;          ///< rad, reported joint from the commanded one
+    double largest_linear_lag = 0.05;     ///< m, of a linear axis
+    std::int64_t max_dead_time = 500000;  ///< us from a set-point to where its motion is reported
   };
   /// From a set-point to the motion that is reported for it, us.
   struct DeadTime {

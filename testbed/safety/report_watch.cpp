@@ -11,7 +11,7 @@ namespace {
 /// us that two samples' times may be wrong by, against each other.
 constexpr std::int64_t time_error = 10000;
 /// us after which nothing is said of the way between two samples.
-constexpr std::int64_t longest_gap = 1000000;
+constexpr std::int64_t max_gap = 1000000;
 /// us that a mapped clock may go back by itself.
 constexpr std::int64_t clock_error = 1000000;
 
@@ -29,7 +29,7 @@ std::optional<Contradiction> ReportWatch::look(const Report& report) {
             " s"};
   }
   const std::int64_t between = report.utime - before->utime;
-  if (between <= 0 || between > longest_gap) return std::nullopt;
+  if (between <= 0 || between > max_gap) return std::nullopt;
   // the limits are those of the motors: compare what these turned by
   const Joints now = arm_.motor_joints(report.joints);
   const Joints then = arm_.motor_joints(before->joints);

@@ -10,7 +10,7 @@ Waypoints sampled(const Motion& motion, double duration) {
   if (!(duration > 0)) return {{0, motion(0)}};
   constexpr double finest = 0.05;  // s
   const auto intervals = std::clamp(static_cast<std::size_t>(std::ceil(duration / finest)),
-                                    std::size_t{4}, most_waypoints - 1);
+                                    std::size_t{4}, max_waypoints - 1);
   Waypoints waypoints;
   waypoints.reserve(intervals + 1);
   for (std::size_t i = 0; i <= intervals; ++i) {

@@ -13,7 +13,7 @@ namespace berth::testbed {
 using Waypoints = std::vector<WaypointPath::Waypoint>;
 
 /// What one message can carry (64 bytes each, 60 kB).
-inline constexpr std::size_t most_waypoints = 900;
+inline constexpr std::size_t max_waypoints = 900;
 
 /// Where the replica is, t seconds after the start: T_sensor_model. Smooth, and at rest at both
 /// ends, or WaypointPath and the arms would have to jump.

@@ -115,9 +115,9 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
                                const TrajectoryFile& options) {
   Waypoints waypoints = read_poses(text, name);
   if (options.ramp <= 0) {
-    if (waypoints.size() <= most_waypoints) return waypoints;
+    if (waypoints.size() <= max_waypoints) return waypoints;
     throw InputError(name + ": found " + std::to_string(waypoints.size()) +
-                     " poses, expected at most " + std::to_string(most_waypoints) +
+                     " poses, expected at most " + std::to_string(max_waypoints) +
                      ", or a ramp, with which it is sampled anew");
   }
   const WaypointPath path(waypoints, WaypointPath::Ends::under_way);

@@ -17,7 +17,7 @@ namespace berth::campaigns {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t most_trials = 1000000000;
+constexpr std::int64_t max_trials = 1000000000;
 
 fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
   const fs::path full =
@@ -97,7 +97,7 @@ void read_targets(Config& config, const Places* given, Manifest& manifest) {
 std::int64_t positive(Config& config, const std::string& key, std::int64_t otherwise) {
   std::int64_t value = otherwise;
   config.optional(key, value);
-  if (config.has(key) && (value < 1 || value > most_trials)) {
+  if (config.has(key) && (value < 1 || value > max_trials)) {
     throw config.error(key, "found " + std::to_string(value) + ", expected 1 to 1000000000");
   }
   return value;
@@ -217,7 +217,7 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
   check_names(manifest, config, *vocabulary);
   manifest.measurements = read_measurements(config, *vocabulary);
   config.finish();
-  if (manifest.points() > most_trials / manifest.trials) {
+  if (manifest.points() > max_trials / manifest.trials) {
     throw config.error("trials", "there are more than 1000000000 trials in all");
   }
   return manifest;

@@ -15,13 +15,13 @@ namespace {
 using namespace report;
 
 constexpr std::size_t wanted_in_a_cell = 25;
-constexpr std::size_t fewest_cells = 48;
-constexpr std::size_t most_cells = 500;
-constexpr std::size_t most_maps = 8;
+constexpr std::size_t min_cells = 48;
+constexpr std::size_t max_cells = 500;
+constexpr std::size_t max_maps = 8;
 constexpr double doubtful_chance = 0.01;
 
 SphereGrid grid_for(std::size_t trials) {
-  return SphereGrid(std::clamp(trials / wanted_in_a_cell, fewest_cells, most_cells));
+  return SphereGrid(std::clamp(trials / wanted_in_a_cell, min_cells, max_cells));
 }
 
 std::vector<Rows> rows_by_cell(const TrialTable& table, const SphereGrid& grid, const Rows& rows) {
@@ -218,7 +218,7 @@ Html attitude_section(const ReportView& view) {
   // A map for each value of the grid's first parameter, if they are few; else one of all.
   const auto first = std::find_if(table.parameters.begin(), table.parameters.end(),
                                   [](const ParameterColumn& p) { return p.on_grid; });
-  if (first != table.parameters.end() && first->levels.size() <= most_maps) {
+  if (first != table.parameters.end() && first->levels.size() <= max_maps) {
     std::vector<Rows> rows(first->levels.size());
     for (std::size_t row = 0; row < table.size(); ++row) rows[first->level[row]].push_back(row);
     for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -39,7 +39,7 @@ Estimated in_percent(const Estimated& share) {
 double place_on_axis(const Sweep& sweep, double x) { return sweep.logarithmic ? std::log10(x) : x; }
 
 void set_axis(Chart& chart, const Sweep& sweep) {
-  constexpr double least_room = 0.06;  // of the axis, for a label
+  constexpr double min_room = 0.06;  // of the axis, for a label
   std::vector<std::pair<double, std::string>> places;
   for (const auto& series : sweep.series) {
     for (const Group& group : series.groups) {
@@ -63,7 +63,7 @@ void set_axis(Chart& chart, const Sweep& sweep) {
   }
   for (const auto& [place, label] : places) {
     const bool fits =
-        chart.x_ticks.empty() || place - chart.x_ticks.back().first > least_room * (high - low);
+        chart.x_ticks.empty() || place - chart.x_ticks.back().first > min_room * (high - low);
     if (fits) chart.x_ticks.emplace_back(place, label);
   }
 }
@@ -94,7 +94,7 @@ Chart success_chart(const Sweep& sweep) {
   chart.title = "Passed";
   chart.unit = "%";
   chart.group = sweep.parameter;
-  chart.least_span = 2;
+  chart.min_span = 2;
   for (std::size_t i = 0; i < sweep.series.size(); ++i) {
     add_curves(
         chart, sweep, sweep.series[i], [](const Group& g) { return in_percent(g.success); },

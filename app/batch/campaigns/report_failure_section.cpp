@@ -15,9 +15,9 @@ namespace {
 
 using namespace report;
 
-constexpr std::size_t most_levels = 24;
-constexpr std::size_t most_worst = 12;
-constexpr std::size_t most_examples = 4;
+constexpr std::size_t max_levels = 24;
+constexpr std::size_t max_worst = 12;
+constexpr std::size_t max_examples = 4;
 
 std::string kind_of(const TrialTable& table, std::size_t row) {
   const std::string& failure = table.failures[table.failure[row]];
@@ -106,9 +106,9 @@ Html failure_section(const ReportView& view) {
     const Estimated share{static_cast<double>(rows.size()) / static_cast<double>(table.size()),
                           evaluation::wilson_interval(rows.size(), table.size())};
     Html examples;
-    for (std::size_t i = 0; i < std::min(most_examples, rows.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(max_examples, rows.size()); ++i) {
       // Spread over the list, so that not all are of one time.
-      const std::size_t row = rows[i * rows.size() / std::min(most_examples, rows.size())];
+      const std::size_t row = rows[i * rows.size() / std::min(max_examples, rows.size())];
       examples += (examples.empty() ? Html{} : text(", ")) + number_of(view, row);
     }
     list.rows.push_back(
@@ -116,7 +116,7 @@ Html failure_section(const ReportView& view) {
   }
   Html maps;
   for (const ParameterColumn& column : table.parameters) {
-    if (column.levels.empty() || column.levels.size() > most_levels) continue;
+    if (column.levels.empty() || column.levels.size() > max_levels) continue;
     maps += kinds_by_level(column, kinds);
   }
   return html_of(list) + (maps.empty() ? Html{} : element("div", "grid fill", maps));
@@ -132,7 +132,7 @@ Html worst_section(const ReportView& view) {
       if (std::isfinite(column.values[row])) rows.push_back(row);
     }
     if (rows.empty()) continue;
-    const std::size_t count = std::min(most_worst, rows.size());
+    const std::size_t count = std::min(max_worst, rows.size());
     std::partial_sort(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(count), rows.end(),
                       [&](std::size_t a, std::size_t b) {
                         return std::abs(column.values[a]) > std::abs(column.values[b]);

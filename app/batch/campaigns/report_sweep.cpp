@@ -10,9 +10,9 @@
 namespace berth::campaigns {
 namespace {
 
-constexpr std::size_t most_series = 6;
-constexpr std::size_t most_bins = 12;
-constexpr std::size_t least_in_a_bin = 20;
+constexpr std::size_t max_series = 6;
+constexpr std::size_t max_bins = 12;
+constexpr std::size_t min_in_a_bin = 20;
 
 MeasuredGroup measured(const MeasurementColumn& column, const Rows& rows) {
   std::vector<double> values;
@@ -39,7 +39,7 @@ std::vector<Group> bins(const TrialTable& table, const ParameterColumn& column, 
   std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
     return column.values[a] < column.values[b];
   });
-  const std::size_t count = std::clamp<std::size_t>(rows.size() / least_in_a_bin, 1, most_bins);
+  const std::size_t count = std::clamp<std::size_t>(rows.size() / min_in_a_bin, 1, max_bins);
   std::vector<Group> groups;
   std::size_t begin = 0;
   for (std::size_t bin = 1; bin <= count && begin < rows.size(); ++bin) {
@@ -93,7 +93,7 @@ const ParameterColumn* other_of(const TrialTable& table, const ParameterColumn& 
     if (other != nullptr) return nullptr;
     other = &one;
   }
-  return other != nullptr && other->levels.size() <= most_series ? other : nullptr;
+  return other != nullptr && other->levels.size() <= max_series ? other : nullptr;
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::string submitted(const std::vector<std::string>& command) {
 }
 
 /// Slurm's largest array; 1001 is its own default.
-std::int64_t most_tasks() {
+std::int64_t max_tasks() {
   const std::string text = slurm({"scontrol", "show", "config"}).text;
   const auto at = text.find("MaxArraySize");
   if (at == std::string::npos) return 1000;
@@ -113,8 +113,8 @@ SlurmJobs submit(const Campaign& campaign, const SlurmOptions& options, double t
   std::int64_t trials = 0;
   for (const Block& block : missing) trials += block.size();
   SlurmJobs jobs;
-  jobs.tasks = tasks_of(campaign.blocks(), missing,
-                        trials_of_a_task(options, trial_s, trials, most_tasks()));
+  jobs.tasks =
+      tasks_of(campaign.blocks(), missing, trials_of_a_task(options, trial_s, trials, max_tasks()));
   if (jobs.tasks.empty()) throw InputError("nothing is missing: there is nothing to submit");
   jobs.folder = new_folder(campaign);
   write_file(jobs.folder.tasks(), text_of(jobs.tasks));

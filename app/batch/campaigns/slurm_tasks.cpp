@@ -51,8 +51,8 @@ std::vector<std::string> beginning_of_command(const Campaign& campaign,
 }  // namespace
 
 std::int64_t trials_of_a_task(const SlurmOptions& options, double trial_s, std::int64_t missing,
-                              std::int64_t most_tasks) {
-  const std::int64_t least = (missing + most_tasks - 1) / std::max<std::int64_t>(1, most_tasks);
+                              std::int64_t max_tasks) {
+  const std::int64_t least = (missing + max_tasks - 1) / std::max<std::int64_t>(1, max_tasks);
   if (options.task_trials > 0) return std::max(options.task_trials, least);
   const double wanted = std::ceil(options.task_s * options.cpus / std::max(trial_s, 1e-6));
   const auto most = static_cast<double>(std::max<std::int64_t>(1, missing));

@@ -15,10 +15,10 @@ struct SlurmTask {
 };
 
 /// Trials of a task, so that it takes as long as the options ask for; a scheduler takes seconds to
-/// start a task, whatever it does. No more tasks than `most_tasks`.
+/// start a task, whatever it does. No more tasks than `max_tasks`.
 /// @param trial_s processor time of one trial
 std::int64_t trials_of_a_task(const SlurmOptions& options, double trial_s, std::int64_t missing,
-                              std::int64_t most_tasks);
+                              std::int64_t max_tasks);
 
 /// Cuts the missing blocks into tasks of so many trials.
 std::vector<SlurmTask> tasks_of(const std::vector<Block>& all, const std::vector<Block>& missing,

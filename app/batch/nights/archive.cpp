@@ -77,7 +77,7 @@ ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const 
                                  "--jobs",
                                  std::to_string(plan.jobs),
                                  "--level",
-                                 fixed(std::clamp(plan.false_alarms, 1e-4, 0.5), 6),
+                                 fixed(std::clamp(plan.family_wise_alpha, 1e-4, 0.5), 6),
                                  "--out",
                                  out.string()};
   if (!plan.archive.config.empty()) {

@@ -76,7 +76,7 @@ struct Asked {
   std::vector<double> after;
 };
 
-double least_absolute(const std::string& measurement, const LeastChange& least) {
+double min_absolute(const std::string& measurement, const MinimumEffect& least) {
   if (measurement == passed_measurement || measurement == completed_measurement) return 1e-9;
   const evaluation::Measurement* what = evaluation::measurement_named(measurement);
   if (what == nullptr) return 0;
@@ -84,10 +84,10 @@ double least_absolute(const std::string& measurement, const LeastChange& least) 
 }
 
 /// On the scale on which it is compared: the logarithm of what is always positive.
-Question question_of(const Asked& asked, std::size_t group, const LeastChange& least) {
+Question question_of(const Asked& asked, std::size_t group, const MinimumEffect& least) {
   Question question{group, asked.before, asked.after, 0};
   const double reference = std::abs(mean_of(asked.before));
-  const double absolute = least_absolute(std::get<1>(asked.quantity), least);
+  const double absolute = min_absolute(std::get<1>(asked.quantity), least);
   if (all_positive(asked.before) && all_positive(asked.after)) {
     for (auto* values : {&question.before, &question.after}) {
       for (double& v : *values) v = std::log(v);
@@ -199,8 +199,8 @@ std::string kind_of_change(const std::string& measurement, const std::string& st
   return names[static_cast<int>(kind())];
 }
 
-ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
-                          const FamilyOptions& options) {
+ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
+                          const MinimumEffect& least, const FamilyOptions& options) {
   ChangeReport report;
   std::vector<Way> ways;
   if (!evidence.baseline.empty()) ways.push_back({"baseline", true, evidence.baseline});
@@ -228,7 +228,7 @@ ChangeReport find_changes(const Evidence& evidence, double false_alarms, const L
     }
     const auto answers =
         way.paired ? paired_family(questions, options) : unpaired_family(questions, options);
-    const double level = false_alarms / static_cast<double>(ways.size());
+    const double level = family_wise_alpha / static_cast<double>(ways.size());
     for (std::size_t q = 0; q < asked.size(); ++q) {
       if (std::isnan(answers[q].change)) continue;
       ++report.questions;

@@ -34,8 +34,8 @@ struct ChangeReport {
 /// nights before. Values that are all above zero are compared as ratios. Only runs of which all
 /// steps came to their end are measured; whether they do, and pass, is a question of its own. Runs
 /// of a procedure that was edited since are not compared.
-ChangeReport find_changes(const Evidence& evidence, double false_alarms, const LeastChange& least,
-                          const FamilyOptions& options = {});
+ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
+                          const MinimumEffect& least, const FamilyOptions& options = {});
 
 /// "worse", "better" or "changed", as the measurement itself declares, or the criterion of which
 /// this is the value.

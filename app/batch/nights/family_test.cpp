@@ -111,7 +111,7 @@ std::vector<Answer> paired_family(const std::vector<Question>& questions,
       paired.squares += difference * difference;
     }
     const std::size_t n = paired.differences.size();
-    if (n < fewest_values) continue;
+    if (n < min_values) continue;
     answers[q].change = sum / static_cast<double>(n);
     runs[paired.group] = std::max(runs[paired.group], questions[q].after.size());
     strength[q] = paired.strength(sum);
@@ -163,7 +163,7 @@ std::vector<Answer> unpaired_family(const std::vector<Question>& questions,
       unpaired.count += 1;
       if (i >= question.before.size()) later += 1;
     }
-    if (unpaired.count - later < fewest_values || later < fewest_new_values) continue;
+    if (unpaired.count - later < min_values || later < min_new_values) continue;
     mean /= unpaired.count;
     double of_after = 0;
     for (std::size_t i = 0; i < value.size(); ++i) {

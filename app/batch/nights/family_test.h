@@ -21,8 +21,8 @@ struct Answer {
 };
 
 /// Fewer pairs, or fewer values on either side, tell nothing.
-inline constexpr std::size_t fewest_values = 8;
-inline constexpr std::size_t fewest_new_values = 4;
+inline constexpr std::size_t min_values = 8;
+inline constexpr std::size_t min_new_values = 4;
 
 struct FamilyOptions {
   std::size_t shuffles = 20000;

@@ -241,9 +241,9 @@ std::vector<TrendSubject> subjects_of(const NightReport& report, const std::stri
     }
     subjects.push_back(subject);
   };
-  constexpr std::size_t most_flagged = 12;
+  constexpr std::size_t max_flagged = 12;
   for (const FlaggedChange& c : report.changes.changes) {
-    if (c.case_name != case_name || subjects.size() >= most_flagged) continue;
+    if (c.case_name != case_name || subjects.size() >= max_flagged) continue;
     add({case_name, c.phase, c.measurement, c.statistic, c.unit});
   }
   for (const FinishedRun& run : report.runs) {

@@ -264,8 +264,8 @@ int run_night(const NightRequest& request) {
 
   report.previous = night_before(history, night);
   report.runs = history.runs(night);
-  report.changes = find_changes(evidence_for(history, plan, night, report.runs), plan.false_alarms,
-                                plan.least_change);
+  report.changes = find_changes(evidence_for(history, plan, night, report.runs),
+                                plan.family_wise_alpha, plan.minimum_effect);
   if (!plan.archive.runs.empty()) {
     std::printf("archive: the runs in %s are estimated again\n", plan.archive.runs.c_str());
     std::fflush(stdout);

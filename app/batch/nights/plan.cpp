@@ -15,7 +15,7 @@ namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t most_seeds = 10000;
+constexpr std::int64_t max_seeds = 10000;
 
 struct Seeds {
   std::vector<std::uint64_t> fixed;
@@ -72,13 +72,13 @@ std::vector<std::uint64_t> read_fixed(Config& config) {
   };
   if (config.has("fixed") && config.node().at("fixed").is_list()) {
     const auto list = config.integers("fixed");
-    if (std::ssize(list) > most_seeds) throw config.error("fixed", "expected at most 10000 seeds");
+    if (std::ssize(list) > max_seeds) throw config.error("fixed", "expected at most 10000 seeds");
     for (const std::int64_t seed : list) add(seed);
     return seeds;
   }
   std::int64_t last = 0;
   config.optional("fixed", last);
-  if (last < 0 || last > most_seeds) {
+  if (last < 0 || last > max_seeds) {
     throw config.error("fixed", "expected how many (at most 10000), or a list of seeds");
   }
   for (std::int64_t seed = 1; seed <= last; ++seed) add(seed);
@@ -91,7 +91,7 @@ Seeds read_seeds(Config& parent, const Seeds& otherwise) {
   Seeds seeds;
   seeds.fixed = read_fixed(config);
   seeds.fresh = count(config, "fresh", 0, 0);
-  if (seeds.fresh > most_seeds) throw config.error("fresh", "expected at most 10000");
+  if (seeds.fresh > max_seeds) throw config.error("fresh", "expected at most 10000");
   config.finish();
   return seeds;
 }
@@ -161,10 +161,10 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   return cases;
 }
 
-LeastChange read_least_change(Config& parent) {
-  LeastChange least;
-  if (!parent.has("least_change")) return least;
-  Config config = parent.section("least_change");
+MinimumEffect read_minimum_effect(Config& parent) {
+  MinimumEffect least;
+  if (!parent.has("minimum_effect")) return least;
+  Config config = parent.section("minimum_effect");
   const std::map<std::string, Dimension> keys = {{"length", Dimension::length},
                                                  {"angle", Dimension::angle},
                                                  {"time", Dimension::time},
@@ -222,9 +222,10 @@ Plan load_plan(const fs::path& file) {
   config.optional("notify", plan.notify);
   plan.keep = count(config, "keep", plan.keep, 0);
   plan.history_nights = count(config, "history", plan.history_nights, 1);
-  plan.false_alarms = share(config, "false_alarms", plan.false_alarms);
-  if (plan.false_alarms == 0) throw config.error("false_alarms", "expected more than 0 %");
-  plan.least_change = read_least_change(config);
+  plan.family_wise_alpha = share(config, "family_wise_alpha", plan.family_wise_alpha);
+  if (plan.family_wise_alpha == 0)
+    throw config.error("family_wise_alpha", "expected more than 0 %");
+  plan.minimum_effect = read_minimum_effect(config);
   plan.baseline = read_baseline(config);
   plan.archive = read_archive(config);
   const Seeds seeds = read_seeds(config, {});

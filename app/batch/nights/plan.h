@@ -32,7 +32,7 @@ struct Case {
 };
 
 /// The least change of a measurement that anybody would act upon, in SI units.
-struct LeastChange {
+struct MinimumEffect {
   double relative = 0.05;  ///< of the value before
   std::map<Dimension, double> absolute = {
       {Dimension::length, 0.1e-3}, {Dimension::angle, 0.0002},         {Dimension::time, 0.2e-3},
@@ -60,14 +60,14 @@ struct Plan {
   std::vector<Case> cases;
   Baseline baseline;
   Archive archive;
-  int jobs = 0;                 ///< runs at a time; 0: one per core
-  double time_budget_s = 0;     ///< no run is begun later; 0: no limit
-  double run_timeout_s = 600;   ///< of one run
-  std::string notify;           ///< shell command; empty: nobody
-  int keep = 20;                ///< directories of passed runs
-  int history_nights = 30;      ///< that fresh seeds are compared with
-  double false_alarms = 0.002;  ///< chance that a night without any change raises an alarm
-  LeastChange least_change;
+  int jobs = 0;                      ///< runs at a time; 0: one per core
+  double time_budget_s = 0;          ///< no run is begun later; 0: no limit
+  double run_timeout_s = 600;        ///< of one run
+  std::string notify;                ///< shell command; empty: nobody
+  int keep = 20;                     ///< directories of passed runs
+  int history_nights = 30;           ///< that fresh seeds are compared with
+  double family_wise_alpha = 0.002;  ///< chance that a night without any change raises an alarm
+  MinimumEffect minimum_effect;
 };
 
 /// Reads and checks a plan. Paths in it are relative to its own directory.

@@ -55,7 +55,7 @@ void judge(const Plan& plan, NightReport& report) {
       }
     }
     result.p_of_failures = binomial_tail(result.failed, result.runs, of.may_fail);
-    result.too_many_failed = result.p_of_failures <= plan.false_alarms;
+    result.too_many_failed = result.p_of_failures <= plan.family_wise_alpha;
     failed = failed || result.too_many_failed;
     error = error || result.errors > 0;
     report.cases.push_back(result);

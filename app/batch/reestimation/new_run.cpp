@@ -9,6 +9,7 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/renamed_keys.h"
 #include "common/core/yaml_text.h"
 #include "common/targets/target.h"
 #include "evaluation/run/target_surface.h"
@@ -117,8 +118,16 @@ void set_values(const std::vector<std::string>& assignments, const fs::path& fil
   write_with_directory(file, written(root));
 }
 
-/// A run's own file, written by an earlier version.
-void replace_old_keys(const fs::path& file) {
+/// A run's own files, written by an earlier version.
+void replace_old_keys(const fs::path& config) {
+  for (const auto& entry : fs::recursive_directory_iterator(config)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string recorded = read_file(entry.path());
+    const std::string present = with_present_names(recorded, entry.path().string());
+    if (present != recorded) write_file(entry.path(), present);
+  }
+  const fs::path file = config / "estimator.yaml";
+  if (!fs::exists(file)) return;
   const YamlNode recorded = Config::load(file).node();
   const YamlNode present = with_present_keys(recorded);
   if (!present.is(recorded)) write_with_directory(file, written(present));
@@ -138,7 +147,7 @@ RunFiles make_new_run(const fs::path& run_or_log, const EstimatorChanges& change
   }
   const fs::path config = directory / "config";
   fs::create_directories(config);
-  if (fs::exists(config / "estimator.yaml")) replace_old_keys(config / "estimator.yaml");
+  replace_old_keys(config);
   if (!changes.config.empty()) take_configuration(changes.config, config);
   if (!fs::exists(config / "estimator.yaml")) {
     throw InputError(log.string() + ": RUN_INFO does not hold estimator.yaml: give --config");

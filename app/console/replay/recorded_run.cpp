@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t events_shown = 300;
 constexpr std::size_t marks_shown = 500;
-constexpr std::size_t longest_scan = 2000;  // packets
+constexpr std::size_t max_scan = 2000;  // packets
 
 /// The last of these places that is before a place, and all earlier ones.
 auto before(const std::vector<std::uint32_t>& places, std::size_t place) {
@@ -142,7 +142,7 @@ RecordedRun::Places RecordedRun::last_scan(std::size_t place) const {
   Places scan;
   const Places& packets = places_of(channels::scan_data);
   std::optional<std::int64_t> id;
-  for (auto at = before(packets, place); at != packets.begin() && scan.size() < longest_scan;) {
+  for (auto at = before(packets, place); at != packets.begin() && scan.size() < max_scan;) {
     const auto packet = logs::decode<ScanPacket>(index_.at(*--at).data);
     if (!packet) continue;
     if (!id) id = packet->scan_id;

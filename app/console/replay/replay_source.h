@@ -22,7 +22,7 @@ namespace berth::console {
 class ReplaySource {
  public:
   /// The board must keep so many `samples`: those of the whole run.
-  static constexpr std::size_t most_samples = 100000;
+  static constexpr std::size_t max_samples = 100000;
 
   /// Is told how much of the logs was read, 0 to 1.
   using Progress = std::function<void(double)>;

@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int deepest = 6;  // objects and lists within each other
-constexpr std::size_t longest_word = 64;
+constexpr std::size_t max_word = 64;
 
 /// The value of a key, which must be of the kind wanted.
 const json& required(const json& object, const char* key, json::value_t kind, const char* wanted) {
@@ -26,7 +26,7 @@ const json& required(const json& object, const char* key, json::value_t kind, co
 }
 
 bool is_word(const std::string& text) {
-  return !text.empty() && text.size() <= longest_word &&
+  return !text.empty() && text.size() <= max_word &&
          std::all_of(text.begin(), text.end(),
                      [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; });
 }
@@ -66,7 +66,7 @@ Command parse_command(std::string_view text) {
   }
   if (object.contains("confirm")) {
     command.confirm = required(object, "confirm", json::value_t::string, "text").get<std::string>();
-    if (command.confirm.size() > longest_word) throw InputError("a command's 'confirm': too long");
+    if (command.confirm.size() > max_word) throw InputError("a command's 'confirm': too long");
   }
   return command;
 }

@@ -36,7 +36,7 @@ class Hub {
   /// A name for a viewer whose link is up. It is sent `hello`, and from then on its frames.
   std::string join(const std::shared_ptr<ViewerLink>& link, const std::string& from);
   void leave(const std::string& viewer);
-  bool full() const { return viewers_.size() >= options.most_viewers; }
+  bool full() const { return viewers_.size() >= options.max_viewers; }
   void command(const std::string& viewer, Command command);
   void answer(const std::string& viewer, const Answer& answer);
 

@@ -9,7 +9,7 @@
 namespace berth::console {
 namespace {
 
-constexpr std::size_t most_waiting = 1000;
+constexpr std::size_t max_waiting = 1000;
 constexpr std::chrono::seconds between_refusals{1};
 
 }  // namespace
@@ -29,7 +29,7 @@ bool Inbox::put(Incoming incoming) {
   const std::lock_guard lock(mutex_);
   // That somebody left is always told: his commands may have to end.
   const bool must = incoming.kind != Incoming::Kind::command;
-  if (!must && waiting_.size() >= most_waiting) return false;
+  if (!must && waiting_.size() >= max_waiting) return false;
   keep(std::move(incoming));
   return true;
 }

@@ -160,7 +160,7 @@ class Server::Impl {
     const auto peer = socket.remote_endpoint(error);
     if (error) return;  // gone already
     const std::string from = peer.address().to_string();
-    if (hub_.connections >= hub_.options.most_connections) {
+    if (hub_.connections >= hub_.options.max_connections) {
       return hub_.inbox.refuse("connections", from + ": too many connections");
     }
     socket.set_option(Tcp::no_delay(true), error);

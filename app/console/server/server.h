@@ -31,8 +31,8 @@ struct ServerOptions {
   bool may_command = true;
 
   double frames_per_s = 20;  ///< at most, to each viewer
-  std::size_t most_viewers = 32;
-  std::size_t most_connections = 128;
+  std::size_t max_viewers = 32;
+  std::size_t max_connections = 128;
   std::chrono::milliseconds request_time{10000};  ///< for a request to come in, headers and all
   std::chrono::milliseconds idle_time{20000};     ///< without a sign of life
 };

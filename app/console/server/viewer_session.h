@@ -22,7 +22,7 @@ namespace websocket = beast::websocket;
 /// less. The bucket holds twice as many.
 inline constexpr double commands_per_s = 100;
 /// Answers that wait for a viewer who does not read.
-inline constexpr std::size_t most_waiting_texts = 256;
+inline constexpr std::size_t max_waiting_texts = 256;
 
 /// One viewer's WebSocket over Stream (beast::tcp_stream, or TLS on it). One text is written at a
 /// time; a viewer that reads slowly is idle less often, and so gets fewer frames.
@@ -60,7 +60,7 @@ class ViewerSession final : public ViewerLink,
 
   void send(Text text) override {
     if (closing_) return;
-    if (waiting_.size() >= most_waiting_texts) return drop("flood", "does not read its answers");
+    if (waiting_.size() >= max_waiting_texts) return drop("flood", "does not read its answers");
     waiting_.push_back(std::move(text));
     if (waiting_.size() == 1) write();
   }

@@ -31,9 +31,9 @@ ChannelMap::ChannelMap(const std::vector<std::string>& remap, const std::string&
       throw InputError("--remap " + pair + ": expected FROM=TO, e.g. POSE_ESTIMATE=OLD_ESTIMATE");
     }
     const std::string to = pair.substr(equals + 1);
-    if (to.size() > logs::format::longest_channel) {
+    if (to.size() > logs::format::max_channel) {
       throw InputError("--remap " + pair + ": a channel's name has at most " +
-                       std::to_string(logs::format::longest_channel) + " characters");
+                       std::to_string(logs::format::max_channel) + " characters");
     }
     names_[pair.substr(0, equals)] = to;
   }

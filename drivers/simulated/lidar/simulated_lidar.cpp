@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/core/positive.h"
-#include "common/core/renamed_key.h"
 #include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 
@@ -253,7 +252,6 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   ReceiverSettings& receiver = settings.receiver;
   config.optional("noise_scale", receiver.noise_scale);
   config.optional("full_scale_range", Dimension::length, receiver.echoes.full_scale_range_m);
-  expect_new_name(config, "least_intensity", "min_intensity");
   int min_intensity = 0;
   config.optional("min_intensity", min_intensity);
   receiver.min_power = (min_intensity - 0.5) / full_scale;

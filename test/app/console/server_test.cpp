@@ -377,8 +377,8 @@ TEST_CASE("frames that are not as they should be end their viewer, with the code
 TEST_CASE("who dribbles or hoards connections is cut off, and viewers are only so many") {
   Rig rig;
   rig.options.request_time = std::chrono::milliseconds(150);
-  rig.options.most_connections = 4;
-  rig.options.most_viewers = 2;
+  rig.options.max_connections = 4;
+  rig.options.max_viewers = 2;
   Viewer one(rig.port());
   Viewer two(rig.port());
   CHECK(WebClient(rig.port()).upgrade() == 503);

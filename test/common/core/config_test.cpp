@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/config.h"
 
+#include "common/core/renamed_keys.h"
 #include "test/catch.h"
 
 using namespace berth;
+using Catch::Contains;
 
 namespace {
 
@@ -102,4 +104,37 @@ TEST_CASE("quantities are finite and have one sign") {
     CHECK_THROWS_AS(parse_quantity(wrong, Dimension::length), InputError);
   }
   CHECK(parse_quantity("+010 mm", Dimension::length) == Approx(0.01));
+}
+
+TEST_CASE("A key under its former name is an error that says the present one") {
+  Config config = Config::parse("scan_planner:\n  least_margin: 20 mm\n", "estimator.yaml");
+  Config planner = config.section("scan_planner");
+  double margin = 0;
+  CHECK_THROWS_WITH(planner.optional("min_margin", Dimension::length, margin),
+                    Contains("estimator.yaml:2: key 'scan_planner.least_margin'") &&
+                        Contains("'min_margin' now") && Contains("berth config migrate"));
+  CHECK_THROWS_WITH(planner.quantity("min_margin", Dimension::length), Contains("'min_margin'"));
+  CHECK_THROWS_WITH(planner.finish(), Contains("'min_margin'"));
+}
+
+TEST_CASE("Present names replace former ones, and nothing else") {
+  std::vector<Renamed> renamed;
+  const std::string text =
+      "# least_margin is told below\n"
+      "scan_planner: {least_margin: 20 mm, \"most_windows\": 24}  # flow\n"
+      "tracking:\n"
+      "  icp:\n"
+      "    least_gate: 35 mm   # at last\n"
+      "least_margin: 3   # of another map\n";
+  CHECK(with_present_names(text, "estimator.yaml", &renamed) ==
+        "# least_margin is told below\n"
+        "scan_planner: {min_margin: 20 mm, \"max_windows\": 24}  # flow\n"
+        "tracking:\n"
+        "  icp:\n"
+        "    min_gate: 35 mm   # at last\n"
+        "least_margin: 3   # of another map\n");
+  REQUIRE(renamed.size() == 3);
+  CHECK(renamed[2].line == 5);
+  CHECK(renamed[2].before == "tracking.icp.least_gate");
+  CHECK(renamed[2].now == "tracking.icp.min_gate");
 }

@@ -189,7 +189,7 @@ TEST_CASE("times of clouds part their beams and their scans") {
   write_file(directory.path / "2.csv", "x,y,z,time\n0,0,5,102.00\n0,0,5,102.25\n");
   write_file(directory.path / "3.csv", "x,y,z,time\n0,0,5,86502.5\n");
   LidarDevice device = files(directory.path);
-  device.longest_gap = 3 * second;
+  device.max_gap = 3 * second;
   PlaybackBench bench(device);
   bench.order(1, 500 * millisecond);
   bench.order(2, 5 * second);  // early: it waits for its time

@@ -7,7 +7,7 @@ namespace berth::drills {
 namespace {
 
 constexpr double braking_limit = 0.3;        // s, from the first sign to arms that brake
-constexpr double clearance_limit = 0.05;     // m, safety.least_clearance of config/testbed.yaml
+constexpr double clearance_limit = 0.05;     // m, safety.min_clearance of config/testbed.yaml
 constexpr double time_to_contradict = 10.0;  // s
 constexpr double watched_for = 3.0;          // s after the first sign
 constexpr double time_to_go_on = 8.0;        // s after it was put right
@@ -112,7 +112,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
       outcome.trouble = "does not go on: " + world.state.reason + " " + world.state.refusal;
     }
   }
-  outcome.least_clearance = world.least_clearance();
+  outcome.min_clearance = world.min_clearance();
   return outcome;
 }
 
@@ -129,8 +129,8 @@ std::string verdict(const Drill& drill, const Outcome& outcome) {
   if (!(outcome.braking <= braking_limit)) {
     return "braking begins after " + std::to_string(1e3 * outcome.braking) + " ms";
   }
-  if (!(outcome.least_clearance >= clearance_limit)) {
-    return "bodies come as near as " + std::to_string(1e3 * outcome.least_clearance) + " mm";
+  if (!(outcome.min_clearance >= clearance_limit)) {
+    return "bodies come as near as " + std::to_string(1e3 * outcome.min_clearance) + " mm";
   }
   return "";
 }

@@ -30,13 +30,13 @@ struct Drill {
 
 /// Times in s from the first sign; negative: it did not happen.
 struct Outcome {
-  double first_sign = -1;      ///< after the fault
-  double seen = -1;            ///< the event's
-  double held = -1;            ///< no controller follows set-points any more
-  double braking = -1;         ///< the later of both arms goes slower, in the simulated world
-  double standing = -1;        ///< both arms stand, in the simulated world
-  double least_clearance = 0;  ///< m, from the fault to the end
-  std::string code;  ///< of the testbed's first warning or error; without one, of anybody's
+  double first_sign = -1;    ///< after the fault
+  double seen = -1;          ///< the event's
+  double held = -1;          ///< no controller follows set-points any more
+  double braking = -1;       ///< the later of both arms goes slower, in the simulated world
+  double standing = -1;      ///< both arms stand, in the simulated world
+  double min_clearance = 0;  ///< m, from the fault to the end
+  std::string code;          ///< of the testbed's first warning or error; without one, of anybody's
   std::string text;
   std::int8_t state = -1;  ///< of the testbed, before anything was mended
   bool resumed = false;    ///< it went on as it should

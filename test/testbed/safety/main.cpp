@@ -71,7 +71,7 @@ int main(int argc, char* argv[]) {
       row.seen.add(outcome.seen);
       row.braking.add(outcome.braking);
       row.standing.add(outcome.standing);
-      row.clearance.add(outcome.least_clearance);
+      row.clearance.add(outcome.min_clearance);
       row.code = outcome.code;
       row.text = outcome.text;
       row.state = state_name(outcome.state);
@@ -80,7 +80,7 @@ int main(int argc, char* argv[]) {
           "%4.0f mm  %-9s %s: %s%s\n",
           drill.name.c_str(), seed, 1e3 * outcome.first_sign, 1e3 * outcome.seen,
           1e3 * outcome.held, 1e3 * outcome.braking, 1e3 * outcome.standing,
-          1e3 * outcome.least_clearance, row.state.c_str(), outcome.code.c_str(),
+          1e3 * outcome.min_clearance, row.state.c_str(), outcome.code.c_str(),
           outcome.text.c_str(), wrong.empty() ? "" : ("\n    BROKEN: " + wrong).c_str());
       std::fflush(stdout);
       broken += wrong.empty() ? 0 : 1;

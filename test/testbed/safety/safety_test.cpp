@@ -40,7 +40,7 @@ TEST_CASE("with a fifth of all packets lost the arms hold or go on, and nothing 
     CHECK(world.lag() < radians(1.0));
   }
   CHECK(holds > 0);
-  CHECK(world.least_clearance() > 0.1);
+  CHECK(world.min_clearance() > 0.1);
   world.simulation.set_bus_loss(0);
   world.run_for(1);
   if (world.state.state == testbed_state_t::HELD) world.send(testbed_command2_t::RESUME);
@@ -168,10 +168,10 @@ TEST_CASE("arms that would come too near stop before they are") {
   double narrow = 0;
   {
     World world({});
-    wide = world.least_clearance();
+    wide = world.min_clearance();
     world.begin_move(0.2);
     REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
-    narrow = world.least_clearance();
+    narrow = world.min_clearance();
   }
   REQUIRE(narrow < wide - 0.003);
   const double limit = 0.5 * (narrow + wide);
@@ -181,8 +181,8 @@ TEST_CASE("arms that would come too near stop before they are") {
   options.config = directory.path() / "config";
   std::filesystem::copy("config", options.config, std::filesystem::copy_options::recursive);
   std::ofstream(options.config / "testbed.yaml")
-      << std::regex_replace(read_file("config/testbed.yaml"), std::regex("least_clearance: 50 mm"),
-                            "least_clearance: " + std::to_string(1e3 * limit) + " mm");
+      << std::regex_replace(read_file("config/testbed.yaml"), std::regex("min_clearance: 50 mm"),
+                            "min_clearance: " + std::to_string(1e3 * limit) + " mm");
   World world(options);
   world.keep_lease();
   world.run_for(0.5);
@@ -192,7 +192,7 @@ TEST_CASE("arms that would come too near stop before they are") {
   CHECK(world.state.state == testbed_state_t::HELD);
   CHECK_THAT(world.state.reason, Contains("come nearer than"));
   CHECK(world.motion.back().speed[0] < 1e-6);
-  CHECK(world.least_clearance() > limit);
+  CHECK(world.min_clearance() > limit);
 }
 
 TEST_CASE("an approach does not begin by an estimate that truth contradicts") {

@@ -153,7 +153,7 @@ void World::look() {
   cell_->lidar().faults().range_bias += range_rate_ * seconds(look_period);
   if (++looks_ % clearance_every != 0) return;
   const testbed::ArmPair arms_now{true_joints(ArmRole::replica), true_joints(ArmRole::sensor)};
-  least_clearance_ = std::min(least_clearance_, clearance_->least_distance(arms_now, 1));
+  min_clearance_ = std::min(min_clearance_, clearance_->min_distance(arms_now, 1));
 }
 
 Pose World::true_pose(Utime t) const {

@@ -90,7 +90,7 @@ class World {
   /// T_sensor_model as it really was, in the last three seconds.
   Pose true_pose(Utime t) const;
   /// Least distance between bodies of different parties since the beginning, m.
-  double least_clearance() const { return least_clearance_; }
+  double min_clearance() const { return min_clearance_; }
   bool saw(const std::string& code) const;
   /// Whether the node says that it is in FAULT.
   bool in_fault(const std::string& node) const { return faults_.contains(node); }
@@ -129,7 +129,7 @@ class World {
   SimulatedBus* bus_ = nullptr;
   SimulatedLoop* loop_ = nullptr;
   std::unique_ptr<testbed::Clearance> clearance_;
-  double least_clearance_ = 10;
+  double min_clearance_ = 10;
   int looks_ = 0;
   std::map<ArmRole, std::deque<std::pair<Utime, Joints>>> told_;
   double lag_ = 0;

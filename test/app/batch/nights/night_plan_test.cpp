@@ -55,7 +55,7 @@ TEST_CASE("a plan names procedures, seeds, targets, hosts and configurations") {
 jobs: 3
 time_budget: 2 h
 seeds: {fixed: 4, fresh: 2}
-least_change: {relative: 10 %, length: 0.5 mm}
+minimum_effect: {relative: 10 %, length: 0.5 mm}
 procedures:
   - procedure: approach.yaml
     may_fail: 5 %
@@ -67,8 +67,8 @@ procedures:
 )");
   CHECK(plan.jobs == 3);
   CHECK(plan.time_budget_s == 7200);
-  CHECK(plan.least_change.relative == 0.1);
-  CHECK(plan.least_change.absolute.at(Dimension::length) == 0.5e-3);
+  CHECK(plan.minimum_effect.relative == 0.1);
+  CHECK(plan.minimum_effect.absolute.at(Dimension::length) == 0.5e-3);
   REQUIRE(plan.cases.size() == 3);
   CHECK(plan.cases[0].name == "approach");
   CHECK(plan.cases[0].fixed == std::vector<std::uint64_t>{1, 2, 3, 4});
@@ -115,7 +115,7 @@ TEST_CASE("mistakes in a plan are told with file, line and key") {
   has(good + "  - procedure: approach.yaml\n    seeds: {fixed: 3}\n", "appears twice in the plan");
   has(good + "tiem_budget: 2 h\n", "did you mean 'time_budget'?");
   has(good + "jobs: 0\n", ":4: key 'jobs': found 0, expected at least 1");
-  has(good + "false_alarms: 0\n", "expected more than 0 %");
+  has(good + "family_wise_alpha: 0\n", "expected more than 0 %");
   has(good + "    hosts: [moon]\n", "expected twin, simulated-cell or cell");
   has(good + "baseline: {build: ../old/berth}\n", "key 'baseline.build': found '../old/berth'");
   has("procedures:\n  - procedure: approach.yaml\n    seeds: {fixed: [1, 1]}\n", "appears twice");

@@ -139,6 +139,7 @@ TEST_CASE(
                          "method: views\n  views: {contenders: 24, least_evidence: 25}");
   text = put(text, "method: likelihood", "method: beam\n  beam: {deskew: true}");
   text = put(text, "  se3:", "  se3:\n    iterations: 3");
+  text = put(text, "max_scan_time:", "longest_scan:");
   text += "\nlikelihood: {footprint: false, drop_out: 3 %}\n";
   std::ofstream(old / "config" / "estimator.yaml") << text;
   const BatchRun run = again(old, folder / "again", {});
@@ -146,8 +147,9 @@ TEST_CASE(
   CHECK(run.result.identical());  // it was estimated so, and only says otherwise
   CHECK_THAT(read_file(run.again / "config" / "estimator.yaml"),
              Catch::Contains("method: hypotheses") && Catch::Contains("method: likelihood") &&
-                 Catch::Contains("drop_out") && !Catch::Contains("contenders") &&
-                 !Catch::Contains("footprint") && !Catch::Contains("iterations"));
+                 Catch::Contains("drop_out") && Catch::Contains("max_scan_time") &&
+                 !Catch::Contains("contenders") && !Catch::Contains("footprint") &&
+                 !Catch::Contains("iterations"));
 
   // One's own file with an old key is at fault.
   EstimatorChanges changes;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/exit_code.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/renamed_keys.h"
+
+namespace berth::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> yaml_files(const fs::path& path) {
+  if (fs::is_regular_file(path)) return {path};
+  if (!fs::is_directory(path)) {
+    throw InputError(path.string() + ": found neither a folder nor a file");
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file() && entry.path().extension() == ".yaml") files.push_back(entry);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// @return whether the file could be read
+bool migrate(const fs::path& file, bool dry, int& count) {
+  try {
+    std::vector<Renamed> renamed;
+    const std::string text = with_present_names(read_file(file), file.string(), &renamed);
+    if (!renamed.empty() && !dry) write_file(file, text);
+    for (const Renamed& r : renamed) {
+      std::printf("%s:%d: %s -> %s\n", file.c_str(), r.line, r.before.c_str(), r.now.c_str());
+    }
+    count += static_cast<int>(renamed.size());
+    return true;
+  } catch (const InputError& e) {
+    std::fprintf(stderr, "%s; left as it is\n", e.what());
+    return false;
+  }
+}
+
+}  // namespace
+
+void add_config(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("config", "Configuration files of a site");
+  command->require_subcommand(1);
+  CLI::App* migrating = command->add_subcommand(
+      "migrate", "Rewrite keys that have other names now; comments and values stay");
+  struct Options {
+    fs::path path;
+    bool dry = false;
+  };
+  auto options = std::make_shared<Options>();
+  migrating->add_option("path", options->path, "Folder (all *.yaml below it), or a file")
+      ->required();
+  migrating->add_flag("--dry-run", options->dry, "Say what would be renamed, change nothing");
+  migrating->callback([options, &exit_code] {
+    int count = 0;
+    bool all_read = true;
+    for (const fs::path& file : yaml_files(options->path)) {
+      all_read = migrate(file, options->dry, count) && all_read;
+    }
+    std::printf("%d keys %s\n", count, options->dry ? "to be renamed" : "renamed");
+    exit_code = all_read ? exit_code::passed : exit_code::error;
+  });
+}
+
+}  // namespace berth::commands
