@@ -35,7 +35,7 @@ struct Settings {
   PathLimits path;
   Clearance::Limits clearance;
   Guidance::Settings guidance;
-  bool tell_chaser_motion = true;  ///< what guidance commands, on INERTIAL_MOTION
+  bool tell_chaser_motion = true;                   ///< what guidance commands, on INERTIAL_MOTION
   std::map<std::string, GuidanceProfile> profiles;  ///< by name
   SafetySupervisor::Settings safety;
   FollowingWatch::Settings following_watch;
