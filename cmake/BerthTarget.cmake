@@ -11,13 +11,17 @@ endif()
 # One instruction set for every build, so that two machines agree to the bit.
 set(BERTH_ARCHITECTURE x86-64-v3 CACHE STRING "Value of -march; 'native' is faster and not reproducible elsewhere")
 set(BERTH_SANITIZE "" CACHE STRING "Value of -fsanitize, for instance address,undefined")
+option(BERTH_WERROR "Warnings are errors" OFF)
+if(DEFINED ENV{CI})
+  set(BERTH_WERROR ON)
+endif()
 
 add_library(berth_options INTERFACE)
 target_include_directories(berth_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(berth_options INTERFACE
   -march=${BERTH_ARCHITECTURE} -ffp-contract=off -fno-math-errno -fno-trapping-math
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align
-  -Wunused -Wnull-dereference -Wdouble-promotion -Wformat=2 -Werror
+  -Wunused -Wnull-dereference -Wdouble-promotion -Wformat=2 $<$<BOOL:${BERTH_WERROR}>:-Werror>
   # gcc 12 sees faults in Eigen's vectorised assignments that are none
   $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference -Wno-maybe-uninitialized -Wno-array-bounds -Wno-stringop-overread -Wno-restrict>)
 if(BERTH_SANITIZE)
@@ -53,7 +57,7 @@ function(berth_program name)
     set(ARG_PRECOMPILED berth_precompiled)
   endif()
   target_precompile_headers(${name} REUSE_FROM ${ARG_PRECOMPILED})
-  target_link_libraries(${name} PRIVATE berth_options ${ARG_LINK})
+  target_link_libraries(${name} PRIVATE berth_options berth_version ${ARG_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()

@@ -15,10 +15,10 @@ namespace berth::estimator {
 enum class OperatingRange : std::int8_t { long_range, medium_range, short_range };
 
 struct RangeOptions {
-  double medium_beams = 100;    ///< that fit side by side along the target, for its full pose
-  double hysteresis = 0.1;      ///< of a boundary, half to either side
-  int axis_returns = 60;        ///< for the moments of a target in long range; fewer: a point
-  int search_growth = 4;        ///< times the beams of the next search after one that told too little
+  double medium_beams = 100;  ///< that fit side by side along the target, for its full pose
+  double hysteresis = 0.1;    ///< of a boundary, half to either side
+  int axis_returns = 60;      ///< for the moments of a target in long range; fewer: a point
+  int search_growth = 4;      ///< times the beams of the next search after one that told too little
   double docking_share = 0.12;  ///< radius of what is scanned about the docking interface, of the
                                 ///< target's length
   std::string docking_port;     ///< its name; empty: the nearest to the sensor

@@ -73,9 +73,9 @@ class PlaneGrid {
     cell_ = std::max({cell_, (high[0] - low_[0]) / max_cells, (high[1] - low_[1]) / max_cells});
     columns_ = column(high[0], 0) + 1;
     rows_ = column(high[1], 1) + 1;
-    starts_.assign(static_cast<std::size_t>(columns_ * rows_ + 1), 0);
+    starts_.assign(index(rows_, 0) + 1, 0);
     const auto cell_at = [this](const std::array<double, 2>& place) {
-      return static_cast<std::size_t>(column(place[1], 1) * columns_ + column(place[0], 0));
+      return index(column(place[1], 1), column(place[0], 0));
     };
     for (const auto& place : places) ++starts_[cell_at(place) + 1];
     for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
@@ -92,12 +92,12 @@ class PlaneGrid {
     const int first = std::max(0, column(x, 0) - 1);
     const int last = std::min(columns_ - 1, column(x, 0) + 1);
     if (first > last) return rows;
-    for (int i = -1; i <= 1; ++i) {
-      const int row = column(y, 1) + i;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const int row = column(y, 1) - 1 + static_cast<int>(i);
       if (row < 0 || row >= rows_) continue;
-      const int begin = starts_[static_cast<std::size_t>(row * columns_ + first)];
-      const int end = starts_[static_cast<std::size_t>(row * columns_ + last + 1)];
-      rows[static_cast<std::size_t>(i + 1)] = {members_.data() + begin, members_.data() + end};
+      const int begin = starts_[index(row, first)];
+      const int end = starts_[index(row, last + 1)];
+      rows[i] = {members_.data() + begin, members_.data() + end};
     }
     return rows;
   }
@@ -105,6 +105,10 @@ class PlaneGrid {
  private:
   int column(double at, std::size_t axis) const {
     return static_cast<int>(std::floor(std::clamp((at - low_[axis]) / cell_, -10.0, 1e8)));
+  }
+  std::size_t index(int row, int column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
   }
 
   double cell_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 'use strict';
 // Reading by hover, zoom by dragging (double click: back), legends that switch curves off.
 (() => {

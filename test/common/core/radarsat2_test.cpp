@@ -15,18 +15,18 @@ namespace {
 
 /// Points spread evenly over all triangles.
 std::vector<Vector3d> surface_points(const Mesh& mesh, int count) {
-  std::vector<double> upto;
+  std::vector<double> areas;
   double area = 0;
   for (const auto& t : mesh.triangles) {
     const Vector3d& a = mesh.vertices[t[0]];
     area += (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
-    upto.push_back(area);
+    areas.push_back(area);
   }
   Random random(7, "surface");
   std::vector<Vector3d> points;
   for (int i = 0; i < count; ++i) {
-    const auto at = std::lower_bound(upto.begin(), upto.end(), random.uniform() * area);
-    const auto& t = mesh.triangles[static_cast<std::size_t>(at - upto.begin())];
+    const auto at = std::lower_bound(areas.begin(), areas.end(), random.uniform() * area);
+    const auto& t = mesh.triangles[static_cast<std::size_t>(at - areas.begin())];
     double u = random.uniform();
     double v = random.uniform();
     if (u + v > 1) {
