@@ -21,6 +21,7 @@
 #include "app/runs/checksums.h"
 #include "app/terminal/interruption.h"
 #include "common/core/error.h"
+#include "common/core/shipped_file.h"
 
 namespace berth::commands {
 namespace {
@@ -97,7 +98,7 @@ SlurmEnd run_cluster(const Campaign& campaign, const CampaignOptions& options,
 }
 
 int run_campaign(const CampaignOptions& options) {
-  const Manifest manifest = load_manifest(options.manifest);
+  const Manifest manifest = load_manifest(here_or_shipped(options.manifest));
   const fs::path out =
       options.out.empty() ? fs::path("campaign-runs") / manifest.name : options.out;
   Campaign::require_place(out);

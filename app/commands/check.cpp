@@ -13,6 +13,7 @@
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/shipped_file.h"
 #include "common/core/valid_text.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/schema.h"
@@ -43,7 +44,8 @@ bool is_procedure(const fs::path& file) {
 /// The files named, and every procedure of the directories named, in order of their names.
 std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
   std::vector<fs::path> files;
-  for (const fs::path& path : paths) {
+  for (const fs::path& named : paths) {
+    const fs::path path = here_or_shipped(named);
     if (!fs::is_directory(path)) {
       files.push_back(path);
       continue;

@@ -8,6 +8,7 @@
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
+#include "common/core/shipped_file.h"
 
 namespace berth::commands {
 
@@ -47,6 +48,7 @@ void add_nightly(CLI::App& app, int& exit_code) {
       return;
     }
     if (request->plan.empty()) throw InputError("berth nightly: no PLAN.yaml given");
+    request->plan = here_or_shipped(request->plan);
     request->program = program_directory() / "berth";
     exit_code = nights::run_night(*request);
   });

@@ -12,6 +12,7 @@
 #include "app/runs/arms_now.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
+#include "common/core/shipped_file.h"
 #include "common/core/valid_text.h"
 #include "procedures/check/check.h"
 
@@ -66,6 +67,7 @@ void add_run(CLI::App& app, int& exit_code) {
       ->type_name("ID=TEXT");
   add_cell_options(*command, *options);
   command->callback([options, &exit_code] {
+    options->request.procedure = here_or_shipped(options->request.procedure);
     complete(*options);
     if (!options->no_check && !passes_check(options->request)) {
       exit_code = exit_code::error;

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
@@ -125,7 +126,7 @@ ChangedConfiguration::ChangedConfiguration(const fs::path& config,
   directory_ = name;
   is_copy_ = true;
   try {
-    fs::copy(config, directory_, fs::copy_options::recursive);
+    copy_writable(config, directory_);
     override_configuration(directory_, parameters);
     put_calibration(directory_, layout, calibration);
   } catch (...) {

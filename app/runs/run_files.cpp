@@ -15,6 +15,7 @@
 #include "app/runs/manifest.h"
 #include "common/bus/process_loop.h"
 #include "common/core/config.h"
+#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -132,7 +133,7 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   const Target target = load_target(description.target, description.target_length);
   const std::string symmetry = symmetry_of(target);
   const fs::path directory = make_new_directory(request.out, utc_stamp() + "_" + stem);
-  fs::copy(config, directory / "config", fs::copy_options::recursive);
+  copy_writable(config, directory / "config");
   if (!description.joins) {
     auto parameters = request.parameters;
     if (!description.world.empty()) {

@@ -96,8 +96,10 @@ fs::path copy_target(const Target& target, const fs::path& into) {
   fs::create_directories(folder ? kept : into, error);
   for (const fs::path& file : target.files) {
     if (error) break;
-    fs::copy_file(file, folder ? kept / file.filename() : kept,
-                  fs::copy_options::overwrite_existing, error);
+    const fs::path copy = folder ? kept / file.filename() : kept;
+    fs::copy_file(file, copy, fs::copy_options::overwrite_existing, error);
+    // The original may be for reading alone, as installed files may be.
+    if (!error) fs::permissions(copy, fs::perms::owner_write, fs::perm_options::add, error);
   }
   if (error)
     throw InputError("target '" + target.name + "' to " + kept.string() + ": " + error.message());

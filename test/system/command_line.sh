@@ -89,6 +89,13 @@ expect 1 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer cle
 expect 2 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml"
 says "TIMEOUT"
 
+# What is shipped is found from any directory; what lies there goes before.
+mkdir -p "$work/elsewhere/procedures"
+programs=$(cd "$bin" && pwd)
+(cd "$work/elsewhere" && expect 0 "$programs/berth" check procedures/track_static.yaml)
+echo "steps: []" >"$work/elsewhere/procedures/track_static.yaml"
+(cd "$work/elsewhere" && expect 2 "$programs/berth" check procedures/track_static.yaml)
+
 # ./berth says at once that another one builds in the same folder, then goes on.
 tree=$work/tree
 mkdir -p "$tree/cmake/packages" "$tree/build/release/bin" "$work/path"

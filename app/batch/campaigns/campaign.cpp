@@ -8,6 +8,7 @@
 #include "app/directory_lock.h"
 #include "app/host_name.h"
 #include "common/core/config.h"
+#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
@@ -49,7 +50,7 @@ ordered_json identity_of(const Manifest& manifest) {
 /// Copies a procedure with those that it calls, which are named relative to its folder.
 void keep_procedure(const fs::path& procedure, const fs::path& into) {
   fs::create_directories(into);
-  fs::copy_file(procedure, into / procedure.filename(), fs::copy_options::overwrite_existing);
+  copy_writable(procedure, into / procedure.filename());
   Config as_run = Config::parse(procedures::load_procedure(procedure).text, procedure.string());
   if (!as_run.has("called")) return;
   for (const std::string& name : as_run.section("called").keys()) {
@@ -59,7 +60,7 @@ void keep_procedure(const fs::path& procedure, const fs::path& into) {
                        "' outside its folder, which a campaign cannot keep a copy of");
     }
     fs::create_directories(kept.parent_path());
-    fs::copy_file(procedure.parent_path() / name, kept, fs::copy_options::overwrite_existing);
+    copy_writable(procedure.parent_path() / name, kept);
   }
 }
 
@@ -82,7 +83,7 @@ Places keep(const Places& places, const fs::path& directory) {
   Places kept;
   kept.config = directory / "config";
   fs::remove_all(kept.config);
-  fs::copy(places.config, kept.config, fs::copy_options::recursive);
+  copy_writable(places.config, kept.config);
   if (!places.procedure.empty()) {
     keep_procedure(places.procedure, directory / "procedure");
     kept.procedure = directory / "procedure" / places.procedure.filename();
