@@ -32,7 +32,7 @@ std::string name_of(const Server& server) {
 
 }  // namespace
 
-Sight::Sight(const RunFiles& files)
+ConsoleContext::ConsoleContext(const RunFiles& files)
     : cell(load_cell(files.setup)),
       lidar(load_lidar_profile(files.setup, load_devices(files.setup.config).lidar.model)) {
   types.add(files.directory / "types");
@@ -47,8 +47,8 @@ class ConsoleNode::ViewSink final : public BoardSink {
   }
 };
 
-ConsoleNode::ConsoleNode(NodeSetup node_setup, const Sight& sight, Board& board, Server& server,
-                         Options options, Bus& the_bus, ProcessLoop& the_loop)
+ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& sight, Board& board,
+                         Server& server, Options options, Bus& the_bus, ProcessLoop& the_loop)
     : Node(std::move(node_setup), the_bus, the_loop),
       board_(board),
       server_(server),

@@ -15,9 +15,9 @@
 namespace berth::console {
 
 /// What a console stands before: read from its run's directory.
-struct Sight {
+struct ConsoleContext {
   /// @throws InputError
-  explicit Sight(const RunFiles& files);
+  explicit ConsoleContext(const RunFiles& files);
 
   Cell cell;
   LidarProfile lidar;
@@ -34,9 +34,9 @@ class ConsoleNode final : public Node {
     std::function<std::string(const RunOrder&)> run;
   };
 
-  /// Sight, board and server must outlive it.
-  ConsoleNode(NodeSetup setup, const Sight& sight, Board& board, Server& server, Options options,
-              Bus& bus, ProcessLoop& loop);
+  /// ConsoleContext, board and server must outlive it.
+  ConsoleNode(NodeSetup setup, const ConsoleContext& sight, Board& board, Server& server,
+              Options options, Bus& bus, ProcessLoop& loop);
   ~ConsoleNode() override;
 
   /// Every message of the bus, as it comes.

@@ -15,7 +15,7 @@ using namespace berth;
 constexpr std::size_t max_waiting = 20000;
 
 std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
-                                   const console::Sight& sight, console::Board& board,
+                                   const console::ConsoleContext& sight, console::Board& board,
                                    console::Server& server, bool hold_when_lost) {
   const auto told = std::make_shared<console::ConsoleNode*>(nullptr);
   const auto starter = std::make_shared<console::RunStarter>(
@@ -39,7 +39,7 @@ std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
 int main(int argc, char* argv[]) {
   console::ServingOptions options;
   console::Board board;
-  std::optional<console::Sight> sight;
+  std::optional<console::ConsoleContext> sight;
   std::optional<console::Server> server;
   std::optional<console::AddressFile> address;
   return run_node_program(

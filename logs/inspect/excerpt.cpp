@@ -10,7 +10,7 @@
 namespace berth::logs {
 namespace {
 
-struct Wanted {
+struct Selection {
   bool at_all = true;
   bool always = false;
 };
@@ -27,8 +27,8 @@ class Chooser {
   bool wants(const LogEvent& event, Utime position) {
     auto found = channels_.find(event.channel);
     if (found == channels_.end()) {
-      const Wanted wanted{include_.matches(event.channel) && !exclude_.matches(event.channel),
-                          keep_.matches(event.channel)};
+      const Selection wanted{include_.matches(event.channel) && !exclude_.matches(event.channel),
+                             keep_.matches(event.channel)};
       found = channels_.emplace(event.channel, wanted).first;
     }
     if (!found->second.at_all) return false;
@@ -42,7 +42,7 @@ class Chooser {
   ChannelPattern include_;
   ChannelPattern exclude_;
   ChannelPattern keep_;
-  std::unordered_map<std::string_view, Wanted> channels_;  ///< names are views into the file
+  std::unordered_map<std::string_view, Selection> channels_;  ///< names are views into the file
 };
 
 }  // namespace

@@ -68,7 +68,7 @@ class Rehearsal {
 
   Rig& rig_;
   testbed::Guidance guidance_;
-  testbed::Trail trail_;
+  testbed::TrajectoryHistory trail_;
   Moment now_;
   bool lost_ = false;  // where the arms are is not known: the motion before was refused
   bool ever_lost_ = false;

@@ -45,7 +45,7 @@ Engine::Engine(Procedure procedure, EngineOptions options, evaluation::NearestPo
              EstimatorLink(actions, options_.commander),
              FacilityLink(actions, options_.commander),
              InjectionLink(actions, options_.commander),
-             Live(nearest_)},
+             LatestMessages(nearest_)},
       nodes_(options_.required_nodes, options_.supervisor),
       limits_(procedure_.limits) {
   state_.session = options_.commander.session;

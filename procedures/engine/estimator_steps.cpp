@@ -8,7 +8,7 @@
 namespace berth::procedures {
 namespace {
 
-std::string why_not_good(const Live& live) {
+std::string why_not_good(const LatestMessages& live) {
   const auto& estimate = live.estimate();
   if (!estimate) return "";
   const std::string why =

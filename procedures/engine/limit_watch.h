@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "procedures/engine/live.h"
+#include "procedures/engine/latest_messages.h"
 #include "procedures/language/limit.h"
 
 namespace berth::procedures {
@@ -23,7 +23,7 @@ class LimitWatch {
 
   /// Looks at the limits that this step is under.
   /// @return the gravest of those that are newly broken: fail and abort before hold
-  std::optional<Broken> look(const Live& live, int step, const std::string& phase);
+  std::optional<Broken> look(const LatestMessages& live, int step, const std::string& phase);
   /// The limits that are broken now, in words; empty: none.
   std::string broken_now() const;
   /// Values and limits as of the last look, for observers.

@@ -7,7 +7,7 @@
 #include "common/core/nan.h"
 #include "common/core/text.h"
 #include "lcmtypes/good_estimate.h"
-#include "procedures/engine/live.h"
+#include "procedures/engine/latest_messages.h"
 
 namespace berth::procedures {
 namespace {
@@ -15,18 +15,20 @@ namespace {
 constexpr double deg = radians(1.0);
 constexpr double mm = 1e-3;
 
-double age(const Live& live, Utime since) { return since == 0 ? nan : seconds(live.now() - since); }
+double age(const LatestMessages& live, Utime since) {
+  return since == 0 ? nan : seconds(live.now() - since);
+}
 
-bool estimated(const Live& live) { return live.estimate() && is_good(*live.estimate()); }
+bool estimated(const LatestMessages& live) { return live.estimate() && is_good(*live.estimate()); }
 
 double length_of(const double* vector) { return Vector3d::Map(vector).norm(); }
 
-double position_sigma(const Live& live) {
+double position_sigma(const LatestMessages& live) {
   if (!estimated(live)) return nan;
   return std::sqrt(Matrix6d::Map(live.estimate()->covariance).topLeftCorner<3, 3>().trace());
 }
 
-double estimate_age(const Live& live) {
+double estimate_age(const LatestMessages& live) {
   // Before the first good estimate: since the run began.
   return age(live, live.last_good_estimate() != 0 ? live.last_good_estimate() : live.run_start());
 }
@@ -39,65 +41,69 @@ std::vector<LiveQuantity> make_quantities() {
        "",
        1,
        "what the estimator says of the newest scan",
-       [](const Live& l) { return l.estimate() ? double(l.estimate()->status) : nan; },
+       [](const LatestMessages& l) { return l.estimate() ? double(l.estimate()->status) : nan; },
        {"idle", "acquiring", "ok", "ambiguous", "lost"}},
       {"estimate_age", D::time, "s", 1, "time since a good estimate came", estimate_age},
       {"good_estimates", D::number, "", 1, "good estimates since the phase began",
-       [](const Live& l) { return double(l.good_estimates()); }},
+       [](const LatestMessages& l) { return double(l.good_estimates()); }},
       {"estimated_range", D::length, "m", 1, "estimated distance to the model's origin",
-       [](const Live& l) { return estimated(l) ? length_of(l.estimate()->position_m) : nan; }},
+       [](const LatestMessages& l) {
+         return estimated(l) ? length_of(l.estimate()->position_m) : nan;
+       }},
       {"estimated_speed", D::speed, "mm/s", mm, "estimated speed of the target",
-       [](const Live& l) {
+       [](const LatestMessages& l) {
          return estimated(l) ? length_of(l.estimate()->linear_velocity_m_s) : nan;
        }},
       {"estimated_turn_rate", D::angular_speed, "deg/s", deg, "estimated turn rate of the target",
-       [](const Live& l) {
+       [](const LatestMessages& l) {
          return estimated(l) ? length_of(l.estimate()->angular_velocity_rad_s) : nan;
        }},
       {"position_sigma", D::length, "mm", mm, "the estimator's own uncertainty of the position",
        position_sigma},
       {"position_error", D::length, "mm", mm, "distance between estimated and true position",
-       [](const Live& l) { return l.error() ? l.error()->head<3>().norm() : nan; }},
+       [](const LatestMessages& l) { return l.error() ? l.error()->head<3>().norm() : nan; }},
       {"attitude_error", D::angle, "deg", deg, "angle between estimated and true attitude",
-       [](const Live& l) { return l.error() ? l.error()->tail<3>().norm() : nan; }},
+       [](const LatestMessages& l) { return l.error() ? l.error()->tail<3>().norm() : nan; }},
       {"true_range", D::length, "m", 1, "true distance to the model's origin",
-       [](const Live& l) { return l.truth() ? l.truth()->pose.position.norm() : nan; }},
+       [](const LatestMessages& l) { return l.truth() ? l.truth()->pose.position.norm() : nan; }},
       {"surface_range", D::length, "m", 1,
        "true distance from the sensor to the nearest surface of the target",
-       [](const Live& l) { return l.surface_range().value_or(nan); }},
+       [](const LatestMessages& l) { return l.surface_range().value_or(nan); }},
       {"relative_speed", D::speed, "mm/s", mm, "true speed of target against sensor",
-       [](const Live& l) { return l.truth() ? l.truth()->velocity.linear.norm() : nan; }},
+       [](const LatestMessages& l) { return l.truth() ? l.truth()->velocity.linear.norm() : nan; }},
       {"relative_turn_rate", D::angular_speed, "deg/s", deg,
        "true turn rate of target against sensor",
-       [](const Live& l) { return l.truth() ? l.truth()->velocity.angular.norm() : nan; }},
+       [](const LatestMessages& l) {
+         return l.truth() ? l.truth()->velocity.angular.norm() : nan;
+       }},
       {"testbed",
        D::number,
        "",
        1,
        "what the testbed does",
-       [](const Live& l) { return l.testbed() ? double(l.testbed()->state) : nan; },
+       [](const LatestMessages& l) { return l.testbed() ? double(l.testbed()->state) : nan; },
        {"not_ready", "idle", "moving", "closed_loop", "holding", "held", "fault"}},
       {"clearance", D::length, "m", 1, "least distance between the bodies of the cell",
-       [](const Live& l) {
+       [](const LatestMessages& l) {
          return l.testbed() && l.testbed()->clearance_m >= 0 ? l.testbed()->clearance_m : nan;
        }},
       {"sun_lamp", D::number, "%", 1e-2, "sun lamp as the facility reports it",
-       [](const Live& l) { return l.facility() ? l.facility()->sun_lamp : nan; }},
+       [](const LatestMessages& l) { return l.facility() ? l.facility()->sun_lamp : nan; }},
       {"albedo_lamp", D::number, "%", 1e-2, "albedo lamp as the facility reports it",
-       [](const Live& l) { return l.facility() ? l.facility()->albedo_lamp : nan; }},
+       [](const LatestMessages& l) { return l.facility() ? l.facility()->albedo_lamp : nan; }},
       {"lidar",
        D::number,
        "",
        1,
        "what the LIDAR does",
-       [](const Live& l) { return l.lidar() ? double(l.lidar()->state) : nan; },
+       [](const LatestMessages& l) { return l.lidar() ? double(l.lidar()->state) : nan; },
        {"offline", "idle", "scanning", "fault"}},
       {"time_in_run", D::time, "s", 1, "time since the first step began",
-       [](const Live& l) { return age(l, l.run_start()); }},
+       [](const LatestMessages& l) { return age(l, l.run_start()); }},
       {"time_in_phase", D::time, "s", 1, "time since the phase began",
-       [](const Live& l) { return age(l, l.phase_start()); }},
+       [](const LatestMessages& l) { return age(l, l.phase_start()); }},
       {"time_in_step", D::time, "s", 1, "time since the step began",
-       [](const Live& l) { return age(l, l.step_start()); }},
+       [](const LatestMessages& l) { return age(l, l.step_start()); }},
   };
 }
 

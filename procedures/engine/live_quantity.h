@@ -8,7 +8,7 @@
 
 namespace berth::procedures {
 
-class Live;
+class LatestMessages;
 
 /// A named thing that can be asked for at any time while a procedure runs: in conditions, limits
 /// and records.
@@ -18,7 +18,8 @@ struct LiveQuantity {
   std::string unit;  ///< in which it is shown
   double unit_si;    ///< size of that unit
   std::string description;
-  double (*value)(const Live& live);    ///< SI, of a state the index of its word; NaN: not known
+  double (*value)(
+      const LatestMessages& live);      ///< SI, of a state the index of its word; NaN: not known
   std::vector<std::string> words = {};  ///< of a state; empty for a quantity
 
   bool is_state() const { return !words.empty(); }

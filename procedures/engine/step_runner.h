@@ -8,7 +8,7 @@
 #include "procedures/engine/estimator_link.h"
 #include "procedures/engine/facility_link.h"
 #include "procedures/engine/injection_link.h"
-#include "procedures/engine/live.h"
+#include "procedures/engine/latest_messages.h"
 #include "procedures/engine/testbed_link.h"
 #include "procedures/language/procedure.h"
 
@@ -21,7 +21,7 @@ struct Bench {
   EstimatorLink estimator;
   FacilityLink facility;
   InjectionLink injections;
-  Live live;
+  LatestMessages live;
 };
 
 enum class StepResult { running, passed, failed, error };

@@ -5,7 +5,7 @@
 #include <regex>
 
 #include "common/core/error.h"
-#include "procedures/engine/live.h"
+#include "procedures/engine/latest_messages.h"
 
 namespace berth::procedures {
 namespace {
@@ -92,7 +92,7 @@ bool holds(const Clause& clause, double value) {
 
 }  // namespace
 
-bool Condition::met(const Live& live, std::string& found) const {
+bool Condition::met(const LatestMessages& live, std::string& found) const {
   found.clear();
   bool all = true;
   bool one = false;

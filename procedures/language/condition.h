@@ -29,7 +29,7 @@ struct Condition {
 
   /// Whether it is so now. What is not known is not so. found says what is found now, for a person:
   /// "estimated_range 4.52 m".
-  bool met(const Live& live, std::string& found) const;
+  bool met(const LatestMessages& live, std::string& found) const;
 };
 
 /// @throws InputError "found '...', expected ...", without file and line.

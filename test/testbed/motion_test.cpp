@@ -111,7 +111,7 @@ TEST_CASE("two arms deliver the relative pose, smoothly, from the joints where t
   for (const FrozenArm frozen : {FrozenArm::none, FrozenArm::replica, FrozenArm::sensor}) {
     // one arm alone does not reach so far
     const double until = frozen == FrozenArm::none ? 1.0 : 0.15;
-    const ArmAllocation allocation(range_cell(), Sharing{}, frozen, home());
+    const ArmAllocation allocation(range_cell(), RedundancyResolution{}, frozen, home());
     const RelativeMotion motion(path, allocation);
     ArmPair near = home();
     CHECK(largest_change(*motion.at(0, near, nullptr), home()) < 1e-9);

@@ -3,7 +3,7 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
-#include "testbed/motion/trail.h"
+#include "testbed/motion/trajectory_history.h"
 #include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/turns.h"
 
@@ -83,7 +83,7 @@ TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
     const auto* plan = std::get_if<MotionPlanner::Plan>(&planned);
     if (plan == nullptr) continue;  // the arms cannot: nothing to come back from
     ++flown;
-    Trail trail(bench.cell);
+    TrajectoryHistory trail(bench.cell);
     trail.begin(bench.home);
     std::vector<ArmPair> way{bench.home};
     const double until = random.uniform(0.3, 1) * path->duration();

@@ -69,7 +69,7 @@ TEST_CASE("what sharing gains over the nominal share", "[.benchmark]") {
       const Pose goal = random_goal(bench, radians(turn), random);
       const auto path =
           std::make_shared<StraightPath>(bench.home_pose(), goal, bench.settings.motion);
-      Sharing sharing;
+      RedundancyResolution sharing;
       sharing.travel = bench.cell.sensor_share;
       const auto motion = std::make_shared<RelativeMotion>(
           path, ArmAllocation(bench.cell, sharing, FrozenArm::none, bench.home));

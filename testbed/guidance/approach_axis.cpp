@@ -29,11 +29,12 @@ Vector3d ApproachAxis::direction(const Pose& model) const {
   return turning() ? Vector3d(model.rotation * axis_) : axis_;
 }
 
-ApproachAxis::Wanted ApproachAxis::wanted(const Pose& model, const Velocity& moving, double along,
-                                          double speed, double acceleration) const {
+ApproachAxis::Reference ApproachAxis::wanted(const Pose& model, const Velocity& moving,
+                                             double along, double speed,
+                                             double acceleration) const {
   const Vector3d out = direction(model);
   const Vector3d lever = model.rotation * aim_;
-  Wanted wanted;
+  Reference wanted;
   wanted.pose.position = model.position + lever + along * out;
   wanted.pose.rotation = attitude_;
   wanted.velocity.linear = moving.linear + moving.angular.cross(lever) + speed * out;

@@ -25,14 +25,14 @@ class ApproachAxis {
                const Pose& sensor, const Pose& model);
 
   /// Where and how fast the sensor is wanted, all in frame N.
-  struct Wanted {
+  struct Reference {
     Pose pose;  ///< T_N_sensor
     Velocity velocity;
     Vector3d acceleration = Vector3d::Zero();
   };
   /// along: m from the aim point; speed, acceleration: its rates.
-  Wanted wanted(const Pose& model, const Velocity& moving, double along, double speed,
-                double acceleration) const;
+  Reference wanted(const Pose& model, const Velocity& moving, double along, double speed,
+                   double acceleration) const;
   /// For a pose that is kept against the target. @return its distance from the aim point, m
   double keep(const Pose& sensor, const Pose& model);
 

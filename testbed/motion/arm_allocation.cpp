@@ -32,8 +32,8 @@ std::optional<Joints> nearest_solution(const ArmKinematics& arm, const Pose& fla
   return best;
 }
 
-ArmAllocation::ArmAllocation(const Cell& cell, const Sharing& sharing, FrozenArm frozen,
-                             const ArmPair& start)
+ArmAllocation::ArmAllocation(const Cell& cell, const RedundancyResolution& sharing,
+                             FrozenArm frozen, const ArmPair& start)
     : cell_(&cell),
       sharing_(sharing),
       frozen_(frozen),

@@ -13,7 +13,7 @@ enum class FrozenArm { none, replica, sensor };
 /// How a relative motion is divided. Twelve joints serve six degrees of freedom: the sensor arm
 /// takes a share of the travel along and across the home line of sight, the replica arm the rest;
 /// where in the cell both do so together is free, and how the line of sight is turned.
-struct Sharing {
+struct RedundancyResolution {
   double travel = 0.5;                ///< of the change of range, by the sensor arm
   double lateral = 0;                 ///< of the sideways change, by the sensor arm
   Vector3d shift = Vector3d::Zero();  ///< m, of both arms together, cell frame: at the end
@@ -25,7 +25,8 @@ struct Sharing {
 /// joints where the motion starts and glides over to the sharing chosen as the motion progresses.
 class ArmAllocation {
  public:
-  ArmAllocation(const Cell& cell, const Sharing& sharing, FrozenArm frozen, const ArmPair& start);
+  ArmAllocation(const Cell& cell, const RedundancyResolution& sharing, FrozenArm frozen,
+                const ArmPair& start);
 
   /// progress: 0 at the start of the motion, 1 at its end. near: the joints just before; the branch
   /// nearest to them is taken. Nothing when one arm cannot; reason then names arm and cause.
@@ -36,7 +37,7 @@ class ArmAllocation {
   Pose nominal_sensor(const Pose& relative, double progress) const;
 
   const Cell* cell_;
-  Sharing sharing_;
+  RedundancyResolution sharing_;
   FrozenArm frozen_;
   ArmPair start_;
   Pose start_sensor_;   // T_cell_sensor

@@ -14,7 +14,7 @@ constexpr std::size_t max_checks = 5;
 MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> path,
                                           const ArmPair& start, FrozenArm frozen) const {
   std::optional<Refusal> refusal;
-  const auto attempt = [&](const Sharing& sharing) -> std::optional<Plan> {
+  const auto attempt = [&](const RedundancyResolution& sharing) -> std::optional<Plan> {
     Plan plan{
         std::make_shared<const RelativeMotion>(path, ArmAllocation(cell_, sharing, frozen, start)),
         sharing};
@@ -23,15 +23,15 @@ MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> pa
     if (!refusal || wrong->passing_rate > refusal->passing_rate) refusal = wrong;
     return std::nullopt;
   };
-  Sharing nominal;
+  RedundancyResolution nominal;
   nominal.travel = cell_.sensor_share;
   // a frozen arm leaves no choice, and neither does standing still
   const bool choice = frozen == FrozenArm::none && path->duration() > 0;
-  if (!choice || search_.quality(*path, start, nominal) >= SharingSearch::comfortable) {
+  if (!choice || search_.quality(*path, start, nominal) >= RedundancySearch::comfortable) {
     if (auto plan = attempt(nominal)) return *std::move(plan);
     if (!choice) return *refusal;
   }
-  std::vector<SharingSearch::Found> found = search_.best(*path, start, nominal);
+  std::vector<RedundancySearch::Found> found = search_.best(*path, start, nominal);
   if (found.size() > max_checks) found.resize(max_checks);
   for (const auto& [sharing, quality] : found) {
     if (quality < 0) break;

@@ -4,7 +4,7 @@
 #include <memory>
 #include <variant>
 
-#include "testbed/motion/sharing_search.h"
+#include "testbed/motion/redundancy_search.h"
 
 namespace berth::testbed {
 
@@ -18,7 +18,7 @@ class MotionPlanner {
 
   struct Plan {
     std::shared_ptr<const ArmMotion> motion;
-    Sharing sharing;
+    RedundancyResolution sharing;
   };
   using Result = std::variant<Plan, Refusal>;
 
@@ -30,7 +30,7 @@ class MotionPlanner {
  private:
   const Cell& cell_;
   const PathCheck& check_;
-  SharingSearch search_;
+  RedundancySearch search_;
 };
 
 }  // namespace berth::testbed

@@ -106,7 +106,7 @@ std::string CommandPlanner::limits_of(const testbed_command2_t& command,
 }
 
 std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_back(
-    const testbed_command2_t& command, const Trail& trail, const PathCheck& check,
+    const testbed_command2_t& command, const TrajectoryHistory& trail, const PathCheck& check,
     const ArmPair& start) const {
   if (trail.empty()) return "there is no way back: nothing has moved since the last retreat";
   RelativeLimits limits;

@@ -11,7 +11,7 @@
 #include "testbed/guidance/steering.h"
 #include "testbed/guidance/target_motion.h"
 #include "testbed/motion/motion_planner.h"
-#include "testbed/motion/trail.h"
+#include "testbed/motion/trajectory_history.h"
 #include "testbed/settings.h"
 
 namespace berth::testbed {
@@ -43,7 +43,7 @@ class CommandPlanner {
 
   /// A retreat along the trail. @return why there is none otherwise.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
-      const testbed_command2_t& command, const Trail& trail, const PathCheck& check,
+      const testbed_command2_t& command, const TrajectoryHistory& trail, const PathCheck& check,
       const ArmPair& start) const;
 
   /// The rates that the command asks for. @return why they cannot be had; empty when they can.

@@ -21,7 +21,7 @@
 #include "common/core/seen_commands.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/motion/command_history.h"
-#include "testbed/motion/trail.h"
+#include "testbed/motion/trajectory_history.h"
 #include "testbed/node/chaser_motion.h"
 #include "testbed/node/command_planner.h"
 #include "testbed/safety/report_watch.h"
@@ -216,7 +216,7 @@ class TestbedNode final : public Node {
   testbed::SmoothTravel rejoin_;
   double rejoin_time_ = 0;
 
-  testbed::Trail trail_;  // of the motion under way or last done
+  testbed::TrajectoryHistory trail_;  // of the motion under way or last done
 
   std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
   std::int64_t command_seq_ = 0;

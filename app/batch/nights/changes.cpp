@@ -69,7 +69,7 @@ bool all_positive(const std::vector<double>& values) {
 }
 
 /// One quantity of one case, before and after.
-struct Asked {
+struct Comparison {
   std::string case_name;
   Quantity quantity;
   std::vector<double> before;
@@ -84,8 +84,8 @@ double min_absolute(const std::string& measurement, const MinimumEffect& least) 
 }
 
 /// On the scale on which it is compared: the logarithm of what is always positive.
-Question question_of(const Asked& asked, std::size_t group, const MinimumEffect& least) {
-  Question question{group, asked.before, asked.after, 0};
+Test question_of(const Comparison& asked, std::size_t group, const MinimumEffect& least) {
+  Test question{group, asked.before, asked.after, 0};
   const double reference = std::abs(mean_of(asked.before));
   const double absolute = min_absolute(std::get<1>(asked.quantity), least);
   if (all_positive(asked.before) && all_positive(asked.after)) {
@@ -100,7 +100,7 @@ Question question_of(const Asked& asked, std::size_t group, const MinimumEffect&
 }
 
 /// Difference of the means with its 95 % interval.
-void measure_change(const Asked& asked, bool paired, FlaggedChange& change) {
+void measure_change(const Comparison& asked, bool paired, FlaggedChange& change) {
   if (paired) {
     const auto d =
         evaluation::paired_difference(evaluation::Statistic::mean, asked.before, asked.after);
@@ -209,8 +209,8 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
   if (ways.empty()) report.remarks.push_back("nothing to compare with yet");
 
   for (const Way& way : ways) {
-    std::vector<Asked> asked;
-    std::vector<Question> questions;
+    std::vector<Comparison> asked;
+    std::vector<Test> questions;
     std::size_t group = 0;
     for (const auto& [name, runs] : runs_of(evidence, way)) {
       if (runs.edited) {

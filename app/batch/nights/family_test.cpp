@@ -28,7 +28,7 @@ double ratio(double change, double variance_of_change) {
 }
 
 /// p of every question: how often the greatest strength of a shuffle was at least its own.
-void count_shuffles(std::vector<Answer>& answers, const std::vector<double>& strength,
+void count_shuffles(std::vector<TestResult>& answers, const std::vector<double>& strength,
                     std::vector<double> greatest) {
   std::sort(greatest.begin(), greatest.end());
   for (std::size_t q = 0; q < answers.size(); ++q) {
@@ -84,17 +84,17 @@ struct Unpaired {
   }
 };
 
-std::size_t groups_of(const std::vector<Question>& questions) {
+std::size_t groups_of(const std::vector<Test>& questions) {
   std::size_t groups = 0;
-  for (const Question& q : questions) groups = std::max(groups, q.group + 1);
+  for (const Test& q : questions) groups = std::max(groups, q.group + 1);
   return groups;
 }
 
 }  // namespace
 
-std::vector<Answer> paired_family(const std::vector<Question>& questions,
-                                  const FamilyOptions& options) {
-  std::vector<Answer> answers(questions.size(), {nan, 1});
+std::vector<TestResult> paired_family(const std::vector<Test>& questions,
+                                      const FamilyOptions& options) {
+  std::vector<TestResult> answers(questions.size(), {nan, 1});
   std::vector<double> strength(questions.size(), 0);
   std::vector<Paired> family;
   std::vector<std::size_t> runs(groups_of(questions), 0);
@@ -137,9 +137,9 @@ std::vector<Answer> paired_family(const std::vector<Question>& questions,
   return answers;
 }
 
-std::vector<Answer> unpaired_family(const std::vector<Question>& questions,
-                                    const FamilyOptions& options) {
-  std::vector<Answer> answers(questions.size(), {nan, 1});
+std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
+                                        const FamilyOptions& options) {
+  std::vector<TestResult> answers(questions.size(), {nan, 1});
   std::vector<double> strength(questions.size(), 0);
   std::vector<Unpaired> family;
   struct Deal {
@@ -149,7 +149,7 @@ std::vector<Answer> unpaired_family(const std::vector<Question>& questions,
   };
   std::vector<Deal> deals(groups_of(questions));
   for (std::size_t q = 0; q < questions.size(); ++q) {
-    const Question& question = questions[q];
+    const Test& question = questions[q];
     Unpaired unpaired{q, question.group, question.before, {}, 0, 0, 0, question.least};
     auto& value = unpaired.value;
     value.insert(value.end(), question.after.begin(), question.after.end());

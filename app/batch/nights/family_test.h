@@ -8,14 +8,14 @@ namespace berth::nights {
 
 /// One of the many questions asked of the same runs, e.g. "did the rms position error on hold
 /// change?". Values are NaN where a run has none.
-struct Question {
+struct Test {
   std::size_t group = 0;       ///< whose runs: the case
   std::vector<double> before;  ///< paired: of the same runs as after; else: of earlier runs
   std::vector<double> after;
   double least = 0;  ///< a smaller change of the mean is none
 };
 
-struct Answer {
+struct TestResult {
   double change = 0;  ///< of the mean, after - before; NaN when there is too little to tell
   double p = 1;       ///< chance that any question of the family answers so strongly by luck
 };
@@ -38,13 +38,13 @@ struct FamilyOptions {
 ///
 /// Paired: before and after trade places, run by run, in all questions of a group at once. Exact
 /// where builds differ in nothing but luck.
-std::vector<Answer> paired_family(const std::vector<Question>& questions,
-                                  const FamilyOptions& options = {});
+std::vector<TestResult> paired_family(const std::vector<Test>& questions,
+                                      const FamilyOptions& options = {});
 
 /// Unpaired: runs of a group are dealt anew to before and after. Exact where tonight's runs are as
 /// the earlier ones were. Run i of a group is value i of before, then of after, in all its
 /// questions.
-std::vector<Answer> unpaired_family(const std::vector<Question>& questions,
-                                    const FamilyOptions& options = {});
+std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
+                                        const FamilyOptions& options = {});
 
 }  // namespace berth::nights

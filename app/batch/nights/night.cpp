@@ -121,9 +121,9 @@ std::vector<PlannedRun> without_finished(std::vector<PlannedRun> planned,
 }
 
 /// Directories of passed runs are many and large: the newest few stay, those of all others too.
-class Keeper {
+class RetentionPolicy {
  public:
-  Keeper(fs::path out, int most) : out_(std::move(out)), most_(most) {}
+  RetentionPolicy(fs::path out, int most) : out_(std::move(out)), most_(most) {}
 
   /// Deletes the directory of a passed run unless it is one of those that stay.
   void judge(const Night& night, FinishedRun& run) {
@@ -239,7 +239,7 @@ int run_night(const NightRequest& request) {
   std::printf("night %s: %zu runs, %d at a time, in %s\n", night.name.c_str(), to_run.size(),
               plan.jobs, directory.c_str());
   std::fflush(stdout);
-  Keeper keeper(out, plan.keep);
+  RetentionPolicy keeper(out, plan.keep);
   for (FinishedRun run : finished) keeper.judge(night, run);
   const double before_s = night.wall_s;
   {

@@ -18,7 +18,7 @@ namespace {
 
 bool in_real_time(const PlannedRun& run) { return run.of->host != "twin"; }
 
-std::vector<std::string> command_of(const PlannedRun& run, const Workshop& workshop,
+std::vector<std::string> command_of(const PlannedRun& run, const RunnerConfiguration& workshop,
                                     const fs::path& out) {
   const bool baseline = run.build == Build::baseline;
   std::vector<std::string> words{"/usr/bin/env"};
@@ -74,7 +74,8 @@ struct Runner::Job {
   std::unique_ptr<WatchedProcess> process;
 };
 
-Runner::Runner(ProcessLoop& loop, Workshop workshop) : loop_(loop), workshop_(std::move(workshop)) {
+Runner::Runner(ProcessLoop& loop, RunnerConfiguration workshop)
+    : loop_(loop), workshop_(std::move(workshop)) {
   std::error_code ignored;
   fs::remove_all(workshop_.night / "work", ignored);  // of an interrupted night
   fs::create_directories(workshop_.night / "work");

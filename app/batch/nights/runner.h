@@ -11,7 +11,7 @@
 namespace berth::nights {
 
 /// Where and how runs happen.
-struct Workshop {
+struct RunnerConfiguration {
   std::filesystem::path program;  ///< tonight's `berth`
   std::filesystem::path night;    ///< the night's directory: runs/ and work/ are made in it
   Baseline baseline;
@@ -26,7 +26,7 @@ class Runner {
  public:
   using Finished = std::function<void(const PlannedRun&, FinishedRun)>;
 
-  Runner(ProcessLoop& loop, Workshop workshop);
+  Runner(ProcessLoop& loop, RunnerConfiguration workshop);
   ~Runner();
 
   /// Until all have run, the time budget is used up, or a signal comes (SIGINT, SIGTERM: the runs
@@ -43,7 +43,7 @@ class Runner {
   bool may_start(const PlannedRun& run) const;
 
   ProcessLoop& loop_;
-  Workshop workshop_;
+  RunnerConfiguration workshop_;
   Finished finished_;
   std::vector<PlannedRun> waiting_;  // last first
   std::list<std::unique_ptr<Job>> jobs_;

@@ -39,10 +39,10 @@ class BesideSink : public Sink {
 };
 
 /// A recorded run with its view, standing at a place in its log.
-class Standing {
+class ReplayCursor {
  public:
-  Standing(const RecordedRun& run, const logs::TypeCatalogue& types, Sink& sink,
-           const CellView::Options& options)
+  ReplayCursor(const RecordedRun& run, const logs::TypeCatalogue& types, Sink& sink,
+               const CellView::Options& options)
       : run_(run), view_(run.cell(), run.lidar(), types, sink, options) {}
 
   CellView& view() { return view_; }
@@ -117,8 +117,8 @@ class ReplaySource::Impl {
       });
       ahead_ = second_run_->begin() - first_run_.begin();
       const Utime start = first_run_.index().first() + ahead_;
-      second_ = std::make_unique<Standing>(*second_run_, types, beside_sink_,
-                                           options_of(*second_run_, start));
+      second_ = std::make_unique<ReplayCursor>(*second_run_, types, beside_sink_,
+                                               options_of(*second_run_, start));
       tell_samples(*second_run_, start, beside_sink_);
     }
     first_.jump(0);
@@ -232,8 +232,8 @@ class ReplaySource::Impl {
   BesideSink beside_sink_;
   RecordedRun first_run_;
   std::unique_ptr<RecordedRun> second_run_;
-  Standing first_;
-  std::unique_ptr<Standing> second_;
+  ReplayCursor first_;
+  std::unique_ptr<ReplayCursor> second_;
   Player player_;
   Utime position_ = 0;
   bool finished_ = false;

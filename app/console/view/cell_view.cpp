@@ -6,8 +6,8 @@
 #include <berth/run_info_t.hpp>
 #include <utility>
 
+#include "app/console/view/cell_status.h"
 #include "app/console/view/pose_sections.h"
-#include "app/console/view/safety_word.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
 
@@ -65,7 +65,7 @@ void CellView::reset() {
   heard_ = {};
   frames_ = Frames(cell_);
   scan_ = {};
-  traffic_ = Traffic(types_);
+  traffic_ = ChannelHealth(types_);
   samples_ = Samples([this](const Sample& sample) { on_sample(sample); });
   criteria_ = Criteria(nearest_);
   criteria_so_far_.clear();
@@ -179,7 +179,7 @@ void CellView::tell_fast(Utime now) {
 }
 
 void CellView::tell_states(Utime now) {
-  const SafetyWord safe = safety_word(heard_, now);
+  const CellStatus safe = cell_status(heard_, now);
   sink_.set("safe", text_of({{"word", safe.word}, {"why", safe.why}}));
   for (const StateSection& state : state_sections) {
     if (!changed(state.channel)) continue;

@@ -4,12 +4,12 @@
 #include <map>
 #include <string>
 
+#include "app/console/view/channel_health.h"
 #include "app/console/view/criteria.h"
 #include "app/console/view/samples.h"
 #include "app/console/view/scan_section.h"
 #include "app/console/view/scene.h"
 #include "app/console/view/sink.h"
-#include "app/console/view/traffic.h"
 #include "testbed/motion/clearance.h"
 
 namespace berth::console {
@@ -81,10 +81,10 @@ class CellView {
   Sink& sink_;
   Options options_;
 
-  Heard heard_;
+  LatestMessages heard_;
   Frames frames_;
   ScanSection scan_;
-  Traffic traffic_;
+  ChannelHealth traffic_;
   Samples samples_;
   std::optional<Sample> last_sample_;
   std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel

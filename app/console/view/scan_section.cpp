@@ -71,7 +71,7 @@ void ScanSection::take(const logs::LogEvent& event) {
   }
 }
 
-std::string ScanSection::json(const Heard& heard) const {
+std::string ScanSection::json(const LatestMessages& heard) const {
   const bool known = request_ && request_->scan_id == scan_id_;
   Json windows = Json::array();
   if (known) {
@@ -91,7 +91,7 @@ std::string ScanSection::json(const Heard& heard) const {
                   {"windows", windows}});
 }
 
-void ScanSection::tell(const Heard& heard, Sink& sink) {
+void ScanSection::tell(const LatestMessages& heard, Sink& sink) {
   if (!std::exchange(changed_, false)) return;
   if (std::exchange(is_new_, false)) sink.reset("returns");
   sink.set("scan", json(heard));

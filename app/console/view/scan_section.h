@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "app/console/view/heard.h"
+#include "app/console/view/latest_messages.h"
 #include "app/console/view/sink.h"
 #include "lcmtypes/scan_packet.h"
 
@@ -17,11 +17,11 @@ class ScanSection {
  public:
   void take(const logs::LogEvent& event);
   /// Writes what changed since the last time.
-  void tell(const Heard& heard, Sink& sink);
+  void tell(const LatestMessages& heard, Sink& sink);
 
  private:
   void begin(std::int64_t scan_id);
-  std::string json(const Heard& heard) const;
+  std::string json(const LatestMessages& heard) const;
 
   std::optional<scan_request_t> request_;  // of this scan, or of one that has not begun
   std::int64_t scan_id_ = 0;

@@ -94,13 +94,13 @@ std::map<std::string, std::string> mesh_texts(const std::vector<DrawnBody>& bodi
 Frames::Frames(const Cell& cell)
     : cell_(&cell), replica_(cell.replica.home), sensor_(cell.sensor.home) {}
 
-void Frames::take(const Heard& heard) {
+void Frames::take(const LatestMessages& heard) {
   // Where an arm was seen last is the best guess while its controller is silent.
   if (const auto joints = joints_of(heard.replica_arm)) replica_ = *joints;
   if (const auto joints = joints_of(heard.sensor_arm)) sensor_ = *joints;
 }
 
-Json Frames::json(const Heard& heard, Utime now) const {
+Json Frames::json(const LatestMessages& heard, Utime now) const {
   Json frames = Json::object();
   const auto add_arm = [&frames](const PlacedArm& arm, const Joints& joints) {
     const auto links = arm.kinematics->link_poses(joints);

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/console/view/heard.h"
 #include "app/console/view/json.h"
+#include "app/console/view/latest_messages.h"
 #include "common/core/cell.h"
 #include "common/core/lidar_profile.h"
 
@@ -39,8 +39,8 @@ class Frames {
   /// The cell must outlive it.
   explicit Frames(const Cell& cell);
 
-  void take(const Heard& heard);
-  Json json(const Heard& heard, Utime now) const;
+  void take(const LatestMessages& heard);
+  Json json(const LatestMessages& heard, Utime now) const;
 
   const Joints& replica_joints() const { return replica_; }
   const Joints& sensor_joints() const { return sensor_; }

@@ -8,8 +8,8 @@
 #include <berth/run_info_t.hpp>
 #include <berth/scan_request_t.hpp>
 
+#include "app/console/view/cell_status.h"
 #include "app/console/view/pose_sections.h"
-#include "app/console/view/safety_word.h"
 #include "common/core/beam_model.h"
 #include "lcmtypes/scan_packet.h"
 #include "test/app/console/written_board.h"
@@ -272,38 +272,38 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
 
 TEST_CASE("the word for the whole cell is that of the worst that is so") {
   const Utime now = made::start;
-  Heard heard;
-  CHECK(safety_word(heard, now).word == "attention");  // nobody is heard
+  LatestMessages heard;
+  CHECK(cell_status(heard, now).word == "attention");  // nobody is heard
   heard.beats["testbed"] = now;
-  CHECK(safety_word(heard, now).word == "safe");
+  CHECK(cell_status(heard, now).word == "safe");
   heard.replica_arm = arm_at({}, now);
   heard.replica_arm->tcp_speed_m_s = 0.2;
-  CHECK(safety_word(heard, now).word == "moving");
+  CHECK(cell_status(heard, now).word == "moving");
   heard.procedure.emplace();
   heard.procedure->state = procedure_state_t::HELD;
-  CHECK(safety_word(heard, now).word == "held");
+  CHECK(cell_status(heard, now).word == "held");
   // a testbed that was told to hold is degraded, and as it should be
   heard.testbed.emplace();
   heard.testbed->state = testbed_state_t::HELD;
   heard.nodes["testbed"].state = node_status_t::DEGRADED;
-  CHECK(safety_word(heard, now).word == "held");
+  CHECK(cell_status(heard, now).word == "held");
   heard.testbed->state = testbed_state_t::HOLDING;
-  CHECK(safety_word(heard, now).word == "attention");
+  CHECK(cell_status(heard, now).word == "attention");
   heard.nodes.erase("testbed");
   heard.nodes["lidar-driver"].state = node_status_t::DEGRADED;
   heard.nodes["lidar-driver"].reason = "no answer";
-  const SafetyWord degraded = safety_word(heard, now);
+  const CellStatus degraded = cell_status(heard, now);
   CHECK(degraded.word == "attention");
   CHECK(degraded.why.find("no answer") != std::string::npos);
   CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // that it moves is said still
   heard.facility.emplace();
   heard.facility->valid = true;
   heard.facility->fence_closed = true;
-  CHECK(safety_word(heard, now).word == "stop");
+  CHECK(cell_status(heard, now).word == "stop");
   heard.facility->estop_chain_closed = true;
-  CHECK(safety_word(heard, now).word == "attention");
+  CHECK(cell_status(heard, now).word == "attention");
   heard.nodes.clear();
-  CHECK(safety_word(heard, now + second).word == "attention");  // testbed is silent
+  CHECK(cell_status(heard, now + second).word == "attention");  // testbed is silent
 }
 
 TEST_CASE("criteria fill in: pending until their phase is over") {

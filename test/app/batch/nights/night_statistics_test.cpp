@@ -18,16 +18,16 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Questions as a night asks them: many say nearly the same, some have wild values, some are
 /// missing in a few runs.
-std::vector<Question> made_up(Random& random, std::size_t groups, std::size_t before,
-                              std::size_t after) {
-  std::vector<Question> questions;
+std::vector<Test> made_up(Random& random, std::size_t groups, std::size_t before,
+                          std::size_t after) {
+  std::vector<Test> questions;
   for (std::size_t g = 0; g < groups; ++g) {
     std::vector<double> common_before(before);
     std::vector<double> common_after(after);
     for (double& v : common_before) v = random.normal();
     for (double& v : common_after) v = random.normal();
     for (int q = 0; q < 12; ++q) {
-      Question question{g, {}, {}, 0};
+      Test question{g, {}, {}, 0};
       const auto draw = [&](double common) {
         const double own = q % 3 == 0 ? std::exp(2 * random.normal()) : random.normal();
         return random.uniform() < 0.05 ? missing : common + own;
@@ -40,8 +40,8 @@ std::vector<Question> made_up(Random& random, std::size_t groups, std::size_t be
   return questions;
 }
 
-bool any_below(const std::vector<Answer>& answers, double level) {
-  for (const Answer& a : answers) {
+bool any_below(const std::vector<TestResult>& answers, double level) {
+  for (const TestResult& a : answers) {
     if (a.p <= level) return true;
   }
   return false;
@@ -87,7 +87,7 @@ TEST_CASE("a tenth more is seen among many questions where nothing changed") {
   const bool paired = GENERATE(true, false);
   Random random(5, "power");
   auto questions = made_up(random, 3, paired ? 16 : 60, 16);
-  Question changed{1, {}, {}, 0.05};
+  Test changed{1, {}, {}, 0.05};
   for (std::size_t i = 0; i < questions[12].before.size(); ++i) {
     changed.before.push_back(random.normal(0.05));
   }
@@ -101,12 +101,12 @@ TEST_CASE("a tenth more is seen among many questions where nothing changed") {
 }
 
 TEST_CASE("a tiny change is none, however consistent, and hides no other") {
-  std::vector<Question> questions;
+  std::vector<Test> questions;
   for (int q = 0; q < 50; ++q) {
     questions.push_back({0, std::vector<double>(16, 1), std::vector<double>(16, 1 + 1e-6), 0.05});
   }
   Random random(1, "real change");
-  Question real{0, std::vector<double>(16, 1), {}, 0.05};
+  Test real{0, std::vector<double>(16, 1), {}, 0.05};
   for (int i = 0; i < 16; ++i) real.after.push_back(1.2 + random.normal(0.1));
   questions.push_back(real);
   const auto answers = paired_family(questions);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/console/view/safety_word.h"
+#include "app/console/view/cell_status.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,7 @@ std::string with_reason(const std::string& what, const std::string& reason) {
   return reason.empty() ? what : what + ": " + reason;
 }
 
-std::string stopped(const Heard& heard) {
+std::string stopped(const LatestMessages& heard) {
   if (heard.facility && heard.facility->valid) {
     if (!heard.facility->estop_chain_closed) return "E-stop chain open";
     if (!heard.facility->fence_closed) return "fence open";
@@ -35,7 +35,7 @@ std::string stopped(const Heard& heard) {
   return {};
 }
 
-std::string node_trouble(const Heard& heard, Utime now) {
+std::string node_trouble(const LatestMessages& heard, Utime now) {
   for (const auto& [name, beat] : heard.beats) {
     const auto status = heard.nodes.find(name);
     // Who said that it stops may be silent.
@@ -54,7 +54,7 @@ std::string node_trouble(const Heard& heard, Utime now) {
   return {};
 }
 
-std::string attention(const Heard& heard, Utime now) {
+std::string attention(const LatestMessages& heard, Utime now) {
   if (heard.beats.empty()) return "no node is heard";
   const std::string trouble = node_trouble(heard, now);
   if (!trouble.empty()) return trouble;
@@ -80,7 +80,7 @@ std::string attention(const Heard& heard, Utime now) {
   return {};
 }
 
-std::string held(const Heard& heard) {
+std::string held(const LatestMessages& heard) {
   if (heard.procedure && heard.procedure->state == procedure_state_t::HELD) {
     return with_reason("procedure held", heard.procedure->reason);
   }
@@ -90,7 +90,7 @@ std::string held(const Heard& heard) {
   return {};
 }
 
-std::string moving(const Heard& heard) {
+std::string moving(const LatestMessages& heard) {
   double fastest = 0;
   for (const auto* arm : {&heard.replica_arm, &heard.sensor_arm}) {
     if (*arm && (*arm)->valid) fastest = std::max(fastest, std::abs((*arm)->tcp_speed_m_s));
@@ -105,7 +105,7 @@ std::string moving(const Heard& heard) {
 
 }  // namespace
 
-SafetyWord safety_word(const Heard& heard, Utime now) {
+CellStatus cell_status(const LatestMessages& heard, Utime now) {
   if (std::string why = stopped(heard); !why.empty()) return {"stop", why};
   if (std::string why = attention(heard, now); !why.empty()) {
     const std::string motion = moving(heard);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/motion/sharing_search.h"
+#include "testbed/motion/redundancy_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,22 +31,22 @@ using Point = std::array<double, dimensions>;
 constexpr Point first_steps = {0.25, 0.25, 0.2, 0.2, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1};
 constexpr Point farthest = {1, 1, 0.8, 1.0, 0.5, 0.5, 0.5, 0.5, 0.4, 0.4, 0.4};
 
-Point point_of(const Sharing& s) {
+Point point_of(const RedundancyResolution& s) {
   return {s.travel,    s.lateral,   s.shift.x(), s.shift.y(), s.shift.z(), s.bulge.x(),
           s.bulge.y(), s.bulge.z(), s.turn.x(),  s.turn.y(),  s.turn.z()};
 }
 
-Sharing sharing_of(const Point& p) {
+RedundancyResolution sharing_of(const Point& p) {
   return {p[0], p[1], {p[2], p[3], p[4]}, {p[5], p[6], p[7]}, {p[8], p[9], p[10]}};
 }
 
 /// Where to begin besides the nominal sharing: both arms aside, up, down, along.
-std::vector<Sharing> seeds(const Sharing& nominal) {
-  std::vector<Sharing> list;
+std::vector<RedundancyResolution> seeds(const RedundancyResolution& nominal) {
+  std::vector<RedundancyResolution> list;
   for (const double side : {0.0, 0.3, -0.4, -0.8}) {
     for (const double up : {0.0, 0.25, -0.25}) {
       for (const double lateral : {0.0, 0.5}) {
-        Sharing sharing = nominal;
+        RedundancyResolution sharing = nominal;
         sharing.lateral = lateral;
         sharing.shift = Vector3d(0, side, up);
         list.push_back(sharing);
@@ -58,8 +58,8 @@ std::vector<Sharing> seeds(const Sharing& nominal) {
 
 }  // namespace
 
-double SharingSearch::margin(const ArmPair& before, const ArmPair& joints, double dt,
-                             bool clearance) const {
+double RedundancySearch::margin(const ArmPair& before, const ArmPair& joints, double dt,
+                                bool clearance) const {
   double least = 1;
   for (const ArmRole role : both_arms) {
     const ArmKinematics& arm = *cell_.arm(role).kinematics;
@@ -94,8 +94,8 @@ double SharingSearch::margin(const ArmPair& before, const ArmPair& joints, doubl
   return std::max(least, hardly_any);
 }
 
-double SharingSearch::quality(const RelativePath& path, const ArmPair& start,
-                              const Sharing& sharing) const {
+double RedundancySearch::quality(const RelativePath& path, const ArmPair& start,
+                                 const RedundancyResolution& sharing) const {
   const ArmAllocation allocation(cell_, sharing, FrozenArm::none, start);
   const double dt = path.duration() / (places * steps_between);
   ArmPair near = start;
@@ -116,11 +116,11 @@ double SharingSearch::quality(const RelativePath& path, const ArmPair& start,
   return std::pow(sum / places, -0.25);
 }
 
-std::vector<SharingSearch::Found> SharingSearch::best(const RelativePath& path,
-                                                      const ArmPair& start,
-                                                      const Sharing& nominal) const {
+std::vector<RedundancySearch::Found> RedundancySearch::best(
+    const RelativePath& path, const ArmPair& start, const RedundancyResolution& nominal) const {
   std::vector<Found> found;
-  for (const Sharing& seed : seeds(nominal)) found.push_back({seed, quality(path, start, seed)});
+  for (const RedundancyResolution& seed : seeds(nominal))
+    found.push_back({seed, quality(path, start, seed)});
   const auto better = [](const Found& a, const Found& b) { return a.quality > b.quality; };
   std::stable_sort(found.begin(), found.end(), better);
   int evaluations = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/console/view/traffic.h"
+#include "app/console/view/channel_health.h"
 
 #include <array>
 #include <berth/estimator_diagnostics_t.hpp>
@@ -55,13 +55,13 @@ void blend(std::map<std::string, double>& means, const std::string& name, double
 
 }  // namespace
 
-void Traffic::take(const logs::LogEvent& event) {
+void ChannelHealth::take(const logs::LogEvent& event) {
   spy_.take(event.utime, std::string(event.channel), event.data);
   count_share(event);
   measure_latency(event);
 }
 
-void Traffic::count_share(const logs::LogEvent& event) {
+void ChannelHealth::count_share(const logs::LogEvent& event) {
   const auto count = [&](const std::string& node, std::int64_t session, std::int64_t seq) {
     Share& share = shares_[{node, std::string(event.channel)}];
     if (share.session != session) share = {{}, session};
@@ -74,7 +74,7 @@ void Traffic::count_share(const logs::LogEvent& event) {
   }
 }
 
-void Traffic::measure_latency(const logs::LogEvent& event) {
+void ChannelHealth::measure_latency(const logs::LogEvent& event) {
   if (event.channel == channels::estimator_diagnostics) {
     // An estimate is of its scan's time: what counts is how long after the last return it came.
     const auto message = logs::decode<estimator_diagnostics_t>(event.data);
@@ -89,12 +89,12 @@ void Traffic::measure_latency(const logs::LogEvent& event) {
   blend(latencies_, std::string(event.channel), seconds(event.utime - utime));
 }
 
-double Traffic::rate_of(const std::string& channel, Utime now) const {
+double ChannelHealth::rate_of(const std::string& channel, Utime now) const {
   const auto found = spy_.channels().find(channel);
   return found == spy_.channels().end() ? 0 : found->second.rate_hz(now);
 }
 
-std::string Traffic::channels_json(Utime now) const {
+std::string ChannelHealth::channels_json(Utime now) const {
   Json list = Json::array();
   for (const auto& [name, channel] : spy_.channels()) {
     const auto& tally = channel.tally;
@@ -111,7 +111,7 @@ std::string Traffic::channels_json(Utime now) const {
   return text_of(list);
 }
 
-std::string Traffic::nodes_json(const Heard& heard, Utime now) const {
+std::string ChannelHealth::nodes_json(const LatestMessages& heard, Utime now) const {
   Json list = Json::array();
   for (const auto& [name, beat] : heard.beats) {
     Json node = {{"node", name}, {"age_s", rounded(seconds(now - beat), 1e-3)}};

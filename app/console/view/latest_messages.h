@@ -19,7 +19,7 @@
 namespace berth::console {
 
 /// The newest of everything that more than one section needs.
-struct Heard {
+struct LatestMessages {
   std::optional<arm_state_t> replica_arm;
   std::optional<arm_state_t> sensor_arm;
   std::optional<facility_state_t> facility;

@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "app/console/view/heard.h"
+#include "app/console/view/latest_messages.h"
 
 namespace berth::console {
 
 /// What is read from three metres.
-struct SafetyWord {
+struct CellStatus {
   std::string word;  ///< "stop", "attention", "held", "moving" or "safe"
   std::string why;
 };
@@ -22,6 +22,6 @@ struct SafetyWord {
 ///   moving     an arm moves, or a motion is being carried out
 ///   safe       none of these
 /// The word describes; what makes the cell safe is its PLC and its controllers.
-SafetyWord safety_word(const Heard& heard, Utime now);
+CellStatus cell_status(const LatestMessages& heard, Utime now);
 
 }  // namespace berth::console

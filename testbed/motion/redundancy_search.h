@@ -9,10 +9,10 @@ namespace berth::testbed {
 
 /// Shares a relative path out between the arms so that both stay far from the ends of their
 /// joints, from singularities, from their greatest speeds and from bodies in their way: a pattern
-/// search over the parameters of a Sharing. Deterministic.
-class SharingSearch {
+/// search over the parameters of a RedundancyResolution. Deterministic.
+class RedundancySearch {
  public:
-  SharingSearch(const Cell& cell, const PathLimits& limits, Clearance& clearance)
+  RedundancySearch(const Cell& cell, const PathLimits& limits, Clearance& clearance)
       : cell_(cell), limits_(limits), clearance_(clearance) {}
 
   /// A sharing with this quality leaves nothing to wish for.
@@ -21,15 +21,16 @@ class SharingSearch {
   /// 1: plenty of everything all along; 0: at a limit somewhere; below: an arm cannot, the sooner
   /// the lower. The margins of each place, the worst of both arms, in the mean of their inverse
   /// fourth powers: the worst places count for most.
-  double quality(const RelativePath& path, const ArmPair& start, const Sharing& sharing) const;
+  double quality(const RelativePath& path, const ArmPair& start,
+                 const RedundancyResolution& sharing) const;
 
   struct Found {
-    Sharing sharing;
+    RedundancyResolution sharing;
     double quality = 0;
   };
   /// The best that is found around the nominal sharing, and where the search began: best first.
   std::vector<Found> best(const RelativePath& path, const ArmPair& start,
-                          const Sharing& nominal) const;
+                          const RedundancyResolution& nominal) const;
 
  private:
   double margin(const ArmPair& before, const ArmPair& joints, double dt, bool clearance) const;

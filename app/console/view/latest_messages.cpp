@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/console/view/heard.h"
+#include "app/console/view/latest_messages.h"
 
 #include <algorithm>
 #include <berth/heartbeat_t.hpp>
@@ -16,7 +16,7 @@ void keep(const logs::LogEvent& event, std::optional<Message>& place) {
 
 }  // namespace
 
-void Heard::take(const logs::LogEvent& event) {
+void LatestMessages::take(const logs::LogEvent& event) {
   const std::string_view channel = event.channel;
   if (channel == channels::arm_state_replica) {
     keep(event, replica_arm);
@@ -47,7 +47,7 @@ void Heard::take(const logs::LogEvent& event) {
   }
 }
 
-std::optional<evaluation::TruthSample> Heard::truth_at(Utime now) const {
+std::optional<evaluation::TruthSample> LatestMessages::truth_at(Utime now) const {
   return truth && now - truth->utime <= second ? truth : std::nullopt;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/motion/trail.h"
+#include "testbed/motion/trajectory_history.h"
 
 #include <algorithm>
 
@@ -13,31 +13,31 @@ constexpr double lever = 1.5;
 
 }  // namespace
 
-double Trail::travel_between(const ArmPair& a, const ArmPair& b) const {
+double TrajectoryHistory::travel_between(const ArmPair& a, const ArmPair& b) const {
   const Pose from = cell_.relative_pose(a.replica, a.sensor);
   const Pose to = cell_.relative_pose(b.replica, b.sensor);
   return std::max({distance(from, to), lever * angle_between(from, to), 1e-6});
 }
 
-void Trail::begin(const ArmPair& start) {
+void TrajectoryHistory::begin(const ArmPair& start) {
   points_ = {start};
   lengths_.clear();
 }
 
-void Trail::add(const ArmPair& joints) {
+void TrajectoryHistory::add(const ArmPair& joints) {
   const double length = travel_between(points_.back(), joints);
   if (length < spacing) return;
   points_.push_back(joints);
   lengths_.push_back(length);
 }
 
-void Trail::clear() {
+void TrajectoryHistory::clear() {
   points_.clear();
   lengths_.clear();
 }
 
-std::shared_ptr<const ArmMotion> Trail::way_back(const ArmPair& from,
-                                                 const RelativeLimits& limits) const {
+std::shared_ptr<const ArmMotion> TrajectoryHistory::way_back(const ArmPair& from,
+                                                             const RelativeLimits& limits) const {
   std::vector<ArmPair> points(points_.rbegin(), points_.rend());
   std::vector<double> lengths(lengths_.rbegin(), lengths_.rend());
   if (largest_change(from, points.front()) > 1e-6) {

@@ -5,22 +5,22 @@
 #include <map>
 #include <string>
 
-#include "app/console/view/heard.h"
 #include "app/console/view/json.h"
+#include "app/console/view/latest_messages.h"
 #include "app/terminal/spy_model.h"
 
 namespace berth::console {
 
 /// Health of nodes and channels: the sections `nodes` and `channels`. Rates and latencies are of
 /// the last seconds, counts since the console listens.
-class Traffic {
+class ChannelHealth {
  public:
   /// types must outlive it.
-  explicit Traffic(const logs::TypeCatalogue& types) : types_(&types), spy_(types) {}
+  explicit ChannelHealth(const logs::TypeCatalogue& types) : types_(&types), spy_(types) {}
 
   void take(const logs::LogEvent& event);
   std::string channels_json(Utime now) const;
-  std::string nodes_json(const Heard& heard, Utime now) const;
+  std::string nodes_json(const LatestMessages& heard, Utime now) const;
 
  private:
   /// What one node says on a channel that several share.

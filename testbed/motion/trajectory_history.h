@@ -9,10 +9,10 @@
 namespace berth::testbed {
 
 /// The way that both arms came, for a retreat to go back on.
-class Trail {
+class TrajectoryHistory {
  public:
   /// cell must outlive this.
-  explicit Trail(const Cell& cell) : cell_(cell) {}
+  explicit TrajectoryHistory(const Cell& cell) : cell_(cell) {}
 
   void begin(const ArmPair& start);
   /// Where the arms are told to be now; noted when it is far enough from the last place.

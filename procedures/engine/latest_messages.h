@@ -15,9 +15,9 @@
 namespace berth::procedures {
 
 /// The newest of everything while a procedure runs; what live quantities are computed from.
-class Live {
+class LatestMessages {
  public:
-  explicit Live(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
+  explicit LatestMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
 
   void on(const run_info_t& message) { symmetry_ = evaluation::symmetry_of_run(message); }
   void on(const pose_estimate_t& message, Utime now);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "procedures/engine/live.h"
+#include "procedures/engine/latest_messages.h"
 
 #include "lcmtypes/good_estimate.h"
 
 namespace berth::procedures {
 
-void Live::begin_phase(Utime now) {
+void LatestMessages::begin_phase(Utime now) {
   phase_start_ = now;
   good_estimates_ = 0;
 }
 
-void Live::on(const pose_estimate_t& message, Utime now) {
+void LatestMessages::on(const pose_estimate_t& message, Utime now) {
   estimate_ = message;
   if (!is_good(message)) return;
   last_good_ = now;
@@ -20,7 +20,7 @@ void Live::on(const pose_estimate_t& message, Utime now) {
   if (uncompared_.size() > max_waiting) uncompared_.pop_front();
 }
 
-void Live::on(const ground_truth_t& message) {
+void LatestMessages::on(const ground_truth_t& message) {
   truth_.add(evaluation::sample_of(message));
   const auto& samples = truth_.samples();
   const Utime newest = samples.back().utime;
@@ -29,7 +29,7 @@ void Live::on(const ground_truth_t& message) {
   compare(newest);
 }
 
-void Live::compare(Utime until) {
+void LatestMessages::compare(Utime until) {
   while (!uncompared_.empty() && uncompared_.front().utime <= until) {
     const pose_estimate_t& estimate = uncompared_.front();
     if (const auto compared =
@@ -41,17 +41,17 @@ void Live::compare(Utime until) {
   }
 }
 
-std::optional<evaluation::TruthSample> Live::truth() const {
+std::optional<evaluation::TruthSample> LatestMessages::truth() const {
   const auto& samples = truth_.samples();
   if (samples.empty() || now_ - samples.back().utime > lifetime) return std::nullopt;
   return samples.back();
 }
 
-std::optional<Vector6d> Live::error() const {
+std::optional<Vector6d> LatestMessages::error() const {
   return now_ - error_utime_ > lifetime ? std::nullopt : error_;
 }
 
-std::optional<double> Live::surface_range() const {
+std::optional<double> LatestMessages::surface_range() const {
   const auto truth = this->truth();
   if (!truth || !nearest_) return std::nullopt;
   const Vector3d sensor = truth->pose.inverse().position;
