@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A guidance outside of Berth, in a minute: it hears POSE_ESTIMATE, and says by GUIDANCE_SETPOINT
+// A guidance outside of Berth: it receives POSE_ESTIMATE, and publishes by GUIDANCE_SETPOINT
 // how the chaser is to move. Needs liblcm and the messages of lcmtypes/, nothing else of Berth.
 //
 //   ./berth run procedures/outside_gnc.yaml                     (one terminal)
