@@ -41,8 +41,7 @@ const char* name_of(int status) {
 // T_sensor_model: the model's pose in the sensor frame (x right, y down, z along the boresight).
 void on_estimate(const lcm::ReceiveBuffer*, const std::string&,
                  const berth::pose_estimate_t* estimate, void*) {
-  std::printf("%.6f s  %s", 1e-6 * static_cast<double>(estimate->utime),
-              name_of(estimate->status));
+  std::printf("%.6f s  %s", 1e-6 * static_cast<double>(estimate->utime), name_of(estimate->status));
   if (estimate->status != berth::pose_estimate_t::OK) {
     std::printf("  %s\n", estimate->reason.c_str());  // its pose means nothing
     return;
