@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The programs of examples/controller against the register map that the driver reads by.
+// The programs of examples/8_controller against the register map that the driver reads by.
 #include <fstream>
 #include <map>
 #include <regex>
@@ -84,7 +84,7 @@ const char* const map_file = "config/registers/snpx.yaml";
 
 Listing shipped(const std::string& program, const std::string& from = "",
                 const std::string& to = "") {
-  std::string text = read_file("examples/controller/" + program);
+  std::string text = read_file("examples/8_controller/" + program);
   if (!from.empty()) {
     REQUIRE(text.find(from) != std::string::npos);
     text.replace(text.find(from), from.size(), to);
@@ -115,7 +115,7 @@ TEST_CASE("the controller's programs keep the map's registers, and name them as 
   for (const char* coil : {"DO[3]", "DO[4]", "DO[5]"}) CHECK(status.read.contains(coil));
 
   // The clock as the map has it.
-  const std::string text = read_file("examples/controller/berth_bg.ls");
+  const std::string text = read_file("examples/8_controller/berth_bg.ls");
   const std::string wrap = std::to_string(map.counter_wrap);
   CHECK_THAT(text,
              Catch::Contains("R[1:tick]=((R[1:tick]+" +

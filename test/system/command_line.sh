@@ -5,7 +5,9 @@
 
 expect 0 "$bin/berth" --help
 says "run"
-for command in run up attach command stop check compare estimate log spy doctor; do expect 0 "$bin/berth" $command --help; done
+verbs=$(sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\)  .*/\1/p' "$work/out.txt")
+[ "$(wc -w <<<"$verbs")" -gt 20 ] || fail "berth --help lists no more verbs than: $verbs"
+for verb in $verbs; do expect 0 "$bin/berth" $verb --help; done
 for program in arm-driver lidar-driver facility-driver estimator testbed simulated-cell procedure; do
   expect 0 "$bin/berth-$program" --help
   expect 2 "$bin/berth-$program" --run /nonexistent

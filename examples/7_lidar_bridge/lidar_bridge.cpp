@@ -15,7 +15,7 @@
 #include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 #include "drivers/lidar/scan_pattern.h"
-#include "examples/lidar_bridge/vendor_sdk.h"
+#include "examples/7_lidar_bridge/vendor_sdk.h"
 
 namespace {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A guidance outside of Berth, in a minute: it hears POSE_ESTIMATE, and says by GUIDANCE_SETPOINT
+// A guidance outside of Berth: it receives POSE_ESTIMATE, and publishes by GUIDANCE_SETPOINT
 // how the chaser is to move. Needs liblcm and the messages of lcmtypes/, nothing else of Berth.
 //
-//   berth run procedures/outside_gnc.yaml       (one terminal)
-//   outside_gnc [--lcm-url URL]                 (another)
+//   ./berth run procedures/outside_gnc.yaml                     (one terminal)
+//   build/release/examples/outside_gnc [--lcm-url URL]          (another)
 //
 // The procedure's step `guided: {by: my-gnc, ...}` lets it steer, and ends it.
 #include <algorithm>

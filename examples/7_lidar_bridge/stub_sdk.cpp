@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "examples/lidar_bridge/vendor_sdk.h"
+#include "examples/7_lidar_bridge/vendor_sdk.h"
 
 namespace vendor {
 namespace {
