@@ -87,23 +87,21 @@ class ClosestPoints final : public Node {
     if (packet.scan_status == ScanPacket::RUNNING) return;
     scanning_ = false;
     if (state_.mode == Mode::IDLE || packet.scan_status == ScanPacket::REFUSED) return;
-    estimate(preprocess(beams_, gate_, lidar_.beam));
+    estimate(preprocess(beams_, gate_, lidar_.beam), packet.packet);
     ask();
     publish_state();
   }
 
-  void estimate(const CleanScan& scan) {
+  void estimate(const CleanScan& scan, std::int32_t last_packet) {
     pose_estimate_t message{};
     if (!pose_) {
       const AcquisitionResult found = acquisition_->acquire(scan);
       if (found.status == AcquisitionResult::Status::found) pose_ = found.hypotheses.front().pose;
     }
-    if (const auto fit = pose_ ? fit_to_mesh(scan.points, model_->grid, *pose_) : std::nullopt) {
-      pose_ = fit->pose;
-      fill_matrix(fit->covariance, message.covariance);
-    } else {
-      pose_.reset();
-    }
+    const auto fit = pose_ ? fit_to_mesh(scan.points, model_->grid, *pose_) : std::nullopt;
+    pose_ = fit ? std::optional(fit->pose) : std::nullopt;
+    if (fit) fill_matrix(fit->covariance, message.covariance);
+    message.returns_used = fit ? fit->used : 0;
     state_.mode = pose_ ? Mode::TRACKING : Mode::ACQUIRING;
     message.status = pose_ ? pose_estimate_t::OK : pose_estimate_t::LOST;
     message.reason = pose_ ? "" : "too few returns lie on the target";
@@ -112,6 +110,7 @@ class ClosestPoints final : public Node {
     message.session = session();
     message.command_seq = state_.command_seq;
     message.scan_id = request_.scan_id;
+    message.last_packet = last_packet;  // the first is 0
     message.method = "closest_points";
     const Pose pose = pose_.value_or(Pose{});
     fill_pose(pose, message.position_m, message.q_wxyz);
@@ -147,5 +146,4 @@ std::unique_ptr<Node> make_closest_points(NodeSetup setup, const RunSetup& run, 
                                           Loop& loop) {
   return std::make_unique<ClosestPoints>(std::move(setup), run, bus, loop);
 }
-
 BERTH_ESTIMATOR_PLUGIN(make_closest_points)

@@ -41,7 +41,9 @@ expect 0 "$bin/berth" run --twin --estimator "$library" --out "$work/again" "$wo
 cmp "$run/run.lcm" "$(only_run "$work/again")/run.lcm" || fail "one seed, two logs"
 # Berth's own estimator over its scans: comparable, and named no more.
 expect 0 "$bin/berth" reestimate "$run" --out "$work/ours"
-! grep -q "closest_points" "$(only_run "$work/ours")/report.html" || fail "re-estimated, and the report names another"
+says "error of"
+expect 0 "$bin/berth" report "$(only_run "$work/ours")" --html "$work/ours.html"
+! grep -q "<dt>estimator</dt>" "$work/ours.html" || fail "re-estimated, and the report names another"
 
 # Its scans in the model's frame, by truth and by estimate: both hold the same surface.
 for source in truth estimate; do
