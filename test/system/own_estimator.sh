@@ -41,7 +41,7 @@ expect 0 "$bin/berth" run --twin --estimator "$library" --out "$work/again" "$wo
 cmp "$run/run.lcm" "$(only_run "$work/again")/run.lcm" || fail "one seed, two logs"
 # Berth's own estimator over its scans: comparable, and named no more.
 expect 0 "$bin/berth" reestimate "$run" --out "$work/ours"
-says "error of"
+says "position_error rms"
 expect 0 "$bin/berth" report "$(only_run "$work/ours")" --html "$work/ours.html"
 ! grep -q "<dt>estimator</dt>" "$work/ours.html" || fail "re-estimated, and the report names another"
 

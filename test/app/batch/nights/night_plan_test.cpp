@@ -93,7 +93,8 @@ procedures:
   CHECK(plan.cases[0].estimator.empty());
   CHECK(plan.cases[1].name == "approach by mine");
   CHECK(plan.cases[1].estimator == plan_file.directory / "mine.so");
-  CHECK_THAT(plan_file.complaint("procedures: [{procedure: approach.yaml, estimator: no.so}]\n"),
+  CHECK_THAT(plan_file.complaint(
+                 "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: no.so}]\n"),
              Catch::Contains("found 'no.so', expected a file"));
 }
 
