@@ -10,9 +10,8 @@
 /// built from the sources of the very Berth that loads it, and takes Berth's own code from that
 /// program:
 ///
-///     std::unique_ptr<berth::Node> make_mine(berth::NodeSetup, const berth::RunSetup&,
-///     berth::Bus&,
-///                                            berth::Loop&);
+///     using namespace berth;
+///     std::unique_ptr<Node> make_mine(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
 ///     BERTH_ESTIMATOR_PLUGIN(make_mine)
 namespace berth {
 
