@@ -12,6 +12,7 @@
 #include "app/console/serving.h"
 #include "app/exit_code.h"
 #include "app/runs/active_runs.h"
+#include "app/runs/own_estimator.h"
 #include "app/runs/supervisor.h"
 #include "app/runs/twin_host.h"
 #include "app/runs/verdict.h"
@@ -71,6 +72,10 @@ void add_cell_options(CLI::App& command, CellOptions& options) {
   command.add_option("--lidar", options.lidar,
                      "Recorded scans instead of the LIDAR: a directory of clouds (PCD, PLY, PTX, "
                      "XYZ) or one, a run directory, or a .lcm log; see docs/lidar.md");
+  command.add_option(
+      "--estimator", options.estimator,
+      "An estimator of your own: a program, or 'outside' where somebody else runs it; "
+      "with --twin a shared library; see docs/own_estimator.md");
   command.add_flag("--hardware", options.hardware,
                    "The devices of config/devices.yaml are real: do not simulate them");
   command.add_flag("--no-console", options.no_console,
@@ -92,6 +97,9 @@ void complete(CellOptions& options) {
         "--answer is for --twin; elsewhere prompts are answered by key or by berth command");
   }
   request.host = options.twin ? "twin" : options.hardware ? "cell" : "simulated-cell";
+  if (!options.estimator.empty()) {
+    request.estimator = check_own_estimator(options.estimator, request.host);
+  }
   if (options.twin) return;
   request.url = bus_url(request.url);
   for (const auto& run : active_runs()) {
@@ -103,6 +111,10 @@ void complete(CellOptions& options) {
     }
     if (!options.lidar.empty()) {
       throw InputError("--lidar: the cell of " + run.directory.string() +
+                       " is up already: give the option to berth up");
+    }
+    if (!options.estimator.empty()) {
+      throw InputError("--estimator: the cell of " + run.directory.string() +
                        " is up already: give the option to berth up");
     }
     request.joins = run.directory;
@@ -150,6 +162,9 @@ int run_in_processes(const RunFiles& files, const CellOptions& options) {
   const bool with_console =
       !options.no_console && !files.joins && console::load_console_config(files.setup.config).start;
   std::printf("run %s\n", files.directory.c_str());
+  if (files.estimator == outside_estimator && !files.joins) {
+    std::printf("the estimator is %s\n", how_to_start_estimator(files).c_str());
+  }
   std::fflush(stdout);
   const auto supervisor = supervise_in_background(files, with_console);
   if (options.detach) {

@@ -19,6 +19,7 @@ struct CellOptions {
   std::vector<std::string> set;
   std::string target_length;
   std::string lidar;
+  std::string estimator;
   bool twin = false;
   bool hardware = false;
   bool detach = false;

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/runs/own_estimator.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/utc.h"
@@ -89,7 +90,7 @@ void write_manifest(const RunFiles& files, const RunRequest& request) {
   const std::string who =
       request.operator_name.empty() ? default_operator() : request.operator_name;
   const std::string target = files.setup.target;
-  const ordered_json manifest = {
+  ordered_json manifest = {
       {"schema", "berth-run-1"},
       {"name", files.name},
       {"created", utc_text(std::time(nullptr))},
@@ -107,6 +108,9 @@ void write_manifest(const RunFiles& files, const RunRequest& request) {
       {"message_types", types},
       {"files", hashes_of(files.directory)},
   };
+  if (const auto own = record_of_own_estimator(files.estimator); !own.name.empty()) {
+    manifest["estimator"] = {{"program", files.estimator}, {"sha256", own.sha256}};
+  }
   write_file(files.directory / manifest_file, json_text(manifest, 2) + "\n");
 }
 

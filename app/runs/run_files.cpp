@@ -97,6 +97,7 @@ struct Description {
   std::string target;
   double target_length = 0;
   std::string world;
+  std::string estimator;
 };
 
 /// The target goes with the run and is named from there: it can then be judged anywhere, and the
@@ -170,6 +171,7 @@ RunFiles write(const RunRequest& request, const std::string& stem, const fs::pat
   run.put("layout", description.layout);
   run.put("target", keep_target(directory, target));
   run.put("target_length", std::to_string(description.target_length) + " m");
+  if (!description.estimator.empty()) run.put("estimator", description.estimator);
   YamlNode parameters(YamlNode::Kind::map);
   for (const auto& [key, value] : request.parameters) parameters.put(key, value);
   run.put("parameters", parameters);
@@ -206,6 +208,7 @@ RunFiles join(const RunRequest& request) {
   description.layout = cell.setup.layout;
   description.target = cell.setup.target;
   description.target_length = cell.setup.target_length;
+  description.estimator = cell.estimator;
   return write(request, request.procedure.stem().string(), cell.setup.config, description);
 }
 
@@ -235,6 +238,7 @@ RunFiles RunFiles::create(const RunRequest& request) {
   description.target = setup.target;
   description.target_length = setup.target_length;
   description.world = choose_world(choice, setup.config, own);
+  description.estimator = request.estimator;
   return write(request, stem, setup.config, description);
 }
 
@@ -254,6 +258,7 @@ RunFiles RunFiles::open(const fs::path& directory) {
   const fs::path target = files.directory / files.setup.target;
   if (fs::exists(target)) files.setup.target = target.string();
   files.setup.target_length = run.quantity("target_length", Dimension::length);
+  run.optional("estimator", files.estimator);
   Config parameters = run.section("parameters");
   for (const auto& key : parameters.keys()) files.parameters[key] = parameters.text(key);
   run.finish();

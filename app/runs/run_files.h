@@ -24,6 +24,7 @@ struct RunRequest {
   std::filesystem::path joins;          ///< run directory of a cell that is up already
   std::filesystem::path config;         ///< configuration to copy; empty: the one shipped
   std::filesystem::path calibration;    ///< file that this cell has; empty: the configuration's own
+  std::string estimator;                ///< as of check_own_estimator(); empty: Berth's
   std::filesystem::path out = "runs";   ///< the run directory is made under it
   std::string operator_name;            ///< empty: default_operator()
 };
@@ -50,7 +51,8 @@ struct RunFiles {
   std::string url;
   std::map<std::string, std::string> parameters;
   bool has_procedure = false;
-  bool joins = false;  ///< the cell was up already: only recorder and procedure are ours
+  bool joins = false;     ///< the cell was up already: only recorder and procedure are ours
+  std::string estimator;  ///< as of check_own_estimator(); empty: Berth's
   std::string configuration_hash;  ///< over config/, layout and target
   RunSetup setup;                  ///< paths inside the directory
 

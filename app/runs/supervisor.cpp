@@ -14,6 +14,7 @@
 
 #include "app/exit_code.h"
 #include "app/runs/active_runs.h"
+#include "app/runs/own_estimator.h"
 #include "app/runs/verdict.h"
 #include "app/runs/watched_process.h"
 #include "app/terminal/procedure_client.h"
@@ -115,7 +116,14 @@ class Supervisor : public Node {
     node("lidar-driver", "berth-lidar-driver", {});
     node("facility-driver", "berth-facility-driver", {});
     node("testbed", "berth-testbed", real_time);
-    node("estimator", "berth-estimator", {});
+    start_estimator();
+  }
+
+  void start_estimator() {
+    if (files_.estimator == outside_estimator) return;
+    // An absolute path stays one.
+    node("estimator", files_.estimator.empty() ? "berth-estimator" : files_.estimator,
+         {"--lcm-url", bus_url(files_.url)});
   }
 
   WatchedProcess* node(const std::string& name, const std::string& program,

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "app/exit_code.h"
+#include "app/runs/own_estimator.h"
 #include "app/runs/procedure_run.h"
 #include "app/terminal/procedure_client.h"
 #include "common/bus/simulation.h"
@@ -131,7 +132,9 @@ TwinResult run_twin(const RunFiles& files,
   const Place testbed = place_of("testbed");
   nodes.push_back(make_testbed_node(setup("testbed"), run, testbed.bus, testbed.loop));
   const Place estimator = place_of("estimator");
-  nodes.push_back(make_estimator_node(setup("estimator"), run, estimator.bus, estimator.loop));
+  const EstimatorMaker make_estimator =
+      files.estimator.empty() ? make_estimator_node : load_own_estimator(files.estimator);
+  nodes.push_back(make_estimator(setup("estimator"), run, estimator.bus, estimator.loop));
   const Place engine = place_of("procedure");
   const auto procedure =
       make_procedure_node(setup("procedure"), run, procedure_run(files), engine.bus, engine.loop);

@@ -8,6 +8,7 @@
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
 #include "evaluation/report/verdict_marks.h"
+#include "evaluation/run/own_estimator.h"
 
 namespace berth::report {
 namespace {
@@ -69,6 +70,7 @@ Html facts_of(const RunView& view) {
   if (info) {
     facts.add("version", info->version);
     facts.add("configuration", info->configuration_hash.substr(0, 12));
+    facts.add("estimator", evaluation::own_estimator_of(*info));
   }
   const std::string truth = evaluation::truth_line(view.comparison());
   if (!truth.empty()) facts.add("truth rests on", truth);

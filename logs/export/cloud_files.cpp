@@ -5,6 +5,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 
 #include "lcmtypes/channels.h"
@@ -37,11 +38,32 @@ std::string pcd_header(std::size_t points) {
 }
 
 std::string ply_header(const ScanCloud& scan) {
-  return "ply\nformat binary_little_endian 1.0\ncomment scan " + std::to_string(scan.scan_id) +
-         " of session " + std::to_string(scan.session) +
-         ", sensor frame, m; utime in us since the epoch\nelement vertex " +
+  const std::string of_scan = scan.scan_id > 0 ? "scan " + std::to_string(scan.scan_id) : "scans";
+  return "ply\nformat binary_little_endian 1.0\ncomment " + of_scan + " of session " +
+         std::to_string(scan.session) + ", " + scan.frame +
+         " frame, m; utime in us since the epoch\nelement vertex " +
          std::to_string(scan.points.size()) + each_field("\nproperty float %") +
          "\nproperty double utime\nend_header\n";
+}
+
+/// Moves every return to the model's frame. @return how many had no pose and were left out.
+std::int64_t to_model_frame(ScanCloud& scan, const ModelPose& pose_at) {
+  std::vector<ScanPoint> points;
+  points.reserve(scan.points.size());
+  for (ScanPoint point : scan.points) {
+    const auto pose = pose_at(scan, static_cast<Utime>(point.utime));
+    if (!pose) continue;
+    const Eigen::Vector3d in_sensor = Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
+    const Eigen::Vector3f in_model = (pose->inverse() * in_sensor).cast<float>();
+    point.x = in_model.x();
+    point.y = in_model.y();
+    point.z = in_model.z();
+    points.push_back(point);
+  }
+  const auto left_out = std::ssize(scan.points) - std::ssize(points);
+  scan.points = std::move(points);
+  scan.frame = "model";
+  return left_out;
 }
 
 }  // namespace
@@ -63,26 +85,39 @@ void write_cloud(const ScanCloud& scan, const std::filesystem::path& path, Cloud
 }
 
 CloudExport export_clouds(const std::filesystem::path& log, const std::filesystem::path& directory,
-                          CloudFormat format) {
+                          const CloudOptions& options) {
   LogReader reader(log);
   std::filesystem::create_directories(directory);
-  const char* extension = format == CloudFormat::pcd ? ".pcd" : ".ply";
+  const char* extension = options.format == CloudFormat::pcd ? ".pcd" : ".ply";
   FileNames names;
   CloudExport result;
-  ScanAssembler assembler([&](const ScanCloud& scan) {
+  std::map<std::int64_t, ScanCloud> merged;  // by session
+  const auto write = [&](const ScanCloud& cloud, const std::string& name) {
+    try {
+      write_cloud(cloud, directory / names.unique(name, extension), options.format);
+      return true;
+    } catch (const std::runtime_error& e) {
+      if (result.failed++ == 0) result.failure = e.what();
+      return false;
+    }
+  };
+  ScanAssembler assembler([&](ScanCloud scan) {
     result.packets_missing += scan.packets_missing;
+    if (options.model_pose) result.without_pose += to_model_frame(scan, options.model_pose);
     if (scan.points.empty()) {
       ++result.without_return;
       return;
     }
-    char name[80];
-    std::snprintf(name, sizeof name, "session_%" PRId64 "_scan_%06" PRId64, scan.session,
-                  scan.scan_id);
-    try {
-      write_cloud(scan, directory / names.unique(name, extension), format);
-    } catch (const std::runtime_error& e) {
-      if (result.failed++ == 0) result.failure = e.what();
-      return;
+    const std::string session = "session_" + std::to_string(scan.session);
+    if (options.merge) {
+      ScanCloud& all = merged[scan.session];
+      all.session = scan.session;
+      all.frame = scan.frame;
+      all.points.insert(all.points.end(), scan.points.begin(), scan.points.end());
+    } else {
+      char number[40];
+      std::snprintf(number, sizeof number, "_scan_%06" PRId64, scan.scan_id);
+      if (!write(scan, session + number)) return;
     }
     ++result.scans;
     result.points += static_cast<std::int64_t>(scan.points.size());
@@ -97,6 +132,9 @@ CloudExport export_clouds(const std::filesystem::path& log, const std::filesyste
     }
   }
   assembler.finish();
+  for (const auto& [session, cloud] : merged) {
+    write(cloud, "session_" + std::to_string(session) + "_merged");
+  }
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "common/bus/loop.h"
@@ -11,7 +12,7 @@
 
 namespace berth::logs {
 
-/// One return: sensor frame, m.
+/// One return: m, in the frame of its cloud.
 struct ScanPoint {
   float x = 0;
   float y = 0;
@@ -30,7 +31,8 @@ inline std::array<float, point_fields.size()> floats_of(const ScanPoint& p) {
   return {p.x, p.y, p.z, p.intensity, p.range_sigma, p.ambient, p.return_number};
 }
 
-/// All returns of one scan, those of a beam one after the other.
+/// All returns of one scan, those of a beam one after the other. Sensor frame, unless `frame` says
+/// another.
 struct ScanCloud {
   std::int64_t session = 0;
   std::int64_t scan_id = 0;
@@ -39,6 +41,7 @@ struct ScanCloud {
   std::vector<ScanPoint> points;
   std::int64_t beams = 0;  ///< those without a return too
   std::int64_t packets_missing = 0;
+  std::string frame = "sensor";
 };
 
 /// Puts the packets of SCAN_DATA together again. A scan ends with its last packet, or when one of a

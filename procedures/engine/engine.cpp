@@ -46,7 +46,7 @@ Engine::Engine(Procedure procedure, EngineOptions options, evaluation::NearestPo
              FacilityLink(actions, options_.commander),
              InjectionLink(actions, options_.commander),
              LatestMessages(nearest_)},
-      nodes_(options_.required_nodes, options_.supervisor),
+      nodes_(options_.required_nodes, options_.supervisor, options_.outside),
       limits_(procedure_.limits) {
   state_.session = options_.commander.session;
   state_.procedure = procedure_.name;

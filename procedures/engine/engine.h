@@ -24,6 +24,8 @@ struct EngineOptions {
   std::vector<std::string> required_nodes;  ///< without which nothing starts or goes on
   /// Of the required nodes, the one whose FAULT is final: it is not waited for. Empty: none.
   std::string supervisor;
+  /// Of the required nodes, those that somebody else starts, with how: shown until they come.
+  std::map<std::string, std::string> outside;
   Utime ready_timeout = 120 * second;  ///< for all of them to be ready
   Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and all to be well
   Utime heartbeat_timeout = second;    ///< silence after which a node is lost

@@ -14,9 +14,11 @@ std::string NodeWatch::Node::text() const {
          (reason.empty() ? "" : ": " + reason);
 }
 
-NodeWatch::NodeWatch(const std::vector<std::string>& required, std::string supervisor)
+NodeWatch::NodeWatch(const std::vector<std::string>& required, std::string supervisor,
+                     const std::map<std::string, std::string>& outside)
     : supervisor_(std::move(supervisor)) {
   for (const std::string& name : required) nodes_[name] = {};
+  for (const auto& [name, how] : outside) nodes_[name].reason = how;
 }
 
 void NodeWatch::start(Utime now) {

@@ -16,8 +16,10 @@ namespace berth::procedures {
 /// The nodes without which nothing starts or goes on.
 class NodeWatch {
  public:
-  /// supervisor: of the nodes, the one whose FAULT is final; empty: none.
-  NodeWatch(const std::vector<std::string>& required, std::string supervisor);
+  /// supervisor: of the nodes, the one whose FAULT is final; empty: none. outside: what to say of
+  /// nodes that somebody else starts, until they are heard.
+  NodeWatch(const std::vector<std::string>& required, std::string supervisor,
+            const std::map<std::string, std::string>& outside = {});
 
   void start(Utime now);
   void on(const node_status_t& message);

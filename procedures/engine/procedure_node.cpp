@@ -24,6 +24,7 @@ procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun&
   options.commander = {setup.name, setup.session, now};
   options.required_nodes = run.required_nodes;
   options.supervisor = run.supervisor;
+  options.outside = run.outside;
   if (!run.disk.empty()) {
     options.more_preconditions = [disk = run.disk] {
       return std::vector{procedures::room_on_disk(disk)};
@@ -189,6 +190,8 @@ std::unique_ptr<ProcedureNode> make_procedure_node(const NodeSetup& setup,
   run_info_t info = procedures::make_run_info(procedure, run_setup, target, run.name, run.host,
                                               setup.configuration_hash);
   info.session = setup.session;
+  info.attachments.insert(info.attachments.end(), run.attachments.begin(), run.attachments.end());
+  info.attachment_count = static_cast<std::int32_t>(info.attachments.size());
   return std::make_unique<ProcedureNode>(setup, std::move(procedure), run, std::move(info),
                                          evaluation::nearest_point_on(target), bus, loop);
 }

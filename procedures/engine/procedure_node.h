@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 
 #include "common/bus/command_answers.h"
@@ -22,7 +23,9 @@ struct ProcedureRun {
   std::vector<std::string> required_nodes = {"arm-driver-replica", "arm-driver-sensor",
                                              "lidar-driver",       "facility-driver",
                                              "estimator",          "testbed"};
-  std::string supervisor;  ///< as EngineOptions::supervisor
+  std::string supervisor;                      ///< as EngineOptions::supervisor
+  std::map<std::string, std::string> outside;  ///< as EngineOptions::outside
+  std::vector<attachment_t> attachments;       ///< of RUN_INFO, beside those of make_run_info()
   /// Where the log is written and must have room; empty: not looked at.
   std::filesystem::path disk;
   Utime ready_timeout = 120 * second;

@@ -156,9 +156,9 @@ TEST_CASE("scans whose numbers come again have files of their own") {
       write_message(writer, made::start, "SCAN_DATA", packet(7, 0, 9, true));
   }
   TemporaryDirectory out;
-  CHECK(export_clouds(log.path, out.path(), CloudFormat::pcd).scans == 3);
+  CHECK(export_clouds(log.path, out.path(), {CloudFormat::pcd}).scans == 3);
   CHECK(fs::exists(out.path() / "session_7_scan_000007-3.pcd"));
-  const CloudExport again = export_clouds(log.path, out.path(), CloudFormat::pcd);
+  const CloudExport again = export_clouds(log.path, out.path(), {CloudFormat::pcd});
   CHECK(again.scans == 0);
   CHECK(again.failed == 3);
   CHECK_THAT(again.failure, Catch::Contains("session_7_scan_000007.pcd"));
@@ -189,7 +189,7 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
   TemporaryFile log;
   TemporaryDirectory out;
   write_scans(log.path);
-  const CloudExport result = export_clouds(log.path, out.path() / "clouds", format);
+  const CloudExport result = export_clouds(log.path, out.path() / "clouds", {format});
   CHECK(result.scans == 20);
   CHECK(result.points == 19 * 135 + 95);
   const auto cloud = clouds::read_cloud(out.path() / ("clouds/session_7_scan_000003" + extension));
@@ -220,7 +220,7 @@ TEST_CASE("both returns of a beam are points, with all that is said of them") {
     LogWriter writer(log.path);
     write_message(writer, made::start, "SCAN_DATA", scan);
   }
-  CHECK(export_clouds(log.path, out.path(), format).points == 3);
+  CHECK(export_clouds(log.path, out.path(), {format}).points == 3);
   const std::string file =
       std::string("session_7_scan_000003") + (format == CloudFormat::pcd ? ".pcd" : ".ply");
   const auto cloud = clouds::read_cloud(out.path() / file);

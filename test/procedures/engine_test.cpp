@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "evaluation/compare/comparison.h"
+#include "procedures/engine/node_watch.h"
 #include "test/catch.h"
 #include "test/procedures/engine_bench.h"
 
@@ -202,6 +203,17 @@ TEST_CASE("a node of which nothing was received is named") {
   EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (nothing received)");
+}
+
+TEST_CASE("of a node that somebody else starts it is said how, until it is there") {
+  procedures::NodeWatch watch({"estimator", "testbed"}, "", {{"estimator", "start it"}});
+  CHECK(watch.missing() == "estimator (nothing received: start it), testbed (nothing received)");
+  CHECK(watch.awaited() == "estimator (start it), testbed");
+  node_status_t status{};
+  status.node = "estimator";
+  status.state = node_status_t::READY;
+  watch.on(status);
+  CHECK(watch.awaited() == "testbed");
 }
 
 TEST_CASE("lamps that do not answer time out, also in the teardown") {

@@ -122,6 +122,10 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
     }
   }
   std::string name = common.procedure.stem().string();
+  if (config.has("estimator")) {
+    common.estimator = resolved(config, "estimator", config.text("estimator"));
+    name += " by " + common.estimator.stem().string();
+  }
   config.optional("name", name);
 
   std::vector<Case> cases;

@@ -19,7 +19,8 @@ struct Case {
   std::string target;         ///< empty: the procedure's own
   std::string host = "twin";  ///< "twin", "simulated-cell" or "cell"
   std::string world;          ///< of config/worlds; empty: the procedure's own, or the standard one
-  std::filesystem::path config;  ///< empty: the one shipped with the build
+  std::filesystem::path config;     ///< empty: the one shipped with the build
+  std::filesystem::path estimator;  ///< as `berth run --estimator`; empty: the build's own
   std::map<std::string, std::string> parameters;
   std::vector<std::uint64_t> fixed;  ///< seeds of every night
   int fresh = 0;                     ///< how many seeds are drawn anew each night
@@ -87,6 +88,7 @@ struct Plan {
 ///         configs: [../config]
 ///         set: {speed: 30 mm/s}
 ///         may_fail: 5 %
+///         estimator: ../mine.so
 ///
 /// @throws InputError "file:line: key ...: found ..., expected ..."
 Plan load_plan(const std::filesystem::path& file);

@@ -34,6 +34,10 @@ std::vector<std::string> command_of(const PlannedRun& run, const RunnerConfigura
   if (!run.of->target.empty()) words.insert(words.end(), {"--target", run.of->target});
   const fs::path config = baseline ? workshop.baseline.config : run.of->config;
   if (!config.empty()) words.insert(words.end(), {"--config", config.string()});
+  // The baseline flies by its own.
+  if (!run.of->estimator.empty() && !baseline) {
+    words.insert(words.end(), {"--estimator", run.of->estimator.string()});
+  }
   for (const auto& [name, value] : run.of->parameters) {
     words.insert(words.end(), {"--set", name + "=" + value});
   }

@@ -11,6 +11,7 @@
 #include "app/batch/reestimation/estimator_fold.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "evaluation/run/own_estimator.h"
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
@@ -83,7 +84,7 @@ class SameEstimates {
 Buffer with_configuration(const logs::LogEvent& event, const RunFiles& run) {
   auto info = logs::decode<run_info_t>(event.data);
   if (!info) return {event.data.begin(), event.data.end()};
-  bool changed = false;
+  bool changed = evaluation::forget_own_estimator(*info);
   for (attachment_t& attachment : info->attachments) {
     const auto file = run.setup.config / attachment.name;
     if (attachment.name == "procedure.yaml" || !std::filesystem::exists(file)) continue;

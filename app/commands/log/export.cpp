@@ -8,6 +8,7 @@
 #include "app/exit_code.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
+#include "evaluation/run/target_poses.h"
 #include "logs/export/cloud_files.h"
 #include "logs/export/csv.h"
 #include "logs/export/mcap.h"
@@ -23,6 +24,9 @@ struct ExportOptions {
   fs::path clouds;
   fs::path mcap;
   std::string format = "pcd";
+  std::string frame = "sensor";
+  std::string by;
+  bool merge = false;
   std::string channels;
 };
 
@@ -60,11 +64,25 @@ int export_csv(const fs::path& log, const ExportOptions& options,
 }
 
 int export_clouds(const fs::path& log, const ExportOptions& options) {
-  const auto format = options.format == "ply" ? logs::CloudFormat::ply : logs::CloudFormat::pcd;
-  const auto result = logs::export_clouds(log, options.clouds, format);
+  logs::CloudOptions clouds;
+  clouds.format = options.format == "ply" ? logs::CloudFormat::ply : logs::CloudFormat::pcd;
+  clouds.merge = options.merge;
+  if (options.frame == "model") {
+    const auto by =
+        options.by == "truth" ? evaluation::PoseSource::truth : evaluation::PoseSource::estimate;
+    clouds.model_pose = [poses = evaluation::TargetPoses(log, by)](const logs::ScanCloud& scan,
+                                                                   Utime utime) {
+      return poses.at(scan.session, scan.scan_id, utime);
+    };
+  }
+  const auto result = logs::export_clouds(log, options.clouds, clouds);
   std::printf("%s: %" PRId64 " scans, %" PRId64 " points; %" PRId64
               " scans without a return have no file\n",
               options.clouds.c_str(), result.scans, result.points, result.without_return);
+  if (result.without_pose > 0) {
+    std::fprintf(stderr, "berth: %" PRId64 " returns are left out: no %s of their time\n",
+                 result.without_pose, options.by.c_str());
+  }
   if (result.packets_missing + result.undecodable > 0) {
     std::fprintf(stderr,
                  "berth: %" PRId64 " packets of scans are missing, %" PRId64 " do not decode\n",
@@ -96,6 +114,14 @@ int run(const fs::path& log, const ExportOptions& options, const Paths& given) {
   if (options.csv.empty() && options.clouds.empty() && options.mcap.empty()) {
     throw InputError("export: expected --csv, --clouds or --mcap");
   }
+  if ((options.frame == "model") != !options.by.empty()) {
+    throw InputError(
+        "export: --frame model and --by belong together: truth or estimate says where "
+        "the model was");
+  }
+  if (options.merge && options.frame != "model") {
+    throw InputError("export: --merge: expected --frame model: the sensor moved between scans");
+  }
   const logs::TypeCatalogue types = types_of({log}, given);
   int code = exit_code::passed;
   if (!options.csv.empty()) code = std::max(code, export_csv(log, options, types));
@@ -114,10 +140,18 @@ void add_export(CLI::App& log, int& exit_code) {
   command->add_option("--csv", options->csv,
                       "Directory: a CSV file for each channel, units in the header");
   command->add_option("--clouds", options->clouds,
-                      "Directory: a file for each scan, sensor frame, with intensity and time");
+                      "Directory: a file for each scan, with intensity and time");
   command->add_option("--format", options->format, "Of the clouds: pcd or ply")
       ->check(CLI::IsMember({"pcd", "ply"}))
       ->capture_default_str();
+  command->add_option("--frame", options->frame, "Of the clouds: the sensor's or the model's")
+      ->check(CLI::IsMember({"sensor", "model"}))
+      ->capture_default_str();
+  command
+      ->add_option("--by", options->by,
+                   "Where the model was at the time of each return: by truth or by estimate")
+      ->check(CLI::IsMember({"truth", "estimate"}));
+  command->add_flag("--merge", options->merge, "All scans of a session in one cloud");
   command->add_option("--mcap", options->mcap,
                       "File for Foxglove-compatible viewers and PlotJuggler");
   command->add_option("--channels", options->channels,

@@ -80,6 +80,24 @@ procedures:
   CHECK(plan.cases[2].fresh == 0);
 }
 
+TEST_CASE("an estimator of one's own has cases of its own, and the baseline flies by its own") {
+  const PlanFile plan_file;
+  std::ofstream(plan_file.directory / "mine.so") << "";
+  const Plan plan = plan_file.load(R"(
+seeds: {fixed: 2}
+procedures:
+  - procedure: approach.yaml
+  - {procedure: approach.yaml, estimator: mine.so}
+)");
+  REQUIRE(plan.cases.size() == 2);
+  CHECK(plan.cases[0].estimator.empty());
+  CHECK(plan.cases[1].name == "approach by mine");
+  CHECK(plan.cases[1].estimator == plan_file.directory / "mine.so");
+  CHECK_THAT(plan_file.complaint(
+                 "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: no.so}]\n"),
+             Catch::Contains("found 'no.so', expected a file"));
+}
+
 TEST_CASE("each world is a case of its own; measurements are compared in exact alone") {
   const PlanFile plan_file;
   Plan plan = plan_file.load(R"(
