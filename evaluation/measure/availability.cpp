@@ -45,7 +45,7 @@ Measured time_to_acquire(const Measurer& measurer, const Phase& phase) {
   return {seconds(times.front() - phase.start()), 0, 1, ""};
 }
 
-Measured max_gap(const Measurer& measurer, const Phase& phase) {
+Measured widest_gap(const Measurer& measurer, const Phase& phase) {
   const auto times = good_times(measurer, phase);
   Utime longest = 0;
   for (const Phase::Stretch& stretch : phase.stretches) {
@@ -81,7 +81,7 @@ void add_availability(std::vector<Measurement>& table) {
   family.in_percent();
   family.number("time_to_acquire", time, smaller_is_better, time_to_acquire,
                 "from the start of the phase to the time of its first good estimate");
-  family.number("longest_gap", time, smaller_is_better, max_gap,
+  family.number("longest_gap", time, smaller_is_better, widest_gap,
                 "longest time without a good estimate");
   family.number("duration", time, smaller_is_better, duration, "how long the phase lasted");
   family.number("estimates", number, larger_is_better, estimate_count, "number of good estimates");
