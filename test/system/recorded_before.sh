@@ -10,7 +10,7 @@ for run in lab exact; do
   grep -q "least_margin" "$work/$run/config/estimator.yaml" || fail "$run has no key of before"
   expect 0 "$bin/berth" compare "$work/$run"
   says "verdict: PASS; reproduced from the log: identical"
-  expect 0 "$bin/berth" report "$work/$run" --out "$work/$run.html"
+  expect 0 "$bin/berth" report "$work/$run"
   expect 0 "$bin/berth" reestimate "$work/$run" --out "$work/again"
   says "9 estimates recorded, 9 again"
   grep -q "min_margin" "$work/again/$run/config/estimator.yaml" || fail "$run was estimated with keys of before"
