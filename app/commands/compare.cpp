@@ -9,8 +9,8 @@
 #include "app/terminal/terminal_view.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/beside.h"
 #include "evaluation/compare/comparison.h"
+#include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/report.h"
 
 namespace berth::commands {
@@ -27,7 +27,7 @@ struct CompareOptions {
 };
 
 /// One run in JSON is an object; several are {"runs": [...], "measurements": [...]}.
-void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
+void print_side_by_side(const std::vector<report::ReportedRun>& runs, bool json) {
   if (runs.size() == 1) {
     std::printf("%s\n", evaluation::json_of(runs.front().run.comparison).c_str());
     return;
@@ -36,11 +36,11 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
   for (const auto& run : runs) measurers.emplace_back(run.run.record, run.run.nearest);
   std::vector<const evaluation::Measurer*> pointers;
   for (const auto& measurer : measurers) pointers.push_back(&measurer);
-  const auto rows = evaluation::lay_beside(pointers);
+  const auto rows = evaluation::compare_side_by_side(pointers);
   std::vector<std::string> names;
   for (const auto& run : runs) names.push_back(run.name());
   if (!json) {
-    print_text(evaluation::text_of_beside(names, rows));
+    print_text(evaluation::text_of_side_by_side(names, rows));
     return;
   }
   std::string list;
@@ -48,7 +48,7 @@ void print_beside(const std::vector<report::ReportedRun>& runs, bool json) {
     list += (list.empty() ? "" : ",\n") + evaluation::json_of(run.run.comparison);
   }
   std::printf("{\"runs\": [\n%s],\n\"measurements\": %s}\n", list.c_str(),
-              evaluation::json_of_beside(rows).c_str());
+              evaluation::json_of_side_by_side(rows).c_str());
 }
 
 int compare(const CompareOptions& options) {
@@ -70,7 +70,7 @@ int compare(const CompareOptions& options) {
   if (runs.empty()) return worst;
   // the procedures of one cell are not runs of one thing
   const bool beside = options.runs.size() > 1 && runs.size() > 1;
-  if (beside || options.json) print_beside(runs, options.json);
+  if (beside || options.json) print_side_by_side(runs, options.json);
   if (!options.html.empty()) report::write_report(runs, options.html);
   return worst;
 }
@@ -88,7 +88,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_flag("--list", options->list, "List what can be measured, with units");
   command->add_flag("--json", options->json, "JSON instead of tables");
   command->add_option("--html", options->html,
-                      "Write a report into this file: one run, or several beside each other");
+                      "Write a report into this file: one run, or several side by side");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

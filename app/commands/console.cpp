@@ -91,8 +91,8 @@ int serve(ConsoleOptions options) {
 void add_console(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "console",
-      "The operator's page in a browser: of what runs now, or a recorded run, or two beside each\n"
-      "other. Prints its address. From another host: ssh -L 8800:localhost:8800 HOST, or token\n"
+      "The operator's page in a browser: of what runs now, or a recorded run, or two side by\n"
+      "side. Prints its address. From another host: ssh -L 8800:localhost:8800 HOST, or token\n"
       "and certificate");
   auto options = std::make_shared<ConsoleOptions>();
   command

@@ -32,7 +32,7 @@ int write(const ReportOptions& options) {
 
 void add_report(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
-      "report", "berth compare --html: a run, or several beside each other, as one HTML file");
+      "report", "berth compare --html: a run, or several side by side, as one HTML file");
   auto options = std::make_shared<ReportOptions>();
   command
       ->add_option("run", options->runs, "Run directories, logs, names of runs in runs/, or 'last'")

@@ -7,7 +7,7 @@
 
 namespace berth::console {
 
-/// Serves a recorded run, or two beside each other, until SIGINT or SIGTERM; says where on stdout.
+/// Serves a recorded run, or two side by side, until SIGINT or SIGTERM; says where on stdout.
 /// Every viewer may play and seek: it is one replay for all. @throws InputError
 void serve_replay(const std::filesystem::path& run, const std::filesystem::path& second,
                   ServerOptions options);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/report.h"
 
-#include "evaluation/report/beside_sections.h"
 #include "evaluation/report/page.h"
 #include "evaluation/report/sections.h"
+#include "evaluation/report/side_by_side_sections.h"
 
 namespace berth::report {
 namespace {
@@ -45,7 +45,7 @@ Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& fil
   std::vector<RunView> all(runs.begin(), runs.end());
   Views views;
   for (const RunView& view : all) views.push_back(&view);
-  Page page(std::to_string(runs.size()) + " runs beside each other");
+  Page page(std::to_string(runs.size()) + " runs side by side");
   page.head(beside_head(views, file));
   add(page, "criteria", "Criteria", [&] { return beside_criteria(views); });
   add(page, "figures", "Figures", [&] { return figures_of(views); });

@@ -161,7 +161,7 @@ TEST_CASE("a run's report shows what was, and nothing of its log becomes markup"
   CHECK(page.size() < 400000);
 }
 
-TEST_CASE("several runs are laid beside each other with links to their own reports", "[report]") {
+TEST_CASE("several runs are compared side by side with links to their own reports", "[report]") {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "a");
   make_run(folder / "a");

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Every run leaves a report; compare lays runs beside each other as text, JSON and HTML.
+# Every run leaves a report; compare lays runs side by side as text, JSON and HTML.
 . "$(dirname "$0")/common.sh"
 
 for seed in 3 4; do

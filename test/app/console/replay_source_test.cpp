@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recorded runs in the console: as of any time, and beside each other.
+// Recorded runs in the console: as of any time, and side by side.
 #include "app/console/replay/replay_source.h"
 
 #include "common/core/error.h"

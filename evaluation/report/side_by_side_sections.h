@@ -5,7 +5,7 @@
 
 namespace berth::report {
 
-// The parts of a report in which several runs are laid beside each other. Differences are against
+// The parts of a report in which several runs are compared side by side. Differences are against
 // the first.
 
 /// What each run was and how it ended. Links to the runs' own reports are relative to the page.

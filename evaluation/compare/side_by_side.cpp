@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/compare/beside.h"
+#include "evaluation/compare/side_by_side.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,9 +57,9 @@ std::optional<PairedDifference> difference_of(const Measurement& what, const Ser
   return paired_difference(Statistic::rms, a, b, options);
 }
 
-BesideRow row_of_series(const Measurement& what, const std::string& phase,
-                        const std::vector<const Measurer*>& runs) {
-  BesideRow row{phase, "rms " + what.name, what.unit, {}, {}};
+SideBySideRow row_of_series(const Measurement& what, const std::string& phase,
+                            const std::vector<const Measurer*>& runs) {
+  SideBySideRow row{phase, "rms " + what.name, what.unit, {}, {}};
   std::vector<Series> series;
   for (const Measurer* run : runs) {
     const auto its_phase = run->record().phase(phase);
@@ -71,9 +71,9 @@ BesideRow row_of_series(const Measurement& what, const std::string& phase,
   return row;
 }
 
-BesideRow row_of_number(const Measurement& what, const std::string& phase,
-                        const std::vector<const Measurer*>& runs) {
-  BesideRow row{phase, what.name, what.unit, {}, {}};
+SideBySideRow row_of_number(const Measurement& what, const std::string& phase,
+                            const std::vector<const Measurer*>& runs) {
+  SideBySideRow row{phase, what.name, what.unit, {}, {}};
   for (const Measurer* run : runs) {
     const auto its_phase = run->record().phase(phase);
     row.values.push_back(its_phase ? what.shown(what.number(*run, *its_phase).value)
@@ -85,11 +85,11 @@ BesideRow row_of_number(const Measurement& what, const std::string& phase,
 
 }  // namespace
 
-std::vector<BesideRow> lay_beside(const std::vector<const Measurer*>& runs) {
-  std::vector<BesideRow> rows;
+std::vector<SideBySideRow> compare_side_by_side(const std::vector<const Measurer*>& runs) {
+  std::vector<SideBySideRow> rows;
   for (const std::string& phase : phases_of(runs)) {
     for (const Measurement& what : measurements()) {
-      BesideRow row =
+      SideBySideRow row =
           what.series ? row_of_series(what, phase, runs) : row_of_number(what, phase, runs);
       const bool any = std::any_of(row.values.begin(), row.values.end(),
                                    [](double v) { return std::isfinite(v); });
@@ -99,8 +99,8 @@ std::vector<BesideRow> lay_beside(const std::vector<const Measurer*>& runs) {
   return rows;
 }
 
-std::string text_of_beside(const std::vector<std::string>& names,
-                           const std::vector<BesideRow>& rows) {
+std::string text_of_side_by_side(const std::vector<std::string>& names,
+                                 const std::vector<SideBySideRow>& rows) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += "run " + std::to_string(i + 1) + ": " + names[i] + "\n";
@@ -112,7 +112,7 @@ std::string text_of_beside(const std::vector<std::string>& names,
     lines[0].push_back("- run 1");
     lines[0].push_back("paired, 95 %");
   }
-  for (const BesideRow& row : rows) {
+  for (const SideBySideRow& row : rows) {
     std::vector<std::string> line = {row.phase, row.measurement, row.unit};
     for (std::size_t i = 0; i < row.values.size(); ++i) {
       line.push_back(shown(row.values[i]));
@@ -126,9 +126,9 @@ std::string text_of_beside(const std::vector<std::string>& names,
   return text + "\n" + text_table(lines, 3);
 }
 
-std::string json_of_beside(const std::vector<BesideRow>& rows) {
+std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows) {
   auto list = nlohmann::ordered_json::array();
-  for (const BesideRow& row : rows) {
+  for (const SideBySideRow& row : rows) {
     auto values = nlohmann::ordered_json::array();
     auto paired = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < row.values.size(); ++i) {

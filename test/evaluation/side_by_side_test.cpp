@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/compare/beside.h"
+#include "evaluation/compare/side_by_side.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -28,9 +28,9 @@ RunRecord flown(double off, Utime late = 0) {
   return record;
 }
 
-const BesideRow& row_named(const std::vector<BesideRow>& rows, const std::string& phase,
-                           const std::string& measurement) {
-  for (const BesideRow& row : rows) {
+const SideBySideRow& row_named(const std::vector<SideBySideRow>& rows, const std::string& phase,
+                               const std::string& measurement) {
+  for (const SideBySideRow& row : rows) {
     if (row.phase == phase && row.measurement == measurement) return row;
   }
   throw std::runtime_error("no row " + measurement);
@@ -38,14 +38,14 @@ const BesideRow& row_named(const std::vector<BesideRow>& rows, const std::string
 
 }  // namespace
 
-TEST_CASE("runs with estimates at the same times are compared in pairs", "[beside]") {
+TEST_CASE("runs with estimates at the same times are compared in pairs", "[side_by_side]") {
   const RunRecord a = flown(2e-3);
   const RunRecord b = flown(5e-3);
   const Measurer before(a, {});
   const Measurer after(b, {});
-  const auto rows = lay_beside({&before, &after});
+  const auto rows = compare_side_by_side({&before, &after});
   for (const char* phase : {"approach", "hold", "run"}) {
-    const BesideRow& row = row_named(rows, phase, "rms position_error");
+    const SideBySideRow& row = row_named(rows, phase, "rms position_error");
     CHECK(row.unit == "mm");
     CHECK(row.values[0] == Approx(2).margin(0.1));
     CHECK(row.values[1] == Approx(5).margin(0.1));
@@ -57,7 +57,7 @@ TEST_CASE("runs with estimates at the same times are compared in pairs", "[besid
   }
 }
 
-TEST_CASE("runs at other times are laid beside each other without an interval", "[beside]") {
+TEST_CASE("runs at other times are compared side by side without an interval", "[side_by_side]") {
   const RunRecord a = flown(2e-3);
   const RunRecord b = flown(5e-3, 7 * millisecond);
   RunRecord without_hold = flown(2e-3);
@@ -69,11 +69,11 @@ TEST_CASE("runs at other times are laid beside each other without an interval", 
   const Measurer first(a, {});
   const Measurer second_run(b, {});
   const Measurer third(without_hold, {});
-  const auto rows = lay_beside({&first, &second_run, &third});
-  const BesideRow& row = row_named(rows, "hold", "rms position_error");
+  const auto rows = compare_side_by_side({&first, &second_run, &third});
+  const SideBySideRow& row = row_named(rows, "hold", "rms position_error");
   CHECK_FALSE(row.paired[1]);
   CHECK(std::isnan(row.values[2]));
-  const auto json = nlohmann::json::parse(json_of_beside(rows));
+  const auto json = nlohmann::json::parse(json_of_side_by_side(rows));
   CHECK(json.size() == rows.size());
-  CHECK(text_of_beside({"a", "b", "c"}, rows).find("run 3: c") != std::string::npos);
+  CHECK(text_of_side_by_side({"a", "b", "c"}, rows).find("run 3: c") != std::string::npos);
 }

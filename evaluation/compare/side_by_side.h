@@ -11,7 +11,7 @@
 namespace berth::evaluation {
 
 /// One measurement over one phase in several runs.
-struct BesideRow {
+struct SideBySideRow {
   std::string phase;
   std::string measurement;  ///< with its statistic: "rms position_error"
   std::string unit;
@@ -21,13 +21,13 @@ struct BesideRow {
   std::vector<std::optional<PairedDifference>> paired;
 };
 
-/// Lays runs beside each other: every phase in which any of them had estimates, then the whole run,
+/// Compares runs side by side: every phase in which any of them had estimates, then the whole run,
 /// with every measurement that any of them made: of series the rms.
-std::vector<BesideRow> lay_beside(const std::vector<const Measurer*>& runs);
+std::vector<SideBySideRow> compare_side_by_side(const std::vector<const Measurer*>& runs);
 
-std::string text_of_beside(const std::vector<std::string>& names,
-                           const std::vector<BesideRow>& rows);
+std::string text_of_side_by_side(const std::vector<std::string>& names,
+                                 const std::vector<SideBySideRow>& rows);
 /// A JSON array.
-std::string json_of_beside(const std::vector<BesideRow>& rows);
+std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows);
 
 }  // namespace berth::evaluation

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/report/beside_sections.h"
+#include "evaluation/report/side_by_side_sections.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "evaluation/compare/beside.h"
+#include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/verdict_marks.h"
 
@@ -103,8 +103,7 @@ Html beside_head(const Views& views, const fs::path& page) {
          text(brief(view.end_s())),
          text(std::to_string(passed) + " of " + std::to_string(c.criteria.size()))});
   }
-  return element("div", "verdict",
-                 element("h1", "", text("Runs beside each other")) + html_of(table));
+  return element("div", "verdict", element("h1", "", text("Runs side by side")) + html_of(table));
 }
 
 Html beside_criteria(const Views& views) {
@@ -194,7 +193,7 @@ Html beside_poses(const Views& views) {
 Html beside_measurements(const Views& views) {
   std::vector<const evaluation::Measurer*> measurers;
   for (const RunView* view : views) measurers.push_back(&view->measurer());
-  const auto rows = evaluation::lay_beside(measurers);
+  const auto rows = evaluation::compare_side_by_side(measurers);
   Html html;
   for (std::size_t begin = 0; begin < rows.size();) {
     Table table;
@@ -208,7 +207,7 @@ Html beside_measurements(const Views& views) {
     }
     const std::string phase = rows[begin].phase;
     for (; begin < rows.size() && rows[begin].phase == phase; ++begin) {
-      const evaluation::BesideRow& row = rows[begin];
+      const evaluation::SideBySideRow& row = rows[begin];
       std::vector<Html> cells = {text(row.measurement), text(row.unit)};
       for (std::size_t i = 0; i < row.values.size(); ++i) {
         cells.push_back(text(brief(row.values[i])));
