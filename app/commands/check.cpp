@@ -15,6 +15,7 @@
 #include "common/core/file.h"
 #include "common/core/shipped_file.h"
 #include "common/core/valid_text.h"
+#include "common/core/yaml_files.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/schema.h"
 
@@ -51,13 +52,9 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
       continue;
     }
     const std::size_t before = files.size();
-    for (const auto& entry : fs::recursive_directory_iterator(path)) {
-      if (entry.is_regular_file() && entry.path().extension() == ".yaml" &&
-          is_procedure(entry.path())) {
-        files.push_back(entry.path());
-      }
+    for (const fs::path& file : yaml_files(path)) {
+      if (is_procedure(file)) files.push_back(file);
     }
-    std::sort(files.begin() + static_cast<std::ptrdiff_t>(before), files.end());
     if (files.size() == before) throw InputError(path.string() + ": holds no procedure (*.yaml)");
   }
   return files;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,23 +9,17 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/renamed_keys.h"
+#include "common/core/yaml_files.h"
 
 namespace berth::commands {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> yaml_files(const fs::path& path) {
+std::vector<fs::path> files_named(const fs::path& path) {
   if (fs::is_regular_file(path)) return {path};
-  if (!fs::is_directory(path)) {
-    throw InputError(path.string() + ": found neither a folder nor a file");
-  }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path)) {
-    if (entry.is_regular_file() && entry.path().extension() == ".yaml") files.push_back(entry);
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  if (fs::is_directory(path)) return yaml_files(path);
+  throw InputError(path.string() + ": found neither a folder nor a file");
 }
 
 /// @return whether the file could be read
@@ -64,7 +57,7 @@ void add_config(CLI::App& app, int& exit_code) {
   migrating->callback([options, &exit_code] {
     int count = 0;
     bool all_read = true;
-    for (const fs::path& file : yaml_files(options->path)) {
+    for (const fs::path& file : files_named(options->path)) {
       all_read = migrate(file, options->dry, count) && all_read;
     }
     std::printf("%d keys %s\n", count, options->dry ? "to be renamed" : "renamed");

@@ -2,7 +2,7 @@
 #include "common/core/renamed_keys.h"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 #include <string_view>
 #include <utility>
 

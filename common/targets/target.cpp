@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/shared_files.h"
 #include "common/core/text.h"
@@ -92,17 +93,15 @@ Target load_target(const std::string& name, double length) {
 fs::path copy_target(const Target& target, const fs::path& into) {
   const bool folder = target.files.size() > 1;
   const fs::path kept = folder ? into / target.name : into / target.files.front().filename();
-  std::error_code error;
-  fs::create_directories(folder ? kept : into, error);
-  for (const fs::path& file : target.files) {
-    if (error) break;
-    const fs::path copy = folder ? kept / file.filename() : kept;
-    fs::copy_file(file, copy, fs::copy_options::overwrite_existing, error);
-    // The original may be for reading alone, as installed files may be.
-    if (!error) fs::permissions(copy, fs::perms::owner_write, fs::perm_options::add, error);
+  try {
+    fs::create_directories(folder ? kept : into);
+    for (const fs::path& file : target.files) {
+      copy_writable(file, folder ? kept / file.filename() : kept);
+    }
+  } catch (const fs::filesystem_error& e) {
+    throw InputError("target '" + target.name + "' to " + kept.string() + ": " +
+                     e.code().message());
   }
-  if (error)
-    throw InputError("target '" + target.name + "' to " + kept.string() + ": " + error.message());
   return kept;
 }
 

@@ -7,9 +7,11 @@
 #include "app/batch/reestimation/old_keys.h"
 #include "app/runs/run_list.h"
 #include "common/core/config.h"
+#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/renamed_keys.h"
+#include "common/core/yaml_files.h"
 #include "common/core/yaml_text.h"
 #include "common/targets/target.h"
 #include "evaluation/run/target_surface.h"
@@ -73,25 +75,22 @@ void copy_run(const fs::path& from, const fs::path& directory) {
   for (const char* part :
        {"run.yaml", "procedure.yaml", evaluation::symmetry_file, "config", "target"}) {
     if (fs::exists(from / part)) {
-      fs::copy(from / part, directory / part, fs::copy_options::recursive);
+      copy_writable(from / part, directory / part);
     }
   }
 }
 
 void take_configuration(const fs::path& config, const fs::path& own) {
-  constexpr auto over = fs::copy_options::overwrite_existing;
   if (!fs::is_directory(config)) {
     if (!fs::exists(config)) throw InputError("--config " + config.string() + ": no such file");
-    fs::copy_file(config, own / "estimator.yaml", over);
+    copy_writable(config, own / "estimator.yaml");
     return;
   }
   if (!fs::exists(config / "estimator.yaml")) {
     throw InputError("--config " + config.string() + ": has no estimator.yaml");
   }
-  fs::copy_file(config / "estimator.yaml", own / "estimator.yaml", over);
-  if (fs::is_directory(config / "lidars")) {
-    fs::copy(config / "lidars", own / "lidars", over | fs::copy_options::recursive);
-  }
+  copy_writable(config / "estimator.yaml", own / "estimator.yaml");
+  if (fs::is_directory(config / "lidars")) copy_writable(config / "lidars", own / "lidars");
 }
 
 /// Puts one value into estimator.yaml; whether the key is known is told when the file is read.
@@ -120,11 +119,10 @@ void set_values(const std::vector<std::string>& assignments, const fs::path& fil
 
 /// A run's own files, written by an earlier version.
 void replace_old_keys(const fs::path& config) {
-  for (const auto& entry : fs::recursive_directory_iterator(config)) {
-    if (entry.path().extension() != ".yaml") continue;
-    const std::string recorded = read_file(entry.path());
-    const std::string present = with_present_names(recorded, entry.path().string());
-    if (present != recorded) write_file(entry.path(), present);
+  for (const fs::path& file : yaml_files(config)) {
+    const std::string recorded = read_file(file);
+    const std::string present = with_present_names(recorded, file.string());
+    if (present != recorded) write_file(file, present);
   }
   const fs::path file = config / "estimator.yaml";
   if (!fs::exists(file)) return;

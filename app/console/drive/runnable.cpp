@@ -8,6 +8,7 @@
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
+#include "common/core/yaml_files.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
 
@@ -38,9 +39,8 @@ std::optional<Runnable> read(const fs::path& directory, const fs::path& file) {
 
 std::vector<Runnable> runnables(const fs::path& directory) {
   std::vector<Runnable> found;
-  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
-    if (entry.path().extension() != ".yaml") continue;
-    if (auto runnable = read(directory, entry.path())) found.push_back(std::move(*runnable));
+  for (const fs::path& file : yaml_files(directory)) {
+    if (auto runnable = read(directory, file)) found.push_back(std::move(*runnable));
   }
   const auto depth = [](const Runnable& r) {
     return std::count(r.file.begin(), r.file.end(), '/');
