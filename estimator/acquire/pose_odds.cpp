@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 namespace berth::estimator {
@@ -27,9 +28,10 @@ constexpr double drawn = 2;
 constexpr double piece_of_length = 1.0 / 8;
 constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
-/// Probability that the face behind a piece that is elsewhere is itself as modelled: what is gone
-/// is often larger than a piece.
-constexpr double behind_present = 0.5;
+/// Probability that what is seen through a piece that is elsewhere is itself as modelled: what is
+/// gone is often larger than a piece.
+constexpr double beyond_present = 0.5;
+constexpr double beyond_hit = 0.5;  // share of what then returns from it
 
 constexpr PoseShares usual;
 
@@ -72,12 +74,19 @@ struct Expected {
   double odds = 0;  // where the piece is as modelled
 };
 
-/// What such a beam meets beyond its piece.
-struct Behind {
-  std::size_t met = 0;  // which of them
+/// A beam that went through its piece.
+struct Through {
+  std::size_t met = 0;  // which of those expected
+  std::size_t beam = 0;
+  double range = 0;  // m, to the end of the piece
+};
+
+/// What such a beam meets beyond the piece.
+struct Beyond {
+  std::size_t met = 0;  // which of those expected
   Face face;
-  /// Of the beam, where its piece is elsewhere.
-  double odds() const { return 1 - behind_present + behind_present * face.odds; }
+  /// Where that is as modelled.
+  double odds() const { return beyond_hit * face.odds + 1 - beyond_hit; }
 };
 
 /// The logarithm of a product of many, and few logarithms.
@@ -99,8 +108,9 @@ class LogProduct {
 /// A piece of the target, as a pose's beams have it.
 struct Piece {
   LogProduct odds;                    // of its beams, where it is as modelled
-  LogProduct odds_elsewhere;          // ... where it is not
-  double present = 1;                 // probability of that
+  LogProduct odds_beyond;             // ... where it is elsewhere, what is beyond as modelled
+  double present = 1;                 // probability of the one
+  double beyond = 0;                  // ... and of the other
   double information = 0;             // 1 / m^2, of its offset: of its beams
   double offset = 0;                  // m, inwards: of its surface, most probable
   double known = 0;                   // as information, of beams as they turned out
@@ -238,24 +248,26 @@ class PoseOdds::Weighing {
              bool climbs) {
     pieces_.lay(model.centre, piece_of_length * model.target.length);
     met_.clear();
-    behind_.clear();
+    beyond_.clear();
     sigma_ = surface_sigma;
     blunt_ = annealing > 0 ? std::exp(climbs ? drawn : 0) : 0;
     widened_ = climbs ? 0 : annealing * annealing;
     thinning_ = thinning;
   }
 
-  void miss(std::size_t beam, const Vector3d& place, double inverse_background) {
+  void miss(std::size_t beam, const Ray& ray, const RayHit& hit, double inverse_background) {
     Expected& e = met_.emplace_back();
     e.beam = beam;
-    e.piece = pieces_.at(place);
+    e.piece = pieces_.at(ray.origin + hit.range * ray.direction);
     e.miss_odds = inverse_background;
   }
 
   /// @param variance m^2, of the range, the surface's in it
-  /// @return whether it went through the face more probably than it returned from it
-  bool hit(std::size_t beam, const Beam& measured, const Vector3d& place, const RayHit& hit,
-           double cosine, double variance, double inverse_background) {
+  /// @return of a beam that went through the face more probably than it returned from it
+  std::optional<Through> hit(std::size_t beam, const Beam& measured, const Ray& ray,
+                             const RayHit& hit, double cosine, double variance,
+                             double inverse_background) {
+    const Vector3d place = ray.origin + hit.range * ray.direction;
     Expected& e = met_.emplace_back();
     e.beam = beam;
     e.piece = pieces_.at(place);
@@ -272,22 +284,16 @@ class PoseOdds::Weighing {
       pieces_[e.piece].information += information * e.surface;
       pieces_[e.piece].offset += information * e.face.residual;
     }
-    return !e.front && fits < beside;
+    if (e.front || fits >= beside) return std::nullopt;
+    return Through{met_.size() - 1, beam, hit.range + pieces_.to_end(place, ray.direction)};
   }
 
-  /// m, from where the last beam meets its face to the end of the face's piece.
-  double to_end(const Vector3d& place, const Vector3d& direction) const {
-    return pieces_.to_end(place, direction);
-  }
-
-  std::size_t last() const { return met_.size() - 1; }
-
-  /// What one of them meets where its piece is elsewhere.
-  void behind(std::size_t met, const Beam& measured, double range, const RayHit& hit, double cosine,
+  /// What one of those meets beyond its piece.
+  void beyond(std::size_t met, const Beam& measured, double range, const RayHit& hit, double cosine,
               double variance) {
     const Expected& e = met_[met];
-    behind_.push_back({met, faced(measured, range, hit, cosine, variance, e.inverse_background)});
-    pieces_[e.piece].odds_elsewhere.multiply(behind_.back().odds());
+    beyond_.push_back({met, faced(measured, range, hit, cosine, variance, e.inverse_background)});
+    pieces_[e.piece].odds_beyond.multiply(beyond_.back().odds());
   }
 
   /// Beams that should meet the target.
@@ -327,12 +333,14 @@ class PoseOdds::Weighing {
         log_odds -= 0.5 * std::pow(piece.offset / sigma_, 2) +
                     0.5 * std::log1p(piece.information * sigma_ * sigma_);
       }
-      const double log_elsewhere = thinning_ * piece.odds_elsewhere.log();
-      const double larger = std::max(log_elsewhere, log_odds);
-      const double here = (1 - elsewhere) * std::exp(log_odds - larger);
-      const double either = here + elsewhere * std::exp(log_elsewhere - larger);
-      piece.present = here / either;
-      sum += larger + std::log(either);
+      const double log_beyond = thinning_ * piece.odds_beyond.log();
+      const double largest = std::max({0.0, log_odds, log_beyond});
+      const double here = (1 - elsewhere) * std::exp(log_odds - largest);
+      const double beyond = elsewhere * beyond_present * std::exp(log_beyond - largest);
+      const double any = here + beyond + elsewhere * (1 - beyond_present) * std::exp(-largest);
+      piece.present = here / any;
+      piece.beyond = beyond / any;
+      sum += largest + std::log(any);
     }
     return sum;
   }
@@ -363,9 +371,9 @@ class PoseOdds::Weighing {
     for (const Expected& e : met_) {
       of_beams[e.beam] = thinning_ * pieces_[e.piece].present * std::log(e.odds);
     }
-    for (const Behind& b : behind_) {
+    for (const Beyond& b : beyond_) {
       const Expected& e = met_[b.met];
-      of_beams[e.beam] += thinning_ * (1 - pieces_[e.piece].present) * std::log(b.odds());
+      of_beams[e.beam] += thinning_ * pieces_[e.piece].beyond * std::log(b.odds());
     }
   }
 
@@ -376,11 +384,11 @@ class PoseOdds::Weighing {
       at.gradient += (p * face.residual) * jacobian;
       for (int k = 0; k < 6; ++k) at.information.col(k) += (p * jacobian[k]) * jacobian;
     };
-    for (const Behind& b : behind_) {
+    for (const Beyond& b : beyond_) {
       if (b.face.odds < 1e-6) continue;
       const Expected& e = met_[b.met];
-      const double p = thinning_ * (1 - pieces_[e.piece].present) * behind_present * b.face.odds /
-                       b.odds() / b.face.variance;
+      const double p = thinning_ * pieces_[e.piece].beyond * beyond_hit * b.face.odds / b.odds() /
+                       b.face.variance;
       add(b.face, p, b.face.jacobian(pose, beams[e.beam].direction));
     }
     for (const Expected& e : met_) {
@@ -411,7 +419,7 @@ class PoseOdds::Weighing {
 
   Pieces pieces_;
   std::vector<Expected> met_;
-  std::vector<Behind> behind_;
+  std::vector<Beyond> beyond_;
   double sigma_ = 0;
   double blunt_ = 0;
   double widened_ = 0;
@@ -423,17 +431,10 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
   static thread_local std::vector<std::size_t> concerned;
-  struct Beyond {
-    std::size_t met = 0;
-    std::size_t beam = 0;
-    double from = 0;  // m along the beam
-  };
-  static thread_local std::vector<Ray> beyond;
-  static thread_local std::vector<Beyond> beyond_of;
+  static thread_local std::vector<Through> through;
   rays.clear();
   concerned.clear();
-  beyond.clear();
-  beyond_of.clear();
+  through.clear();
   const Pose model_sensor = pose.inverse();
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const double distance = (pose * model_.centre).norm();
@@ -458,29 +459,29 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const std::size_t b = concerned[i];
     if (!std::isfinite(hits[i].range) || beams[b].range < nearest || left_out_[b] != 0) continue;
-    const Vector3d place = rays[i].origin + hits[i].range * rays[i].direction;
     if (!beams[b].hit()) {
       const double beside = image_.nearest_about(image_.pixel_of(static_cast<int>(b)));
       if (beside < nearest) continue;
-      weighing.miss(b, place, inverse_background_[b]);
+      weighing.miss(b, rays[i], hits[i], inverse_background_[b]);
       continue;
     }
     const auto [cosine, variance] = slope(hits[i].range, hits[i], rays[i]);
-    const bool through =
-        weighing.hit(b, beams[b], place, hits[i], cosine, variance, inverse_background_[b]);
-    if (through && annealing == 0) {
-      const double on = weighing.to_end(place, rays[i].direction);
-      beyond.push_back({place + on * rays[i].direction, rays[i].direction});
-      beyond_of.push_back({weighing.last(), b, hits[i].range + on});
-    }
+    const auto went =
+        weighing.hit(b, beams[b], rays[i], hits[i], cosine, variance, inverse_background_[b]);
+    if (went && annealing == 0) through.push_back(*went);
   }
-  hits.resize(beyond.size());
-  model_.caster.cast(beyond, 2 * model_.radius, hits);
-  for (std::size_t i = 0; i < beyond.size(); ++i) {
+  rays.clear();
+  for (const Through& t : through) {
+    const Vector3d direction = to_model * beams[t.beam].direction;
+    rays.push_back({model_sensor.position + t.range * direction, direction});
+  }
+  hits.resize(rays.size());
+  model_.caster.cast(rays, 2 * model_.radius, hits);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!std::isfinite(hits[i].range)) continue;
-    const double range = beyond_of[i].from + hits[i].range;
-    const auto [cosine, variance] = slope(range, hits[i], beyond[i]);
-    weighing.behind(beyond_of[i].met, beams[beyond_of[i].beam], range, hits[i], cosine, variance);
+    const double range = through[i].range + hits[i].range;
+    const auto [cosine, variance] = slope(range, hits[i], rays[i]);
+    weighing.beyond(through[i].met, beams[through[i].beam], range, hits[i], cosine, variance);
   }
 }
 
