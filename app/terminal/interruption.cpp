@@ -15,6 +15,10 @@ void watch_for_interruption() {
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { came = true; });
 }
 
+void end_on_interruption() {
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL);
+}
+
 bool interrupted() { return came; }
 
 }  // namespace berth::terminal

@@ -183,8 +183,14 @@ ChildProcess::~ChildProcess() {
 void ChildProcess::start(const ChildOptions& options, const std::function<void()>& child) {
   Descriptor nothing;
   if (options.input < 0) nothing.set(open("/dev/null", O_RDONLY | O_CLOEXEC));
+  Descriptor file;
+  if (!options.output_file.empty()) {
+    file.set(open(options.output_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+    if (file.get() < 0) throw InputError(options.output_file.string() + ": cannot be written");
+  }
   const std::array<int, 3> streams = {options.input < 0 ? nothing.get() : options.input,
-                                      options.output, options.errors};
+                                      file.get() < 0 ? options.output : file.get(),
+                                      file.get() < 0 ? options.errors : file.get()};
   // The terminal may go away at any moment: between fork and setsid, too.
   sigset_t hangup;
   sigset_t before;

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/batch/campaigns/runner.h"
 
-#include <poll.h>
 #include <signal.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <deque>
-#include <list>
 #include <map>
+#include <memory>
 
 #include "app/batch/campaigns/results.h"
 #include "app/batch/campaigns/worker.h"
+#include "app/batch/pool.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
 
 namespace berth::campaigns {
 namespace {
-
-constexpr int look_about_ms = 250;
 
 /// Whoever sent these meant the process and not the trial.
 bool from_outside(int signal) {
@@ -41,94 +40,76 @@ TrialResult crashed(const Manifest& manifest, std::int64_t index, const ProcessE
 class Runner {
  public:
   Runner(const Campaign& campaign, const std::vector<Block>& blocks, const RunnerOptions& options)
-      : campaign_(campaign), options_(options) {
+      : campaign_(campaign),
+        options_(options),
+        pool_({options.jobs, 0, options.interrupted, [this] { tell(); }}),
+        next_(1),
+        reports_(static_cast<std::size_t>(options.jobs)) {
     for (const Block& block : blocks) {
       total_ += block.size();
       if (std::filesystem::exists(campaign.block_file(block))) {
         finished_ += block.size();
       } else {
-        waiting_.push_back(block);
+        blocks_.push_back(block);
       }
     }
   }
+  ~Runner() {
+    std::error_code ignored;
+    for (const pid_t worker : workers_) {
+      std::filesystem::remove_all(work_directory_of(worker), ignored);
+    }
+  }
+  Runner(const Runner&) = delete;
+  Runner& operator=(const Runner&) = delete;
 
   RunnerCost run() {
     const auto begin = std::chrono::steady_clock::now();
-    hand_out();
-    while (!workers_.empty()) {
-      wait();
-      hear();
-      hand_out();
-      tell();
-      if (options_.interrupted && options_.interrupted()) break;
-    }
-    for (const auto& worker : workers_) {
-      worker->stop();
-      add_up(*worker);
-    }
-    workers_.clear();
+    const std::int64_t workers = std::min<std::int64_t>(options_.jobs, std::ssize(blocks_));
+    for (std::int64_t seat = 0; seat < workers; ++seat) add_worker(seat, WorkerReport::none);
+    pool_.run();
     cost_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return cost_;
   }
 
  private:
-  /// As many workers as there is work for, and a block for each that has none.
-  void hand_out() {
-    std::size_t coming = 0;
-    for (const auto& worker : workers_) {
-      if (!worker->was_ready()) ++coming;
-      if (!worker->idle()) continue;
-      if (waiting_.empty()) {
-        worker->finish();
-      } else {
-        worker->begin(waiting_.front());
-        waiting_.pop_front();
-      }
-    }
-    const auto jobs = static_cast<std::size_t>(options_.jobs);
-    for (; workers_.size() < jobs && coming < waiting_.size(); ++coming) {
-      workers_.push_back(std::make_unique<Worker>(campaign_, options_.make));
-    }
+  /// @param first block that it does
+  void add_worker(std::int64_t seat, std::int64_t first) {
+    WorkerReport& report = reports_[static_cast<std::size_t>(seat)];
+    std::destroy_at(&report);
+    std::construct_at(&report);
+    Task task;
+    task.body = [this, &report, first] {
+      return work(campaign_, blocks_, options_.make, first, next_[0], report);
+    };
+    task.output = campaign_.directory() / "output.txt";
+    task.ended = [this, seat](const TaskEnd& end) { ended(seat, end); };
+    pool_.add_first(std::move(task));
   }
 
-  void wait() const {
-    std::vector<pollfd> all;
-    for (const auto& worker : workers_) all.push_back({worker->descriptor(), POLLIN, 0});
-    poll(all.data(), all.size(), look_about_ms);
-  }
-
-  void hear() {
-    for (auto worker = workers_.begin(); worker != workers_.end();) {
-      if ((*worker)->listen()) {
-        ++worker;
-        continue;
-      }
-      const auto ended = std::move(*worker);
-      worker = workers_.erase(worker);
-      add_up(*ended);
-      see_why(*ended);
-    }
-  }
-
-  /// Of a worker that has ended.
-  void add_up(const Worker& worker) {
-    finished_ += worker.finished();
-    cost_.trials += worker.ran();
-    cost_.user_s += worker.end().user_s;
-    cost_.system_s += worker.end().system_s;
-  }
-
-  void see_why(const Worker& worker) {
-    if (!worker.error().empty()) throw InputError(worker.error());
-    const ProcessEnd& end = worker.end();
-    if (end.signal == 0 && !worker.block() && worker.was_ready()) return;  // it was done
-    if (!worker.was_ready()) {
-      throw InputError("a worker " + end.text() + " before its first trial; see " +
+  void ended(std::int64_t seat, const TaskEnd& end) {
+    WorkerReport& report = reports_[static_cast<std::size_t>(seat)];
+    workers_.push_back(end.pid);
+    finished_ += report.finished;
+    cost_.trials += report.ran;
+    cost_.user_s += end.process.user_s;
+    cost_.system_s += end.process.system_s;
+    const std::int64_t block = report.block;
+    const bool failed = report.failed;
+    const bool ready = report.ready;
+    const std::string error = report.error.get();
+    report.finished = report.ran = report.in_block = 0;  // counted
+    if (end.interrupted || (end.process.ok() && ready)) return;
+    if (failed) throw InputError(error);
+    if (!ready) {
+      throw InputError("a worker " + end.process.text() + " before its first trial; see " +
                        (campaign_.directory() / "output.txt").string());
     }
-    if (!worker.block()) return;
-    give_up_trial(*worker.block(), end);  // exit() within a trial repeats itself as a signal does
-    waiting_.push_front(*worker.block());
+    // exit() within a trial repeats itself as a signal does
+    if (block != WorkerReport::none) {
+      give_up_trial(blocks_[static_cast<std::size_t>(block)], end.process);
+    }
+    add_worker(seat, block);
   }
 
   /// The first trial of a block without a result is the one that the worker died of.
@@ -149,19 +130,22 @@ class Runner {
     progress.total = total_;
     progress.done = finished_;
     progress.done_now = cost_.trials;
-    progress.workers = static_cast<int>(workers_.size());
-    for (const auto& worker : workers_) {
-      progress.done += worker->finished() + worker->in_block();
-      progress.done_now += worker->ran();
+    progress.workers = static_cast<int>(pool_.running());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(options_.jobs); ++i) {
+      progress.done += reports_[i].finished + reports_[i].in_block;
+      progress.done_now += reports_[i].ran;
     }
     options_.tell(progress);
   }
 
   const Campaign& campaign_;
   const RunnerOptions& options_;
-  std::deque<Block> waiting_;
-  std::list<std::unique_ptr<Worker>> workers_;
-  std::map<std::int64_t, int> killed_;  // how often from outside, by trial
+  Pool pool_;
+  std::vector<Block> blocks_;                     // without a result
+  SharedValues<std::atomic<std::int64_t>> next_;  // of the blocks that no worker has taken
+  SharedValues<WorkerReport> reports_;            // of the worker in each seat
+  std::vector<pid_t> workers_;                    // that have ended
+  std::map<std::int64_t, int> killed_;            // how often from outside, by trial
   std::int64_t total_ = 0;
   std::int64_t finished_ = 0;
   RunnerCost cost_;

@@ -3,57 +3,77 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
+#include <sys/time.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
+#include <cmath>
 #include <exception>
-#include <system_error>
 
-#include "app/batch/campaigns/worker_loop.h"
+#include "app/batch/campaigns/results.h"
+#include "common/core/error.h"
 #include "common/core/file.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
 namespace {
 
-std::array<int, 2> make_pipe() {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw std::system_error(errno, std::generic_category(), "pipe");
-  }
-  return ends;
+/// A trial that takes longer ends its process with SIGPROF.
+void limit_processor_time(double limit_s) {
+  itimerval timer{};
+  timer.it_value.tv_sec = static_cast<time_t>(limit_s);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (limit_s - std::floor(limit_s)));
+  setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
-/// What processes print is kept: it may tell why one crashed.
-void print_into(const fs::path& file) {
-  const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (out < 0) return;
-  dup2(out, STDOUT_FILENO);
-  dup2(out, STDERR_FILENO);
+void write_all(int to, const std::string& text, const fs::path& file) {
+  std::size_t written = 0;
+  while (written < text.size()) {
+    const ssize_t n = write(to, text.data() + written, text.size() - written);
+    if (n < 0) throw InputError(file.string() + ": cannot be written");
+    written += static_cast<std::size_t>(n);
+  }
+}
+
+/// The whole lines that an earlier worker left.
+std::string taken_over(const fs::path& file, std::int64_t begin, std::int64_t& next) {
+  std::string text;
+  next = begin;
+  for (const TrialResult& result : read_whole_lines(file)) {
+    if (result.index != next) break;
+    text += line_of(result) + "\n";
+    ++next;
+  }
+  return text;
+}
+
+void run_block(const Campaign& campaign, Experiment& experiment, const Block& block,
+               WorkerReport& report) {
+  const Manifest& manifest = campaign.manifest();
+  const auto file = campaign.started_file(block);
+  std::int64_t next = 0;
+  const int out = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (out < 0) throw InputError(file.string() + ": cannot be written");
+  // A cluster's tasks share the directory, each with blocks of its own.
+  if (flock(out, LOCK_EX | LOCK_NB) != 0) {
+    throw InputError(file.string() + ": another berth is at work on these trials");
+  }
+  std::string lines = taken_over(file, block.begin, next);
+  if (ftruncate(out, 0) != 0) throw InputError(file.string() + ": cannot be written");
+  write_all(out, lines, file);
+  report.in_block = next - block.begin;
+  for (; next < block.end; ++next) {
+    limit_processor_time(manifest.trial_limit_s);
+    const std::string line = line_of(experiment.run(trial_of(manifest, next))) + "\n";
+    limit_processor_time(0);
+    write_all(out, line, file);
+    lines += line;
+    ++report.ran;
+    ++report.in_block;
+  }
   close(out);
-}
-
-int be_worker(const Campaign& campaign,
-              const std::function<std::unique_ptr<Experiment>()>& make_experiment, int blocks,
-              int news) {
-  signal(SIGINT, SIG_IGN);  // the terminal's: the parent decides
-  for (const int number : {SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) {
-    signal(number, SIG_DFL);  // whatever the parent does with them
-  }
-  signal(SIGPIPE, SIG_IGN);
-  try {
-    print_into(campaign.directory() / "output.txt");
-    const auto experiment = make_experiment();
-    work(campaign, *experiment, blocks, news);
-    return 0;
-  } catch (const std::exception& e) {
-    std::string text = e.what();
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    say(news, "error " + text);
-    return 2;
-  }
+  write_file(campaign.block_file(block), lines);
+  fs::remove(file);
 }
 
 }  // namespace
@@ -62,86 +82,31 @@ fs::path work_directory_of(pid_t worker) {
   return temporary_directory() / ("berth-worker-" + std::to_string(worker));
 }
 
-Worker::Worker(const Campaign& campaign,
-               const std::function<std::unique_ptr<Experiment>()>& make_experiment) {
-  const auto blocks = make_pipe();
-  const auto news = make_pipe();
-  // What the parent had open is the parent's to close.
-  child_.emplace(
-      [&] {
-        close(blocks[1]);
-        close(news[0]);
-        return be_worker(campaign, make_experiment, blocks[0], news[1]);
-      },
-      ChildOptions{});
-  close(blocks[0]);
-  close(news[1]);
-  to_worker_ = blocks[1];
-  from_worker_ = news[0];
-  fcntl(from_worker_, F_SETFL, O_NONBLOCK);
-}
-
-Worker::~Worker() {
-  stop();
-  finish();
-  close(from_worker_);
-}
-
-void Worker::finish() {
-  if (to_worker_ >= 0) close(to_worker_);
-  to_worker_ = -1;
-}
-
-void Worker::stop() {
-  if (!child_->running()) return;
-  child_->signal(SIGKILL);
-  reap();
-}
-
-void Worker::begin(const Block& block) {
-  block_ = block;
-  in_block_ = 0;
-  say(to_worker_, std::to_string(block.begin) + " " + std::to_string(block.end));
-}
-
-bool Worker::listen() {
-  std::array<char, 4096> bytes{};
-  while (true) {
-    const ssize_t n = read(from_worker_, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return true;  // nothing for now
-    if (n == 0) break;
-    heard_.append(bytes.data(), static_cast<std::size_t>(n));
-    for (auto end = heard_.find('\n'); end != std::string::npos; end = heard_.find('\n')) {
-      take_line(heard_.substr(0, end));
-      heard_.erase(0, end + 1);
+int work(const Campaign& campaign, const std::vector<Block>& blocks,
+         const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
+         std::atomic<std::int64_t>& next, WorkerReport& report) {
+  signal(SIGINT, SIG_IGN);  // the terminal's: the parent decides
+  for (const int number : {SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) {
+    signal(number, SIG_DFL);  // whatever the parent does with them
+  }
+  try {
+    const auto experiment = make_experiment();
+    report.ready = true;
+    for (std::int64_t i = first != WorkerReport::none ? first : next++; i < std::ssize(blocks);
+         i = next++) {
+      const Block& block = blocks[static_cast<std::size_t>(i)];
+      report.block = i;
+      run_block(campaign, *experiment, block, report);
+      report.block = WorkerReport::none;
+      report.in_block = 0;
+      report.finished += block.size();
     }
+    return 0;
+  } catch (const std::exception& e) {
+    report.error.set(e.what());
+    report.failed = true;
+    return 2;
   }
-  reap();
-  return false;
-}
-
-void Worker::take_line(const std::string& line) {
-  if (line == "ready") {
-    ready_ = true;
-  } else if (line == "trial") {
-    ++ran_;
-    ++in_block_;
-  } else if (line.rfind("had ", 0) == 0) {
-    in_block_ = std::stoll(line.substr(4));
-  } else if (line == "block") {
-    finished_ += block_->size();
-    in_block_ = 0;
-    block_.reset();
-  } else if (line.rfind("error ", 0) == 0) {
-    error_ = line.substr(6);
-  }
-}
-
-void Worker::reap() {
-  end_ = child_->wait();
-  std::error_code ignored;
-  fs::remove_all(work_directory_of(child_->pid()), ignored);
 }
 
 }  // namespace berth::campaigns

@@ -1,64 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <sys/types.h>
-
+#include <atomic>
 #include <functional>
-#include <optional>
+#include <memory>
+#include <vector>
 
 #include "app/batch/campaigns/runner.h"
-#include "common/core/child_process.h"
+#include "app/batch/shared_values.h"
 
 namespace berth::campaigns {
 
-/// A worker process, as its parent sees it. It takes blocks one after the other and tells of each
-/// trial that is done. It dies with its parent.
-class Worker {
- public:
-  /// Forks. @throws std::system_error when there are no more processes to be had.
-  Worker(const Campaign& campaign,
-         const std::function<std::unique_ptr<Experiment>()>& make_experiment);
-  ~Worker();
-  Worker(const Worker&) = delete;
-  Worker& operator=(const Worker&) = delete;
-
-  /// Only when idle. What is in the block's started file is taken over.
-  void begin(const Block& block);
-  /// No more blocks will come: it ends.
-  void finish();
-  /// Ends it at once.
-  void stop();
-
-  /// Readable when the worker has something to say, or has ended.
-  int descriptor() const { return from_worker_; }
-  /// Takes in what it said. @return false when it has ended
-  bool listen();
-  /// Only after its end.
-  const ProcessEnd& end() const { return end_; }
-
-  const std::optional<Block>& block() const { return block_; }
-  bool idle() const { return ready_ && !block_ && to_worker_ >= 0; }
-  bool was_ready() const { return ready_; }
-  std::int64_t in_block() const { return in_block_; }  ///< trials of its block that are done
-  const std::string& error() const { return error_; }  ///< why it gave up; empty: it did not
-  std::int64_t finished() const { return finished_; }  ///< trials of blocks that it finished
-  std::int64_t ran() const { return ran_; }            ///< trials that it ran itself
-
- private:
-  void take_line(const std::string& line);
-  void reap();
-
-  std::optional<ChildProcess> child_;
-  int to_worker_ = -1;
-  int from_worker_ = -1;
-  std::string heard_;  // the line that is not whole yet
-  std::optional<Block> block_;
-  bool ready_ = false;
-  std::int64_t in_block_ = 0;
-  std::int64_t finished_ = 0;
-  std::int64_t ran_ = 0;
-  ProcessEnd end_;
-  std::string error_;
+/// What a worker process tells its parent, in memory that they share.
+struct WorkerReport {
+  static constexpr std::int64_t none = -1;
+  std::atomic<bool> ready = false;         ///< its experiment is made
+  std::atomic<std::int64_t> block = none;  ///< that it is at work on
+  std::atomic<std::int64_t> in_block = 0;  ///< trials of that block that are done
+  std::atomic<std::int64_t> finished = 0;  ///< trials of blocks that are finished
+  std::atomic<std::int64_t> ran = 0;       ///< trials that it ran itself
+  std::atomic<bool> failed = false;        ///< it gave up
+  SharedText error;                        ///< why
 };
+
+/// What a worker process does: the block named first, then those that no worker has taken, one
+/// after the other. Their files are written whole or not at all; what an earlier worker left of a
+/// block (its .started file) is taken over.
+/// @param first of the blocks, or WorkerReport::none
+/// @param next of those that no worker has taken, shared by all
+/// @return exit status
+int work(const Campaign& campaign, const std::vector<Block>& blocks,
+         const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
+         std::atomic<std::int64_t>& next, WorkerReport& report);
 
 }  // namespace berth::campaigns

@@ -15,6 +15,7 @@
 #include "app/batch/nights/runner.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
+#include "app/terminal/interruption.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -235,7 +236,7 @@ int run_night(const NightRequest& request) {
 
   const auto planned = runs_of_night(plan, night.number);
   const auto finished = history.runs(night, History::Which::all_without_values);
-  auto to_run = without_finished(planned, finished);
+  const auto to_run = without_finished(planned, finished);
   std::printf("night %s: %zu runs, %d at a time, in %s\n", night.name.c_str(), to_run.size(),
               plan.jobs, directory.c_str());
   std::fflush(stdout);
@@ -243,23 +244,24 @@ int run_night(const NightRequest& request) {
   for (FinishedRun run : finished) keeper.judge(night, run);
   const double before_s = night.wall_s;
   {
-    ProcessLoop loop(clock_offset_now());
-    Runner runner(loop, {request.program, directory, plan.baseline, plan.jobs, plan.run_timeout_s,
-                         plan.time_budget_s});
     NightProgress progress(planned.size() - to_run.size(), planned.size());
-    const auto left = runner.run(std::move(to_run), [&](const PlannedRun&, FinishedRun run) {
+    const RunnerConfiguration configuration{
+        request.program,    directory,          plan.baseline,        plan.jobs,
+        plan.run_timeout_s, plan.time_budget_s, terminal::interrupted};
+    terminal::watch_for_interruption();
+    report.left_out = run_all(to_run, configuration, [&](FinishedRun run) {
       keeper.judge(night, run);
       night.wall_s = before_s + progress.elapsed_s();
       history.record(night, run);
       progress.finished(run);
     });
     night.wall_s = before_s + progress.elapsed_s();
-    if (runner.interrupted()) {
+    if (terminal::interrupted()) {
       std::printf("interrupted with %zu runs to go: the same command goes on with them\n",
-                  left.size());
+                  report.left_out);
       return exit_code::aborted;
     }
-    report.left_out = left.size();
+    terminal::end_on_interruption();
   }
 
   report.previous = night_before(history, night);

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/batch/nights/runner.h"
 
-#include <signal.h>
-
-#include <algorithm>
-#include <fstream>
-
 #include "app/attempt.h"
 #include "app/batch/nights/run_values.h"
+#include "app/batch/pool.h"
+#include "app/runs/watched_process.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
 #include "common/core/text.h"
@@ -18,13 +15,14 @@ namespace {
 
 bool in_real_time(const PlannedRun& run) { return run.of->host != "twin"; }
 
-std::vector<std::string> command_of(const PlannedRun& run, const RunnerConfiguration& workshop,
+std::vector<std::string> command_of(const PlannedRun& run, const RunnerConfiguration& configuration,
                                     const fs::path& out) {
   const bool baseline = run.build == Build::baseline;
   std::vector<std::string> words{"/usr/bin/env"};
   // A build finds its own files; ours must not be taken for those of another.
   if (baseline) words.insert(words.end(), {"-u", "BERTH_HOME"});
-  words.push_back(baseline ? workshop.baseline.build.string() : workshop.program.string());
+  words.push_back(baseline ? configuration.baseline.build.string()
+                           : configuration.program.string());
   words.insert(words.end(), {"run", "--seed", std::to_string(run.seed), "--out", out.string()});
   if (run.of->host == "twin") words.push_back("--twin");
   if (run.of->host == "cell") words.push_back("--hardware");
@@ -32,7 +30,7 @@ std::vector<std::string> command_of(const PlannedRun& run, const RunnerConfigura
     words.insert(words.end(), {"--lcm-url", "udpm://239.255.76.67:7711?ttl=0"});
   }
   if (!run.of->target.empty()) words.insert(words.end(), {"--target", run.of->target});
-  const fs::path config = baseline ? workshop.baseline.config : run.of->config;
+  const fs::path config = baseline ? configuration.baseline.config : run.of->config;
   if (!config.empty()) words.insert(words.end(), {"--config", config.string()});
   // The baseline flies by its own.
   if (!run.of->estimator.empty() && !baseline) {
@@ -67,91 +65,8 @@ void put_in_place(const fs::path& made, const fs::path& place) {
   fs::rename(made, place);
 }
 
-}  // namespace
-
-struct Runner::Job {
-  PlannedRun run;
-  fs::path out;
-  Utime begun = 0;
-  Loop::TimerId limit = 0;
-  bool too_long = false;
-  std::unique_ptr<WatchedProcess> process;
-};
-
-Runner::Runner(ProcessLoop& loop, RunnerConfiguration workshop)
-    : loop_(loop), workshop_(std::move(workshop)) {
-  std::error_code ignored;
-  fs::remove_all(workshop_.night / "work", ignored);  // of an interrupted night
-  fs::create_directories(workshop_.night / "work");
-  fs::create_directories(workshop_.night / "runs");
-  loop_.on_signals([this](int) {
-    interrupted_ = true;
-    for (const auto& job : jobs_) left_.push_back(job->run);
-    jobs_.clear();
-    loop_.stop();
-  });
-}
-
-Runner::~Runner() {
-  jobs_.clear();
-  std::error_code ignored;
-  fs::remove_all(workshop_.night / "work", ignored);
-}
-
-std::vector<PlannedRun> Runner::run(std::vector<PlannedRun> runs, const Finished& finished) {
-  waiting_ = std::move(runs);
-  std::reverse(waiting_.begin(), waiting_.end());
-  finished_ = finished;
-  left_.clear();
-  begun_ = loop_.now();
-  start_what_fits();
-  if (!jobs_.empty()) loop_.run();
-  left_.insert(left_.end(), waiting_.rbegin(), waiting_.rend());
-  return std::move(left_);
-}
-
-bool Runner::may_start(const PlannedRun& run) const {
-  if (jobs_.size() >= static_cast<std::size_t>(workshop_.jobs)) return false;
-  // The cell is there once, and what runs in real time must not wait for a processor.
-  if (jobs_.empty()) return true;
-  return !in_real_time(run) && !in_real_time(jobs_.front()->run);
-}
-
-void Runner::start_what_fits() {
-  const bool time_is_up =
-      workshop_.time_budget_s > 0 && seconds(loop_.now() - begun_) > workshop_.time_budget_s;
-  while (!interrupted_ && !time_is_up && !waiting_.empty() && may_start(waiting_.back())) {
-    const PlannedRun run = waiting_.back();
-    waiting_.pop_back();
-    start(run);
-  }
-}
-
-void Runner::start(const PlannedRun& run) {
-  auto job = std::make_unique<Job>();
-  job->run = run;
-  job->out = workshop_.night / "work" / run.name();
-  job->begun = loop_.now();
-  fs::create_directories(job->out);
-  Job* const at = job.get();
-  jobs_.push_back(std::move(job));
-  at->limit = loop_.at(loop_.now() + utime_from_seconds(workshop_.run_timeout_s), [at] {
-    at->too_long = true;
-    at->process->signal(SIGKILL);
-  });
-  // Not from within the process' own callback: it goes with its job.
-  at->process =
-      std::make_unique<WatchedProcess>(loop_, command_of(run, workshop_, at->out),
-                                       at->out / "output.txt", [this, at](const ProcessEnd& end) {
-                                         loop_.post([this, at, end] {
-                                           if (!interrupted_) ended(*at, end);
-                                         });
-                                       });
-}
-
-void Runner::ended(Job& job, const ProcessEnd& end) {
-  loop_.cancel(job.limit);
-  const PlannedRun run = job.run;
+FinishedRun finished_run(const PlannedRun& run, const RunnerConfiguration& configuration,
+                         const fs::path& out, const TaskEnd& end) {
   FinishedRun result;
   result.case_name = run.of->name;
   result.build = run.build;
@@ -161,31 +76,82 @@ void Runner::ended(Job& job, const ProcessEnd& end) {
   attempt([&] { result.procedure_hash = procedure_hash(*run.of); });
   result.target = run.of->target;
   result.host = run.of->host;
-  result.wall_s = seconds(loop_.now() - job.begun);
-  result.cpu_s = end.user_s + end.system_s;
+  result.wall_s = end.wall_s;
+  result.cpu_s = end.process.user_s + end.process.system_s;
 
-  const std::string said = last_line(job.out / "output.txt");
-  const fs::path made = made_in(job.out);
+  const fs::path made = made_in(out);
   if (made.empty()) {
     result.outcome = "ERROR";
-    result.reason = "it made no run directory (" + end.name() + "): " + said;
+    result.reason =
+        "it made no run directory (" + end.process.name() + "): " + last_line(out / "output.txt");
   } else {
-    read_results(made, end.code(), result);
+    read_results(made, end.process.code(), result);
     const fs::path place = fs::path("runs") / run.name();
-    if (attempt([&] { put_in_place(made, workshop_.night / place); })) {
+    if (attempt([&] { put_in_place(made, configuration.night / place); })) {
       result.directory = place.string();
     }
   }
-  if (job.too_long) {
+  if (end.too_long) {
     result.outcome = "ERROR";
-    result.reason = "no end within " + fixed(workshop_.run_timeout_s, 0) + " s: killed";
+    result.reason = "no end within " + fixed(configuration.run_timeout_s, 0) + " s: killed";
   }
-  std::error_code ignored;
-  fs::remove_all(job.out, ignored);
-  jobs_.remove_if([&](const auto& other) { return other.get() == &job; });
-  finished_(run, std::move(result));
-  start_what_fits();
-  if (jobs_.empty()) loop_.stop();
+  return result;
+}
+
+/// Of tonight's runs under way, and of those of an interrupted night.
+class WorkDirectory {
+ public:
+  explicit WorkDirectory(const fs::path& night) : path_(night / "work") {
+    remove();
+    fs::create_directories(path_);
+  }
+  ~WorkDirectory() { remove(); }
+  WorkDirectory(const WorkDirectory&) = delete;
+  WorkDirectory& operator=(const WorkDirectory&) = delete;
+
+  fs::path of(const PlannedRun& run) const {
+    const fs::path directory = path_ / run.name();
+    fs::create_directories(directory);
+    return directory;
+  }
+
+ private:
+  void remove() const {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+
+  fs::path path_;
+};
+
+}  // namespace
+
+std::size_t run_all(const std::vector<PlannedRun>& runs, const RunnerConfiguration& configuration,
+                    const std::function<void(FinishedRun)>& finished) {
+  const WorkDirectory work(configuration.night);
+  fs::create_directories(configuration.night / "runs");
+  Pool pool({configuration.jobs, configuration.time_budget_s, configuration.interrupted, {}});
+  std::size_t left = runs.size();
+  for (const PlannedRun& run : runs) {
+    const fs::path out = work.of(run);
+    Task task;
+    task.program = command_of(run, configuration, out);
+    task.output = out / "output.txt";
+    task.time_limit_s = configuration.run_timeout_s;
+    // The cell is there once, and what runs in real time must not wait for a processor.
+    task.alone = in_real_time(run);
+    task.ended = [&, out](const TaskEnd& end) {
+      if (end.interrupted) return;
+      FinishedRun result = finished_run(run, configuration, out, end);
+      std::error_code ignored;
+      fs::remove_all(out, ignored);
+      --left;
+      finished(std::move(result));
+    };
+    pool.add(std::move(task));
+  }
+  pool.run();
+  return left;
 }
 
 }  // namespace berth::nights

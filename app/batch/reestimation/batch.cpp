@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <numeric>
 
-#include "app/batch/parallel.h"
+#include "app/batch/pool.h"
+#include "app/batch/shared_values.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
 
@@ -28,16 +28,50 @@ fs::path new_directory(const fs::path& log, const fs::path& out) {
   }
 }
 
-void reestimate(BatchRun& run, const BatchRequest& request, const ShareDone& share_done) {
-  const RunFiles files = make_new_run(run.recorded, request.changes, run.again);
-  run.result = reestimate_log(run.recorded, files, share_done);
-  if (run.result.recorded == 0 && run.result.estimates == 0) {
-    throw InputError("it holds no scans to estimate from");
+/// What the process of a run tells us.
+struct RunReport {
+  std::atomic<double> share = 0;  // of it that is done
+  Reestimation result;
+  SharedText error;
+};
+
+/// In a process of its own: one that crashes takes no other run down.
+int reestimate(const BatchRun& run, const BatchRequest& request, RunReport& report) {
+  try {
+    const RunFiles files = make_new_run(run.recorded, request.changes, run.again);
+    report.result =
+        reestimate_log(run.recorded, files, [&](double share) { report.share = share; });
+    if (report.result.recorded == 0 && report.result.estimates == 0) {
+      throw InputError("it holds no scans to estimate from");
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    report.error.set(error.what());
+    return 1;
   }
+}
+
+void compare(BatchRun& run, const BatchRequest& request) {
   evaluation::LogSummary summary;
   run.before = evaluation::read_run(run.recorded, summary);
-  run.after = evaluation::read_run(files.log(), summary);
+  run.after = evaluation::read_run(run.again / "run.lcm", summary);
   run.change = find_change({{&run.before, &run.after}}, request.level);
+}
+
+void finish(BatchRun& run, const BatchRequest& request, const RunReport& report,
+            const TaskEnd& end) {
+  try {
+    if (!end.process.ok()) {
+      const std::string error = report.error.get();
+      throw InputError(error.empty() ? "its process " + end.process.text() : error);
+    }
+    run.result = report.result;
+    compare(run, request);
+  } catch (const std::exception& error) {
+    run.error = error.what();
+    std::error_code ignored;
+    fs::remove_all(run.again, ignored);  // half a run says nothing
+  }
 }
 
 }  // namespace
@@ -61,23 +95,22 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
     run.again = new_directory(run.recorded, request.out);
     batch.runs.push_back(std::move(run));
   }
-  std::vector<std::atomic<double>> shares(batch.runs.size());
-  in_parallel(batch.runs.size(), request.jobs, [&](std::size_t i) {
-    const auto tell = [&](double share) {
-      shares[i] = share;
-      if (!share_done) return;
-      share_done(std::accumulate(shares.begin(), shares.end(), 0.0) /
-                 static_cast<double>(shares.size()));
+  SharedValues<RunReport> reports(batch.runs.size());
+  Pool pool({request.jobs, 0, {}, [&] {
+               double sum = 0;
+               for (std::size_t i = 0; i < batch.runs.size(); ++i) sum += reports[i].share;
+               if (share_done) share_done(sum / static_cast<double>(batch.runs.size()));
+             }});
+  for (std::size_t i = 0; i < batch.runs.size(); ++i) {
+    Task task;
+    task.body = [&, i] { return reestimate(batch.runs[i], request, reports[i]); };
+    task.ended = [&, i](const TaskEnd& end) {
+      reports[i].share = 1;
+      finish(batch.runs[i], request, reports[i], end);
     };
-    try {
-      reestimate(batch.runs[i], request, tell);
-    } catch (const std::exception& error) {
-      batch.runs[i].error = error.what();
-      std::error_code ignored;
-      fs::remove_all(batch.runs[i].again, ignored);  // half a run says nothing
-    }
-    tell(1);
-  });
+    pool.add(std::move(task));
+  }
+  pool.run();
   std::vector<RecordPair> pairs;
   for (const BatchRun& run : batch.runs) {
     if (run.error.empty()) pairs.push_back({&run.before, &run.after});

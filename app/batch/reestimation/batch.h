@@ -14,7 +14,7 @@ struct BatchRequest {
   std::vector<std::filesystem::path> runs;  ///< run directories or logs
   EstimatorChanges changes;
   std::filesystem::path out;  ///< new run directories are made under it
-  unsigned jobs = 0;          ///< runs at a time; 0: as many as there are processors
+  int jobs = 0;               ///< runs at a time; 0: as many as there are processors
   double level = 0.05;        ///< of find_change
 };
 
@@ -39,7 +39,8 @@ struct Batch {
 };
 
 /// Estimates all runs again. What comes out does not depend on the number of jobs.
-/// @param share_done is told how much of all is done, from any thread
+/// Each in a process of its own: the caller's must have a single thread.
+/// @param share_done is told how much of all is done
 Batch reestimate(const BatchRequest& request, const ShareDone& share_done);
 
 }  // namespace berth
