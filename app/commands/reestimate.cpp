@@ -8,11 +8,11 @@
 #include <memory>
 
 #include "app/batch/reestimation/batch.h"
-#include "app/batch/reestimation/change_report.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
+#include "evaluation/compare/change_report.h"
 
 namespace berth::commands {
 namespace {
@@ -53,7 +53,7 @@ nlohmann::ordered_json json_of(const BatchRun& run) {
   json["estimates"] = r.estimates;
   json["estimates_same"] = r.same;
   json["recorded_s"] = r.recorded_s;
-  json["change"] = berth::json_of(run.change);
+  json["change"] = evaluation::json_of(run.change);
   json["wall_s"] = r.wall_s;
   json["estimator_s"] = r.estimator_s;
   return json;
@@ -65,7 +65,7 @@ void print_json(const Batch& batch, const ReestimateOptions& options) {
   json["set"] = options.request.changes.set;
   json["level"] = options.request.level;
   json["identical"] = batch.identical();
-  json["change"] = berth::json_of(batch.change);
+  json["change"] = evaluation::json_of(batch.change);
   for (const BatchRun& run : batch.runs) json["runs"].push_back(json_of(run));
   std::printf("%s\n", json_text(json, 2).c_str());
 }
@@ -92,7 +92,7 @@ void print_batch(const Batch& batch, const ReestimateOptions& options) {
   if (batch.identical()) {
     std::printf("all estimates are the recorded ones, number for number\n");
   } else {
-    print_text(text_of(batch.change, options.request.level));
+    print_text(evaluation::text_of(batch.change, options.request.level));
   }
 }
 
@@ -107,7 +107,7 @@ int reestimate(const ReestimateOptions& options) {
     if (run.error.empty()) continue;
     print_text("berth: " + run.recorded.string() + ": " + run.error + "\n", stderr);
   }
-  const bool worse = options.fail_on_worse && batch.change.any(Judgement::worse);
+  const bool worse = options.fail_on_worse && batch.change.any(evaluation::Judgement::worse);
   return exit_code::worst(worse ? exit_code::failed : exit_code::passed,
                           batch.failed() ? exit_code::error : exit_code::passed);
 }

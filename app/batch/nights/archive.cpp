@@ -2,6 +2,7 @@
 #include "app/batch/nights/archive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -27,7 +28,7 @@ double number(const nlohmann::json& value) {
 }
 
 /// From what `berth reestimate --json` prints.
-ArchiveResult archive_result(const std::string& text) {
+ArchiveResult archive_result(const std::string& text, const evaluation::MinimumEffect& minimum) {
   const auto json = nlohmann::json::parse(text);
   ArchiveResult result;
   for (const auto& entry : json.at("runs")) {
@@ -43,7 +44,7 @@ ArchiveResult archive_result(const std::string& text) {
   for (const auto& row : json.at("change").at("rows")) {
     const std::string judgement = row.at("judgement");
     if (judgement != "better" && judgement != "worse") continue;
-    FlaggedChange& change = result.changes.emplace_back();
+    FlaggedChange change;
     change.against = "recorded";
     change.case_name = "archive";
     change.phase = row.at("phase");
@@ -57,6 +58,8 @@ ArchiveResult archive_result(const std::string& text) {
     change.p = number(row.at("p_adjusted"));
     change.kind = judgement;
     change.runs = json.at("change").at("runs");
+    const double effect = minimum.of(change.measurement, std::abs(change.before));
+    if (std::abs(change.after - change.before) >= effect) result.changes.push_back(change);
   }
   return result;
 }
@@ -88,7 +91,7 @@ ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const 
   std::error_code ignored;
   fs::remove_all(out, ignored);
   try {
-    const ArchiveResult result = archive_result(said.text);
+    const ArchiveResult result = archive_result(said.text, plan.minimum_effect);
     write_file(night / "archive.json", said.text);
     return result;
   } catch (const nlohmann::json::exception&) {

@@ -21,7 +21,7 @@ using Columns = std::map<Quantity, std::vector<double>>;
 
 bool completed(const FinishedRun& run) {
   for (const RunValue& v : run.values) {
-    if (v.measurement == completed_measurement) return v.value != 0;
+    if (v.measurement == evaluation::completed_measurement) return v.value != 0;
   }
   return false;
 }
@@ -34,8 +34,8 @@ bool is_asked(const RunValue& v) {
 
 Columns columns_of(const std::vector<const FinishedRun*>& runs) {
   Columns columns;
-  const Quantity passed{"run", passed_measurement, "value", ""};
-  const Quantity finished{"run", completed_measurement, "value", ""};
+  const Quantity passed{"run", evaluation::passed_measurement, "value", ""};
+  const Quantity finished{"run", evaluation::completed_measurement, "value", ""};
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const auto put = [&](const Quantity& quantity, double value) {
       auto& column = columns[quantity];
@@ -46,7 +46,9 @@ Columns columns_of(const std::vector<const FinishedRun*>& runs) {
     put(finished, completed(*runs[i]) ? 1 : 0);
     if (!completed(*runs[i])) continue;
     for (const RunValue& v : runs[i]->values) {
-      if (v.measurement == passed_measurement || v.measurement == completed_measurement) continue;
+      if (v.measurement == evaluation::passed_measurement ||
+          v.measurement == evaluation::completed_measurement)
+        continue;
       if (is_asked(v)) put({v.phase, v.measurement, v.statistic, v.unit}, v.value);
     }
   }
@@ -76,25 +78,19 @@ struct Comparison {
   std::vector<double> after;
 };
 
-double min_absolute(const std::string& measurement, const MinimumEffect& least) {
-  if (measurement == passed_measurement || measurement == completed_measurement) return 1e-9;
-  const evaluation::Measurement* what = evaluation::measurement_named(measurement);
-  if (what == nullptr) return 0;
-  return least.absolute.at(what->dimension) / what->unit_si;
-}
-
 /// On the scale on which it is compared: the logarithm of what is always positive.
-Test question_of(const Comparison& asked, std::size_t group, const MinimumEffect& least) {
-  Test question{group, asked.before, asked.after, 0};
+evaluation::Test question_of(const Comparison& asked, std::size_t group,
+                             const evaluation::MinimumEffect& least) {
+  evaluation::Test question{group, asked.before, asked.after, 0};
   const double reference = std::abs(mean_of(asked.before));
-  const double absolute = min_absolute(std::get<1>(asked.quantity), least);
+  const double effect = least.of(std::get<1>(asked.quantity), reference);
   if (all_positive(asked.before) && all_positive(asked.after)) {
     for (auto* values : {&question.before, &question.after}) {
       for (double& v : *values) v = std::log(v);
     }
-    question.least = std::log1p(std::max(least.relative, absolute / reference));
+    question.least = std::log1p(effect / reference);
   } else {
-    question.least = std::max(absolute, least.relative * reference);
+    question.least = effect;
   }
   return question;
 }
@@ -176,31 +172,9 @@ std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
 
 }  // namespace
 
-std::string kind_of_change(const std::string& measurement, const std::string& statistic,
-                           double before, double after,
-                           const std::vector<evaluation::Criterion>& criteria) {
-  constexpr const char* names[] = {"better", "worse", "changed"};
-  const auto kind = [&] {
-    if (measurement == passed_measurement || measurement == completed_measurement) {
-      return evaluation::Preference{evaluation::Direction::larger_is_better}.kind_of_change(before,
-                                                                                            after);
-    }
-    for (const evaluation::Criterion& criterion : criteria) {
-      if (criterion.name == statistic && criterion.measurement->name == measurement) {
-        return evaluation::kind_of_change(criterion, before, after);
-      }
-    }
-    const evaluation::Measurement* what = evaluation::measurement_named(measurement);
-    if (what == nullptr) return evaluation::ChangeKind::changed;  // of another version
-    return what
-        ->preference(evaluation::statistic_named(statistic).value_or(evaluation::Statistic::mean))
-        .kind_of_change(before, after);
-  };
-  return names[static_cast<int>(kind())];
-}
-
 ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
-                          const MinimumEffect& least, const FamilyOptions& options) {
+                          const evaluation::MinimumEffect& least,
+                          const evaluation::FamilyOptions& options) {
   ChangeReport report;
   std::vector<Way> ways;
   if (!evidence.baseline.empty()) ways.push_back({"baseline", true, evidence.baseline});
@@ -210,7 +184,7 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
 
   for (const Way& way : ways) {
     std::vector<Comparison> asked;
-    std::vector<Test> questions;
+    std::vector<evaluation::Test> questions;
     std::size_t group = 0;
     for (const auto& [name, runs] : runs_of(evidence, way)) {
       if (runs.edited) {
@@ -226,8 +200,8 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
       }
       ++group;
     }
-    const auto answers =
-        way.paired ? paired_family(questions, options) : unpaired_family(questions, options);
+    const auto answers = way.paired ? evaluation::paired_family(questions, options)
+                                    : evaluation::unpaired_family(questions, options);
     const double level = family_wise_alpha / static_cast<double>(ways.size());
     for (std::size_t q = 0; q < asked.size(); ++q) {
       if (std::isnan(answers[q].change)) continue;
@@ -240,10 +214,10 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
       measure_change(asked[q], way.paired, change);
       change.p = answers[q].p;
       const auto criteria = evidence.criteria.find(change.case_name);
-      change.kind =
+      change.kind = name_of(
           kind_of_change(change.measurement, change.statistic, change.before, change.after,
                          criteria == evidence.criteria.end() ? std::vector<evaluation::Criterion>()
-                                                             : criteria->second);
+                                                             : criteria->second));
       report.changes.push_back(change);
     }
   }

@@ -3,9 +3,9 @@
 
 #include <map>
 
-#include "app/batch/nights/family_test.h"
 #include "app/batch/nights/history.h"
-#include "evaluation/measure/criterion.h"
+#include "evaluation/compare/change.h"
+#include "evaluation/compare/family_test.h"
 
 namespace berth::nights {
 
@@ -35,13 +35,7 @@ struct ChangeReport {
 /// steps came to their end are measured; whether they do, and pass, is a question of its own. Runs
 /// of a procedure that was edited since are not compared.
 ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
-                          const MinimumEffect& least, const FamilyOptions& options = {});
-
-/// "worse", "better" or "changed", as the measurement itself declares, or the criterion of which
-/// this is the value.
-/// @param criteria of the case's procedure
-std::string kind_of_change(const std::string& measurement, const std::string& statistic,
-                           double before, double after,
-                           const std::vector<evaluation::Criterion>& criteria = {});
+                          const evaluation::MinimumEffect& least,
+                          const evaluation::FamilyOptions& options = {});
 
 }  // namespace berth::nights

@@ -26,7 +26,7 @@ const std::vector<std::pair<const char*, const char*>>& always_shown() {
       {"position_error", "rms"}, {"attitude_error", "rms"},
       {"velocity_error", "rms"}, {"angular_velocity_error", "rms"},
       {"nees", "mean"},          {"estimate_delay", "value"},
-      {"update_rate", "value"},  {passed_measurement, "value"}};
+      {"update_rate", "value"},  {evaluation::passed_measurement, "value"}};
   return list;
 }
 

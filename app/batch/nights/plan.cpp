@@ -165,8 +165,8 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   return cases;
 }
 
-MinimumEffect read_minimum_effect(Config& parent) {
-  MinimumEffect least;
+evaluation::MinimumEffect read_minimum_effect(Config& parent) {
+  evaluation::MinimumEffect least;
   if (!parent.has("minimum_effect")) return least;
   Config config = parent.section("minimum_effect");
   const std::map<std::string, Dimension> keys = {{"length", Dimension::length},

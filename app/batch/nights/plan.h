@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/quantity.h"
-#include "evaluation/measure/criterion.h"
+#include "evaluation/compare/change.h"
 
 namespace berth::nights {
 
@@ -30,15 +29,6 @@ struct Case {
   /// a run says more of what it drew than of the build: there the share of failures judges alone,
   /// and the questions asked in `exact` are as sharp as without them.
   bool is_compared() const { return world.empty() || world == "exact"; }
-};
-
-/// The least change of a measurement that anybody would act upon, in SI units.
-struct MinimumEffect {
-  double relative = 0.05;  ///< of the value before
-  std::map<Dimension, double> absolute = {
-      {Dimension::length, 0.1e-3}, {Dimension::angle, 0.0002},         {Dimension::time, 0.2e-3},
-      {Dimension::speed, 0.2e-3},  {Dimension::angular_speed, 0.0002}, {Dimension::frequency, 0.05},
-      {Dimension::number, 0.02}};
 };
 
 /// What the measured values are compared with, beside the history.
@@ -68,7 +58,7 @@ struct Plan {
   int keep = 20;                     ///< directories of passed runs
   int history_nights = 30;           ///< that fresh seeds are compared with
   double family_wise_alpha = 0.002;  ///< chance that a night without any change raises an alarm
-  MinimumEffect minimum_effect;
+  evaluation::MinimumEffect minimum_effect;
 };
 
 /// Reads and checks a plan. Paths in it are relative to its own directory.

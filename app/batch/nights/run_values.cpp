@@ -69,9 +69,10 @@ std::vector<RunValue> values_of(const evaluation::ComparedRun& run) {
   const bool passed = comparison.outcome == procedure_state_t::PASS;
   const bool completed = comparison.recorded_outcome != procedure_state_t::NONE &&
                          std::none_of(comparison.steps.begin(), comparison.steps.end(), went_wrong);
-  values.push_back({evaluation::whole_run, passed_measurement, "value", "", passed ? 1.0 : 0.0, 1});
   values.push_back(
-      {evaluation::whole_run, completed_measurement, "value", "", completed ? 1.0 : 0.0, 1});
+      {evaluation::whole_run, evaluation::passed_measurement, "value", "", passed ? 1.0 : 0.0, 1});
+  values.push_back({evaluation::whole_run, evaluation::completed_measurement, "value", "",
+                    completed ? 1.0 : 0.0, 1});
   const evaluation::Measurer measurer(run.record, run.nearest);
   for (const evaluation::Phase& phase : run.record.phases()) add_phase(measurer, phase, values);
   for (const criterion_result_t& c : comparison.criteria) {

@@ -6,11 +6,6 @@
 
 namespace berth::nights {
 
-/// Names of the two values that every run has, in phase "run": 1 or 0.
-inline constexpr char passed_measurement[] = "passed";
-/// All steps ran to their end, whatever the criteria say of them.
-inline constexpr char completed_measurement[] = "completed";
-
 /// Every measurement in every phase of a run, and the value of every criterion (its name is the
 /// statistic). One code measures both builds: what differs is the estimator, not the measuring.
 std::vector<RunValue> values_of(const evaluation::ComparedRun& run);

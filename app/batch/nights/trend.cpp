@@ -45,7 +45,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     (v.build == Build::tonight ? tonight : baseline)[v.night].push_back(v.value);
   }
   // Of ones and zeros the mean says more than the middle one.
-  const bool is_share = subject.measurement == passed_measurement;
+  const bool is_share = subject.measurement == evaluation::passed_measurement;
   const auto middle_of = [&](const std::vector<double>& sorted) {
     return is_share ? evaluation::compute(evaluation::Statistic::mean, sorted)
                     : evaluation::quantile(sorted, 0.5);

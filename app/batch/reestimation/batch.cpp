@@ -55,7 +55,7 @@ void compare(BatchRun& run, const BatchRequest& request) {
   evaluation::LogSummary summary;
   run.before = evaluation::read_run(run.recorded, summary);
   run.after = evaluation::read_run(run.again / "run.lcm", summary);
-  run.change = find_change({{&run.before, &run.after}}, request.level);
+  run.change = evaluation::find_change({{&run.before, &run.after}}, request.level);
 }
 
 void finish(BatchRun& run, const BatchRequest& request, const RunReport& report,
@@ -111,11 +111,12 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
     pool.add(std::move(task));
   }
   pool.run();
-  std::vector<RecordPair> pairs;
+  std::vector<evaluation::RecordPair> pairs;
   for (const BatchRun& run : batch.runs) {
     if (run.error.empty()) pairs.push_back({&run.before, &run.after});
   }
-  batch.change = pairs.size() == 1 ? batch.runs[0].change : find_change(pairs, request.level);
+  batch.change =
+      pairs.size() == 1 ? batch.runs[0].change : evaluation::find_change(pairs, request.level);
   return batch;
 }
 

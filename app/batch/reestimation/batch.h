@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "app/batch/reestimation/change.h"
 #include "app/batch/reestimation/new_run.h"
 #include "app/batch/reestimation/reestimate_log.h"
+#include "evaluation/compare/change.h"
 
 namespace berth {
 
@@ -25,13 +25,13 @@ struct BatchRun {
   Reestimation result;
   evaluation::RunRecord before;
   evaluation::RunRecord after;
-  Change change;
+  evaluation::Change change;
   std::string error;  ///< of a run that could not be estimated again: all but the paths is empty
 };
 
 struct Batch {
   std::vector<BatchRun> runs;  ///< as requested
-  Change change;               ///< over all of them
+  evaluation::Change change;   ///< over all of them
 
   bool failed() const;
   /// Every estimate of every run came out again, number for number.

@@ -11,6 +11,11 @@
 
 using namespace berth;
 using namespace berth::nights;
+using evaluation::FamilyOptions;
+using evaluation::paired_family;
+using evaluation::Test;
+using evaluation::TestResult;
+using evaluation::unpaired_family;
 
 namespace {
 
@@ -57,8 +62,8 @@ FinishedRun made_run(const std::string& case_name, Build build, std::uint64_t se
   run.fresh = fresh;
   run.procedure_hash = "p";
   run.outcome = "PASS";
-  run.values = {{"run", passed_measurement, "value", "", 1, 1},
-                {"run", completed_measurement, "value", "", 1, 1},
+  run.values = {{"run", evaluation::passed_measurement, "value", "", 1, 1},
+                {"run", evaluation::completed_measurement, "value", "", 1, 1},
                 {"hold", "position_error", "rms", "mm", position_error, 100},
                 {"hold", "x_error", "mean", "mm", mean_x, 100}};
   return run;
@@ -168,7 +173,8 @@ TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") 
     const auto broken = find_changes(evidence, 0.002, {});
     REQUIRE(broken.changes.size() == 2);
     for (const FlaggedChange& c : broken.changes) {
-      CHECK((c.measurement == passed_measurement || c.measurement == completed_measurement));
+      CHECK((c.measurement == evaluation::passed_measurement ||
+             c.measurement == evaluation::completed_measurement));
       CHECK(c.kind == "worse");
     }
   }
@@ -191,43 +197,6 @@ TEST_CASE("fresh seeds are compared with those of the nights before") {
   CHECK(report.changes[0].against == "history");
   CHECK(report.changes[0].measurement == "x_error");
   CHECK(report.changes[0].kind == "worse");
-}
-
-TEST_CASE("what is better depends on what is measured") {
-  CHECK(kind_of_change("position_error", "rms", 3, 2) == "better");
-  CHECK(kind_of_change("x_error", "mean", -0.1, -2) == "worse");
-  CHECK(kind_of_change("update_rate", "value", 2, 3) == "better");
-  CHECK(kind_of_change("tracking_share", "value", 99, 90) == "worse");
-  CHECK(kind_of_change("nees", "mean", 6, 3) == "worse");
-  CHECK(kind_of_change("angular_velocity_z_gain", "value", 1, -1) == "worse");
-  CHECK(kind_of_change("relative_speed", "rms", 20, 30) == "changed");
-  // declared, not guessed from a name
-  CHECK(kind_of_change("silently_wrong", "value", 4, 0) == "better");
-  CHECK(kind_of_change("stopping_time", "value", 300, 200) == "better");
-  CHECK(kind_of_change("mount_turn", "value", 0.1, 0.2) == "worse");
-  CHECK(kind_of_change("returns", "mean", 800, 950) == "better");
-  CHECK(kind_of_change("returns", "deviation", 10, 20) == "worse");
-  CHECK(kind_of_change("nees", "p95", 40, 13) == "better");
-  CHECK(kind_of_change("overconfidence", "value", 0.5, 0.9) == "better");
-  CHECK(kind_of_change("of a newer Berth", "value", 1, 2) == "changed");
-  CHECK(kind_of_change(completed_measurement, "value", 0.9, 1) == "better");
-}
-
-TEST_CASE("what a criterion takes off its value, and its limits, tell what is better") {
-  Config config = Config::parse(R"(
-criteria:
-  - {name: in range, measurement: docking_range, statistic: final, nominal: 3.5 m, min: -30 mm, max: 30 mm}
-  - {name: far enough, measurement: surface_range, statistic: min, min: 1 m}
-  - {name: gain, measurement: velocity_x_gain, nominal: 1, min: -0.1, max: 0.1}
-  - {name: steady, measurement: returns, statistic: deviation, max: 20}
-)",
-                                "test");
-  const auto criteria = evaluation::read_criteria(config);
-  CHECK(kind_of_change("docking_range", "in range", -20, 2, criteria) == "better");
-  CHECK(kind_of_change("docking_range", "in range", 2, 25, criteria) == "worse");
-  CHECK(kind_of_change("surface_range", "far enough", 1100, 1300, criteria) == "better");
-  CHECK(kind_of_change("velocity_x_gain", "gain", 0.08, -0.01, criteria) == "better");
-  CHECK(kind_of_change("returns", "steady", 5, 15, criteria) == "worse");
 }
 
 TEST_CASE("an improvement of whatever is measured leaves the night clean") {

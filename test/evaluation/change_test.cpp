@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/reestimation/change.h"
+#include "evaluation/compare/change.h"
 
 #include <cmath>
 
-#include "app/batch/reestimation/change_report.h"
+#include "common/core/config.h"
 #include "common/core/random.h"
+#include "evaluation/compare/change_report.h"
 #include "test/catch.h"
 #include "test/evaluation/made_run.h"
 
 using namespace berth;
+using namespace berth::evaluation;
 
 namespace {
 
@@ -61,6 +63,11 @@ const ChangeRow& row(const Change& change, const std::string& phase, const std::
     if (r.phase == phase && r.measurement == measurement && r.statistic == statistic) return r;
   }
   throw std::runtime_error("no row " + phase + " " + measurement);
+}
+
+std::string kind_of(const std::string& measurement, const std::string& statistic, double before,
+                    double after, const std::vector<Criterion>& criteria = {}) {
+  return name_of(kind_of_change(measurement, statistic, before, after, criteria));
 }
 
 }  // namespace
@@ -125,4 +132,41 @@ TEST_CASE("A change is told in text and JSON") {
   CHECK(json["rows"][0]["phase"] == "first");
   CHECK(json["rows"][0]["pairs"] == 56);
   CHECK(json["statuses"].size() == 2);
+}
+
+TEST_CASE("what is better depends on what is measured") {
+  CHECK(kind_of("position_error", "rms", 3, 2) == "better");
+  CHECK(kind_of("x_error", "mean", -0.1, -2) == "worse");
+  CHECK(kind_of("update_rate", "value", 2, 3) == "better");
+  CHECK(kind_of("tracking_share", "value", 99, 90) == "worse");
+  CHECK(kind_of("nees", "mean", 6, 3) == "worse");
+  CHECK(kind_of("angular_velocity_z_gain", "value", 1, -1) == "worse");
+  CHECK(kind_of("relative_speed", "rms", 20, 30) == "changed");
+  // declared, not guessed from a name
+  CHECK(kind_of("silently_wrong", "value", 4, 0) == "better");
+  CHECK(kind_of("stopping_time", "value", 300, 200) == "better");
+  CHECK(kind_of("mount_turn", "value", 0.1, 0.2) == "worse");
+  CHECK(kind_of("returns", "mean", 800, 950) == "better");
+  CHECK(kind_of("returns", "deviation", 10, 20) == "worse");
+  CHECK(kind_of("nees", "p95", 40, 13) == "better");
+  CHECK(kind_of("overconfidence", "value", 0.5, 0.9) == "better");
+  CHECK(kind_of("of a newer Berth", "value", 1, 2) == "changed");
+  CHECK(kind_of(completed_measurement, "value", 0.9, 1) == "better");
+}
+
+TEST_CASE("what a criterion takes off its value, and its limits, tell what is better") {
+  Config config = Config::parse(R"(
+criteria:
+  - {name: in range, measurement: docking_range, statistic: final, nominal: 3.5 m, min: -30 mm, max: 30 mm}
+  - {name: far enough, measurement: surface_range, statistic: min, min: 1 m}
+  - {name: gain, measurement: velocity_x_gain, nominal: 1, min: -0.1, max: 0.1}
+  - {name: steady, measurement: returns, statistic: deviation, max: 20}
+)",
+                                "test");
+  const auto criteria = read_criteria(config);
+  CHECK(kind_of("docking_range", "in range", -20, 2, criteria) == "better");
+  CHECK(kind_of("docking_range", "in range", 2, 25, criteria) == "worse");
+  CHECK(kind_of("surface_range", "far enough", 1100, 1300, criteria) == "better");
+  CHECK(kind_of("velocity_x_gain", "gain", 0.08, -0.01, criteria) == "better");
+  CHECK(kind_of("returns", "steady", 5, 15, criteria) == "worse");
 }

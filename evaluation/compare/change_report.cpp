@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/reestimation/change_report.h"
+#include "evaluation/compare/change_report.h"
 
 #include <cmath>
 #include <cstdarg>
@@ -7,7 +7,7 @@
 
 #include "common/core/text.h"
 
-namespace berth {
+namespace berth::evaluation {
 namespace {
 
 [[gnu::format(printf, 1, 2)]] std::string line(const char* format, ...) {
@@ -34,13 +34,13 @@ std::string p_text(double p) {
 }
 
 std::string text_of(const ChangeRow& row) {
-  const evaluation::PairedDifference& d = row.difference;
+  const PairedDifference& d = row.difference;
   const std::string name = row.measurement + " " + row.statistic;
   const std::string interval = "[" + number(d.low, true) + ", " + number(d.high, true) + "]";
   return line("%-10s %-28s %-6s %6zu %9s %9s %9s  %-22s %8s  %s\n", row.phase.c_str(), name.c_str(),
               row.unit.c_str(), d.pairs, number(d.before).c_str(), number(d.after).c_str(),
               number(d.difference, true).c_str(), interval.c_str(), p_text(row.adjusted_p).c_str(),
-              berth::text_of(row.judgement));
+              text_of(row.judgement));
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ std::string text_of(const Change& change, double level) {
 nlohmann::ordered_json json_of(const Change& change) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const ChangeRow& row : change.rows) {
-    const evaluation::PairedDifference& d = row.difference;
+    const PairedDifference& d = row.difference;
     rows.push_back({{"phase", row.phase},
                     {"measurement", row.measurement},
                     {"statistic", row.statistic},
@@ -91,4 +91,4 @@ nlohmann::ordered_json json_of(const Change& change) {
       {"runs", change.runs}, {"verdict", change.verdict()}, {"rows", rows}, {"statuses", statuses}};
 }
 
-}  // namespace berth
+}  // namespace berth::evaluation

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace berth::nights {
+namespace berth::evaluation {
 
 /// One of the many questions asked of the same runs, e.g. "did the rms position error on hold
 /// change?". Values are NaN where a run has none.
@@ -17,7 +17,7 @@ struct Test {
 
 struct TestResult {
   double change = 0;  ///< of the mean, after - before; NaN when there is too little to tell
-  double p = 1;       ///< chance that any question of the family answers so strongly by luck
+  double p = 1;       ///< p-value, of any question of the family
 };
 
 /// Fewer pairs, or fewer values on either side, tell nothing.
@@ -47,4 +47,4 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
 std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
                                         const FamilyOptions& options = {});
 
-}  // namespace berth::nights
+}  // namespace berth::evaluation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/reestimation/change.h"
+#include "evaluation/compare/change.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,14 +9,12 @@
 
 #include "lcmtypes/words.h"
 
-namespace berth {
+namespace berth::evaluation {
 namespace {
 
-using evaluation::Measurement;
-using evaluation::Measurer;
-using evaluation::Phase;
-using evaluation::RunRecord;
-using evaluation::Statistic;
+bool is_share_of_runs(const std::string& measurement) {
+  return measurement == passed_measurement || measurement == completed_measurement;
+}
 
 /// The returns on which an estimate rests.
 using Returns = std::pair<std::int64_t, std::int32_t>;
@@ -33,7 +31,6 @@ constexpr Compared compared[] = {
     {"velocity_error", Statistic::rms}, {"angular_velocity_error", Statistic::rms},
     {"nees", Statistic::mean},
 };
-constexpr char good_estimates[] = "good_estimates";
 
 struct Side {
   explicit Side(const RunRecord& of) : record(of), measurer(of, {}) {
@@ -43,7 +40,7 @@ struct Side {
   }
 
   ValueOf values(const Measurement& measurement, const Phase& phase) const {
-    const evaluation::Series series = measurement.series(measurer, phase);
+    const Series series = measurement.series(measurer, phase);
     ValueOf values;
     for (std::size_t i = 0; i < series.utime.size(); ++i) {
       values[returns_at.at(series.utime[i])] = measurement.shown(series.value[i]);
@@ -54,7 +51,7 @@ struct Side {
   /// Nothing when the run has no such phase. Without a procedure all of it is one.
   std::optional<Phase> phase(const std::string& name) const {
     if (record.state() || returns_at.empty()) return record.phase(name);
-    if (name != evaluation::whole_run) return std::nullopt;
+    if (name != whole_run) return std::nullopt;
     return Phase{name, {{returns_at.begin()->first, returns_at.rbegin()->first}}};
   }
 
@@ -79,7 +76,7 @@ struct TwoSides {
 };
 
 /// Values of the same returns, one after the other.
-struct Paired {
+struct PairedValues {
   std::vector<double> before;
   std::vector<double> after;
 
@@ -105,27 +102,27 @@ std::vector<std::string> phases_of(const std::vector<TwoSides>& runs) {
   std::vector<std::string> names;
   for (const TwoSides& run : runs) {
     for (const Phase& phase : run.before.record.phases()) {
-      if (phase.name != evaluation::teardown_phase && phase.name != evaluation::whole_run &&
+      if (phase.name != teardown_phase && phase.name != whole_run &&
           std::find(names.begin(), names.end(), phase.name) == names.end()) {
         names.push_back(phase.name);
       }
     }
   }
-  if (names.size() != 1) names.push_back(evaluation::whole_run);
+  if (names.size() != 1) names.push_back(whole_run);
   return names;
 }
 
 ChangeRow row_of(const std::string& phase, const std::string& measurement, Statistic statistic,
-                 const std::string& unit, const Paired& paired, double level) {
-  evaluation::BootstrapOptions options;
+                 const std::string& unit, const PairedValues& paired, double level) {
+  BootstrapOptions options;
   options.confidence = 1 - level;
   // Errors of one run hang together. Whether a scan gives a good estimate is a fact about that
   // scan: a target lost for a minute is no single event.
-  options.block = measurement == good_estimates ? 1 : 0;
+  options.block = measurement == good_estimates_measurement ? 1 : 0;
   ChangeRow row;
   row.phase = phase;
   row.measurement = measurement;
-  row.statistic = evaluation::name_of(statistic);
+  row.statistic = name_of(statistic);
   row.unit = unit;
   row.difference = paired_difference(statistic, paired.before, paired.after, options);
   const bool same = row.difference.low == 0 && row.difference.high == 0;
@@ -136,35 +133,32 @@ ChangeRow row_of(const std::string& phase, const std::string& measurement, Stati
 void add_phase(const std::string& name, const std::vector<TwoSides>& runs, double level,
                std::vector<ChangeRow>& rows) {
   const auto over_runs = [&](const auto& add) {
-    Paired paired;
+    PairedValues paired;
     for (const TwoSides& run : runs) {
       if (const auto phase = run.before.phase(name)) add(run, *phase, paired);
     }
     return paired;
   };
   for (const auto& [measurement_name, statistic] : compared) {
-    const Measurement& measurement = *evaluation::measurement_named(measurement_name);
-    const Paired paired = over_runs([&](const TwoSides& run, const Phase& phase, Paired& into) {
+    const Measurement& measurement = *measurement_named(measurement_name);
+    const PairedValues paired = over_runs([&](const TwoSides& run, const Phase& phase,
+                                              PairedValues& into) {
       into.add_common(run.before.values(measurement, phase), run.after.values(measurement, phase));
     });
     if (paired.before.empty()) continue;
     rows.push_back(row_of(name, measurement.name, statistic, measurement.unit, paired, level));
   }
-  const Paired good = over_runs([](const TwoSides& run, const Phase& phase, Paired& into) {
-    into.add_all(run.before.good(phase), run.after.good(phase));
-  });
+  const PairedValues good =
+      over_runs([](const TwoSides& run, const Phase& phase, PairedValues& into) {
+        into.add_all(run.before.good(phase), run.after.good(phase));
+      });
   if (good.before.empty()) return;
-  rows.push_back(row_of(name, good_estimates, Statistic::mean, "%", good, level));
+  rows.push_back(row_of(name, good_estimates_measurement, Statistic::mean, "%", good, level));
 }
 
-/// Whether the statistic after is the better one; all that is compared prefers something.
 bool is_better(const ChangeRow& row) {
-  const Measurement* what = evaluation::measurement_named(row.measurement);  // none: good_estimates
-  const evaluation::Preference preference =
-      what == nullptr ? evaluation::Preference{evaluation::Direction::larger_is_better}
-                      : what->preference(*evaluation::statistic_named(row.statistic));
-  return preference.kind_of_change(row.difference.before, row.difference.after) ==
-         evaluation::ChangeKind::better;
+  return kind_of_change(row.measurement, row.statistic, row.difference.before,
+                        row.difference.after) == ChangeKind::better;
 }
 
 /// A row without a test does not make the others' harder.
@@ -179,7 +173,7 @@ void judge(std::vector<ChangeRow>& rows, double level) {
     p_values.push_back(is_tested(row) ? row.difference.p_value
                                       : std::numeric_limits<double>::quiet_NaN());
   }
-  const std::vector<double> adjusted = evaluation::holm(p_values);
+  const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     ChangeRow& row = rows[i];
     row.adjusted_p = adjusted[i];
@@ -209,6 +203,34 @@ void count_statuses(const TwoSides& run, StatusChanges& changes) {
 
 }  // namespace
 
+double MinimumEffect::of(const std::string& measurement, double before) const {
+  if (is_share_of_runs(measurement)) return std::max(1e-9, relative * before);
+  const Measurement* what = measurement_named(measurement);
+  const double fixed = what == nullptr ? 0 : absolute.at(what->dimension) / what->unit_si;
+  return std::max(fixed, relative * before);
+}
+
+ChangeKind kind_of_change(const std::string& measurement, const std::string& statistic,
+                          double before, double after, const std::vector<Criterion>& criteria) {
+  if (is_share_of_runs(measurement) || measurement == good_estimates_measurement) {
+    return Preference{Direction::larger_is_better}.kind_of_change(before, after);
+  }
+  for (const Criterion& criterion : criteria) {
+    if (criterion.name == statistic && criterion.measurement->name == measurement) {
+      return kind_of_change(criterion, before, after);
+    }
+  }
+  const Measurement* what = measurement_named(measurement);
+  if (what == nullptr) return ChangeKind::changed;  // of another version
+  return what->preference(statistic_named(statistic).value_or(Statistic::mean))
+      .kind_of_change(before, after);
+}
+
+const char* name_of(ChangeKind kind) {
+  constexpr const char* names[] = {"better", "worse", "changed"};
+  return names[static_cast<int>(kind)];
+}
+
 const char* text_of(Judgement judgement) {
   constexpr const char* texts[] = {"same",   "no difference", "perhaps better", "perhaps worse",
                                    "better", "worse",         "too few"};
@@ -237,4 +259,4 @@ Change find_change(const std::vector<RecordPair>& pairs, double level) {
   return change;
 }
 
-}  // namespace berth
+}  // namespace berth::evaluation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/nights/family_test.h"
+#include "evaluation/compare/family_test.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,22 +9,21 @@
 #include "common/core/nan.h"
 #include "common/core/random.h"
 
-namespace berth::nights {
+namespace berth::evaluation {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Student's t of so many degrees of freedom as a normal deviate (Wallace 1959, formula 2): makes
 /// questions with different numbers of runs comparable.
 double normal_deviate(double t, double degrees) {
-  if (std::isinf(t)) return infinity;
+  if (std::isinf(t)) return std::numeric_limits<double>::infinity();
   return std::sqrt(degrees * std::log1p(t * t / degrees)) * (8 * degrees + 1) / (8 * degrees + 3);
 }
 
 /// Without spread there is still rounding.
 double ratio(double change, double variance_of_change) {
   const double spread = std::sqrt(std::max(0.0, variance_of_change));
-  return spread <= 1e-12 * std::abs(change) ? infinity : std::abs(change) / spread;
+  return spread <= 1e-12 * std::abs(change) ? std::numeric_limits<double>::infinity()
+                                            : std::abs(change) / spread;
 }
 
 /// p of every question: how often the greatest strength of a shuffle was at least its own.
@@ -47,7 +46,7 @@ struct Member {
 };
 
 /// What a question needs of its values in every shuffle.
-struct Paired {
+struct PairedTest {
   std::size_t question;
   std::size_t group;
   std::vector<Member> differences;
@@ -62,7 +61,7 @@ struct Paired {
   }
 };
 
-struct Unpaired {
+struct UnpairedTest {
   std::size_t question;
   std::size_t group;
   std::vector<double> value;    // of each run of the group, less the mean of all; 0 where none
@@ -96,10 +95,10 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
                                       const FamilyOptions& options) {
   std::vector<TestResult> answers(questions.size(), {nan, 1});
   std::vector<double> strength(questions.size(), 0);
-  std::vector<Paired> family;
+  std::vector<PairedTest> family;
   std::vector<std::size_t> runs(groups_of(questions), 0);
   for (std::size_t q = 0; q < questions.size(); ++q) {
-    Paired paired{q, questions[q].group, {}, 0, questions[q].least};
+    PairedTest paired{q, questions[q].group, {}, 0, questions[q].least};
     double sum = 0;
     double size = 0;
     for (std::size_t i = 0; i < questions[q].after.size(); ++i) {
@@ -127,7 +126,7 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
       sign[g].resize(runs[g]);
       for (double& s : sign[g]) s = (random.bits() >> 40 & 1) != 0 ? 1 : -1;
     }
-    for (const Paired& paired : family) {
+    for (const PairedTest& paired : family) {
       double sum = 0;
       for (const Member& m : paired.differences) sum += sign[paired.group][m.run] * m.value;
       most = std::max(most, paired.strength(sum));
@@ -141,7 +140,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
                                         const FamilyOptions& options) {
   std::vector<TestResult> answers(questions.size(), {nan, 1});
   std::vector<double> strength(questions.size(), 0);
-  std::vector<Unpaired> family;
+  std::vector<UnpairedTest> family;
   struct Deal {
     std::size_t before = 0;
     std::size_t after = 0;
@@ -150,7 +149,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
   std::vector<Deal> deals(groups_of(questions));
   for (std::size_t q = 0; q < questions.size(); ++q) {
     const Test& question = questions[q];
-    Unpaired unpaired{q, question.group, question.before, {}, 0, 0, 0, question.least};
+    UnpairedTest unpaired{q, question.group, question.before, {}, 0, 0, 0, question.least};
     auto& value = unpaired.value;
     value.insert(value.end(), question.after.begin(), question.after.end());
     double mean = 0;
@@ -192,7 +191,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
         std::swap(deal.order[i], deal.order[other]);
       }
     }
-    for (const Unpaired& unpaired : family) {
+    for (const UnpairedTest& unpaired : family) {
       double n = 0;
       double sum = 0;
       const Deal& deal = deals[unpaired.group];
@@ -207,4 +206,4 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
   return answers;
 }
 
-}  // namespace berth::nights
+}  // namespace berth::evaluation

@@ -5,10 +5,36 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/measure/criterion.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/measure/paired.h"
 
-namespace berth {
+namespace berth::evaluation {
+
+/// Values that every run has beside its measurements: whether it passed, whether all its steps ran
+/// to their end, 1 or 0; and how many estimates were good.
+inline constexpr char passed_measurement[] = "passed";
+inline constexpr char completed_measurement[] = "completed";
+inline constexpr char good_estimates_measurement[] = "good_estimates";
+
+/// The least change of a measurement that anybody would act upon, in SI units.
+struct MinimumEffect {
+  double relative = 0.05;  ///< of the value before
+  std::map<Dimension, double> absolute = {
+      {Dimension::length, 0.1e-3}, {Dimension::angle, 0.0002},         {Dimension::time, 0.2e-3},
+      {Dimension::speed, 0.2e-3},  {Dimension::angular_speed, 0.0002}, {Dimension::frequency, 0.05},
+      {Dimension::number, 0.02}};
+
+  /// The larger of both, in the measurement's shown unit. @param before size of the value before
+  double of(const std::string& measurement, double before) const;
+};
+
+/// As the measurement itself declares, or the criterion of which this is the value.
+/// @param criteria of the procedure
+ChangeKind kind_of_change(const std::string& measurement, const std::string& statistic,
+                          double before, double after, const std::vector<Criterion>& criteria = {});
+/// "better", "worse" or "changed".
+const char* name_of(ChangeKind kind);
 
 /// too_few: pairs that hang together so much that they prove nothing. Perhaps better or worse: that
 /// row alone would say so, but in so many rows one that does is no surprise.
@@ -21,7 +47,7 @@ struct ChangeRow {
   std::string measurement;
   std::string statistic;
   std::string unit;  ///< of the numbers in difference
-  evaluation::PairedDifference difference;
+  PairedDifference difference;
   double adjusted_p = 1;  ///< for all the rows of the table together (Holm); NaN: not tested
   Judgement judgement = Judgement::no_difference;
 };
@@ -42,8 +68,8 @@ struct Change {
 
 /// An old record and the one that came of it. They must outlive what is made of them.
 struct RecordPair {
-  const evaluation::RunRecord* before;
-  const evaluation::RunRecord* after;
+  const RunRecord* before;
+  const RunRecord* after;
 };
 
 /// Compares estimates of the same returns (scan and packets), phase by phase: errors against truth
@@ -54,4 +80,4 @@ struct RecordPair {
 ///   each.
 Change find_change(const std::vector<RecordPair>& pairs, double level);
 
-}  // namespace berth
+}  // namespace berth::evaluation

@@ -3,13 +3,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/batch/reestimation/change.h"
+#include "evaluation/compare/change.h"
 
-namespace berth {
+namespace berth::evaluation {
 
 /// Table of rows, status changes and verdict, for a terminal.
 std::string text_of(const Change& change, double level);
 /// Numbers that are not finite become null.
 nlohmann::ordered_json json_of(const Change& change);
 
-}  // namespace berth
+}  // namespace berth::evaluation
