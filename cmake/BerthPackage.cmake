@@ -3,9 +3,8 @@
 
 # The programs find these in ../share/berth. The configuration is installed whole: its hash, which every run records, is
 # that of the sources.
-foreach(directory config targets nights campaigns)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${directory} DESTINATION ${CMAKE_INSTALL_DATADIR}/berth
-          PATTERN "regressions" EXCLUDE)
+foreach(directory config targets)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${directory} DESTINATION ${CMAKE_INSTALL_DATADIR}/berth)
 endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/procedures DESTINATION ${CMAKE_INSTALL_DATADIR}/berth
         FILES_MATCHING PATTERN "*.yaml" PATTERN "schema.json"

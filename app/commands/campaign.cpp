@@ -219,7 +219,8 @@ void add_campaign(CLI::App& app, int& exit_code) {
       "was\n"
       "at fault or results are missing, 3 interrupted (the same command goes on).");
   auto options = std::make_shared<CampaignOptions>();
-  command->add_option("campaign", options->manifest, "Campaign, e.g. campaigns/acquisition.yaml");
+  command->add_option("campaign", options->manifest,
+                      "Campaign, e.g. procedures/campaigns/acquisition.yaml");
   command->add_option("--trials", options->trials, "At each point, instead of the campaign's own")
       ->check(CLI::PositiveNumber);
   command->add_option("--jobs", options->jobs, "Worker processes (default: one per core)")

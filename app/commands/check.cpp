@@ -12,11 +12,8 @@
 #include "app/exit_code.h"
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
-#include "common/core/file.h"
 #include "common/core/shipped_file.h"
 #include "common/core/valid_text.h"
-#include "common/core/yaml_files.h"
-#include "procedures/language/parameters.h"
 #include "procedures/language/schema.h"
 
 namespace berth::commands {
@@ -33,15 +30,6 @@ struct CheckOptions {
   bool schema = false;
 };
 
-/// Other YAML files may lie beside procedures; one that cannot be read may be one, and is told of.
-bool is_procedure(const fs::path& file) {
-  try {
-    return procedures::read_written(read_file(file), file.string()).tree.has("steps");
-  } catch (const InputError&) {
-    return true;
-  }
-}
-
 /// The files named, and every procedure of the directories named, in order of their names.
 std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
   std::vector<fs::path> files;
@@ -51,11 +39,9 @@ std::vector<fs::path> procedures_in(const std::vector<fs::path>& paths) {
       files.push_back(path);
       continue;
     }
-    const std::size_t before = files.size();
-    for (const fs::path& file : yaml_files(path)) {
-      if (is_procedure(file)) files.push_back(file);
-    }
-    if (files.size() == before) throw InputError(path.string() + ": holds no procedure (*.yaml)");
+    const auto found = procedures::procedures_in(path);
+    if (found.empty()) throw InputError(path.string() + ": holds no procedure (*.yaml)");
+    files.insert(files.end(), found.begin(), found.end());
   }
   return files;
 }

@@ -20,7 +20,8 @@ void add_nightly(CLI::App& app, int& exit_code) {
       "was at fault,\n3 interrupted (the same command goes on).");
   auto request = std::make_shared<nights::NightRequest>();
   auto accept = std::make_shared<std::string>();
-  command->add_option("plan", request->plan, "Plan, e.g. nights/nightly.yaml; see docs/nightly.md");
+  command->add_option("plan", request->plan,
+                      "Plan, e.g. procedures/nights/nightly.yaml; see docs/nightly.md");
   command
       ->add_option("--out", request->out, "Directory of the history, the index page and the nights")
       ->capture_default_str();

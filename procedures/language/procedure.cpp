@@ -6,6 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
+#include "common/core/yaml_files.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/blocks.h"
 
@@ -237,6 +238,19 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
 
 Procedure load_procedure(const std::filesystem::path& file, const Overrides& overrides) {
   return parse_procedure(read_file(file), file.string(), overrides);
+}
+
+std::vector<std::filesystem::path> procedures_in(const std::filesystem::path& directory) {
+  const auto other = [](const std::filesystem::path& file) {
+    try {
+      return !read_written(read_file(file), file.string()).tree.has("steps");
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  std::vector<std::filesystem::path> files = yaml_files(directory);
+  files.erase(std::remove_if(files.begin(), files.end(), other), files.end());
+  return files;
 }
 
 }  // namespace berth::procedures

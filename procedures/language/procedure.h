@@ -41,6 +41,11 @@ inline constexpr int max_steps = 400;
 /// Reads and checks a procedure: syntax, names, units, phases, parameters, called procedures.
 /// @throws InputError "file:line: key ...: found ..., expected ...".
 Procedure load_procedure(const std::filesystem::path& file, const Overrides& overrides = {});
+
+/// The procedures below a directory, in order of their names. Other YAML files, such as plans of
+/// nights, may lie beside them: a procedure has steps. A file that cannot be read counts, so that
+/// it is told of.
+std::vector<std::filesystem::path> procedures_in(const std::filesystem::path& directory);
 /// Called procedures are looked for beside `file`.
 Procedure parse_procedure(const std::string& text, const std::string& file,
                           const Overrides& overrides = {});

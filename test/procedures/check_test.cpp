@@ -50,18 +50,16 @@ steps:
 }  // namespace
 
 TEST_CASE("every procedure shipped checks without error or warning") {
-  std::size_t count = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator("procedures")) {
-    if (entry.path().extension() != ".yaml") continue;
-    ++count;
-    const Procedure procedure = load_procedure(entry.path());
+  const auto shipped = procedures_in("procedures");
+  for (const std::filesystem::path& file : shipped) {
+    const Procedure procedure = load_procedure(file);
     const CheckReport report = check_procedure(procedure, setup_for(procedure));
     INFO(said(report));
     CHECK(said(report).empty());
     CHECK(report.duration > 0);
     CHECK(report.steps.size() == procedure.steps.size() + procedure.teardown.size());
   }
-  CHECK(count >= 4);
+  CHECK(shipped.size() >= 4);
 }
 
 TEST_CASE("motions are planned one from where the other ends, with what there is to spare") {

@@ -4,7 +4,7 @@
 # caught. BERTH: the program, default build/release/bin/berth. OUT keeps the nights and their index.html.
 # BERTH_MUTANT: a build with the sign of one angular velocity flipped; built here when not given.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+cd "$(dirname "$0")/../../../../.."
 berth=${1:-build/release/bin/berth}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -16,7 +16,7 @@ failed=0
 night() {
   local wanted=$1 name=$2 plan=$3 code=0
   shift 3
-  "${program:-$berth}" nightly "nights/regressions/$plan.yaml" --out "$out" --night "$name" "$@" >"$work/said" 2>&1 || code=$?
+  "${program:-$berth}" nightly "test/app/batch/nights/regressions/$plan.yaml" --out "$out" --night "$name" "$@" >"$work/said" 2>&1 || code=$?
   printf '%-24s exit %s (%s wanted)  %s\n' "$name" $code "$wanted" "$(grep -E '^[0-9]+ comparisons' "$work/said")"
   # Exit code 1 for any other reason is no proof.
   [ "$wanted" = 0 ] || grep -q ': REGRESSION$' "$work/said" || code=none
