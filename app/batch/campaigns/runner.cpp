@@ -43,7 +43,6 @@ class Runner {
   Runner(const Campaign& campaign, const std::vector<Block>& blocks, const RunnerOptions& options)
       : campaign_(campaign), options_(options) {
     for (const Block& block : blocks) {
-      total_ += block.size();
       if (std::filesystem::exists(campaign.block_file(block))) {
         finished_ += block.size();
       } else {
@@ -146,7 +145,6 @@ class Runner {
   void tell() const {
     if (!options_.tell) return;
     RunnerProgress progress;
-    progress.total = total_;
     progress.done = finished_;
     progress.done_now = cost_.trials;
     progress.workers = static_cast<int>(workers_.size());
@@ -162,7 +160,6 @@ class Runner {
   std::deque<Block> waiting_;
   std::list<std::unique_ptr<Worker>> workers_;
   std::map<std::int64_t, int> killed_;  // how often from outside, by trial
-  std::int64_t total_ = 0;
   std::int64_t finished_ = 0;
   RunnerCost cost_;
 };
