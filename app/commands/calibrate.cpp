@@ -63,10 +63,10 @@ std::string choose(const CalibrateOptions& options) {
   selection.limits.speed = options.pace.speed;
   selection.limits.angular_speed = options.pace.turn;
   const testbed::CalibrationView view = testbed::calibration_view(rig.cell, rig.lidar);
-  terminal::ProgressLine progress("poses chosen", options.poses);
+  terminal::ProgressLine progress("choosing poses");
   const auto chosen =
       testbed::select_poses(rig.cell, rig.planner, view, prior, fast_speed, selection,
-                            [&](int number) { progress.show(number - 1); });
+                            [&](int number) { progress.show((number - 1.0) / options.poses); });
   progress.status("");
   std::fprintf(
       stderr,
