@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
@@ -16,6 +14,7 @@
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
 #include "app/runs/run_list.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
@@ -64,12 +63,11 @@ std::string choose(const CalibrateOptions& options) {
   selection.limits.speed = options.pace.speed;
   selection.limits.angular_speed = options.pace.turn;
   const testbed::CalibrationView view = testbed::calibration_view(rig.cell, rig.lidar);
-  const bool shown = isatty(STDERR_FILENO) == 1;
+  terminal::ProgressLine progress("choosing poses");
   const auto chosen =
-      testbed::select_poses(rig.cell, rig.planner, view, prior, fast_speed, selection, [&](int i) {
-        if (shown) std::fprintf(stderr, "\rchoosing pose %d of %d", i, options.poses);
-      });
-  if (shown) std::fprintf(stderr, "\r\x1b[K");
+      testbed::select_poses(rig.cell, rig.planner, view, prior, fast_speed, selection,
+                            [&](int number) { progress.show((number - 1.0) / options.poses); });
+  progress.status("");
   std::fprintf(
       stderr,
       "%zu poses and %zu fast strokes; truth should come out within %s mm and %s deg (rms)\n",

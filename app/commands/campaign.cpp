@@ -2,6 +2,8 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,15 +15,18 @@
 #include "app/batch/campaigns/report.h"
 #include "app/batch/campaigns/results.h"
 #include "app/commands/campaign_slurm.h"
-#include "app/commands/campaign_view.h"
+#include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
-#include "app/commands/target_notes.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/runs/checksums.h"
 #include "app/terminal/interruption.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/shipped_file.h"
+#include "common/core/text.h"
+#include "common/core/valid_text.h"
+#include "evaluation/measure/proportion.h"
 
 namespace berth::commands {
 namespace {
@@ -52,16 +57,91 @@ int jobs_of(const CampaignOptions& options) {
 
 RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, int jobs) {
   terminal::watch_for_interruption();
-  CampaignProgress progress;
+  std::int64_t total = 0;
+  for (const Block& block : blocks) total += block.size();
+  terminal::ProgressLine progress("trials", total);
   RunnerOptions runner;
   runner.jobs = jobs;
   runner.make = [&campaign] { return make_experiment(campaign); };
-  runner.tell = [&progress](const RunnerProgress& now) { progress.tell(now); };
+  runner.tell = [&progress](const RunnerProgress& now) {
+    progress.show(static_cast<double>(now.done), std::to_string(now.workers) + " workers",
+                  static_cast<double>(now.done - now.done_now));
+  };
   runner.interrupted = terminal::interrupted;
   const RunnerCost cost = run_blocks(campaign, blocks, runner);
-  progress.end();
+  progress.status("");
   if (cost.trials > 0) note_cost(campaign, cost, jobs);
   return cost;
+}
+
+constexpr std::size_t max_broken_listed = 10;
+constexpr std::int64_t max_points_shown = 60;
+
+double median(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  std::sort(values.begin(), values.end());
+  return evaluation::quantile(values, 0.5);
+}
+
+void print_points(const Campaign& campaign, const std::vector<TrialResult>& results) {
+  const Manifest& manifest = campaign.manifest();
+  const auto points = static_cast<std::size_t>(manifest.points());
+  std::vector<std::vector<const TrialResult*>> of_point(points);
+  for (const TrialResult& result : results) {
+    of_point[static_cast<std::size_t>(result.point)].push_back(&result);
+  }
+  std::vector<std::vector<std::string>> lines(1);
+  for (const Parameter& axis : manifest.grid) lines[0].push_back(axis.name);
+  lines[0].insert(lines[0].end(), {"trials", "passed"});
+  for (const KeptMeasurement& kept : manifest.measurements) {
+    lines[0].push_back(kept.name + (kept.unit.empty() ? "" : ", " + kept.unit));
+  }
+  for (const auto& of : of_point) {
+    if (of.empty()) continue;
+    auto& line = lines.emplace_back();
+    const auto passed = std::count_if(of.begin(), of.end(), [](auto* r) { return r->passed(); });
+    for (std::size_t axis = 0; axis < manifest.grid.size(); ++axis) {
+      line.push_back(of.front()->parameters[axis].second);
+    }
+    line.push_back(std::to_string(of.size()));
+    line.push_back(fixed(100.0 * static_cast<double>(passed) / static_cast<double>(of.size()), 2) +
+                   " %");
+    for (const KeptMeasurement& kept : manifest.measurements) {
+      std::vector<double> values;
+      for (const TrialResult* r : of) values.push_back(r->measurement(kept.name));
+      line.push_back(shown(median(values)));
+    }
+  }
+  std::printf("%s  (medians of the trials)\n\n", text_table(lines, manifest.grid.size()).c_str());
+}
+
+/// Each point of the grid, failures by kind, what is broken or missing.
+void print_summary(const Campaign& campaign, const Summary& summary) {
+  if (summary.present > 0 && campaign.manifest().points() <= max_points_shown) {
+    print_points(campaign, read_results(campaign.trials_file()));
+  }
+  std::printf("%lld of %lld trials", static_cast<long long>(summary.present),
+              static_cast<long long>(summary.trials));
+  for (const auto& [outcome, count] : summary.outcomes) {
+    std::printf(", %lld %s", static_cast<long long>(count), campaigns::name_of(outcome));
+  }
+  std::printf("\n");
+  for (const auto& [failure, count] : summary.failures) {
+    std::printf("  %6lld  %s\n", static_cast<long long>(count), terminal_line(failure).c_str());
+  }
+  if (!summary.broken.empty()) {
+    std::printf("crashed or in error: trial");
+    for (std::size_t i = 0; i < std::min(max_broken_listed, summary.broken.size()); ++i) {
+      std::printf(" %lld", static_cast<long long>(summary.broken[i]));
+    }
+    std::printf("%s\n",
+                summary.broken.size() > max_broken_listed ? " ... (all in summary.json)" : "");
+  }
+  if (!summary.missing.empty()) {
+    std::printf("missing: %zu blocks, from trial %lld on; the same command goes on\n",
+                summary.missing.size(), static_cast<long long>(summary.missing.front().begin));
+  }
+  std::printf("campaign %s\n", campaign.directory().c_str());
 }
 
 /// Joins what is there, draws it and says it.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/commands/campaign_slurm.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -11,6 +9,7 @@
 #include "app/batch/campaigns/cost.h"
 #include "app/batch/campaigns/slurm.h"
 #include "app/runs/run_files.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
 
@@ -50,46 +49,25 @@ std::string text_of(const SlurmState& state, std::size_t tasks) {
   return text;
 }
 
-/// One line on a terminal, a line at each change in a file.
-class Progress {
- public:
-  Progress(const Campaign& campaign, std::size_t tasks)
-      : campaign_(campaign), tasks_(tasks), is_terminal_(isatty(STDOUT_FILENO) == 1) {}
-  ~Progress() {
-    if (is_terminal_) std::printf("\r\033[K");
-  }
-
-  void tell(const SlurmState& state) {
-    std::int64_t missing = 0;
-    for (const Block& block : campaign_.missing_blocks()) missing += block.size();
-    const std::int64_t total = campaign_.manifest().total();
-    const std::string text = text_of(state, tasks_) + "; " + std::to_string(total - missing) +
-                             " of " + std::to_string(total) + " trials";
-    if (!is_terminal_ && text == told_) return;
-    told_ = text;
-    const double elapsed = std::chrono::duration<double>(Clock::now() - begun_).count();
-    std::printf(is_terminal_ ? "\r%s, %.0f s\033[K" : "%s, %.0f s\n", text.c_str(), elapsed);
-    std::fflush(stdout);
-  }
-
- private:
-  const Campaign& campaign_;
-  std::size_t tasks_;
-  bool is_terminal_;
-  std::string told_;
-  Clock::time_point begun_ = Clock::now();
-};
+std::int64_t missing_trials(const Campaign& campaign) {
+  std::int64_t missing = 0;
+  for (const Block& block : campaign.missing_blocks()) missing += block.size();
+  return missing;
+}
 
 /// False: interrupted.
 bool wait_for(const Campaign& campaign, const SlurmJobs& jobs,
               const std::function<bool()>& interrupted) {
-  Progress progress(campaign, jobs.tasks.size());
+  const std::int64_t total = campaign.manifest().total();
+  terminal::ProgressLine progress("trials", total);
+  const auto before = static_cast<double>(total - missing_trials(campaign));
   auto answered = Clock::now();
   while (true) {
     try {
       const SlurmState state = state_of(jobs);
       answered = Clock::now();
-      progress.tell(state);
+      progress.show(static_cast<double>(total - missing_trials(campaign)),
+                    text_of(state, jobs.tasks.size()), before);
       if (state.over) return true;
     } catch (const InputError&) {
       // The scheduler may be restarted while jobs run.

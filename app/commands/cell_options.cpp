@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <thread>
 
-#include "app/commands/run_options.h"
 #include "app/console/serving.h"
 #include "app/exit_code.h"
 #include "app/runs/active_runs.h"
@@ -22,6 +21,7 @@
 #include "common/bus/lcm_bus.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/quantity.h"
 
 namespace berth::commands {
 namespace {
@@ -39,7 +39,53 @@ void announce_console(const RunFiles& files, pid_t supervisor) {
   }
 }
 
+/// --lidar PATH as keys of devices.yaml: a recording takes the LIDAR's place. @throws InputError.
+std::map<std::string, std::string> recorded_lidar(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path found = fs::canonical(path, error);
+  if (error) throw InputError("--lidar " + path + ": no such file or directory");
+  const bool log = found.extension() == ".lcm" || fs::exists(found / "run.lcm", error);
+  return {{"devices.yaml:lidar.adapter", log ? "log" : "files"},
+          {"devices.yaml:lidar.recording", found.string()}};
+}
+
 }  // namespace
+
+std::map<std::string, std::string> assignments_of(const std::string& option,
+                                                  const std::vector<std::string>& assignments) {
+  std::map<std::string, std::string> values;
+  for (const auto& assignment : assignments) {
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(option + " " + assignment + ": expected NAME=VALUE");
+    }
+    values[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+  }
+  return values;
+}
+
+procedures::Overrides overrides_of(const std::vector<std::string>& assignments) {
+  return assignments_of("--set", assignments);
+}
+
+double target_length_of(const std::string& text) {
+  const bool has_unit = text.find('m') != std::string::npos;
+  double length = 0;
+  try {
+    length = parse_quantity(text + (has_unit ? "" : " m"), Dimension::length);
+  } catch (const InputError& e) {
+    throw InputError(std::string("--target-length: ") + e.what());
+  }
+  if (length <= 0) throw InputError("--target-length: must be positive");
+  return length;
+}
+
+void print_notes(const std::vector<std::string>& notes, const std::string& named) {
+  for (const std::string& note : notes) {
+    std::fprintf(stderr, "berth: %s: %s\n", named.c_str(), note.c_str());
+  }
+}
 
 void add_cell_options(CLI::App& command, CellOptions& options) {
   command.add_option("--layout", options.request.layout,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/runs/choose_setup.h"
 #include "app/runs/run_files.h"
 
 namespace CLI {
@@ -12,6 +13,19 @@ class App;
 }
 
 namespace berth::commands {
+
+/// NAME=VALUE, any number of them, as given to the option. @throws InputError.
+std::map<std::string, std::string> assignments_of(const std::string& option,
+                                                  const std::vector<std::string>& assignments);
+
+/// --set NAME=VALUE, any number of them. @throws InputError.
+procedures::Overrides overrides_of(const std::vector<std::string>& assignments);
+
+/// --target-length, in m unless it names its unit. @throws InputError.
+double target_length_of(const std::string& text);
+
+/// Writes target_notes() to standard error, under the name that the user gave the target.
+void print_notes(const std::vector<std::string>& notes, const std::string& named);
 
 /// What commands that run something in a cell are told of it.
 struct CellOptions {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
-#include "app/commands/run_options.h"
 #include "app/exit_code.h"
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"

@@ -4,14 +4,15 @@
 #include <memory>
 
 #include "app/commands/commands.h"
-#include "app/commands/run_options.h"
 #include "app/exit_code.h"
+#include "app/runs/run_list.h"
 #include "app/terminal/terminal_view.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
 #include "evaluation/compare/comparison.h"
 #include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/report.h"
+#include "evaluation/report/reported_run.h"
 
 namespace berth::commands {
 namespace {
@@ -25,6 +26,29 @@ struct CompareOptions {
   bool json = false;
   fs::path html;
 };
+
+/// The runs that a user names (see find_run), judged from their logs: of a log all that it holds.
+/// What cannot be read is told on standard error and costs no other run.
+/// @param worst exit code, made worse by each run and by what cannot be read
+std::vector<report::ReportedRun> read_runs(const std::vector<std::string>& names, int& worst) {
+  std::vector<report::ReportedRun> runs;
+  for (const std::string& name : names) {
+    try {
+      const fs::path found = find_run(name);
+      const bool is_directory = fs::is_directory(found);
+      for (report::ReportedRun& run :
+           report::read_reported_runs(log_of_run(name), is_directory ? found : "")) {
+        worst =
+            exit_code::worst(worst, evaluation::exit_code_of_outcome(run.run.comparison.outcome));
+        runs.push_back(std::move(run));
+      }
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "berth: %s\n", e.what());
+      worst = exit_code::worst(worst, exit_code::error);
+    }
+  }
+  return runs;
+}
 
 /// One run in JSON is an object; several are {"runs": [...], "measurements": [...]}.
 void print_side_by_side(const std::vector<report::ReportedRun>& runs, bool json) {
@@ -75,6 +99,15 @@ int compare(const CompareOptions& options) {
   return worst;
 }
 
+int write_html(const std::vector<std::string>& names, const fs::path& html) {
+  int worst = exit_code::passed;
+  const std::vector<report::ReportedRun> runs = read_runs(names, worst);
+  if (runs.empty()) return worst;
+  report::write_report(runs, html);
+  std::printf("%s\n", html.c_str());
+  return worst;
+}
+
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
@@ -90,6 +123,19 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_option("--html", options->html,
                       "Write a report into this file: one run, or several side by side");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
+}
+
+void add_report(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "report", "berth compare --html: a run, or several side by side, as one HTML file");
+  auto options = std::make_shared<CompareOptions>();
+  options->html = "report.html";
+  command
+      ->add_option("run", options->runs, "Run directories, logs, names of runs in runs/, or 'last'")
+      ->required();
+  command->add_option("--html", options->html, "File to write")->capture_default_str();
+  command->callback(
+      [options, &exit_code] { exit_code = write_html(options->runs, options->html); });
 }
 
 }  // namespace berth::commands

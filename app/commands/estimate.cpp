@@ -9,10 +9,10 @@
 #include <new>
 #include <optional>
 
+#include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
 #include "app/commands/estimate_hints.h"
 #include "app/commands/estimate_report.h"
-#include "app/commands/target_notes.h"
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cinttypes>
 #include <cstdio>
 #include <memory>
@@ -10,6 +7,7 @@
 #include "app/batch/reestimation/batch.h"
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
 #include "evaluation/compare/change_report.h"
@@ -21,22 +19,6 @@ struct ReestimateOptions {
   BatchRequest request;
   bool json = false;
   bool fail_on_worse = false;
-};
-
-/// "42 %", anew at each percent, where somebody looks.
-class Percent {
- public:
-  ~Percent() {
-    if (shown_ >= 0) std::fprintf(stderr, "\r\x1b[K");
-  }
-  void show(double share) {
-    const int percent = static_cast<int>(100 * share);
-    if (isatty(STDERR_FILENO) != 1 || shown_.exchange(percent) == percent) return;
-    std::fprintf(stderr, "\r%3d %%", percent);
-  }
-
- private:
-  std::atomic<int> shown_ = -1;
 };
 
 double per(double amount, double time) { return time > 0 ? amount / time : 0; }
@@ -99,8 +81,8 @@ void print_batch(const Batch& batch, const ReestimateOptions& options) {
 int reestimate(const ReestimateOptions& options) {
   Batch batch;
   {
-    Percent percent;
-    batch = berth::reestimate(options.request, [&](double share) { percent.show(share); });
+    terminal::ProgressLine progress("estimated again");
+    batch = berth::reestimate(options.request, [&](double share) { progress.show(share); });
   }
   options.json ? print_json(batch, options) : print_batch(batch, options);
   for (const BatchRun& run : batch.runs) {

@@ -6,8 +6,6 @@
 
 #include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
-#include "app/commands/run_options.h"
-#include "app/commands/target_notes.h"
 #include "app/exit_code.h"
 #include "app/runs/arms_now.h"
 #include "app/runs/choose_setup.h"

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <lcm/lcm-cpp.hpp>
@@ -13,9 +14,10 @@
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
 #include "app/runs/run_list.h"
+#include "app/terminal/raw_terminal.h"
 #include "app/terminal/spy_model.h"
 #include "app/terminal/spy_screen.h"
-#include "app/terminal/spy_terminal.h"
+#include "app/terminal/style.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
@@ -111,8 +113,51 @@ int spy_log(const fs::path& path, const SpyOptions& options) {
   return exit_code::passed;
 }
 
+/// The terminal, key by key, on its second screen; as it was before when this ends.
+class SpyTerminal {
+ public:
+  SpyTerminal() { show("\x1b[?1049h\x1b[?25l\x1b[2J"); }
+  ~SpyTerminal() { show("\x1b[?25h\x1b[?1049l"); }
+  SpyTerminal(const SpyTerminal&) = delete;
+  SpyTerminal& operator=(const SpyTerminal&) = delete;
+
+  /// The keys pressed since, one after another; empty when there is none.
+  std::string next_key() {
+    char bytes[64];
+    pollfd ready = {STDIN_FILENO, POLLIN, 0};
+    const bool pressed = poll(&ready, 1, 0) > 0 && (ready.revents & POLLIN) != 0;
+    const ssize_t n = !pressed ? 0 : read(STDIN_FILENO, bytes, sizeof bytes);
+    if (n > 0) pressed_.append(bytes, static_cast<std::size_t>(n));
+    if (pressed_.empty()) return "";
+    std::size_t length = 1;
+    if (pressed_.size() > 2 && pressed_[0] == '\x1b' && pressed_[1] == '[') {
+      length = 3;
+      while (length < pressed_.size() &&
+             std::isdigit(static_cast<unsigned char>(pressed_[length - 1]))) {
+        ++length;
+      }
+    }
+    const std::string key = pressed_.substr(0, length);
+    pressed_.erase(0, length);
+    return key;
+  }
+
+  void show(const std::string& text) const {
+    std::size_t at = 0;
+    while (at < text.size()) {
+      const ssize_t n = write(STDOUT_FILENO, text.data() + at, text.size() - at);
+      if (n <= 0) return;
+      at += static_cast<std::size_t>(n);
+    }
+  }
+
+ private:
+  terminal::RawTerminal raw_;
+  std::string pressed_;
+};
+
 void watch(Listener& listener, const SpyModel& model) {
-  SpyTerminal terminal;
+  SpyTerminal display;
   SpyScreen screen;
   Utime next_draw = 0;
   while (interrupted == 0) {
@@ -120,13 +165,15 @@ void watch(Listener& listener, const SpyModel& model) {
     poll(ready, 2, 50);
     listener.read();
     bool pressed = false;
-    for (std::string key = terminal.next_key(); !key.empty(); key = terminal.next_key()) {
+    for (std::string key = display.next_key(); !key.empty(); key = display.next_key()) {
       pressed = true;
       if (!screen.key(key, model)) return;
     }
     if (!pressed && now() < next_draw) continue;
     next_draw = now() + 200 * millisecond;
-    terminal.show(screen.draw(model, now(), terminal.rows(), terminal.columns()));
+    const auto size = terminal::terminal_size(STDOUT_FILENO).value_or(terminal::TerminalSize{});
+    display.show(
+        screen.draw(model, now(), static_cast<int>(size.rows), static_cast<int>(size.columns)));
   }
 }
 
@@ -139,8 +186,9 @@ int spy(const SpyOptions& options) {
   const logs::ChannelPattern wanted(expression_of(options.what));
   Listener listener(options.url, wanted, model);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, [](int) { interrupted = 1; });
-  const bool terminal = isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1;
-  if (terminal && options.once_s <= 0) {
+  const bool in_terminal =
+      terminal::terminal_size(STDIN_FILENO) && terminal::terminal_size(STDOUT_FILENO);
+  if (in_terminal && options.once_s <= 0) {
     watch(listener, model);
     return exit_code::passed;
   }

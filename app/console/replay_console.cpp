@@ -5,6 +5,7 @@
 
 #include "app/console/board_sink.h"
 #include "app/console/replay/replay_source.h"
+#include "app/terminal/progress_line.h"
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
 
@@ -33,7 +34,10 @@ void serve_replay(const std::filesystem::path& run, const std::filesystem::path&
   logs::TypeCatalogue types;
   types.add(run / "types");
   if (!second.empty()) types.add(second / "types");
-  ReplaySource replay(run, second, types, sink, loop.now());
+  terminal::ProgressLine reading(run.string());
+  ReplaySource replay(run, second, types, sink, loop.now(),
+                      [&reading](double share) { reading.show(share); });
+  reading.status("");
 
   options.mode = "replay";
   Server server(options, board);

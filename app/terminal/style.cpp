@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/terminal/style.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -34,11 +35,20 @@ const char* code_of(Style style) {
 
 }  // namespace
 
+std::optional<TerminalSize> terminal_size(int fd) {
+  if (isatty(fd) != 1) return std::nullopt;
+  winsize size{};
+  if (ioctl(fd, TIOCGWINSZ, &size) != 0 || size.ws_row == 0 || size.ws_col == 0) {
+    return TerminalSize{};
+  }
+  return TerminalSize{size.ws_row, size.ws_col};
+}
+
 bool colours_wanted(int fd) {
   const char* forbidden = std::getenv("NO_COLOR");
   if (forbidden != nullptr && *forbidden != '\0') return false;
   const char* kind = std::getenv("TERM");
-  return isatty(fd) == 1 && kind != nullptr && std::string_view(kind) != "dumb";
+  return terminal_size(fd) && kind != nullptr && std::string_view(kind) != "dumb";
 }
 
 Line& Line::add(const std::string& text, Style style) {

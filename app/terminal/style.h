@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace berth::terminal {
 
 enum class Style { plain, strong, faint, good, warning, bad };
+
+struct TerminalSize {
+  std::size_t rows = 24;
+  std::size_t columns = 80;
+};
+/// Of the terminal that this descriptor is, 24 x 80 where it does not tell; nothing of what is no
+/// terminal.
+std::optional<TerminalSize> terminal_size(int fd);
 
 /// Whether to write colours to this descriptor: a terminal that knows them, and NO_COLOR
 /// (no-color.org) is not set.

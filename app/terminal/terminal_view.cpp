@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/terminal/terminal_view.h"
 
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -23,17 +22,10 @@ bool take_as(const char* of, const std::string& channel, Bytes bytes, Progress& 
   return true;
 }
 
-winsize window() {
-  winsize size{};
-  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) size.ws_col = 100;
-  if (size.ws_row == 0) size.ws_row = 24;
-  return size;
-}
-
 }  // namespace
 
 TerminalView::TerminalView()
-    : is_terminal_(isatty(STDOUT_FILENO) == 1),
+    : is_terminal_(terminal_size(STDOUT_FILENO).has_value()),
       progress_([this](const Line& line) { print(line); }, is_terminal_),
       colours_(colours_wanted(STDOUT_FILENO)) {}
 
@@ -57,17 +49,17 @@ void TerminalView::refresh(const std::vector<Line>& below, bool urgent) {
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   if (!urgent && now - last_refresh_s_ < 0.1) return;
   last_refresh_s_ = now;
-  const winsize size = window();
+  const TerminalSize size = terminal_size(STDOUT_FILENO).value_or(TerminalSize{});
   std::vector<Line> lines = progress_.panel();
-  lines.insert(lines.begin(), Line(std::string(size.ws_col - 1U, '-'), Style::faint));
+  lines.insert(lines.begin(), Line(std::string(size.columns - 1, '-'), Style::faint));
   // what is below it is what the operator types: the panel gives way
-  const std::size_t room = std::max<std::size_t>(4, size.ws_row - 1) - 1;
+  const std::size_t room = std::max<std::size_t>(4, size.rows - 1) - 1;
   const std::size_t kept = room > below.size() ? room - below.size() : 1;
   if (lines.size() > kept) lines.resize(kept);
   lines.insert(lines.end(), below.begin(), below.end());
   std::string out = panel_lines_ > 0 ? "\x1b[" + std::to_string(panel_lines_) + "A\r" : "";
   for (const Line& line : lines) {
-    out += line.rendered(colours_, std::max<std::size_t>(1, size.ws_col - 1U)) + "\x1b[K\n";
+    out += line.rendered(colours_, std::max<std::size_t>(1, size.columns - 1)) + "\x1b[K\n";
   }
   out += "\x1b[J";
   panel_lines_ = lines.size();
@@ -89,11 +81,11 @@ void TerminalView::clear_panel() {
 }
 
 void print_verdict(const std::string& text) {
-  const bool is_terminal = isatty(STDOUT_FILENO) == 1;
+  const auto terminal = terminal_size(STDOUT_FILENO);
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    const bool of_table = is_terminal && line.rfind("  ", 0) == 0;
-    std::cout << Line(line).rendered(false, of_table ? window().ws_col : 0) << '\n';
+    const bool of_table = terminal && line.rfind("  ", 0) == 0;
+    std::cout << Line(line).rendered(false, of_table ? terminal->columns : 0) << '\n';
   }
   std::cout.flush();
 }

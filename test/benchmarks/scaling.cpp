@@ -84,6 +84,7 @@ Times times_of(const Settings& settings, std::shared_ptr<const estimator::Target
   const auto finder = acquisition_named(settings, acquisition, model, the_case.physics.noise);
   std::vector<double> track_ms;
   std::vector<double> acquire_ms;
+  terminal::ProgressLine progress("trials of scaling " + count(returns) + " returns", trials);
   for (int i = 0; i < trials; ++i) {
     const Random random(settings.seed, "scaling " + std::to_string(i));
     const TrackingTrial trial = make_tracking_trial(*model, the_case, random);
@@ -92,7 +93,7 @@ Times times_of(const Settings& settings, std::shared_ptr<const estimator::Target
     const double start = cpu_ms();
     (*finder)->acquire(clean);
     acquire_ms.push_back(cpu_ms() - start);
-    progress("scaling " + count(returns) + " returns", i + 1, trials);
+    progress.show(i + 1);
   }
   return {median(track_ms), median(acquire_ms)};
 }

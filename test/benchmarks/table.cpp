@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "test/benchmarks/table.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -96,16 +94,6 @@ void write_markdown(const std::filesystem::path& path, const std::vector<std::st
   put(std::vector<std::string>(columns.size(), "---"));
   for (const auto& row : rows) put(row);
   if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-}
-
-void progress(const std::string& what, int done, int of) {
-  static const bool terminal = isatty(2) != 0;
-  if (terminal) {
-    std::fprintf(stderr, "\r\033[K%s: %d of %d%s", what.c_str(), done, of,
-                 done < of ? "" : "\r\033[K");
-  } else if (done == of) {
-    std::fprintf(stderr, "%s: %d done\n", what.c_str(), done);
-  }
 }
 
 }  // namespace berth::benchmark

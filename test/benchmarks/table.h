@@ -46,7 +46,4 @@ void write_csv(const std::filesystem::path& path, const std::vector<std::string>
 void write_markdown(const std::filesystem::path& path, const std::vector<std::string>& columns,
                     const std::vector<std::vector<std::string>>& rows);
 
-/// How far a part is, on standard error.
-void progress(const std::string& what, int done, int of);
-
 }  // namespace berth::benchmark

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "test/benchmarks/table.h"
+#include "app/terminal/progress_line.h"
 
 namespace berth::benchmark {
 
@@ -19,15 +19,16 @@ auto results_of(const std::string& what, int count, int jobs, const Trial& trial
   using Result = decltype(trial(0));
   std::vector<Result> results(static_cast<std::size_t>(count));
   std::atomic<int> next = 0;
-  std::atomic<int> done = 0;
-  std::mutex mutex;
+  int done = 0;
+  std::mutex mutex;  // of done and error
+  terminal::ProgressLine progress("trials of " + what, count);
   std::exception_ptr error;
   const auto work = [&] {
     try {
       for (int i = next++; i < count; i = next++) {
         results[static_cast<std::size_t>(i)] = trial(i);
         const std::lock_guard lock(mutex);
-        if (++done % 10 == 0 || done == count) progress(what, done, count);
+        progress.show(++done);
       }
     } catch (...) {
       const std::lock_guard lock(mutex);

@@ -46,7 +46,6 @@ class Runner {
         next_(1),
         reports_(static_cast<std::size_t>(options.jobs)) {
     for (const Block& block : blocks) {
-      total_ += block.size();
       if (std::filesystem::exists(campaign.block_file(block))) {
         finished_ += block.size();
       } else {
@@ -127,7 +126,6 @@ class Runner {
   void tell() const {
     if (!options_.tell) return;
     RunnerProgress progress;
-    progress.total = total_;
     progress.done = finished_;
     progress.done_now = cost_.trials;
     progress.workers = static_cast<int>(pool_.running());
@@ -146,7 +144,6 @@ class Runner {
   SharedValues<WorkerReport> reports_;            // of the worker in each seat
   std::vector<pid_t> workers_;                    // that have ended
   std::map<std::int64_t, int> killed_;            // how often from outside, by trial
-  std::int64_t total_ = 0;
   std::int64_t finished_ = 0;
   RunnerCost cost_;
 };

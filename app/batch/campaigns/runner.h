@@ -31,7 +31,6 @@ std::filesystem::path work_directory_of(pid_t worker);
 struct RunnerProgress {
   std::int64_t done = 0;      ///< trials with a result, those of earlier times among them
   std::int64_t done_now = 0;  ///< of them, since this began
-  std::int64_t total = 0;
   int workers = 0;
 };
 

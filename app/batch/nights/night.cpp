@@ -11,11 +11,11 @@
 #include "app/attempt.h"
 #include "app/batch/nights/index_page.h"
 #include "app/batch/nights/notify.h"
-#include "app/batch/nights/progress.h"
 #include "app/batch/nights/runner.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/terminal/interruption.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -221,6 +221,12 @@ std::optional<Night> night_before(History& history, const Night& tonight) {
   return previous;
 }
 
+/// Of a run that did not pass.
+std::string line_of(const FinishedRun& run) {
+  return run.outcome + " " + run.case_name + " seed " + std::to_string(run.seed) +
+         (run.build == Build::baseline ? " (baseline)" : "") + ": " + run.reason;
+}
+
 }  // namespace
 
 int run_night(const NightRequest& request) {
@@ -244,7 +250,10 @@ int run_night(const NightRequest& request) {
   for (FinishedRun run : finished) keeper.judge(night, run);
   const double before_s = night.wall_s;
   {
-    NightProgress progress(planned.size() - to_run.size(), planned.size());
+    terminal::ProgressLine progress("runs", std::ssize(planned));
+    const auto before = static_cast<double>(planned.size() - to_run.size());
+    double done = before;
+    int not_passed = 0;
     const RunnerConfiguration configuration{
         request.program,    directory,          plan.baseline,        plan.jobs,
         plan.run_timeout_s, plan.time_budget_s, terminal::interrupted};
@@ -253,12 +262,16 @@ int run_night(const NightRequest& request) {
       keeper.judge(night, run);
       night.wall_s = before_s + progress.elapsed_s();
       history.record(night, run);
-      progress.finished(run);
+      if (!run.passed()) {
+        ++not_passed;
+        progress.print(line_of(run));
+      }
+      progress.show(++done, std::to_string(not_passed) + " did not pass", before);
     });
     night.wall_s = before_s + progress.elapsed_s();
     if (terminal::interrupted()) {
-      std::printf("interrupted with %zu runs to go: the same command goes on with them\n",
-                  report.left_out);
+      progress.print("interrupted with " + std::to_string(report.left_out) +
+                     " runs to go: the same command goes on with them");
       return exit_code::aborted;
     }
     terminal::end_on_interruption();

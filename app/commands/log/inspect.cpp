@@ -6,6 +6,7 @@
 
 #include "app/commands/log/verbs.h"
 #include "app/exit_code.h"
+#include "app/terminal/progress_line.h"
 #include "common/core/valid_text.h"
 #include "logs/inspect/inspection.h"
 #include "logs/inspect/repair.h"
@@ -15,8 +16,8 @@ namespace {
 
 /// types must outlive what comes back.
 logs::Inspection read(const std::filesystem::path& log, const logs::TypeCatalogue& types) {
-  ReadingProgress progress(log.string());
-  return logs::inspect(log, types, [&](double part) { progress(part); });
+  terminal::ProgressLine progress(log.string());
+  return logs::inspect(log, types, [&](double share) { progress.show(share); });
 }
 
 /// Of each kind and channel the first ten; --json has up to a hundred.

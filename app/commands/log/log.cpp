@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 
 #include "app/commands/commands.h"
@@ -44,19 +41,6 @@ logs::TypeCatalogue types_of(const Paths& logs, const Paths& given) {
   }
   types.add(shared_files() / "lcmtypes");
   return types;
-}
-
-void ReadingProgress::operator()(double part) {
-  const double now =
-      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  if (begun_s_ < 0) begun_s_ = now;
-  if (isatty(STDERR_FILENO) != 1 || now - begun_s_ < 1) return;
-  std::fprintf(stderr, "\r%s: %.0f %%\x1b[K", what_.c_str(), 100 * part);
-  shown_ = true;
-}
-
-ReadingProgress::~ReadingProgress() {
-  if (shown_) std::fprintf(stderr, "\r\x1b[K");
 }
 
 }  // namespace log

@@ -36,17 +36,4 @@ std::shared_ptr<Paths> add_types_option(CLI::App& command);
 /// own; of one fingerprint the first. @throws InputError as TypeCatalogue::add().
 logs::TypeCatalogue types_of(const Paths& logs, const Paths& given);
 
-/// Shows in the terminal how far a long reading is; nothing when it is no terminal or soon over.
-class ReadingProgress {
- public:
-  explicit ReadingProgress(std::string what) : what_(std::move(what)) {}
-  ~ReadingProgress();
-  void operator()(double part);
-
- private:
-  std::string what_;
-  double begun_s_ = -1;
-  bool shown_ = false;
-};
-
 }  // namespace berth::commands::log

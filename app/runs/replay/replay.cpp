@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -13,8 +14,8 @@
 #include "app/runs/replay/estimate_pairs.h"
 #include "app/runs/replay/live_estimator.h"
 #include "app/runs/replay/replay_bus.h"
-#include "app/runs/replay/replay_screen.h"
 #include "app/runs/run_list.h"
+#include "app/terminal/progress_line.h"
 #include "app/terminal/raw_terminal.h"
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
@@ -46,22 +47,25 @@ std::string describe(const heartbeat_t& beat, const std::string& url) {
          url + ": a log must not be played into a cell";
 }
 
-/// Shows how far reading has come, where somebody looks.
-std::function<void(double)> reading_progress() {
-  if (isatty(STDERR_FILENO) != 1) return {};
-  return [last = -1](double share) mutable {
-    const int percent = static_cast<int>(100 * share);
-    if (percent == last) return;
-    last = percent;
-    std::fprintf(stderr, "\rreading %3d %%\r", percent);
-  };
+/// "12.345 s", or "1:02:03.4" from an hour on.
+std::string text_of_position(double seconds) {
+  char text[40];
+  const int hours = static_cast<int>(seconds / 3600);
+  if (hours == 0) {
+    std::snprintf(text, sizeof text, "%.3f s", seconds);
+  } else {
+    const int minutes = static_cast<int>(seconds / 60) % 60;
+    std::snprintf(text, sizeof text, "%d:%02d:%04.1f", hours, minutes, std::fmod(seconds, 60.0));
+  }
+  return text;
 }
 
 class Replay {
  public:
   explicit Replay(const ReplayRequest& request)
       : log_(log_of_run(request.run.string())),
-        index_(log_, reading_progress()),
+        screen_(log_.string()),
+        index_(log_, [this](double share) { screen_.show(share); }),
         channels_(request.remap, request.only, request.without),
         force_(request.force),
         loop_(clock_offset_now()),
@@ -69,7 +73,7 @@ class Replay {
             index_, request.player, [this](const logs::LogEvent& event) { emit(event); },
             [this](std::size_t place) { jumped(place); }),
         sessions_(index_.sessions()) {
-    if (isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\x1b[K");
+    screen_.status("");
     loop_.on_signals([this](int) { stop(exit_code::aborted); });  // before there are threads
     bus_ = std::make_unique<ReplayBus>(request.url);
     if (index_.empty()) throw InputError(log_.string() + ": holds no message");
@@ -251,7 +255,6 @@ class Replay {
     if (live_ && live_->waiting() > 0) {
       line += "  live estimator behind by " + std::to_string(live_->waiting());
     }
-    const std::lock_guard lock(mutex_);
     screen_.status(line);
   }
 
@@ -271,6 +274,7 @@ class Replay {
   }
 
   fs::path log_;
+  terminal::ProgressLine screen_;
   LogIndex index_;
   ChannelMap channels_;
   bool force_;
@@ -279,8 +283,7 @@ class Replay {
   Player player_;
   std::set<std::int64_t> sessions_;
   terminal::RawTerminal terminal_;
-  ReplayScreen screen_;
-  std::mutex mutex_;  // of pairs_ and screen_: the live estimator has a thread of its own
+  std::mutex mutex_;  // of pairs_: the live estimator has a thread of its own
   std::unique_ptr<EstimatePairs> pairs_;
   ScratchDirectory scratch_;
   RunFiles files_;
