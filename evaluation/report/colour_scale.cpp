@@ -55,15 +55,16 @@ std::string ColourScale::class_of(double value) const {
 }
 
 Html ColourScale::legend() const {
-  Html html = markup("<span class=\"colours\">");
+  Html classes;
   for (std::size_t i = 0; i <= ends_.size(); ++i) {
     const std::string words = ends_.empty()      ? "all"
                               : i < ends_.size() ? "≤ " + brief(ends_[i], 3)
                                                  : "> " + brief(ends_.back(), 3);
-    html += markup("<span><i class=\"q" + std::to_string(colour_of(i)) + "\"></i>") + text(words) +
-            markup("</span>");
+    classes +=
+        element("span", "",
+                element("i", {{"class", "q" + std::to_string(colour_of(i))}}, {}) + text(words));
   }
-  return html + text(unit_) + markup("</span>");
+  return element("span", "colours", classes + text(unit_));
 }
 
 }  // namespace berth::report

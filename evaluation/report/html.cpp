@@ -4,17 +4,7 @@
 #include <cctype>
 #include <cstdio>
 
-#include "common/core/valid_text.h"
-
 namespace berth::report {
-Html text(std::string_view any) { return {markup_text(any)}; }
-
-Html markup(std::string code) { return {std::move(code)}; }
-
-Html element(const char* name, const char* classes, const Html& content) {
-  const std::string opened = *classes == '\0' ? "" : std::string(" class=\"") + classes + "\"";
-  return {std::string("<") + name + opened + ">" + content.code + "</" + name + ">"};
-}
 
 Html link(std::string_view relative_path, const Html& content) {
   // A first segment with a colon would be read as a scheme.

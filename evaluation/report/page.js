@@ -149,7 +149,7 @@
       const best = path.matches('.bars')
         ? candidates.filter((p) => p.x <= x && p.v < canvas).pop()
         : candidates.reduce((b, p) => (!b || Math.abs(p.x - x) < Math.abs(b.x - x) ? p : b), null);
-      if (best && (path.matches('.bars') || Math.abs(best.x - x) < near)) line(`${key.textContent}: ${number(best.y)} ${chart.figure.dataset.unit}`);
+      if (best && (path.matches('.bars') || Math.abs(best.x - x) < near)) line(`${key.textContent}: ${number(best.y)} ${chart.figure.dataset.unit ?? ''}`);
     }
     for (const mark of chart.area.querySelectorAll('.mark')) {
       if (Math.abs(Number(mark.dataset.x) - x) < near / 4) line(mark.title);

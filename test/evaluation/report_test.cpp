@@ -4,7 +4,6 @@
 
 #include "evaluation/report/axis.h"
 #include "evaluation/report/chart.h"
-#include "evaluation/report/decimate.h"
 #include "evaluation/report/page.h"
 #include "test/catch.h"
 
