@@ -79,8 +79,9 @@ Html spans_of(const Chart& chart, const Axis& x) {
   Html html;
   int phases = 0;
   for (const Span& span : chart.spans) {
-    const double from = std::clamp(x.fraction(span.from), 0.0, 1.0);
-    const double to = std::clamp(x.fraction(span.to), 0.0, 1.0);
+    const double from = x.fraction(span.from);
+    const double to = x.fraction(span.to);
+    const bool small = std::min(to, 1.0) - std::max(from, 0.0) < room_for_a_name;
     const bool phase = span.kind == Span::Kind::phase;
     const std::string kind = span.kind == Span::Kind::trouble ? "span trouble"
                              : span.kind == Span::Kind::doubt ? "span doubt"
@@ -88,9 +89,9 @@ Html spans_of(const Chart& chart, const Axis& x) {
                                                               : "span phase odd";
     if (phase) ++phases;
     html += element("i",
-                    {{"class", kind + (to - from < room_for_a_name ? " small" : "")},
+                    {{"class", kind + (small ? " small" : "")},
                      {"data-x", exact(span.from) + " " + exact(span.to)},
-                     {"style", "left:" + percent(from) + ";width:" + percent(to - from)},
+                     {"style", style_along(from, to)},
                      {"title", span.name}},
                     phase ? element("b", "", text(span.name)) : Html());
   }

@@ -54,33 +54,22 @@ Unit unit_of(const FigureChart& chart) {
                                                                : Unit{"deg", radians(1.0)};
 }
 
-/// Gathers points; x is the time in the run or the number of the point.
-class Plotter {
- public:
-  Plotter(const RunView& view, bool by_sample, Curve& curve)
-      : view_(view), by_sample_(by_sample), curve_(curve) {}
+/// x is the time in the run or the number of the point.
+void add(Curve& curve, const FigureChart& figure, const RunView& view, Utime utime, double value) {
+  curve.add(figure.by_sample ? static_cast<double>(curve.x.size() + 1) : view.at(utime), value);
+}
 
-  void add(Utime utime, double value) {
-    curve_.x.push_back(by_sample_ ? static_cast<double>(++count_) : view_.at(utime));
-    curve_.y.push_back(value);
-  }
-
- private:
-  const RunView& view_;
-  bool by_sample_;
-  Curve& curve_;
-  int count_ = 0;
-};
+std::string name_in(const FigureChart& figure, const std::string& run, const std::string& name) {
+  return run.empty() ? name : run + (figure.draw.size() > 1 ? " " + name : "");
+}
 
 /// One coordinate of estimate and truth, at the times of the estimates.
 void draw_coordinate(std::size_t index, const RunView& view, const evaluation::Phase& phase,
                      const FigureChart& figure, Curve& truth, Curve& estimate) {
-  Plotter truths(view, figure.by_sample, truth);
-  Plotter estimates(view, figure.by_sample, estimate);
   for (const evaluation::ComparedEstimate& c : view.measurer().compared()) {
     if (!phase.contains(c.estimate.utime)) continue;
-    truths.add(c.estimate.utime, xyzwpr_from_pose(c.truth.pose)[index]);
-    estimates.add(c.estimate.utime, xyzwpr_from_pose(c.estimate.pose)[index]);
+    add(truth, figure, view, c.estimate.utime, xyzwpr_from_pose(c.truth.pose)[index]);
+    add(estimate, figure, view, c.estimate.utime, xyzwpr_from_pose(c.estimate.pose)[index]);
   }
 }
 
@@ -90,22 +79,17 @@ std::vector<Curve> series_curves(const FigureChart& figure, const RunView& view,
   std::vector<Curve> curves;
   if (!phase) return curves;
   for (const std::string& name : figure.draw) {
-    Curve curve;
-    curve.name = run.empty() ? name : run + (figure.draw.size() > 1 ? " " + name : "");
-    curve.style = Curve::Style::dots;
-    curve.colour = 1 + (colour++ - 1) % 7;
+    Curve curve{name_in(figure, run, name), Curve::Style::dots, 1 + (colour++ - 1) % 7};
     if (const auto index = evaluation::coordinate_named(name)) {
-      Curve truth;
-      truth.colour = curve.colour;
+      Curve truth{"", Curve::Style::line, curve.colour};
       curve.name += ", line: truth";
       draw_coordinate(*index, view, *phase, figure, truth, curve);
       curves.push_back(std::move(truth));
     } else {
       const evaluation::Measurement& what = *evaluation::measurement_named(name);
       const evaluation::Series series = what.series(view.measurer(), *phase);
-      Plotter plot(view, figure.by_sample, curve);
       for (std::size_t i = 0; i < series.value.size(); ++i) {
-        plot.add(series.utime[i], what.shown(series.value[i]));
+        add(curve, figure, view, series.utime[i], what.shown(series.value[i]));
       }
     }
     curves.push_back(std::move(curve));
@@ -121,17 +105,14 @@ std::vector<Curve> phase_curves(const FigureChart& figure, const RunView& view,
   std::vector<Curve> curves;
   for (const std::string& name : figure.draw) {
     const evaluation::Measurement& what = *evaluation::measurement_named(name);
-    Curve curve;
-    curve.name = run.empty() ? name : run + (figure.draw.size() > 1 ? " " + name : "");
-    curve.style = Curve::Style::bars;
-    curve.colour = static_cast<int>(1 + slot % 7);
+    Curve curve{name_in(figure, run, name), Curve::Style::bars, static_cast<int>(1 + slot % 7)};
     for (std::size_t i = 0; i < figure.phases.size(); ++i) {
       const auto phase = view.record().phase(figure.phases[i]);
       const double value =
           phase ? view.measurer().measure(what, *figure.statistic, *phase).value : nan;
       const double left = static_cast<double>(i + 1) - room / 2 + static_cast<double>(slot) * width;
-      curve.x.insert(curve.x.end(), {left, left + width});
-      curve.y.insert(curve.y.end(), {what.shown(value), 0.0});
+      curve.add(left, what.shown(value));
+      curve.add(left + width, 0);
     }
     ++slot;
     curves.push_back(std::move(curve));
@@ -144,9 +125,7 @@ void add_claims(const FigureChart& figure, const RunView& view, Chart& chart) {
   for (const criterion_result_t& c : view.comparison().criteria) {
     const auto& names = figure.criteria;
     if (std::find(names.begin(), names.end(), c.name) == names.end()) continue;
-    Curve band;
-    band.style = Curve::Style::band;
-    band.colour = claim_colour;
+    Curve band{"", Curve::Style::band, claim_colour};
     band.x = {(*chart.x_range)[0], (*chart.x_range)[1]};
     const double low = std::isfinite(c.lower_limit) ? c.lower_limit : 0;
     const double high = std::isfinite(c.upper_limit) ? c.upper_limit : low;

@@ -22,10 +22,19 @@ struct Curve {
   std::string name;  ///< in the legend; empty: not listed
   Style style = Style::line;
   int colour = 0;  ///< 0: grey, for what others are compared with; 1 to 7: told apart by everybody
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> low;  ///< of band and range
+  std::vector<double> x = {};
+  std::vector<double> y = {};
+  std::vector<double> low = {};  ///< of band and range
   bool dashed = false;
+
+  void add(double at, double value) {
+    x.push_back(at);
+    y.push_back(value);
+  }
+  void add(double at, double lower, double upper) {
+    add(at, upper);
+    low.push_back(lower);
+  }
 };
 
 /// Charts are drawn in a square of so many units, stretched to the room they are given.

@@ -18,13 +18,9 @@ class Coordinate {
     const double value = pose[index_];
     const bool angle = index_ >= 3;
     if (angle && !curve_.y.empty() && std::abs(value - curve_.y.back()) > 180) hole(time);
-    curve_.x.push_back(time);
-    curve_.y.push_back(value);
+    curve_.add(time, value);
   }
-  void hole(double time) {
-    curve_.x.push_back(time);
-    curve_.y.push_back(nan);
-  }
+  void hole(double time) { curve_.add(time, nan); }
 
  private:
   Curve& curve_;
@@ -39,17 +35,9 @@ Chart axis_chart(const RunView& view, Eigen::Index axis, const char* title) {
   const double unit = axis < 3 ? 1e-3 : radians(1.0);
   Chart chart = view.chart(title, axis < 3 ? "mm" : "deg");
   chart.clip_extremes = true;
-  Curve truth_band;
-  Curve band;
-  Curve error;
-  truth_band.name = "truth's own 3\xCF\x83";
-  truth_band.style = Curve::Style::band;
-  band.name = "estimate's 3\xCF\x83";
-  band.style = Curve::Style::band;
-  band.colour = 1;
-  error.name = "estimate \xE2\x88\x92 truth";
-  error.style = Curve::Style::dots;
-  error.colour = 1;
+  Curve truth_band{"truth's own 3\xCF\x83", Curve::Style::band};
+  Curve band{"estimate's 3\xCF\x83", Curve::Style::band, 1};
+  Curve error{"estimate \xE2\x88\x92 truth", Curve::Style::dots, 1};
   Utime last = 0;
   for (const evaluation::ComparedEstimate& c : view.measurer().compared()) {
     const double t = view.at(c.estimate.utime);
@@ -57,20 +45,13 @@ Chart axis_chart(const RunView& view, Eigen::Index axis, const char* title) {
         last != 0 && c.estimate.utime - last > evaluation::Measurer::estimate_lifetime;
     last = c.estimate.utime;
     const auto add = [&](Curve& curve, double variance) {
-      if (hole) {
-        curve.x.push_back(t);
-        curve.y.push_back(nan);
-        curve.low.push_back(nan);
-      }
+      if (hole) curve.add(t, nan, nan);
       const double reach = 3 * std::sqrt(variance) / unit;
-      curve.x.push_back(t);
-      curve.y.push_back(reach);
-      curve.low.push_back(-reach);
+      curve.add(t, -reach, reach);
     };
     add(truth_band, c.truth.covariance(axis, axis));
     add(band, c.estimate.covariance(axis, axis));
-    error.x.push_back(t);
-    error.y.push_back(c.error(axis) / unit);
+    error.add(t, c.error(axis) / unit);
   }
   chart.curves = {band, truth_band, error};
   return chart;
@@ -85,13 +66,9 @@ Html consistency(const RunView& view) {
   Chart chart = view.chart("NEES: error squared over its covariance", "");
   chart.log_y = true;
   chart.levels = {{chi_square_low, "2.5 %"}, {6, "6"}, {chi_square_high, "97.5 %"}};
-  Curve curve;
-  curve.name = "NEES";
-  curve.style = Curve::Style::dots;
-  curve.colour = 1;
+  Curve curve{"NEES", Curve::Style::dots, 1};
   for (std::size_t i = 0; i < series.value.size(); ++i) {
-    curve.x.push_back(view.at(series.utime[i]));
-    curve.y.push_back(series.value[i]);
+    curve.add(view.at(series.utime[i]), series.value[i]);
   }
   chart.curves.push_back(curve);
   const auto part = [&](auto condition) {
@@ -109,14 +86,6 @@ Html consistency(const RunView& view) {
   return grid_of({chart}) + element("p", "note-wide", text(words));
 }
 
-Curve dots(const char* name, int colour) {
-  Curve curve;
-  curve.name = name;
-  curve.style = Curve::Style::dots;
-  curve.colour = colour;
-  return curve;
-}
-
 }  // namespace
 
 Html pose_section(const RunView& view) {
@@ -128,9 +97,7 @@ Html pose_section(const RunView& view) {
   std::vector<std::array<Curve, 2>> curves(6);
   for (auto& [true_curve, estimate_curve] : curves) {
     true_curve.name = "truth";
-    estimate_curve.name = "estimate";
-    estimate_curve.style = Curve::Style::dots;
-    estimate_curve.colour = 1;
+    estimate_curve = {"estimate", Curve::Style::dots, 1};
   }
   Utime last = 0;
   for (const evaluation::TruthSample& sample : truth) {
@@ -174,23 +141,19 @@ Html error_section(const RunView& view) {
 Html return_section(const RunView& view) {
   const auto& estimates = view.details().estimates;
   if (estimates.empty()) return {};
-  Curve residual = dots("rms", 1);
-  Curve received = dots("returns", 0);
-  Curve used = dots("used", 1);
-  Curve misses = dots("misses", 2);
+  Curve residual{"rms", Curve::Style::dots, 1};
+  Curve received{"returns", Curve::Style::dots};
+  Curve used{"used", Curve::Style::dots, 1};
+  Curve misses{"misses", Curve::Style::dots, 2};
   for (const EstimateDetail& e : estimates) {
     const double t = view.at(e.utime);
-    const auto add = [t](Curve& curve, double y) {
-      curve.x.push_back(t);
-      curve.y.push_back(y);
-    };
     if (const auto* compared = view.measurer().compared_at(e.utime)) {
       const double rms = view.measurer().residual(*compared);
-      if (std::isfinite(rms)) add(residual, 1e3 * rms);
+      if (std::isfinite(rms)) residual.add(t, 1e3 * rms);
     }
-    add(received, e.returns_received);
-    add(used, e.returns_used);
-    add(misses, e.misses);
+    received.add(t, e.returns_received);
+    used.add(t, e.returns_used);
+    misses.add(t, e.misses);
   }
   Chart residuals =
       view.chart("distance of the target's returns from its surface as estimated", "mm");

@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/html.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 
+#include "common/core/text.h"
+
 namespace berth::report {
+
+std::string style_along(double from, double to) {
+  const double begin = std::clamp(from, 0.0, 1.0);
+  const double end = std::clamp(to, 0.0, 1.0);
+  return "left:" + fixed(100 * begin, 2) + "%;width:" + fixed(100 * (end - begin), 2) + "%";
+}
 
 Html link(std::string_view relative_path, const Html& content) {
   // A first segment with a colon would be read as a scheme.

@@ -19,6 +19,10 @@ inline Html markup(std::string code) { return {std::move(code)}; }
 inline Html element(const char* name, const char* classes, const Html& content) {
   return element(name, {{"class", classes}}, content);
 }
+
+/// Style of what lies along its parent from one part of it to another; what is outside is cut off.
+std::string style_along(double from, double to);
+
 /// Link to a file beside the page, or below or above it; everything but letters, digits and -._~/
 /// is percent-encoded.
 Html link(std::string_view relative_path, const Html& content);

@@ -31,7 +31,7 @@
   };
 
   // Points of a curve as they were drawn, in the units of its axes.
-  const points = (chart, path) => path.points ??= [...path.getAttribute('d').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
+  const points = (chart, path) => path.points ??= [...(path.getAttribute('d') ?? '').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
     const last = list[list.length - 1];
     const u = command === 'V' ? last.u : Number(a);
     const v = command === 'V' ? Number(a) : command === 'H' ? last.v : Number(b);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/batch/campaigns/sphere_grid.h"
-#include "evaluation/report/colour_scale.h"
+#include "evaluation/report/heat_map.h"
 
 namespace berth::campaigns {
 
