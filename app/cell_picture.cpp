@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
-#include "common/core/valid_text.h"
+#include "common/core/svg.h"
 
 namespace berth {
 namespace {
@@ -15,13 +14,9 @@ constexpr double width = 1000;
 constexpr double height = 600;
 constexpr double focal = 780;  // pixels
 
-struct Colour {
-  double red, green, blue;
-};
-
 struct Polygon {
   std::array<Vector3d, 3> corners;  // x, y in pixels, z depth
-  Colour colour;
+  std::string colour;
   double depth;
 };
 
@@ -40,7 +35,7 @@ class Canvas {
             depth};
   }
 
-  void add(const Mesh& mesh, const Pose& placement, const Colour& colour) {
+  void add(const Mesh& mesh, const Pose& placement, const svg::Colour& colour) {
     const Vector3d light = Vector3d(0.3, -0.7, 0.65).normalized();
     for (const auto& triangle : mesh.triangles) {
       std::array<Vector3d, 3> p;
@@ -49,32 +44,24 @@ class Canvas {
       // Winding means nothing: the side towards the eye is lit.
       const double towards = normal.dot(eye_ - p[0]) < 0 ? -1 : 1;
       const double shade = 0.5 + 0.5 * std::max(0.0, towards * normal.dot(light));
-      Polygon polygon{{project(p[0]), project(p[1]), project(p[2])},
-                      {colour.red * shade, colour.green * shade, colour.blue * shade},
-                      0};
+      Polygon polygon{{project(p[0]), project(p[1]), project(p[2])}, svg::hex(colour, shade), 0};
       for (const auto& corner : polygon.corners) polygon.depth += corner.z() / 3;
       polygons_.push_back(polygon);
     }
   }
 
-  std::string polygons() {
+  svg::Markup polygons() {
     std::stable_sort(polygons_.begin(), polygons_.end(),
                      [](const Polygon& a, const Polygon& b) { return a.depth > b.depth; });
-    std::string out;
-    char text[200];
-    for (const auto& polygon : polygons_) {
-      char fill[8];
-      std::snprintf(fill, sizeof fill, "#%02x%02x%02x", static_cast<unsigned>(polygon.colour.red),
-                    static_cast<unsigned>(polygon.colour.green),
-                    static_cast<unsigned>(polygon.colour.blue));
-      const auto& c = polygon.corners;
+    svg::Markup paths;
+    for (const auto& [c, colour, depth] : polygons_) {
+      svg::Path outline;
+      outline.add('M', {c[0].x(), c[0].y()}).add('L', {c[1].x(), c[1].y()});
+      outline.add('L', {c[2].x(), c[2].y()}).add('z');
       // The stroke closes the hairlines between neighbours.
-      std::snprintf(text, sizeof text,
-                    "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\" fill=\"%s\" stroke=\"%s\"/>\n",
-                    c[0].x(), c[0].y(), c[1].x(), c[1].y(), c[2].x(), c[2].y(), fill, fill);
-      out += text;
+      paths += svg::element("path", {{"d", outline}, {"fill", colour}, {"stroke", colour}});
     }
-    return out;
+    return svg::element("g", {{"stroke-width", 0.6}, {"stroke-linejoin", "round"}}, paths);
   }
 
  private:
@@ -86,28 +73,25 @@ class Canvas {
 };
 
 /// The floor as a grid of one metre; a large triangle would spoil the sorting.
-std::string floor_grid(const Canvas& canvas) {
-  std::string out = "<g stroke=\"#c9d1d8\" stroke-width=\"1\">\n";
+svg::Markup floor_grid(const Canvas& canvas) {
+  svg::Path lines;
   const auto line = [&](const Vector3d& a, const Vector3d& b) {
     const Vector3d p = canvas.project(a);
     const Vector3d q = canvas.project(b);
-    char text[160];
-    std::snprintf(text, sizeof text, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>\n",
-                  p.x(), p.y(), q.x(), q.y());
-    out += text;
+    lines.add('M', {p.x(), p.y()}).add('L', {q.x(), q.y()});
   };
   for (int x = -2; x <= 9; ++x) line({double(x), -3, 0}, {double(x), 4, 0});
   for (int y = -3; y <= 4; ++y) line({-2, double(y), 0}, {9, double(y), 0});
-  return out + "</g>\n";
+  return svg::element("path", {{"d", lines}, {"stroke", "#c9d1d8"}});
 }
 
 }  // namespace
 
 std::string draw(const Cell& cell, const CellPicture& picture) {
-  constexpr Colour arm_colour{240, 200, 60};
-  constexpr Colour target_colour{205, 170, 110};
-  constexpr Colour mount_colour{120, 125, 130};
-  constexpr Colour sensor_colour{95, 120, 165};
+  constexpr svg::Colour arm_colour{240, 200, 60};
+  constexpr svg::Colour target_colour{205, 170, 110};
+  constexpr svg::Colour mount_colour{120, 125, 130};
+  constexpr svg::Colour sensor_colour{95, 120, 165};
   Canvas canvas(picture.eye, picture.look_at);
   const auto add_arm = [&](const PlacedArm& arm, const Joints& joints) {
     const auto links = arm.kinematics->link_poses(joints);
@@ -123,23 +107,21 @@ std::string draw(const Cell& cell, const CellPicture& picture) {
   canvas.add(cell.target.mesh, replica_flange * cell.replica.tool, target_colour);
   canvas.add(cell.sensor_housing, sensor_flange, sensor_colour);
 
-  std::string svg =
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1000 600\" "
-      "font-family=\"DejaVu Sans, Helvetica, sans-serif\">\n"
-      "<rect width=\"1000\" height=\"600\" fill=\"#f7f9fb\"/>\n";
-  if (!cell.room.empty()) svg += floor_grid(canvas);
-  svg += "<g stroke-width=\"0.6\" stroke-linejoin=\"round\">\n" + canvas.polygons() + "</g>\n";
-  svg += "<g fill=\"#d1232a\">\n";
+  svg::Markup drawing;
+  if (!cell.room.empty()) drawing += floor_grid(canvas);
+  drawing += canvas.polygons();
+  svg::Path returns;
   const Pose sensor = sensor_flange * cell.sensor.tool;
   for (const auto& point : picture.returns) {
     const Vector3d p = canvas.project(sensor * point);
-    char text[80];
-    std::snprintf(text, sizeof text, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"1.3\"/>\n", p.x(), p.y());
-    svg += text;
+    returns.dot(p.x(), p.y());
   }
-  svg += "</g>\n<text x=\"16\" y=\"584\" font-size=\"15\" fill=\"#333\">" +
-         markup_text(picture.caption) + "</text>\n</svg>\n";
-  return svg;
+  drawing += svg::element(
+      "path",
+      {{"d", returns}, {"stroke", "#d1232a"}, {"stroke-width", 2.6}, {"stroke-linecap", "round"}});
+  drawing +=
+      svg::element("text", {{"x", 16}, {"y", 584}, {"font-size", 15}}, svg::text(picture.caption));
+  return svg::document(width, height, "#f7f9fb", drawing);
 }
 
 }  // namespace berth

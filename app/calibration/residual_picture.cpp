@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/text.h"
-#include "common/core/valid_text.h"
+#include "common/core/svg.h"
 #include "evaluation/report/axis.h"
 
 namespace berth {
@@ -19,6 +18,7 @@ constexpr double top = 64;
 constexpr double left = 84;
 constexpr double right = 20;
 constexpr double title_height = 26;
+constexpr double area_height = panel_height - title_height - 24;
 constexpr std::size_t max_dots = 1500;  // of one panel: of more, evenly chosen ones
 constexpr const char* before_colour = "#7a848d";
 constexpr const char* after_colour = "#0072b2";
@@ -68,47 +68,48 @@ double rms(const std::vector<Dot>& dots) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(dots.size(), 1)));
 }
 
-std::string place(double value) { return fixed(value, 1); }
-
-std::string words(double x, double y, const std::string& text, const std::string& more = "") {
-  return "<text x=\"" + place(x) + "\" y=\"" + place(y) + "\"" + more + ">" + markup_text(text) +
-         "</text>\n";
+svg::Markup words(double x, double y, const std::string& any, const char* colour = "") {
+  return svg::element("text", {{"x", x}, {"y", y}, {"fill", colour}}, svg::text(any));
 }
 
-std::string circles(const std::vector<Dot>& dots, const report::Axis& axis, double bottom,
+svg::Markup circles(const std::vector<Dot>& dots, const report::Axis& axis, double bottom,
                     const char* colour, const std::string& unit) {
-  const double height = panel_height - title_height - 24;
-  std::string svg = std::string("<g fill=\"") + colour + "\">\n";
+  svg::Markup drawing;
   const std::size_t stride = dots.size() / max_dots + 1;
   for (std::size_t i = 0; i < dots.size(); i += stride) {
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(dots.size());
-    svg += "<circle cx=\"" + place(left + share * (width - left - right)) + "\" cy=\"" +
-           place(bottom - axis.fraction(dots[i].size) * height) + "\" r=\"2.5\"><title>" +
-           markup_text(dots[i].where) + ": " + report::brief(dots[i].size, 3) + " " + unit +
-           "</title></circle>\n";
+    const std::string hover = dots[i].where + ": " + report::brief(dots[i].size, 3) + " " + unit;
+    drawing += svg::element("circle",
+                            {{"cx", left + share * (width - left - right)},
+                             {"cy", bottom - axis.fraction(dots[i].size) * area_height},
+                             {"r", 2.5}},
+                            svg::element("title", {}, svg::text(hover)));
   }
-  return svg + "</g>\n";
+  return svg::element("g", {{"fill", colour}}, drawing);
 }
 
-std::string drawn(const Panel& panel, double y) {
+svg::Markup drawn(const Panel& panel, double y) {
   std::vector<double> values;
   for (const auto* dots : {&panel.before, &panel.after}) {
     for (const Dot& dot : *dots) values.push_back(dot.size);
   }
   const report::Axis axis = report::axis_for(values, true);
   const double bottom = y + panel_height - 24;
-  const double height = panel_height - title_height - 24;
-  std::string svg = words(left, y + 14,
-                          panel.title + ": rms " + report::brief(rms(panel.before), 3) + " " +
-                              panel.unit + " before, " + report::brief(rms(panel.after), 3) + " " +
-                              panel.unit + " after (" + std::to_string(panel.after.size()) + ")");
+  svg::Markup drawing =
+      words(left, y + 14,
+            panel.title + ": rms " + report::brief(rms(panel.before), 3) + " " + panel.unit +
+                " before, " + report::brief(rms(panel.after), 3) + " " + panel.unit + " after (" +
+                std::to_string(panel.after.size()) + ")");
+  svg::Path lines;
+  svg::Markup labels;
   for (const report::Tick& tick : report::ticks(axis, 5)) {
-    const double at = bottom - axis.fraction(tick.value) * height;
-    svg += "<path d=\"M" + place(left) + " " + place(at) + "H" + place(width - right) +
-           "\" stroke=\"#dfe3e7\"/>\n" +
-           words(left - 6, at + 4, tick.label + " " + panel.unit, " text-anchor=\"end\"");
+    const double at = bottom - axis.fraction(tick.value) * area_height;
+    lines.add('M', {left, at}).add('H', {width - right});
+    labels += words(left - 6, at + 4, tick.label + " " + panel.unit);
   }
-  return svg + circles(panel.before, axis, bottom, before_colour, panel.unit) +
+  drawing += svg::element("path", {{"d", lines}, {"stroke", "#dfe3e7"}}) +
+             svg::element("g", {{"text-anchor", "end"}}, labels);
+  return drawing + circles(panel.before, axis, bottom, before_colour, panel.unit) +
          circles(panel.after, axis, bottom, after_colour, panel.unit);
 }
 
@@ -118,25 +119,18 @@ std::string residual_picture(const SolvedCalibration& solved) {
   const std::vector<Panel> panels = panels_of(solved.solution);
   const double height = top + panel_height * static_cast<double>(panels.size());
   const testbed::Calibration& c = solved.calibration;
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + place(width) +
-                    " " + place(height) + "\" width=\"" + place(width) + "\" height=\"" +
-                    place(height) + "\" font-family=\"system-ui, 'DejaVu Sans', sans-serif\" " +
-                    "font-size=\"12\" fill=\"#1b2025\">\n<rect width=\"100%\" height=\"100%\" " +
-                    "fill=\"#ffffff\"/>\n";
-  svg += words(left, 24,
-               "Residuals of the calibration of layout " + c.layout + ", made " + c.made +
-                   ", from " + c.basis,
-               " font-size=\"15\"");
-  svg += words(left, 44, "\u25CF before: the cell's files",
-               std::string(" fill=\"") + before_colour + "\"");
-  svg += words(left + 200, 44, "\u25CF after: calibrated",
-               std::string(" fill=\"") + after_colour + "\"");
+  svg::Markup drawing = svg::element("g", {{"font-size", 15}},
+                                     words(left, 24,
+                                           "Residuals of the calibration of layout " + c.layout +
+                                               ", made " + c.made + ", from " + c.basis));
+  drawing += words(left, 44, "\u25CF before: the cell's files", before_colour) +
+             words(left + 200, 44, "\u25CF after: calibrated", after_colour);
   double y = top;
   for (const Panel& panel : panels) {
-    svg += drawn(panel, y);
+    drawing += drawn(panel, y);
     y += panel_height;
   }
-  return svg + "</svg>\n";
+  return svg::document(width, height, "#ffffff", drawing);
 }
 
 }  // namespace berth

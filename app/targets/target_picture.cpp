@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/core/ray_caster.h"
+#include "common/core/svg.h"
 #include "common/core/text.h"
-#include "common/core/valid_text.h"
 #include "common/meshes/symmetry.h"
 
 namespace berth {
@@ -20,28 +20,20 @@ constexpr int gap = 20;
 constexpr int heading = 22;
 constexpr int shades = 8;
 
-struct Colour {
-  int red, green, blue;
-};
-constexpr std::array<Colour, 10> colours = {{{190, 190, 190},
-                                             {86, 160, 211},
-                                             {240, 176, 66},
-                                             {98, 180, 120},
-                                             {214, 110, 150},
-                                             {150, 130, 210},
-                                             {205, 130, 80},
-                                             {90, 185, 190},
-                                             {180, 190, 80},
-                                             {160, 120, 120}}};
+constexpr const char* port_colour = "#c01820";
+constexpr const char* symmetry_colour = "#7a7a7a";
+constexpr std::array<svg::Colour, 10> colours = {{{190, 190, 190},
+                                                  {86, 160, 211},
+                                                  {240, 176, 66},
+                                                  {98, 180, 120},
+                                                  {214, 110, 150},
+                                                  {150, 130, 210},
+                                                  {205, 130, 80},
+                                                  {90, 185, 190},
+                                                  {180, 190, 80},
+                                                  {160, 120, 120}}};
 
-std::string hex(const Colour& colour, double shade) {
-  char text[8];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", static_cast<unsigned>(colour.red * shade),
-                static_cast<unsigned>(colour.green * shade),
-                static_cast<unsigned>(colour.blue * shade));
-  return text;
-}
-const Colour& colour_of(std::size_t part) {
+const svg::Colour& colour_of(std::size_t part) {
   return part == 0 ? colours[0] : colours[1 + (part - 1) % (colours.size() - 1)];
 }
 
@@ -75,28 +67,27 @@ class Painter {
     }
   }
 
-  std::string paint(const View& view) {
+  svg::Markup paint(const View& view) {
     view_ = &view;
-    std::string svg = "<rect width=\"300\" height=\"300\" fill=\"#fbfcfd\" stroke=\"#d5dade\"/>";
-    svg += surface();
+    svg::Markup drawing = svg::element(
+        "rect", {{"width", side}, {"height", side}, {"fill", "#fbfcfd"}, {"stroke", "#d5dade"}});
+    drawing += surface();
     if (symmetry_.revolution) {
-      svg +=
-          axis(symmetry_.revolution->point, symmetry_.revolution->direction, "#7a7a7a", "8 3 2 3");
+      drawing += axis(symmetry_.revolution->point, symmetry_.revolution->direction, symmetry_colour,
+                      "8 3 2 3");
     }
     for (const Pose& motion : symmetry_.motions) {
       const Eigen::AngleAxisd turn(motion.rotation);
-      svg += axis(fixed_point(motion), turn.axis(), "#7a7a7a", "8 3 2 3");
+      drawing += axis(fixed_point(motion), turn.axis(), symmetry_colour, "8 3 2 3");
     }
-    for (std::size_t i = 0; i < target_.parts.size(); ++i) {
-      if (!target_.parts[i].joint) continue;
-      svg += axis(target_.parts[i].joint->point, target_.parts[i].joint->axis, "#7b2fbf", "5 3");
+    for (const TargetPart& part : target_.parts) {
+      if (part.joint) drawing += axis(part.joint->point, part.joint->axis, "#7b2fbf", "5 3");
     }
-    for (const DockingPort& port : target_.ports) svg += drawn(port);
-    return svg;
+    for (const DockingPort& port : target_.ports) drawing += drawn(port);
+    return drawing;
   }
 
  private:
-  static std::string number(double value) { return fixed(value, 1); }
   double scale() const { return 0.5 * side / reach_; }
   double x(const Vector3d& p) const { return 0.5 * side + scale() * view_->right.dot(p - centre_); }
   double y(const Vector3d& p) const {
@@ -110,72 +101,76 @@ class Painter {
     return centre_ + turned.completeOrthogonalDecomposition().solve(off);
   }
 
-  std::string axis(const Vector3d& point, const Vector3d& direction, const char* colour,
+  svg::Markup axis(const Vector3d& point, const Vector3d& direction, const char* colour,
                    const char* dashes) const {
     const double along = direction.dot(centre_ - point);
     const Vector3d middle = point + along * direction;
     const Vector3d a = middle - 0.75 * reach_ * direction;
     const Vector3d b = middle + 0.75 * reach_ * direction;
     if (std::hypot(x(a) - x(b), y(a) - y(b)) < 4) {
-      return "<circle cx=\"" + number(x(a)) + "\" cy=\"" + number(y(a)) +
-             "\" r=\"4\" fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"1.5\"/>";
+      return svg::element("circle", {{"cx", x(a)},
+                                     {"cy", y(a)},
+                                     {"r", 4},
+                                     {"fill", "none"},
+                                     {"stroke", colour},
+                                     {"stroke-width", 1.5}});
     }
     return line(a, b, colour, 1.3, dashes);
   }
 
-  std::string line(const Vector3d& a, const Vector3d& b, const char* colour, double width,
+  svg::Markup line(const Vector3d& a, const Vector3d& b, const char* colour, double width,
                    const char* dashes = "") const {
-    return "<path d=\"M" + number(x(a)) + " " + number(y(a)) + "L" + number(x(b)) + " " +
-           number(y(b)) + "\" stroke=\"" + colour + "\" stroke-width=\"" + number(width) +
-           "\" stroke-dasharray=\"" + dashes + "\" fill=\"none\"/>";
+    return svg::element("path", {{"d", svg::Path().add('M', {x(a), y(a)}).add('L', {x(b), y(b)})},
+                                 {"stroke", colour},
+                                 {"stroke-width", width},
+                                 {"stroke-dasharray", dashes}});
   }
 
   /// An arrow along z, and the cone's rim.
-  std::string drawn(const DockingPort& port) const {
+  svg::Markup drawn(const DockingPort& port) const {
     const Vector3d& at = port.pose.position;
     const auto place = [&](double along, double angle, double about) {
       return Vector3d(port.pose * Vector3d(along * std::sin(angle) * std::cos(about),
                                            along * std::sin(angle) * std::sin(about),
                                            along * std::cos(angle)));
     };
-    std::string rim;
+    svg::Path rim;
     for (int i = 0; i <= 36; ++i) {
       const Vector3d p = place(arrow_, port.approach_cone, radians(10) * i);
-      rim += (i == 0 ? "M" : "L") + number(x(p)) + " " + number(y(p));
+      rim.add(i == 0 ? 'M' : 'L', {x(p), y(p)});
     }
     const Vector3d tip = place(arrow_, 0, 0);
-    return line(at, tip, "#c01820", 2.2) + "<path d=\"" + rim +
-           "\" stroke=\"#c01820\" stroke-width=\"0.8\" fill=\"#c01820\" fill-opacity=\"0.07\"/>" +
-           "<circle cx=\"" + number(x(at)) + "\" cy=\"" + number(y(at)) +
-           "\" r=\"3\" fill=\"#c01820\"/><text x=\"" + number(x(tip) + 4) + "\" y=\"" +
-           number(y(tip) - 3) + "\" font-size=\"11\" fill=\"#c01820\">" + markup_text(port.name) +
-           "</text>";
+    const svg::Markup shapes =
+        line(at, tip, port_colour, 2.2) +
+        svg::element("path", {{"d", rim},
+                              {"stroke", port_colour},
+                              {"stroke-width", 0.8},
+                              {"fill-opacity", "0.07"}}) +
+        svg::element("circle", {{"cx", x(at)}, {"cy", y(at)}, {"r", 3}}) +
+        svg::element("text", {{"x", x(tip) + 4}, {"y", y(tip) - 3}, {"font-size", 11}},
+                     svg::text(port.name));
+    return svg::element("g", {{"fill", port_colour}}, shapes);
   }
 
   /// A ray a pixel; runs of one colour are one stroke.
-  std::string surface() const {
-    std::map<std::string, std::string> strokes;
+  svg::Markup surface() const {
+    std::map<std::string, svg::Path> strokes;
     for (int row = 0; row < side; ++row) {
       std::string last;
-      int begin = 0;
-      const auto flush = [&](int end) {
-        if (last.empty() || end == begin) return;
-        strokes[last] += "M" + std::to_string(begin) + " " + std::to_string(row) + ".5h" +
-                         std::to_string(end - begin);
-      };
+      double begin = 0;
       for (int column = 0; column <= side; ++column) {
         const std::string colour = column == side ? "" : pixel(column, row);
         if (colour == last) continue;
-        flush(column);
+        if (!last.empty()) strokes[last].add('M', {begin, row + 0.5}).add('h', {column - begin});
         last = colour;
         begin = column;
       }
     }
-    std::string svg = "<g shape-rendering=\"crispEdges\" fill=\"none\">";
+    svg::Markup paths;
     for (const auto& [colour, path] : strokes) {
-      svg += "<path stroke=\"" + colour + "\" d=\"" + path + "\"/>";
+      paths += svg::element("path", {{"stroke", colour}, {"d", path}});
     }
-    return svg + "</g>";
+    return svg::element("g", {{"shape-rendering", "crispEdges"}}, paths);
   }
 
   std::string pixel(int column, int row) const {
@@ -196,9 +191,9 @@ class Painter {
     const double shade = std::round(shades * (0.45 + 0.55 * facing)) / shades;
     const ScanPreference scan = target_.parts[part].scan;
     const bool stripe = (column + row) % 10 < 2;
-    if (stripe && scan == ScanPreference::prefer) return hex({30, 150, 60}, shade);
-    if (stripe && scan == ScanPreference::avoid) return hex({200, 40, 40}, shade);
-    return hex(colour_of(part), shade);
+    if (stripe && scan == ScanPreference::prefer) return svg::hex({30, 150, 60}, shade);
+    if (stripe && scan == ScanPreference::avoid) return svg::hex({200, 40, 40}, shade);
+    return svg::hex(colour_of(part), shade);
   }
 
   const Target& target_;
@@ -232,20 +227,16 @@ std::string draw(const Target& target) {
   const int legend = 30 + 18 * static_cast<int>(target.parts.size());
   const int width = 3 * side + 4 * gap;
   const int height = 40 + 2 * (side + heading + gap) + legend;
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " +
-                    std::to_string(width) + " " + std::to_string(height) +
-                    "\" font-family=\"DejaVu Sans, Helvetica, sans-serif\">\n"
-                    "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"20\" y=\"27\" "
-                    "font-size=\"17\">" +
-                    markup_text(target.name) + ", " + shown(target.length) + " m</text>\n";
+  svg::Markup drawing = svg::element("text", {{"x", 20}, {"y", 27}, {"font-size", 17}},
+                                     svg::text(target.name + ", " + shown(target.length) + " m"));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const int x = gap + static_cast<int>(i % 3) * (side + gap);
     const int y = 40 + static_cast<int>(i / 3) * (side + heading + gap);
-    svg += "<g transform=\"translate(" + std::to_string(x) + " " + std::to_string(y) +
-           ")\"><text x=\"0\" y=\"14\" font-size=\"12\" fill=\"#555\">" + views[i].name +
-           "</text>\n<svg y=\"" + std::to_string(heading) +
-           "\" width=\"300\" height=\"300\" viewBox=\"0 0 300 300\">" + painter.paint(views[i]) +
-           "</svg></g>\n";
+    drawing += svg::element("text", {{"x", x}, {"y", y + 14}, {"fill", "#555"}},
+                            svg::text(views[i].name)) +
+               svg::element("svg",  // cuts off what is beyond its sides
+                            {{"x", x}, {"y", y + heading}, {"width", side}, {"height", side}},
+                            painter.paint(views[i]));
   }
   int y = height - legend + 14;
   for (std::size_t i = 0; i < target.parts.size(); ++i, y += 18) {
@@ -258,16 +249,19 @@ std::string draw(const Target& target) {
     }
     if (part.scan == ScanPreference::prefer) text += ", prefer (green stripes)";
     if (part.scan == ScanPreference::avoid) text += ", avoid (red stripes)";
-    svg += "<rect x=\"20\" y=\"" + std::to_string(y - 11) +
-           "\" width=\"14\" height=\"14\" fill=\"" + hex(colour_of(i), 1) +
-           "\"/><text x=\"42\" y=\"" + std::to_string(y) + "\" font-size=\"12\">" +
-           markup_text(text) + "</text>\n";
+    drawing += svg::element("rect", {{"x", 20},
+                                     {"y", y - 11},
+                                     {"width", 14},
+                                     {"height", 14},
+                                     {"fill", svg::hex(colour_of(i))}}) +
+               svg::element("text", {{"x", 42}, {"y", y}}, svg::text(text));
   }
   if (!symmetry.trivial()) {
-    svg += "<text x=\"640\" y=\"" + std::to_string(height - legend + 14) +
-           "\" font-size=\"12\" fill=\"#7a7a7a\">dash-dotted: axes of symmetry</text>\n";
+    drawing +=
+        svg::element("text", {{"x", 640}, {"y", height - legend + 14}, {"fill", symmetry_colour}},
+                     svg::text("dash-dotted: axes of symmetry"));
   }
-  return svg + "</svg>\n";
+  return svg::document(width, height, "#fff", drawing);
 }
 
 }  // namespace berth

@@ -5,19 +5,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "evaluation/report/axis.h"
-#include "evaluation/report/curve_path.h"
+#include "common/core/text.h"
 
 namespace berth::report {
 namespace {
 
 constexpr int x_tick_count = 8;
 
-std::string percent(double fraction) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.2f%%", 100 * fraction);
-  return out;
-}
+std::string percent(double fraction) { return fixed(100 * fraction, 2) + "%"; }
 
 std::string exact(double value) {
   char out[40];
@@ -58,19 +53,22 @@ Axis y_axis_of(const Chart& chart) {
   return axis;
 }
 
+std::string colour_of(const Curve& curve) { return "c" + std::to_string(curve.colour % 8); }
+
 Html legend_of(const Chart& chart) {
   Html keys;
   for (std::size_t i = 0; i < chart.curves.size(); ++i) {
     const Curve& curve = chart.curves[i];
     if (curve.name.empty()) continue;
-    const char* shape = curve.style == Curve::Style::dots ? "dots"
+    const char* shape = curve.style == Curve::Style::dots ? "dots "
                         : curve.style == Curve::Style::band || curve.style == Curve::Style::bars
-                            ? "filled"
-                            : "line";
-    keys += markup("<span class=\"key\" data-curve=\"" + std::to_string(i) + "\"><i class=\"" +
-                   shape + " c" + std::to_string(curve.colour % 8) +
-                   (curve.dashed ? " dashed" : "") + "\"></i>") +
-            text(curve.name) + markup("</span> ");
+                            ? "filled "
+                            : "line ";
+    const char* dashes = curve.dashed ? " dashed" : "";
+    keys += element("span", {{"class", "key"}, {"data-curve", i}},
+                    element("i", {{"class", shape + colour_of(curve) + dashes}}, {}) +
+                        text(curve.name)) +
+            text(" ");
   }
   return keys;
 }
@@ -81,80 +79,85 @@ Html spans_of(const Chart& chart, const Axis& x) {
   Html html;
   int phases = 0;
   for (const Span& span : chart.spans) {
-    const double from = std::clamp(x.fraction(span.from), 0.0, 1.0);
-    const double to = std::clamp(x.fraction(span.to), 0.0, 1.0);
+    const double from = x.fraction(span.from);
+    const double to = x.fraction(span.to);
+    const bool small = std::min(to, 1.0) - std::max(from, 0.0) < room_for_a_name;
     const bool phase = span.kind == Span::Kind::phase;
-    const char* kind = span.kind == Span::Kind::trouble ? "trouble"
-                       : span.kind == Span::Kind::doubt ? "doubt"
-                       : phases % 2 == 0                ? "phase even"
-                                                        : "phase odd";
+    const std::string kind = span.kind == Span::Kind::trouble ? "span trouble"
+                             : span.kind == Span::Kind::doubt ? "span doubt"
+                             : phases % 2 == 0                ? "span phase even"
+                                                              : "span phase odd";
     if (phase) ++phases;
-    html += markup(std::string("<i class=\"span ") + kind +
-                   (to - from < room_for_a_name ? " small" : "") + "\" data-x=\"" +
-                   exact(span.from) + " " + exact(span.to) + "\" style=\"left:" + percent(from) +
-                   ";width:" + percent(to - from) + "\" title=\"") +
-            text(span.name) + markup("\">") + (phase ? element("b", "", text(span.name)) : Html()) +
-            markup("</i>");
+    html += element("i",
+                    {{"class", kind + (small ? " small" : "")},
+                     {"data-x", exact(span.from) + " " + exact(span.to)},
+                     {"style", style_along(from, to)},
+                     {"title", span.name}},
+                    phase ? element("b", "", text(span.name)) : Html());
   }
   return html;
+}
+
+/// A line across the area, with its name.
+Html line_at(const char* kind, const char* side, double fraction, const std::string& name,
+             svg::Attribute place = {"data-x", ""}) {
+  return element("i",
+                 {{"class", kind}, std::move(place), {"style", side + (":" + percent(fraction))}},
+                 element("b", "", text(name)));
 }
 
 Html ticks_of(const Chart& chart, const Axis& x, const Axis& y) {
   Html html;
   for (const Tick& tick : ticks(y, std::max(2, chart.height_px / 36))) {
-    html += markup("<i class=\"yt\" style=\"bottom:" + percent(y.fraction(tick.value)) + "\"><b>") +
-            text(tick.label) + markup("</b></i>");
+    html += line_at("yt", "bottom", y.fraction(tick.value), tick.label);
   }
-  std::vector<Tick> along;
-  if (chart.x_ticks.empty()) {
-    along = ticks(x, x_tick_count);
-  } else {
-    for (const auto& [value, label] : chart.x_ticks) along.push_back({value, label});
+  // Labels of its own are placed again when zoomed; numbers are made anew.
+  for (const auto& [value, label] : chart.x_ticks) {
+    html += line_at("xt", "left", x.fraction(value), label, {"data-x", exact(value)});
   }
-  for (const Tick& tick : along) {
-    // Labels of its own are placed again when zoomed; numbers are made anew.
-    html += markup("<i class=\"xt\"" +
-                   (chart.x_ticks.empty() ? "" : " data-x=\"" + exact(tick.value) + "\"") +
-                   " style=\"left:" + percent(x.fraction(tick.value)) + "\"><b>") +
-            text(tick.label) + markup("</b></i>");
+  if (!chart.x_ticks.empty()) return html;
+  for (const Tick& tick : ticks(x, x_tick_count)) {
+    html += line_at("xt", "left", x.fraction(tick.value), tick.label);
   }
   return html;
 }
 
 Html curves_of(const Chart& chart, const Axis& x, const Axis& y, std::size_t& beyond) {
-  constexpr const char* styles[] = {"line", "steps", "dots", "band", "bars", "range"};
-  std::string svg =
-      "<svg viewBox=\"0 0 1000 1000\" preserveAspectRatio=\"none\" aria-hidden=\"true\">";
+  constexpr const char* styles[] = {" line", " steps", " dots", " band", " bars", " range"};
+  Html paths;
   for (std::size_t i = 0; i < chart.curves.size(); ++i) {
     const Curve& curve = chart.curves[i];
-    const std::string colour = "c" + std::to_string(curve.colour % 8);
-    svg += "<path data-curve=\"" + std::to_string(i) + "\" class=\"" + colour + " " +
-           styles[static_cast<int>(curve.style)] + (curve.dashed ? " dashed" : "") + "\" d=\"" +
-           path_of(curve, x, y) + "\"/>";
-    const std::string clipped = clipped_path_of(curve, x, y, beyond);
-    if (!clipped.empty()) {
-      svg += "<path data-curve=\"" + std::to_string(i) + "\" class=\"" + colour +
-             " clipped\" d=\"" + clipped + "\"/>";
-    }
+    const std::string colour = colour_of(curve);
+    const char* dashes = curve.dashed ? " dashed" : "";
+    paths += element("path", {{"data-curve", i},
+                              {"class", colour + styles[static_cast<int>(curve.style)] + dashes},
+                              {"d", path_of(curve, x, y)}});
+    const svg::Path clipped = clipped_path_of(curve, x, y, beyond);
+    if (clipped.empty()) continue;
+    paths += element("path", {{"data-curve", i}, {"class", colour + " clipped"}, {"d", clipped}});
   }
-  return markup(svg + "</svg>");
+  return element(
+      "svg",
+      {{"viewBox", "0 0 1000 1000"}, {"preserveAspectRatio", "none"}, {"aria-hidden", "true"}},
+      paths);
 }
 
 Html marks_of(const Chart& chart, const Axis& x, const Axis& y) {
+  const auto inside = [](double fraction) { return fraction >= 0 && fraction <= 1; };
   Html html;
   for (const Level& level : chart.levels) {
     const double at = y.fraction(level.y);
-    if (!(at >= 0 && at <= 1)) continue;
-    html += markup("<i class=\"level\" data-y=\"" + exact(level.y) +
-                   "\" style=\"bottom:" + percent(at) + "\"><b>") +
-            text(level.name) + markup("</b></i>");
+    if (inside(at)) html += line_at("level", "bottom", at, level.name, {"data-y", exact(level.y)});
   }
   for (const Mark& mark : chart.marks) {
     const double at = x.fraction(mark.x);
-    if (!(at >= 0 && at <= 1)) continue;
-    html += markup(std::string("<i class=\"mark") + (mark.bad ? " bad" : "") + "\" data-x=\"" +
-                   exact(mark.x) + "\" style=\"left:" + percent(at) + "\" title=\"") +
-            text(mark.text) + markup("\"></i>");
+    if (!inside(at)) continue;
+    html += element("i",
+                    {{"class", mark.bad ? "mark bad" : "mark"},
+                     {"data-x", exact(mark.x)},
+                     {"style", "left:" + percent(at)},
+                     {"title", mark.text}},
+                    {});
   }
   return html;
 }
@@ -166,29 +169,37 @@ Html html_of(const Chart& chart) {
   const Axis y = y_axis_of(chart);
   std::size_t beyond = 0;
   const Html curves = curves_of(chart, x, y, beyond);
-  Html html =
-      markup("<figure class=\"chart\" data-group=\"") + text(chart.group) +
-      markup("\" data-xrange=\"" + exact(x.low) + " " + exact(x.high) + "\" data-yrange=\"" +
-             exact(y.low) + " " + exact(y.high) + "\"" + (chart.log_y ? " data-log" : "") +
-             (chart.x_ticks.empty() ? "" : " data-fixed-ticks") + " data-unit=\"") +
-      text(chart.unit) + markup("\" data-xunit=\"") + text(chart.x_unit) +
-      markup("\" style=\"--h:" + std::to_string(chart.height_px) + "px\">\n<figcaption><b>") +
-      text(chart.title) + markup("</b> <small>") + text(chart.unit) +
-      markup("</small><span class=\"keys\">") + legend_of(chart) +
-      markup("</span></figcaption>\n<div class=\"plot\"><div class=\"area\">") +
-      spans_of(chart, x) + ticks_of(chart, x, y) + curves + marks_of(chart, x, y) +
-      markup("</div><span class=\"xunit\">") + text(chart.x_unit) + markup("</span></div>");
+  Html content =
+      element("figcaption", "",
+              element("b", "", text(chart.title)) + text(" ") +
+                  element("small", "", text(chart.unit)) +
+                  element("span", "keys", legend_of(chart))) +
+      element("div", "plot",
+              element("div", "area",
+                      spans_of(chart, x) + ticks_of(chart, x, y) + curves + marks_of(chart, x, y)) +
+                  element("span", "xunit", text(chart.x_unit)));
   if (beyond > 0) {
-    html +=
+    content +=
         element("p", "note", text(std::to_string(beyond) + " beyond the scale, drawn at its edge"));
   }
-  return html + markup("</figure>\n");
+  return element("figure",
+                 {{"class", "chart"},
+                  {"data-group", chart.group},
+                  {"data-xrange", exact(x.low) + " " + exact(x.high)},
+                  {"data-yrange", exact(y.low) + " " + exact(y.high)},
+                  {"data-log", chart.log_y ? "y" : ""},
+                  {"data-fixed-ticks", chart.x_ticks.empty() ? "" : "x"},
+                  {"data-unit", chart.unit},
+                  {"data-xunit", chart.x_unit},
+                  {"style", "--h:" + std::to_string(chart.height_px) + "px"}},
+                 content) +
+         markup("\n");
 }
 
 Html grid_of(const std::vector<Chart>& charts) {
-  Html html = markup("<div class=\"grid\">\n");
-  for (const Chart& chart : charts) html += html_of(chart);
-  return html + markup("</div>\n");
+  Html figures;
+  for (const Chart& chart : charts) figures += html_of(chart);
+  return element("div", "grid", figures);
 }
 
 }  // namespace berth::report

@@ -7,28 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "evaluation/report/curve.h"
 #include "evaluation/report/html.h"
 
 namespace berth::report {
-
-/// One drawn quantity. y that is not finite breaks a line and leaves a dot out.
-struct Curve {
-  enum class Style {
-    line,   ///< y over x
-    steps,  ///< y holds until the next x
-    dots,   ///< a dot per point
-    band,   ///< the area between y and low
-    bars,   ///< from 0 to y, each bar from its x to the next; the last x only ends the last bar
-    range,  ///< an upright line from low to y: an interval
-  };
-  std::string name;  ///< in the legend; empty: not listed
-  Style style = Style::line;
-  int colour = 0;  ///< 0: grey, for what others are compared with; 1 to 7: told apart by everybody
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> low;  ///< of band and range
-  bool dashed = false;
-};
 
 /// A shaded stretch of the x axis.
 struct Span {

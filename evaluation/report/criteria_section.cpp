@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
@@ -9,14 +8,6 @@
 
 namespace berth::report {
 namespace {
-
-std::string placed(const Axis& axis, double from, double to) {
-  const double a = std::clamp(axis.fraction(from), 0.0, 1.0);
-  const double b = std::clamp(axis.fraction(to), 0.0, 1.0);
-  char out[80];
-  std::snprintf(out, sizeof out, "left:%.2f%%;width:%.2f%%", 100 * a, 100 * (b - a));
-  return out;
-}
 
 /// Value, two sigma of truth about it, and what is allowed, on one scale.
 Html scale_of(const criterion_result_t& c) {
@@ -31,22 +22,20 @@ Html scale_of(const criterion_result_t& c) {
   if (never_negative) axis.low = 0;
   const double low = std::isfinite(c.lower_limit) ? c.lower_limit : axis.low;
   const double high = std::isfinite(c.upper_limit) ? c.upper_limit : axis.high;
-  std::string html =
-      "<div class=\"scale\" role=\"img\" aria-label=\"value on its scale\">"
-      "<i class=\"allowed\" style=\"" +
-      placed(axis, low, high) + "\"></i>";
+  const auto mark = [&axis](const std::string& classes, double from, double to) {
+    return element(
+        "i", {{"class", classes}, {"style", style_along(axis.fraction(from), axis.fraction(to))}},
+        {});
+  };
+  Html html = mark("allowed", low, high);
   for (const double limit : {c.lower_limit, c.upper_limit}) {
-    if (std::isfinite(limit)) {
-      html += "<i class=\"limit\" style=\"" + placed(axis, limit, limit) + "\"></i>";
-    }
+    if (std::isfinite(limit)) html += mark("limit", limit, limit);
   }
   const std::string kind = class_of_result(c.result);
-  if (band > 0) {
-    html += "<i class=\"sigma " + kind + "\" style=\"" +
-            placed(axis, c.value - band, c.value + band) + "\"></i>";
-  }
-  html += "<i class=\"value " + kind + "\" style=\"" + placed(axis, c.value, c.value) + "\"></i>";
-  return markup(html + "</div>");
+  if (band > 0) html += mark("sigma " + kind, c.value - band, c.value + band);
+  html += mark("value " + kind, c.value, c.value);
+  return element("div", {{"class", "scale"}, {"role", "img"}, {"aria-label", "value on its scale"}},
+                 html);
 }
 
 Html margin_of(const criterion_result_t& c) {

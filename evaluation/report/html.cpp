@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/html.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 
-#include "common/core/valid_text.h"
+#include "common/core/text.h"
 
 namespace berth::report {
-Html text(std::string_view any) { return {markup_text(any)}; }
 
-Html markup(std::string code) { return {std::move(code)}; }
-
-Html element(const char* name, const char* classes, const Html& content) {
-  const std::string opened = *classes == '\0' ? "" : std::string(" class=\"") + classes + "\"";
-  return {std::string("<") + name + opened + ">" + content.code + "</" + name + ">"};
+std::string style_along(double from, double to) {
+  const double begin = std::clamp(from, 0.0, 1.0);
+  const double end = std::clamp(to, 0.0, 1.0);
+  return "left:" + fixed(100 * begin, 2) + "%;width:" + fixed(100 * (end - begin), 2) + "%";
 }
 
 Html link(std::string_view relative_path, const Html& content) {

@@ -5,29 +5,24 @@
 #include <string_view>
 #include <vector>
 
+#include "common/core/svg.h"
+
 namespace berth::report {
 
-/// A piece of HTML. Text from outside becomes one only by text(), which escapes it, so that nothing
-/// a log says can become markup.
-struct Html {
-  std::string code;
+using Html = svg::Markup;
+using svg::element;
+using svg::text;
 
-  Html& operator+=(const Html& other) {
-    code += other.code;
-    return *this;
-  }
-  bool empty() const { return code.empty(); }
-};
-
-inline Html operator+(Html a, const Html& b) { return std::move(a += b); }
-
-/// Any text, escaped for element content and for attributes in double quotes. Control characters
-/// and bytes that are not UTF-8 become U+FFFD.
-Html text(std::string_view any);
 /// Markup written here, in the program.
-Html markup(std::string code);
+inline Html markup(std::string code) { return {std::move(code)}; }
 /// <name class="classes">content</name>
-Html element(const char* name, const char* classes, const Html& content);
+inline Html element(const char* name, const char* classes, const Html& content) {
+  return element(name, {{"class", classes}}, content);
+}
+
+/// Style of what lies along its parent from one part of it to another; what is outside is cut off.
+std::string style_along(double from, double to);
+
 /// Link to a file beside the page, or below or above it; everything but letters, digits and -._~/
 /// is percent-encoded.
 Html link(std::string_view relative_path, const Html& content);

@@ -23,22 +23,15 @@ Chart intervals(const std::vector<evaluation::Latency>& latencies) {
   chart.title = "delays with their 95 % intervals";
   chart.unit = "ms";
   chart.x_unit = "";
-  Curve range;
-  range.style = Curve::Style::range;
-  range.colour = 1;
-  Curve value;
-  value.style = Curve::Style::dots;
-  value.colour = 1;
+  Curve range{"", Curve::Style::range, 1};
+  Curve value{"", Curve::Style::dots, 1};
   for (const evaluation::Latency& l : latencies) {
     const bool drawn = std::isfinite(l.value) && std::isfinite(l.low) && std::isfinite(l.high);
     if (l.kind != evaluation::Latency::Kind::delay || !drawn) continue;
     const double x = static_cast<double>(value.x.size());
     chart.x_ticks.emplace_back(x, tick_of(l.name));
-    value.x.push_back(x);
-    value.y.push_back(1e3 * l.value);
-    range.x.push_back(x);
-    range.y.push_back(1e3 * l.high);
-    range.low.push_back(1e3 * l.low);
+    value.add(x, 1e3 * l.value);
+    range.add(x, 1e3 * l.low, 1e3 * l.high);
   }
   chart.x_range = {-0.5, static_cast<double>(value.x.size()) - 0.5};
   chart.levels.push_back({0, "no delay"});
@@ -59,17 +52,13 @@ Vector3d main_direction(const std::vector<evaluation::ComparedEstimate>& compare
 Chart slope(const RunView& view, double delay) {
   const auto& compared = view.measurer().compared();
   const Vector3d along = main_direction(compared);
-  Curve dots;
-  dots.name = "single scans";
-  dots.style = Curve::Style::dots;
-  dots.colour = 1;
+  Curve dots{"single scans", Curve::Style::dots, 1};
   double mean_error = 0;
   double mean_speed = 0;
   for (const auto& c : compared) {
     if (view.record().steered(c.estimate.utime)) continue;
     const Vector3d error = c.estimate.measured.position - c.truth.pose.position;
-    dots.x.push_back(1e3 * along.dot(c.truth.velocity.linear));
-    dots.y.push_back(1e3 * along.dot(error));
+    dots.add(1e3 * along.dot(c.truth.velocity.linear), 1e3 * along.dot(error));
     mean_speed += dots.x.back();
     mean_error += dots.y.back();
   }
@@ -80,13 +69,10 @@ Chart slope(const RunView& view, double delay) {
   chart.clip_extremes = true;
   if (dots.x.empty()) return chart;
   const auto n = static_cast<double>(dots.x.size());
-  Curve line;
-  line.name = "the delay of " + brief(1e3 * delay, 3) + " ms";
-  line.colour = 2;
+  Curve line{"the delay of " + brief(1e3 * delay, 3) + " ms", Curve::Style::line, 2};
   const auto [least, most] = std::minmax_element(dots.x.begin(), dots.x.end());
   for (const double speed : {*least, *most}) {
-    line.x.push_back(speed);
-    line.y.push_back(mean_error / n - delay * (speed - mean_speed / n));
+    line.add(speed, mean_error / n - delay * (speed - mean_speed / n));
   }
   chart.curves = {dots, line};
   return chart;

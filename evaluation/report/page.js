@@ -31,7 +31,7 @@
   };
 
   // Points of a curve as they were drawn, in the units of its axes.
-  const points = (chart, path) => path.points ??= [...path.getAttribute('d').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
+  const points = (chart, path) => path.points ??= [...(path.getAttribute('d') ?? '').matchAll(/([MLHV])(-?[\d.]+)(?: (-?[\d.]+))?/g)].reduce((list, [, command, a, b]) => {
     const last = list[list.length - 1];
     const u = command === 'V' ? last.u : Number(a);
     const v = command === 'V' ? Number(a) : command === 'H' ? last.v : Number(b);
@@ -149,7 +149,7 @@
       const best = path.matches('.bars')
         ? candidates.filter((p) => p.x <= x && p.v < canvas).pop()
         : candidates.reduce((b, p) => (!b || Math.abs(p.x - x) < Math.abs(b.x - x) ? p : b), null);
-      if (best && (path.matches('.bars') || Math.abs(best.x - x) < near)) line(`${key.textContent}: ${number(best.y)} ${chart.figure.dataset.unit}`);
+      if (best && (path.matches('.bars') || Math.abs(best.x - x) < near)) line(`${key.textContent}: ${number(best.y)} ${chart.figure.dataset.unit ?? ''}`);
     }
     for (const mark of chart.area.querySelectorAll('.mark')) {
       if (Math.abs(Number(mark.dataset.x) - x) < near / 4) line(mark.title);

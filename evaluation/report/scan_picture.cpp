@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "common/core/beam_model.h"
 #include "common/core/nan.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/view_angles.h"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/scan_packet.h"
+#include "logs/file/log_reader.h"
 
 namespace berth::report {
 namespace {
@@ -18,15 +20,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Colours of residuals, from far in front of the surface to far beyond it.
-constexpr int classes = 7;
+constexpr std::size_t classes = 7;
 constexpr std::size_t max_dots = 4000;
-
-std::string number(double value) {
-  char out[32];
-  const int length = std::snprintf(out, sizeof out, "%.1f", value);
-  if (out[length - 1] == '0') out[length - 2] = '\0';
-  return out;
-}
 
 /// What fits the picture: the target, the windows, and a little air.
 AngleBox frame_of(const ScanPicture& picture, const RayCaster& target) {
@@ -43,67 +38,63 @@ AngleBox frame_of(const ScanPicture& picture, const RayCaster& target) {
   return box;
 }
 
-std::string dot(double x, double y) { return "M" + number(x) + " " + number(y) + "h0"; }
-
 /// Of as many as a reader can tell apart, evenly.
-std::string returns_of(const ScanPicture& picture, const View& view, double scale) {
-  std::array<std::string, classes> paths;
-  std::string elsewhere;
-  std::string misses;
+Html returns_of(const ScanPicture& picture, const View& view, double scale) {
+  std::array<svg::Path, classes> paths;
+  svg::Path elsewhere;
+  svg::Path misses;
+  const auto path_for = [&](const Beam& beam, double residual) -> svg::Path& {
+    if (beam.range <= 0) return misses;
+    if (!std::isfinite(residual)) return elsewhere;
+    const double part = (std::clamp(residual / scale, -1.0, 1.0) + 1) / 2;
+    return paths[std::min(static_cast<std::size_t>(part * classes), classes - 1)];
+  };
   const std::size_t every = 1 + picture.beams.size() / max_dots;
   for (std::size_t i = 0; i < picture.beams.size(); i += every) {
     const Beam& beam = picture.beams[i];
-    const std::string at = dot(view.x(beam.azimuth), view.y(beam.elevation));
-    const double residual = i < picture.residuals.size() ? picture.residuals[i] : nan;
-    if (beam.range <= 0) {
-      misses += at;
-    } else if (!std::isfinite(residual)) {
-      elsewhere += at;
-    } else {
-      const double part = (residual / scale + 1) / 2;
-      const int place = std::clamp(static_cast<int>(part * classes), 0, classes - 1);
-      paths[static_cast<std::size_t>(place)] += at;
-    }
+    path_for(beam, i < picture.residuals.size() ? picture.residuals[i] : nan)
+        .dot(view.x(beam.azimuth), view.y(beam.elevation));
   }
-  std::string svg = "<path class=\"miss\" d=\"" + misses + "\"/><path class=\"elsewhere\" d=\"" +
-                    elsewhere + "\"/>";
-  for (int i = 0; i < classes; ++i) {
-    svg += "<path class=\"return r" + std::to_string(i) + "\" d=\"" +
-           paths[static_cast<std::size_t>(i)] + "\"/>";
+  Html html = element("path", {{"class", "miss"}, {"d", misses}}) +
+              element("path", {{"class", "elsewhere"}, {"d", elsewhere}});
+  for (std::size_t i = 0; i < classes; ++i) {
+    html += element("path", {{"class", "return r" + std::to_string(i)}, {"d", paths[i]}});
   }
-  return svg;
+  return html;
 }
 
-std::string windows_of(const ScanPicture& picture, const View& view) {
-  std::string svg;
+Html windows_of(const ScanPicture& picture, const View& view) {
+  Html html;
   for (const scan_window_t& w : picture.windows) {
-    const double x = view.x(w.azimuth_rad - w.width_rad / 2);
-    const double y = view.y(w.elevation_rad + w.height_rad / 2);
-    svg += "<rect class=\"window\" x=\"" + number(x) + "\" y=\"" + number(y) + "\" width=\"" +
-           number(view.scale * w.width_rad) + "\" height=\"" + number(view.scale * w.height_rad) +
-           "\"><title>" + text(w.name).code + "</title></rect>";
+    html += element("rect",
+                    {{"class", "window"},
+                     {"x", view.x(w.azimuth_rad - w.width_rad / 2)},
+                     {"y", view.y(w.elevation_rad + w.height_rad / 2)},
+                     {"width", view.scale * w.width_rad},
+                     {"height", view.scale * w.height_rad}},
+                    element("title", "", text(w.name)));
   }
-  return svg;
+  return html;
 }
 
-std::string axes_of(const Pose& pose, const View& view, double length, const char* kind) {
-  std::string svg;
+/// Those of the model, solid and with names as estimated, dashed in truth.
+Html axes_of(const Pose& pose, const View& view, double length, bool estimated) {
+  Html html;
   double azimuth = 0;
   double elevation = 0;
   beam_angles(pose.position, azimuth, elevation);
-  const std::string from = "M" + number(view.x(azimuth)) + " " + number(view.y(elevation));
+  const svg::Path from = svg::Path().add('M', {view.x(azimuth), view.y(elevation)});
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3d tip = pose * Vector3d(length * Vector3d::Unit(axis));
     if (tip.z() <= 0) continue;
     beam_angles(tip, azimuth, elevation);
-    svg += std::string("<path class=\"axis ") + kind + "\" d=\"" + from + "L" +
-           number(view.x(azimuth)) + " " + number(view.y(elevation)) + "\"/>";
-    if (std::string_view(kind) == "estimated") {
-      svg += "<text x=\"" + number(view.x(azimuth)) + "\" y=\"" + number(view.y(elevation)) +
-             "\">" + "xyz"[axis] + "</text>";
-    }
+    const double x = view.x(azimuth);
+    const double y = view.y(elevation);
+    html += element("path", {{"class", estimated ? "axis estimated" : "axis true"},
+                             {"d", svg::Path(from).add('L', {x, y})}});
+    if (estimated) html += element("text", {{"x", x}, {"y", y}}, text(std::string(1, "xyz"[axis])));
   }
-  return svg;
+  return html;
 }
 
 /// Half the width of the residuals' scale: what nine in ten lie within.
@@ -120,14 +111,38 @@ double residual_scale(const std::vector<double>& residuals) {
 }
 
 Html key_of(double scale) {
-  std::string swatches;
-  for (int i = 0; i < classes; ++i) swatches += "<i class=\"r" + std::to_string(i) + "\"></i>";
+  Html swatches;
+  for (std::size_t i = 0; i < classes; ++i) {
+    swatches += element("i", {{"class", "r" + std::to_string(i)}}, {});
+  }
   const std::string reach = brief(1e3 * scale, 2);
-  return markup("<span class=\"ramp\">\xE2\x88\x92" + reach + swatches + "+" + reach +
-                " mm</span>");
+  return element("span", "ramp",
+                 text("\xE2\x88\x92" + reach) + swatches + text("+" + reach + " mm"));
 }
 
 }  // namespace
+
+std::map<std::int64_t, std::vector<Beam>> read_beams(const std::filesystem::path& log,
+                                                     std::int64_t session,
+                                                     const std::set<std::int64_t>& scans) {
+  std::map<std::int64_t, std::vector<Beam>> beams;
+  if (scans.empty()) return beams;
+  logs::LogReader reader(log);
+  logs::LogEvent event;
+  while (reader.next(event)) {
+    if (event.channel != channels::scan_data) continue;
+    const auto packet = logs::decode<ScanPacket>(event.data);
+    if (!packet || packet->session != session || scans.count(packet->scan_id) == 0) continue;
+    auto& of_scan = beams[packet->scan_id];
+    for (std::size_t i = 0; i < packet->status.size(); ++i) {
+      const bool hit = packet->status[i] == ScanPacket::HIT;
+      const ScanPacket::Seen seen = packet->seen_from_sensor(i);
+      of_scan.push_back(
+          {packet->utime + packet->time_us[i], hit ? seen.range : 0, seen.azimuth, seen.elevation});
+    }
+  }
+  return beams;
+}
 
 std::vector<double> residuals_of(const std::vector<Beam>& beams, const RayCaster& target,
                                  const Pose& pose, const Velocity& velocity, Utime utime,
@@ -153,16 +168,17 @@ std::vector<double> residuals_of(const std::vector<Beam>& beams, const RayCaster
 Html html_of(const ScanPicture& picture, const RayCaster& target) {
   const View view = view_of(frame_of(picture, target));
   const double scale = residual_scale(picture.residuals);
-  std::string svg = "<svg class=\"scan\" viewBox=\"0 0 " + number(view.width) + " " +
-                    number(view.height) + "\" role=\"img\">";
-  if (picture.target) svg += shaded(target, *picture.target, view);
-  svg += returns_of(picture, view, scale) + windows_of(picture, view);
+  Html drawing;
+  if (picture.target) drawing += shaded(target, *picture.target, view);
+  drawing += returns_of(picture, view, scale) + windows_of(picture, view);
   const double length = 0.2 * target.bounds().size().maxCoeff();
-  if (picture.target) svg += axes_of(*picture.target, view, length, "true");
-  if (picture.estimate) svg += axes_of(*picture.estimate, view, length, "estimated");
-  return markup("<figure class=\"scan\"><figcaption><b>") + text(picture.title) + markup("</b>") +
-         key_of(scale) + markup("</figcaption>\n" + svg + "</svg>") +
-         element("p", "note-wide", text(picture.caption)) + markup("</figure>\n");
+  if (picture.target) drawing += axes_of(*picture.target, view, length, false);
+  if (picture.estimate) drawing += axes_of(*picture.estimate, view, length, true);
+  return element("figure", "scan",
+                 element("figcaption", "", element("b", "", text(picture.title)) + key_of(scale)) +
+                     svg::image(view.width, view.height, drawing) +
+                     element("p", "note-wide", text(picture.caption))) +
+         markup("\n");
 }
 
 }  // namespace berth::report

@@ -6,7 +6,7 @@
 
 namespace berth::report {
 
-/// The parts of a run's report, one per file. Empty where the run has nothing of the kind.
+/// The parts of a run's report. Empty where the run has nothing of the kind.
 Html verdict_head(const RunView& view);
 /// What the procedure's source claims, met or not, and its figures drawn of this run.
 Html claim_section(const RunView& view);

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 std::string number_of(std::size_t i) { return "run " + std::to_string(i + 1); }
 
 Html key_of(std::size_t i) {
-  return markup("<span class=\"key\"><i class=\"line c" + std::to_string(1 + i % 7) + "\"></i>") +
-         text(number_of(i)) + markup("</span>");
+  const std::string line = "line c" + std::to_string(1 + i % 7);
+  return element("span", "key", element("i", line.c_str(), {}) + text(number_of(i)));
 }
 
 Html own_report(const RunView& view, const fs::path& page) {
@@ -59,21 +59,16 @@ const criterion_result_t* criterion_of(const RunView& view, const std::string& n
 
 Curve series_of(const RunView& view, const evaluation::Measurement& what,
                 const evaluation::Phase& phase, std::size_t i) {
-  Curve curve;
-  curve.name = number_of(i);
-  curve.colour = static_cast<int>(1 + i % 7);
+  Curve curve{number_of(i), Curve::Style::line, static_cast<int>(1 + i % 7)};
   const evaluation::Series series = what.series(view.measurer(), phase);
   auto stretch = phase.stretches.begin();
   for (std::size_t k = 0; k < series.value.size(); ++k) {
     if (stretch != phase.stretches.end() && series.utime[k] > stretch->end) {
       while (stretch != phase.stretches.end() && series.utime[k] > stretch->end) ++stretch;
-      if (!curve.x.empty()) {  // no line across what is not of the phase
-        curve.x.push_back(curve.x.back());
-        curve.y.push_back(std::numeric_limits<double>::quiet_NaN());
-      }
+      // No line across what is not of the phase.
+      if (!curve.x.empty()) curve.add(curve.x.back(), std::numeric_limits<double>::quiet_NaN());
     }
-    curve.x.push_back(seconds(series.utime[k] - phase.start()));
-    curve.y.push_back(what.shown(series.value[k]));
+    curve.add(seconds(series.utime[k] - phase.start()), what.shown(series.value[k]));
   }
   return curve;
 }
@@ -174,14 +169,9 @@ Html beside_poses(const Views& views) {
     chart.group = "poses";
     chart.clip_extremes = true;
     for (std::size_t i = 0; i < views.size(); ++i) {
-      Curve curve;
-      curve.name = number_of(i);
-      curve.colour = static_cast<int>(1 + i % 7);
-      curve.style = Curve::Style::dots;
+      Curve curve{number_of(i), Curve::Style::dots, static_cast<int>(1 + i % 7)};
       for (const evaluation::EstimateSample& e : views[i]->record().estimates()) {
-        if (!e.ok()) continue;
-        curve.x.push_back(views[i]->at(e.utime));
-        curve.y.push_back(xyzwpr_from_pose(e.pose)[axis]);
+        if (e.ok()) curve.add(views[i]->at(e.utime), xyzwpr_from_pose(e.pose)[axis]);
       }
       if (!curve.x.empty()) chart.curves.push_back(std::move(curve));
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cstdio>
 
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
@@ -28,13 +27,10 @@ const char* class_of_state(std::int8_t state) {
 Html bar_of(const procedure_step_t& step, Utime begin, Utime end, Utime last, const char* colour) {
   if (step.utime_start == 0 || last <= begin) return {};
   const auto part = [&](Utime t) {
-    return std::clamp(static_cast<double>(t - begin) / static_cast<double>(last - begin), 0.0, 1.0);
+    return static_cast<double>(t - begin) / static_cast<double>(last - begin);
   };
-  char style[80];
-  std::snprintf(style, sizeof style, "left:%.2f%%;width:%.2f%%", 100 * part(step.utime_start),
-                100 * (part(end) - part(step.utime_start)));
-  return markup(std::string("<div class=\"track\"><i class=\"") + colour + "\" style=\"" + style +
-                "\"></i></div>");
+  const std::string style = style_along(part(step.utime_start), part(end));
+  return element("div", "track", element("i", {{"class", colour}, {"style", style}}, {}));
 }
 
 }  // namespace

@@ -67,13 +67,13 @@ View view_of(const AngleBox& box) {
   return view;
 }
 
-std::string shaded(const RayCaster& target, const Pose& T_sensor_model, const View& view) {
+svg::Markup shaded(const RayCaster& target, const Pose& T_sensor_model, const View& view) {
   const Pose inverse = T_sensor_model.inverse();
   const int columns = static_cast<int>(std::ceil(view.width / cell));
   const int rows = static_cast<int>(std::ceil(view.height / cell));
   std::vector<Ray> rays(static_cast<std::size_t>(columns));
   std::vector<RayHit> hits(rays.size());
-  std::array<std::string, shades> paths;
+  std::array<svg::Path, shades> paths;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const double azimuth = view.box.left + (column + 0.5) * cell / view.scale;
@@ -82,7 +82,7 @@ std::string shaded(const RayCaster& target, const Pose& T_sensor_model, const Vi
           inverse.position, inverse.rotation * beam_direction(azimuth, elevation)};
     }
     target.cast(rays, std::numeric_limits<double>::max(), hits);
-    int begun = 0;
+    double begun = 0;
     int current = -1;
     for (int column = 0; column <= columns; ++column) {
       int shade = -1;
@@ -94,20 +94,19 @@ std::string shaded(const RayCaster& target, const Pose& T_sensor_model, const Vi
       if (shade == current) continue;
       if (current >= 0) {
         // A run of one shade is a level stroke, as wide as its row.
-        paths[static_cast<std::size_t>(current)] += "M" + std::to_string(begun * cell) + " " +
-                                                    std::to_string(row * cell + cell / 2) + "h" +
-                                                    std::to_string((column - begun) * cell);
+        paths[static_cast<std::size_t>(current)]
+            .add('M', {begun * cell, (row + 0.5) * cell})
+            .add('h', {(column - begun) * cell});
       }
       begun = column;
       current = shade;
     }
   }
-  std::string svg = "<g class=\"target\">";
-  for (int i = 0; i < shades; ++i) {
-    svg += "<path class=\"s" + std::to_string(i) + "\" d=\"" + paths[static_cast<std::size_t>(i)] +
-           "\"/>";
+  svg::Markup strokes;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    strokes += svg::element("path", {{"class", "s" + std::to_string(i)}, {"d", paths[i]}});
   }
-  return svg + "</g>";
+  return svg::element("g", {{"class", "target"}}, strokes);
 }
 
 }  // namespace berth::report

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
-
 #include "common/core/ray_caster.h"
+#include "common/core/svg.h"
 
 namespace berth::report {
 
@@ -36,8 +35,8 @@ struct View {
 };
 View view_of(const AngleBox& box);
 
-/// SVG paths of the target as the sensor sees it: rays cast on a grid, in a few shades, the darker
+/// The target as the sensor sees it: rays cast on a grid, in a few shades, the darker
 /// the more a surface is turned away.
-std::string shaded(const RayCaster& target, const Pose& T_sensor_model, const View& view);
+svg::Markup shaded(const RayCaster& target, const Pose& T_sensor_model, const View& view);
 
 }  // namespace berth::report

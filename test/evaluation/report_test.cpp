@@ -4,7 +4,6 @@
 
 #include "evaluation/report/axis.h"
 #include "evaluation/report/chart.h"
-#include "evaluation/report/decimate.h"
 #include "evaluation/report/page.h"
 #include "test/catch.h"
 
@@ -25,11 +24,10 @@ std::size_t count_of(const Html& html, const std::string& what) {
 }
 
 Curve wave(std::size_t points) {
-  Curve curve;
-  curve.name = "wave";
+  Curve curve{"wave"};
   for (std::size_t i = 0; i < points; ++i) {
-    curve.x.push_back(0.01 * static_cast<double>(i));
-    curve.y.push_back(std::sin(curve.x.back()));
+    const double x = 0.01 * static_cast<double>(i);
+    curve.add(x, std::sin(x));
   }
   return curve;
 }

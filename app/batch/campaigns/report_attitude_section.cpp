@@ -4,10 +4,11 @@
 
 #include "app/batch/campaigns/report_charts.h"
 #include "app/batch/campaigns/report_sections.h"
-#include "app/batch/campaigns/report_views.h"
 #include "app/batch/campaigns/sphere_map.h"
 #include "common/core/text.h"
+#include "common/targets/target.h"
 #include "evaluation/report/axis.h"
+#include "evaluation/report/view_angles.h"
 
 namespace berth::campaigns {
 namespace {
@@ -108,6 +109,29 @@ Html coverage(const TrialTable& table) {
   return maps + element("p", "note-wide",
                         text(std::to_string(grid.size()) + " cells of equal area, " +
                              std::to_string(empty) + " of them without a trial."));
+}
+
+struct NamedDirection {
+  Vector3d on_map;
+  std::string caption;
+};
+
+/// Pictures of a target from some directions. @throws InputError without its mesh.
+Html views_of(const CampaignTarget& seen, const std::vector<NamedDirection>& directions) {
+  const Target target = load_target(seen.place, seen.length);
+  const RayCaster caster(target.mesh);
+  const double away = 2.5 * caster.bounds().size().maxCoeff();
+  Html html;
+  for (const NamedDirection& one : directions) {
+    const Pose pose{{0, 0, away}, upright_attitude(one.on_map)};
+    AngleBox box = angles_of(caster.bounds(), pose);
+    box.widen(0.04);
+    const View view = view_of(box);
+    html += element("figure", "scan",
+                    element("figcaption", "", text(one.caption)) +
+                        svg::image(view.width, view.height, shaded(caster, pose, view)));
+  }
+  return element("div", "grid fill", html);
 }
 
 /// Cells that surely fail most of the trials with a target, and what it looks like from there.

@@ -70,19 +70,19 @@ void set_axis(Chart& chart, const Sweep& sweep) {
 
 void add_curves(Chart& chart, const Sweep& sweep, const Sweep::Series& series,
                 const OfGroup& number, const std::string& name, int colour, bool dashed) {
-  Curve line{name, Curve::Style::line, colour, {}, {}, {}, dashed};
-  Curve dots{"", Curve::Style::dots, colour, {}, {}, {}, false};
-  Curve range{"", Curve::Style::range, colour, {}, {}, {}, false};
+  Curve line{name, Curve::Style::line, colour};
+  Curve dots{"", Curve::Style::dots, colour};
+  Curve range{"", Curve::Style::range, colour};
+  line.dashed = dashed;
   for (const Group& group : series.groups) {
     const Estimated at = number(group);
     if (!std::isfinite(at.value)) continue;
     const double x = place_on_axis(sweep, group.x);
-    for (Curve* curve : {&line, &dots, &range}) curve->x.push_back(x);
-    line.y.push_back(at.value);
-    dots.y.push_back(at.value);
+    line.add(x, at.value);
+    dots.add(x, at.value);
     // An end that too few trials leave open is not drawn.
-    range.y.push_back(std::isfinite(at.bounds.high) ? at.bounds.high : at.value);
-    range.low.push_back(std::isfinite(at.bounds.low) ? at.bounds.low : at.value);
+    range.add(x, std::isfinite(at.bounds.low) ? at.bounds.low : at.value,
+              std::isfinite(at.bounds.high) ? at.bounds.high : at.value);
   }
   chart.curves.push_back(std::move(range));
   chart.curves.push_back(std::move(line));

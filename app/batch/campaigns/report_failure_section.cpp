@@ -8,7 +8,6 @@
 #include "app/batch/campaigns/sphere_map.h"
 #include "common/core/text.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/heat_map.h"
 
 namespace berth::campaigns {
 namespace {

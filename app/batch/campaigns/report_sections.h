@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "app/batch/campaigns/report_sweep.h"
-#include "evaluation/report/colour_scale.h"
+#include "evaluation/report/heat_map.h"
 
 namespace berth::campaigns {
 

@@ -6,7 +6,6 @@
 #include "app/batch/campaigns/report_sections.h"
 #include "common/core/text.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/heat_map.h"
 
 namespace berth::campaigns {
 namespace {

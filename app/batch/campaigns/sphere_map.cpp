@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "common/core/text.h"
@@ -11,8 +10,8 @@
 namespace berth::campaigns {
 namespace {
 
+using report::element;
 using report::Html;
-using report::markup;
 using report::text;
 using std::numbers::pi;
 using std::numbers::sqrt2;
@@ -22,42 +21,42 @@ constexpr double margin = 16;
 constexpr double width = 4 * sqrt2 * scale + 2 * margin;
 constexpr double height = 2 * sqrt2 * scale + 2 * margin;
 
-std::string place(double longitude, double latitude) {
+std::array<double, 2> place(double longitude, double latitude) {
   const auto [x, y] = hammer(longitude, latitude);
-  char out[48];
-  std::snprintf(out, sizeof out, "%.1f %.1f", width / 2 + scale * x, height / 2 - scale * y);
-  return out;
+  return {width / 2 + scale * x, height / 2 - scale * y};
 }
 
-/// The cell's edge, its curved sides in short pieces.
-std::string outline(const SphereGrid::Cell& cell) {
-  const auto pieces = [](double angle) {
-    return static_cast<int>(std::ceil(std::abs(angle) / (pi / 24)));
-  };
-  std::string path = "M" + place(cell.west, cell.south);
-  const auto side = [&](double west, double south, double east, double north) {
-    const int count = std::max(1, pieces(std::max(std::abs(east - west), std::abs(north - south))));
-    for (int i = 1; i <= count; ++i) {
-      const double at = static_cast<double>(i) / count;
-      path += "L" + place(std::lerp(west, east, at), std::lerp(south, north, at));
-    }
-  };
-  side(cell.west, cell.south, cell.east, cell.south);
-  side(cell.east, cell.south, cell.east, cell.north);
-  side(cell.east, cell.north, cell.west, cell.north);
-  side(cell.west, cell.north, cell.west, cell.south);
-  return path + "Z";
+void add(svg::Path& path, char command, double longitude, double latitude) {
+  const auto [x, y] = place(longitude, latitude);
+  path.add(command, {x, y});
+}
+
+/// A meridian or a parallel, without the place where it begins: curved, hence in short pieces.
+void add_line(svg::Path& path, double west, double south, double east, double north) {
+  const double angle = std::max(std::abs(east - west), std::abs(north - south));
+  const int pieces = std::max(1, static_cast<int>(std::ceil(angle / (pi / 24))));
+  for (int i = 1; i <= pieces; ++i) {
+    const double at = static_cast<double>(i) / pieces;
+    add(path, 'L', std::lerp(west, east, at), std::lerp(south, north, at));
+  }
+}
+
+svg::Path outline(const SphereGrid::Cell& cell) {
+  svg::Path path;
+  add(path, 'M', cell.west, cell.south);
+  add_line(path, cell.west, cell.south, cell.east, cell.south);
+  add_line(path, cell.east, cell.south, cell.east, cell.north);
+  add_line(path, cell.east, cell.north, cell.west, cell.north);
+  add_line(path, cell.west, cell.north, cell.west, cell.south);
+  return path.add('z');
 }
 
 /// Every 30 degrees, thin; drawn over the cells.
-std::string lines() {
-  std::string path;
-  const auto line = [&path](double lon, double lat, double to_lon, double to_lat) {
-    constexpr int count = 24;
-    for (int i = 0; i <= count; ++i) {
-      const double at = static_cast<double>(i) / count;
-      path += (i == 0 ? "M" : "L") + place(std::lerp(lon, to_lon, at), std::lerp(lat, to_lat, at));
-    }
+svg::Path graticule() {
+  svg::Path path;
+  const auto line = [&path](double west, double south, double east, double north) {
+    add(path, 'M', west, south);
+    add_line(path, west, south, east, north);
   };
   for (int i = -2; i <= 2; ++i) line(-pi, i * pi / 6, pi, i * pi / 6);
   for (int i = -6; i <= 6; ++i) line(i * pi / 6, -pi / 2, i * pi / 6, pi / 2);
@@ -74,16 +73,13 @@ constexpr Axis axes[] = {{"−z", 0, 0},      {"+z", pi, 0},      {"+z", -pi, 0}
                          {"+x", pi / 2, 0}, {"−x", -pi / 2, 0}, {"−y", 0, pi / 2},
                          {"+y", 0, -pi / 2}};
 
-std::string labels() {
-  std::string svg;
+Html labels() {
+  Html html;
   for (const Axis& axis : axes) {
-    const auto [x, y] = hammer(axis.longitude, axis.latitude);
-    char out[120];
-    std::snprintf(out, sizeof out, "<text x=\"%.1f\" y=\"%.1f\">%s</text>", width / 2 + scale * x,
-                  height / 2 - scale * y + 4, axis.name);
-    svg += out;
+    const auto [x, y] = place(axis.longitude, axis.latitude);
+    html += svg::element("text", {{"x", x}, {"y", y + 4}}, text(axis.name));
   }
-  return svg;
+  return html;
 }
 
 }  // namespace
@@ -95,17 +91,18 @@ std::array<double, 2> hammer(double longitude, double latitude) {
 }
 
 Html html_of(const SphereMap& map, const SphereGrid& grid, const report::ColourScale& scale_of) {
-  Html html = markup("<figure class=\"sphere\"><figcaption><b>") + text(map.title) +
-              markup("</b> ") + scale_of.legend() +
-              markup("</figcaption><svg viewBox=\"0 0 " + fixed(width, 0) + " " + fixed(height, 0) +
-                     "\" role=\"img\">\n");
+  Html drawing;
   for (std::size_t i = 0; i < grid.size(); ++i) {
-    html += markup("<path class=\"" + scale_of.class_of(map.values[i]) + "\" d=\"" +
-                   outline(grid.cell(i)) + "\"><title>") +
-            text(map.hovers[i]) + markup("</title></path>\n");
+    drawing += svg::element(
+        "path", {{"class", scale_of.class_of(map.values[i])}, {"d", outline(grid.cell(i))}},
+        element("title", "", text(map.hovers[i])));
   }
-  return html + markup("<path class=\"graticule\" d=\"" + lines() + "\"/>" + labels() +
-                       "</svg></figure>\n");
+  drawing += svg::element("path", {{"class", "graticule"}, {"d", graticule()}}) + labels();
+  return element("figure", "sphere",
+                 element("figcaption", "",
+                         element("b", "", text(map.title)) + text(" ") + scale_of.legend()) +
+                     svg::image(width, height, drawing)) +
+         report::markup("\n");
 }
 
 Vector3d viewing_direction(const Quaterniond& q_sensor_model) {
@@ -115,6 +112,19 @@ Vector3d viewing_direction(const Quaterniond& q_sensor_model) {
 
 Vector3d direction_in_model(const Vector3d& on_map) {
   return {on_map.y(), -on_map.z(), -on_map.x()};
+}
+
+Quaterniond upright_attitude(const Vector3d& on_map) {
+  const Vector3d boresight = -direction_in_model(on_map).normalized();
+  // Seen along y there is no upright: z of the model is as good as any.
+  const Vector3d down =
+      std::abs(boresight.y()) > 0.999 ? Vector3d(0, 0, boresight.y()) : Vector3d(0, 1, 0);
+  const Vector3d y = (down - down.dot(boresight) * boresight).normalized();
+  Matrix3d rotation;
+  rotation.row(0) = y.cross(boresight);
+  rotation.row(1) = y;
+  rotation.row(2) = boresight;
+  return Quaterniond(rotation);
 }
 
 double viewing_roll(const Quaterniond& q_sensor_model) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/batch/campaigns/sphere_grid.h"
-#include "evaluation/report/colour_scale.h"
+#include "evaluation/report/heat_map.h"
 
 namespace berth::campaigns {
 
@@ -32,6 +32,8 @@ report::Html html_of(const SphereMap& map, const SphereGrid& grid,
 Vector3d viewing_direction(const Quaterniond& q_sensor_model);
 /// The same in the model frame.
 Vector3d direction_in_model(const Vector3d& on_map);
+/// An attitude in which a target is seen from that direction of the map, upright.
+Quaterniond upright_attitude(const Vector3d& on_map);
 /// How what is above on the map is turned to the right in the sensor's picture, rad.
 double viewing_roll(const Quaterniond& q_sensor_model);
 

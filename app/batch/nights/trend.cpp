@@ -50,30 +50,24 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     return is_share ? evaluation::compute(evaluation::Statistic::mean, sorted)
                     : evaluation::quantile(sorted, 0.5);
   };
-  report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
-  report::Curve median{
-      is_share ? "share of the runs" : "median", Style::line, 1, {}, {}, {}, false};
-  report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
-  report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
-  report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};
+  report::Curve band{"10 to 90 % of the runs", Style::band, 1};
+  report::Curve median{is_share ? "share of the runs" : "median", Style::line, 1};
+  report::Curve dots{"", Style::dots, 1};
+  report::Curve alarms{"flagged", Style::dots, 2};
+  report::Curve old{"baseline", Style::line};
+  old.dashed = true;
   for (auto [night, values] : tonight) {
     std::sort(values.begin(), values.end());
     const auto x = static_cast<double>(night);
     const double middle = middle_of(values);
-    band.x.push_back(x);
-    band.y.push_back(evaluation::quantile(values, 0.9));
-    band.low.push_back(evaluation::quantile(values, 0.1));
-    median.x.push_back(x);
-    median.y.push_back(middle);
+    band.add(x, evaluation::quantile(values, 0.1), evaluation::quantile(values, 0.9));
+    median.add(x, middle);
     const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
-    report::Curve& mark = alarm ? alarms : dots;
-    mark.x.push_back(x);
-    mark.y.push_back(middle);
+    (alarm ? alarms : dots).add(x, middle);
   }
   for (auto [night, values] : baseline) {
     std::sort(values.begin(), values.end());
-    old.x.push_back(static_cast<double>(night));
-    old.y.push_back(middle_of(values));
+    old.add(static_cast<double>(night), middle_of(values));
   }
   report::Chart chart;
   chart.title = title_of(subject);

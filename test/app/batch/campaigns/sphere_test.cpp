@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/batch/campaigns/report_views.h"
 #include "app/batch/campaigns/sphere_map.h"
 #include "common/core/random.h"
 #include "test/catch.h"
