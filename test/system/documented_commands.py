@@ -41,8 +41,7 @@ def commands(text, console):
     """Those of a block, each with the lines that continue it."""
     if console:
         text = "".join(line[2:] for line in text.splitlines(True) if line.startswith("$ "))
-    return [line.strip() for line in re.findall(r"(?:\S(?:.*\\\n)*.*)", re.sub(r"^ +(?=\S+ )", "", text))
-            if not line.startswith("#")]
+    return re.findall(r"\S(?:.*\\\n)*.*", text)
 
 
 def blocks(page):
