@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Runs every drill over several seeds and instants of the motion, and writes the table of
-// docs/safety.md: safety_drills [--seeds N] [--only NAME] [--table FILE]
+// test/benchmarks/safety.md: safety_drills [--seeds N] [--only NAME] [--table FILE]
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
