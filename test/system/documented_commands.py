@@ -90,7 +90,7 @@ class Homes:
 
     def ship(self, home):
         home.mkdir()
-        for name in ("campaigns", "config", "examples", "nights", "procedures", "targets"):
+        for name in ("config", "examples", "procedures", "targets"):
             shutil.copytree(HOME / name, home / name)
         for name in ("app", "lcmtypes"):
             (home / name).symlink_to(HOME / name)
