@@ -55,9 +55,6 @@ void print_table(const std::vector<RunEntry>& runs) {
 
 void print_json(const std::vector<RunEntry>& runs) {
   ordered_json list = ordered_json::array();
-  const auto number = [](double v) {
-    return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr);
-  };
   for (const RunEntry& run : runs) {
     const bool has_margin = !run.worst_criterion.empty();
     list.push_back({{"run", run.name()},
@@ -72,9 +69,9 @@ void print_json(const std::vector<RunEntry>& runs) {
                     {"version", run.version},
                     {"outcome", state_text(run)},
                     {"reason", run.reason},
-                    {"duration_s", number(run.duration_s)},
+                    {"duration_s", run.duration_s},
                     {"worst_criterion", run.worst_criterion},
-                    {"worst_margin", has_margin ? number(run.worst_margin) : nullptr},
+                    {"worst_margin", has_margin ? ordered_json(run.worst_margin) : ordered_json()},
                     {"worst_margin_unit", run.worst_unit},
                     {"bytes", run.bytes}});
   }

@@ -8,7 +8,6 @@
 
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/json_number.h"
 
 namespace berth::evaluation {
 namespace {
@@ -132,13 +131,13 @@ std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows) {
     auto values = nlohmann::ordered_json::array();
     auto paired = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < row.values.size(); ++i) {
-      values.push_back(number_or_null(row.values[i]));
+      values.push_back(row.values[i]);
       const auto& p = row.paired[i];
       paired.push_back(p ? nlohmann::ordered_json{{"pairs", p->pairs},
-                                                  {"difference", number_or_null(p->difference)},
-                                                  {"low", number_or_null(p->low)},
-                                                  {"high", number_or_null(p->high)},
-                                                  {"p_value", number_or_null(p->p_value)}}
+                                                  {"difference", p->difference},
+                                                  {"low", p->low},
+                                                  {"high", p->high},
+                                                  {"p_value", p->p_value}}
                          : nlohmann::ordered_json(nullptr));
     }
     list.push_back({{"phase", row.phase},

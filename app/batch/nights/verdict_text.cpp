@@ -5,7 +5,6 @@
 #include "app/batch/nights/verdict.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/json_number.h"
 #include "evaluation/compare/junit.h"
 
 namespace berth::nights {
@@ -75,18 +74,10 @@ std::string archive_text(const ArchiveResult& archive) {
 }
 
 ordered_json json_of(const FlaggedChange& c) {
-  return {{"kind", c.kind},
-          {"against", c.against},
-          {"case", c.case_name},
-          {"phase", c.phase},
-          {"measurement", c.measurement},
-          {"statistic", c.statistic},
-          {"unit", c.unit},
-          {"before", evaluation::number_or_null(c.before)},
-          {"after", evaluation::number_or_null(c.after)},
-          {"difference_low", evaluation::number_or_null(c.low)},
-          {"difference_high", evaluation::number_or_null(c.high)},
-          {"chance", evaluation::number_or_null(c.p)},
+  return {{"kind", c.kind},          {"against", c.against},         {"case", c.case_name},
+          {"phase", c.phase},        {"measurement", c.measurement}, {"statistic", c.statistic},
+          {"unit", c.unit},          {"before", c.before},           {"after", c.after},
+          {"difference_low", c.low}, {"difference_high", c.high},    {"chance", c.p},
           {"runs", c.runs}};
 }
 
