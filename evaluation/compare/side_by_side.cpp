@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 
@@ -104,12 +105,12 @@ std::string text_of_side_by_side(const std::vector<std::string>& names,
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += "run " + std::to_string(i + 1) + ": " + names[i] + "\n";
   }
-  std::vector<std::vector<std::string>> lines = {{"phase", "measurement", "unit"}};
+  Table table{"lll", {"phase", "measurement", "unit"}};
   for (std::size_t i = 0; i < names.size(); ++i) {
-    lines[0].push_back("run " + std::to_string(i + 1));
+    table.head.push_back("run " + std::to_string(i + 1));
     if (i == 0) continue;
-    lines[0].push_back("- run 1");
-    lines[0].push_back("paired, 95 %");
+    table.head.push_back("- run 1");
+    table.head.push_back("paired, 95 %");
   }
   for (const SideBySideRow& row : rows) {
     std::vector<std::string> line = {row.phase, row.measurement, row.unit};
@@ -120,9 +121,9 @@ std::string text_of_side_by_side(const std::vector<std::string>& names,
       const auto& p = row.paired[i];
       line.push_back(p ? shown(p->low) + " to " + shown(p->high) : "");
     }
-    lines.push_back(line);
+    table.rows.push_back(line);
   }
-  return text + "\n" + text_table(lines, 3);
+  return text + "\n" + text_table(table);
 }
 
 std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows) {
