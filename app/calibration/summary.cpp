@@ -4,12 +4,11 @@
 #include <cmath>
 #include <map>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 
 namespace berth {
 namespace {
-
-using Lines = std::vector<std::vector<std::string>>;
 
 double shown_scale(Dimension dimension) { return dimension == Dimension::angle ? degrees(1) : 1e3; }
 
@@ -21,30 +20,30 @@ int decimals(Dimension dimension) { return dimension == Dimension::angle ? 4 : 3
 
 std::string parameters_text(const SolvedCalibration& solved) {
   const testbed::Calibration& c = solved.calibration;
-  Lines lines = {{"parameter", "unit", "found", "+-", "before +-"}};
+  Table table{"ll", {"parameter", "unit", "found", "+-", "before +-"}};
   for (int i = 0; i < testbed::calibration_size; ++i) {
     const auto& parameter = testbed::calibration_parameters()[static_cast<std::size_t>(i)];
     const double scale = shown_scale(parameter.dimension);
     const int places = decimals(parameter.dimension);
-    lines.push_back({parameter.name, shown_unit(parameter.dimension),
-                     fixed(scale * c.values[i], places),
-                     fixed(scale * std::sqrt(c.covariance(i, i)), places),
-                     fixed(scale * std::sqrt(solved.prior(i, i)), places)});
+    table.rows.push_back({parameter.name, shown_unit(parameter.dimension),
+                          fixed(scale * c.values[i], places),
+                          fixed(scale * std::sqrt(c.covariance(i, i)), places),
+                          fixed(scale * std::sqrt(solved.prior(i, i)), places)});
   }
-  return text_table(lines, 2);
+  return text_table(table);
 }
 
 std::string residuals_text(const testbed::Calibration& c) {
-  Lines lines = {{"residual", "worst at", "unit", "count", "rms", "worst"}};
+  Table table{"lll", {"residual", "worst at", "unit", "count", "rms", "worst"}};
   for (const testbed::CalibrationResidual& r : c.residuals) {
     const bool angle = r.kind.find("attitude") != std::string::npos;
     const Dimension dimension = angle ? Dimension::angle : Dimension::length;
     const double scale = shown_scale(dimension);
-    lines.push_back({r.kind, r.where, shown_unit(dimension), std::to_string(r.count),
-                     fixed(scale * r.rms, decimals(dimension)),
-                     fixed(scale * r.worst, decimals(dimension))});
+    table.rows.push_back({r.kind, r.where, shown_unit(dimension), std::to_string(r.count),
+                          fixed(scale * r.rms, decimals(dimension)),
+                          fixed(scale * r.worst, decimals(dimension))});
   }
-  return text_table(lines, 3);
+  return text_table(table);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/utc.h"
 #include "procedures/check/rig.h"
@@ -157,17 +158,18 @@ int run_and_solve(CalibrateOptions& options) {
 }
 
 int check(const CalibrateOptions& options) {
-  std::vector<std::vector<std::string>> lines = {
+  Table table{
+      "ll",
       {"run", "rests on", "samples", "median mm", "95 % mm", "median deg", "95 % deg", "time ms"}};
   for (const fs::path& run : options.check) {
     const TruthCheck c = check_truth(run);
-    lines.push_back({run.filename().string(), c.basis, std::to_string(c.samples),
-                     fixed(1e3 * c.median_position, 3), fixed(1e3 * c.worst_position, 3),
-                     fixed(degrees(c.median_rotation), 4), fixed(degrees(c.worst_rotation), 4),
-                     fixed(1e3 * c.time, 2)});
+    table.rows.push_back({run.filename().string(), c.basis, std::to_string(c.samples),
+                          fixed(1e3 * c.median_position, 3), fixed(1e3 * c.worst_position, 3),
+                          fixed(degrees(c.median_rotation), 4), fixed(degrees(c.worst_rotation), 4),
+                          fixed(1e3 * c.time, 2)});
   }
   std::printf("ground truth against the simulated world, below 50 mm/s:\n%s",
-              text_table(lines, 2).c_str());
+              text_table(table).c_str());
   return exit_code::passed;
 }
 

@@ -24,6 +24,7 @@
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/shipped_file.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "evaluation/measure/proportion.h"
@@ -90,15 +91,15 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
   for (const TrialResult& result : results) {
     of_point[static_cast<std::size_t>(result.point)].push_back(&result);
   }
-  std::vector<std::vector<std::string>> lines(1);
-  for (const Parameter& axis : manifest.grid) lines[0].push_back(axis.name);
-  lines[0].insert(lines[0].end(), {"trials", "passed"});
+  Table table{std::string(manifest.grid.size(), 'l')};
+  for (const Parameter& axis : manifest.grid) table.head.push_back(axis.name);
+  table.head.insert(table.head.end(), {"trials", "passed"});
   for (const KeptMeasurement& kept : manifest.measurements) {
-    lines[0].push_back(kept.name + (kept.unit.empty() ? "" : ", " + kept.unit));
+    table.head.push_back(kept.name + (kept.unit.empty() ? "" : ", " + kept.unit));
   }
   for (const auto& of : of_point) {
     if (of.empty()) continue;
-    auto& line = lines.emplace_back();
+    auto& line = table.rows.emplace_back();
     const auto passed = std::count_if(of.begin(), of.end(), [](auto* r) { return r->passed(); });
     for (std::size_t axis = 0; axis < manifest.grid.size(); ++axis) {
       line.push_back(of.front()->parameters[axis].second);
@@ -112,7 +113,7 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
       line.push_back(shown(median(values)));
     }
   }
-  std::printf("%s  (medians of the trials)\n\n", text_table(lines, manifest.grid.size()).c_str());
+  std::printf("%s  (medians of the trials)\n\n", text_table(table).c_str());
 }
 
 /// Each point of the grid, failures by kind, what is broken or missing.

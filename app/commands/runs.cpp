@@ -10,6 +10,7 @@
 #include "app/runs/checksums.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 
@@ -40,14 +41,13 @@ std::string text_of_margin(const RunEntry& run) {
 }
 
 void print_table(const std::vector<RunEntry>& runs) {
-  std::vector<std::vector<std::string>> lines = {
-      {"run", "host", "target", "outcome", "worst margin", "duration", "size"}};
+  Table table{"lllll", {"run", "host", "target", "outcome", "worst margin", "duration", "size"}};
   for (const RunEntry& run : runs) {
-    lines.push_back({run.name(), run.host, run.target, state_text(run), text_of_margin(run),
-                     std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s",
-                     text_of_size(run.bytes)});
+    table.rows.push_back({run.name(), run.host, run.target, state_text(run), text_of_margin(run),
+                          std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s",
+                          text_of_size(run.bytes)});
   }
-  print_text(text_table(lines, 5));
+  print_text(text_table(table));
   for (const RunEntry& run : runs) {
     if (!run.reason.empty()) print_text("  " + run.name() + ": " + run.reason + "\n");
   }
@@ -55,9 +55,6 @@ void print_table(const std::vector<RunEntry>& runs) {
 
 void print_json(const std::vector<RunEntry>& runs) {
   ordered_json list = ordered_json::array();
-  const auto number = [](double v) {
-    return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr);
-  };
   for (const RunEntry& run : runs) {
     const bool has_margin = !run.worst_criterion.empty();
     list.push_back({{"run", run.name()},
@@ -72,9 +69,9 @@ void print_json(const std::vector<RunEntry>& runs) {
                     {"version", run.version},
                     {"outcome", state_text(run)},
                     {"reason", run.reason},
-                    {"duration_s", number(run.duration_s)},
+                    {"duration_s", run.duration_s},
                     {"worst_criterion", run.worst_criterion},
-                    {"worst_margin", has_margin ? number(run.worst_margin) : nullptr},
+                    {"worst_margin", has_margin ? ordered_json(run.worst_margin) : ordered_json()},
                     {"worst_margin_unit", run.worst_unit},
                     {"bytes", run.bytes}});
   }

@@ -16,6 +16,7 @@
 #include "common/core/file.h"
 #include "common/core/lidar_profile.h"
 #include "common/core/shared_files.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "drivers/devices.h"
 #include "evaluation/targets/run_returns.h"
@@ -94,16 +95,16 @@ int measure(const TargetOptions& options) {
   }
   if (options.full_scale_range > 0) settings.full_scale_range = options.full_scale_range;
   const auto parts = targets::measure_parts(target, returns, settings);
-  std::vector<std::vector<std::string>> lines = {{"part", "returns", "surface sigma, mm",
-                                                  "alike over, mm", "reflectivity",
-                                                  "joint angle, deg"}};
+  Table table{"l",
+              {"part", "returns", "surface sigma, mm", "alike over, mm", "reflectivity",
+               "joint angle, deg"}};
   for (const targets::PartMeasurement& part : parts) {
-    lines.push_back(
+    table.rows.push_back(
         {part.part, std::to_string(part.returns), shown_measured(part.surface_sigma, 1e3, 2),
          shown_measured(part.correlation_length, 1e3, 0), shown_measured(part.reflectivity, 1, 4),
          shown_measured(part.joint_angle, degrees(1), 2)});
   }
-  std::fputs(text_table(lines, 1).c_str(), stdout);
+  std::fputs(text_table(table).c_str(), stdout);
   for (const targets::PartMeasurement& part : parts) {
     if (!part.note.empty()) std::printf("note: %s: %s\n", part.part.c_str(), part.note.c_str());
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/meshes/symmetry.h"
 
@@ -108,16 +109,16 @@ std::string report_of(const Target& target) {
   for (const Extent& extent : extents) whole += extent.area;
   std::string text = target.name + ": " + std::to_string(target.mesh.triangles.size()) +
                      " faces, " + shown(target.length) + " m long\n\n";
-  std::vector<std::vector<std::string>> lines = {
-      {"part", "scan", "faces", "area", "surface sigma", "alike over", "reflectivity"}};
+  Table table{"ll",
+              {"part", "scan", "faces", "area", "surface sigma", "alike over", "reflectivity"}};
   for (std::size_t i = 0; i < extents.size(); ++i) {
     const TargetPart& part = target.parts[i];
-    lines.push_back({part.name, text_of(part.scan), std::to_string(extents[i].faces),
-                     fixed(100 * extents[i].area / whole, 1) + " %",
-                     shown_mm(part.surface_sigma) + " mm",
-                     shown_mm(part.correlation_length) + " mm", shown(part.material.reflectivity)});
+    table.rows.push_back(
+        {part.name, text_of(part.scan), std::to_string(extents[i].faces),
+         fixed(100 * extents[i].area / whole, 1) + " %", shown_mm(part.surface_sigma) + " mm",
+         shown_mm(part.correlation_length) + " mm", shown(part.material.reflectivity)});
   }
-  text += text_table(lines, 2) + "\n";
+  text += text_table(table) + "\n";
   for (const TargetPart& part : target.parts) {
     if (!part.joint) continue;
     text += "joint of '" + part.name + "': about " + shown_direction(part.joint->axis) +

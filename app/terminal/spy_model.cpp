@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "logs/types/type_text.h"
@@ -125,22 +126,23 @@ void SpyModel::take(Utime received, const std::string& name, Bytes message) {
 }
 
 std::vector<std::string> channel_table(const SpyModel& model, Utime now, bool live) {
-  std::vector<std::vector<std::string>> cells = {{"#", "channel", "type", "messages", "Hz", "bytes",
-                                                  "kB/s", live ? "age s" : "pause s", "missing",
-                                                  "undecodable"}};
+  Table table{"lll",
+              {"#", "channel", "type", "messages", "Hz", "bytes", "kB/s",
+               live ? "age s" : "pause s", "missing", "undecodable"}};
   int number = 0;
   for (const auto& [name, c] : model.channels()) {
     const auto& tally = c.tally;
     const double rate = live ? c.rate_hz(now) : tally.rate_hz();
     const double mean = static_cast<double>(tally.bytes()) / static_cast<double>(tally.messages());
-    cells.push_back({std::to_string(++number), name, type_name(c), std::to_string(tally.messages()),
-                     fixed(rate, 1), std::to_string(c.last.size()),
-                     fixed((live ? c.bytes_per_s(now) : mean * rate) * 1e-3, 1),
-                     fixed(seconds(live ? now - tally.last() : tally.max_pause()), live ? 1 : 3),
-                     std::to_string(tally.missing()), std::to_string(tally.undecodable())});
+    table.rows.push_back(
+        {std::to_string(++number), name, type_name(c), std::to_string(tally.messages()),
+         fixed(rate, 1), std::to_string(c.last.size()),
+         fixed((live ? c.bytes_per_s(now) : mean * rate) * 1e-3, 1),
+         fixed(seconds(live ? now - tally.last() : tally.max_pause()), live ? 1 : 3),
+         std::to_string(tally.missing()), std::to_string(tally.undecodable())});
   }
   std::vector<std::string> lines;
-  std::istringstream text(text_table(cells, 3));
+  std::istringstream text(text_table(table));
   for (std::string line; std::getline(text, line);) lines.push_back(line);
   return lines;
 }

@@ -15,9 +15,4 @@ std::string shown(double value);
 /// The words with ", " between them.
 std::string joined(const std::vector<std::string>& words);
 
-/// Lines of cells as columns padded to their widest cell: the first ones to the left, the others
-/// (numbers) to the right. Each line is indented by two spaces.
-std::string text_table(const std::vector<std::vector<std::string>>& lines,
-                       std::size_t left_columns);
-
 }  // namespace berth

@@ -2,22 +2,12 @@
 #include "evaluation/compare/change_report.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 
 namespace berth::evaluation {
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string line(const char* format, ...) {
-  char text[200];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
-}
 
 /// Four digits that say something.
 std::string number(double value, bool with_sign = false) {
@@ -33,35 +23,38 @@ std::string p_text(double p) {
   return p < 0.0001 ? "<0.0001" : fixed(p, 4);
 }
 
-std::string text_of(const ChangeRow& row) {
+std::vector<std::string> cells_of(const ChangeRow& row) {
   const PairedDifference& d = row.difference;
-  const std::string name = row.measurement + " " + row.statistic;
-  const std::string interval = "[" + number(d.low, true) + ", " + number(d.high, true) + "]";
-  return line("%-10s %-28s %-6s %6zu %9s %9s %9s  %-22s %8s  %s\n", row.phase.c_str(), name.c_str(),
-              row.unit.c_str(), d.pairs, number(d.before).c_str(), number(d.after).c_str(),
-              number(d.difference, true).c_str(), interval.c_str(), p_text(row.adjusted_p).c_str(),
-              text_of(row.judgement));
+  return {row.phase,
+          row.measurement + " " + row.statistic,
+          row.unit,
+          std::to_string(d.pairs),
+          number(d.before),
+          number(d.after),
+          number(d.difference, true),
+          "[" + number(d.low, true) + ", " + number(d.high, true) + "]",
+          p_text(row.adjusted_p),
+          text_of(row.judgement)};
 }
 
 }  // namespace
 
 std::string text_of(const Change& change, double level) {
-  std::string text = line("%-10s %-28s %-6s %6s %9s %9s %9s  %-22s %8s\n", "phase", "measurement",
-                          "unit", "pairs", "recorded", "again", "change",
-                          ("[" + fixed(100 * (1 - level), 0) + " % interval]").c_str(), "p");
+  Table table{"lllrrrrlrl",
+              {"phase", "measurement", "unit", "pairs", "recorded", "again", "change",
+               "[" + fixed(100 * (1 - level), 0) + " % interval]", "p", "judgement"}};
   std::string phase;
   for (const ChangeRow& row : change.rows) {
-    if (!phase.empty() && row.phase != phase) text += "\n";
+    if (!phase.empty() && row.phase != phase) table.rows.emplace_back();
     phase = row.phase;
-    text += text_of(row);
+    table.rows.push_back(cells_of(row));
   }
-  text += "\nstatus, recorded and again:\n";
-  for (const auto& [statuses, count] : change.statuses) {
-    text += line("  %-10s -> %-10s %8lld\n", statuses.first.c_str(), statuses.second.c_str(),
-                 static_cast<long long>(count));
+  Table statuses{"ll", {"recorded", "again", "estimates"}};
+  for (const auto& [status, count] : change.statuses) {
+    statuses.rows.push_back({status.first, status.second, std::to_string(count)});
   }
-  text += "\nagainst truth: " + change.verdict() + "\n";
-  return text;
+  return text_table(table) + "\nstatus:\n" + text_table(statuses) +
+         "\nagainst truth: " + change.verdict() + "\n";
 }
 
 nlohmann::ordered_json json_of(const Change& change) {

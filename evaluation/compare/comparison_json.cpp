@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/core/valid_text.h"
 #include "evaluation/compare/comparison.h"
-#include "evaluation/compare/json_number.h"
 
 namespace berth::evaluation {
 namespace {
@@ -19,11 +17,11 @@ ordered_json json_of_criteria(const Comparison& comparison) {
                     {"measurement", c.measurement},
                     {"phase", c.phase},
                     {"unit", c.unit},
-                    {"value", number_or_null(c.value)},
-                    {"uncertainty", number_or_null(c.uncertainty)},
-                    {"min", number_or_null(c.lower_limit)},
-                    {"max", number_or_null(c.upper_limit)},
-                    {"margin", number_or_null(margin(c))},
+                    {"value", c.value},
+                    {"uncertainty", c.uncertainty},
+                    {"min", c.lower_limit},
+                    {"max", c.upper_limit},
+                    {"margin", margin(c)},
                     {"samples", c.samples},
                     {"result", text_of_result(c.result)},
                     {"reason", c.reason}});
@@ -38,26 +36,30 @@ ordered_json json_of_phases(const std::vector<PhaseTable>& phases) {
   for (const PhaseTable& phase : phases) {
     ordered_json rows = ordered_json::object();
     for (const SeriesRow& row : phase.rows) {
-      rows[row.measurement->name] = {
-          {"unit", row.measurement->unit},    {"samples", row.samples},
-          {"mean", number_or_null(row.mean)}, {"rms", number_or_null(row.rms)},
-          {"p50", number_or_null(row.p50)},   {"p90", number_or_null(row.p90)},
-          {"p95", number_or_null(row.p95)},   {"p99", number_or_null(row.p99)},
-          {"peak", number_or_null(row.peak)}, {"uncertainty", number_or_null(row.uncertainty)}};
+      rows[row.measurement->name] = {{"unit", row.measurement->unit},
+                                     {"samples", row.samples},
+                                     {"mean", row.mean},
+                                     {"rms", row.rms},
+                                     {"p50", row.p50},
+                                     {"p90", row.p90},
+                                     {"p95", row.p95},
+                                     {"p99", row.p99},
+                                     {"peak", row.peak},
+                                     {"uncertainty", row.uncertainty}};
     }
     ordered_json numbers = ordered_json::object();
     for (const NumberRow& row : phase.numbers) {
       numbers[row.measurement->name] = {{"unit", row.measurement->unit},
                                         {"samples", row.samples},
-                                        {"value", number_or_null(row.value)},
-                                        {"uncertainty", number_or_null(row.uncertainty)},
+                                        {"value", row.value},
+                                        {"uncertainty", row.uncertainty},
                                         {"reason", row.reason}};
     }
     list.push_back({{"phase", phase.phase},
                     {"duration_s", phase.duration_s},
                     {"estimates", phase.estimates},
-                    {"update_rate_hz", number_or_null(phase.update_rate_hz)},
-                    {"tracking_share", number_or_null(phase.tracking_share)},
+                    {"update_rate_hz", phase.update_rate_hz},
+                    {"tracking_share", phase.tracking_share},
                     {"measurements", rows},
                     {"numbers", numbers}});
   }
@@ -102,8 +104,8 @@ ordered_json json_of_truth(const Comparison& comparison) {
     bases.push_back({{"basis", b.basis}, {"calibration_hash", b.calibration_hash}});
   }
   return {{"rests_on", bases},
-          {"position_sigma_m", number_or_null(comparison.truth_position_sigma)},
-          {"attitude_sigma_rad", number_or_null(comparison.truth_attitude_sigma)}};
+          {"position_sigma_m", comparison.truth_position_sigma},
+          {"attitude_sigma_rad", comparison.truth_attitude_sigma}};
 }
 
 const char* kind_of(Latency::Kind kind) {
@@ -116,15 +118,15 @@ ordered_json json_of_latencies(const std::vector<Latency>& latencies) {
   for (const Latency& l : latencies) {
     list.push_back({{"name", l.name},
                     {"kind", kind_of(l.kind)},
-                    {"value_s", number_or_null(l.value)},
-                    {"low_s", number_or_null(l.low)},
-                    {"high_s", number_or_null(l.high)},
+                    {"value_s", l.value},
+                    {"low_s", l.low},
+                    {"high_s", l.high},
                     {"samples", l.samples},
                     {"remark", l.remark}});
     if (l.kind != Latency::Kind::delay) continue;
-    list.back()["sigma_information_s"] = number_or_null(l.sigma_information);
-    list.back()["sigma_bootstrap_s"] = number_or_null(l.sigma_bootstrap);
-    list.back()["sigma_truth_offset_s"] = number_or_null(l.sigma_offset);
+    list.back()["sigma_information_s"] = l.sigma_information;
+    list.back()["sigma_bootstrap_s"] = l.sigma_bootstrap;
+    list.back()["sigma_truth_offset_s"] = l.sigma_offset;
   }
   return list;
 }

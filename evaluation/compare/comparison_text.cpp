@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 #include <vector>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "evaluation/compare/comparison.h"
 
 namespace berth::evaluation {
 namespace {
-
-using Cells = std::vector<std::string>;
 
 std::string limit(double value) { return std::isinf(value) ? "" : shown(value); }
 
@@ -22,46 +19,38 @@ std::string phase_text(const PhaseTable& phase) {
                 phase.update_rate_hz, 100 * phase.tracking_share);
   // Without an estimate there is nothing to compare; the JSON has the rest.
   if (phase.estimates == 0) return head;
-  std::vector<Cells> lines = {{"", "unit", "samples", "mean", "rms", "p95", "peak", "+-"}};
+  Table table{"ll", {"", "unit", "samples", "mean", "rms", "p95", "peak", "+-"}};
   for (const SeriesRow& row : phase.rows) {
     const Measurement& m = *row.measurement;
     if (m.detail) continue;
-    lines.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.mean), shown(row.rms),
-                     shown(row.p95), shown(row.peak), shown(row.uncertainty)});
+    table.rows.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.mean),
+                          shown(row.rms), shown(row.p95), shown(row.peak), shown(row.uncertainty)});
   }
   for (const NumberRow& row : phase.numbers) {
     const Measurement& m = *row.measurement;
     if (m.detail || m.name == "duration" || m.name == "estimates") continue;
-    lines.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.value), "", "", "",
-                     shown(row.uncertainty)});
+    table.rows.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.value), "", "", "",
+                          shown(row.uncertainty)});
   }
-  return head + text_table(lines, 2);
+  return head + text_table(table);
 }
 
 }  // namespace
 
 std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
-  std::vector<Cells> lines = {
-      {"result", "criterion", "value", "unit", "+-", "min", "max", "margin"}};
-  std::vector<std::string> of = {"of"};
+  // what it is of comes last: what a narrow terminal has no room for
+  Table table{"llrrrrrrl",
+              {"result", "criterion", "value", "unit", "+-", "min", "max", "margin", "of"}};
   std::string reasons;
   for (const criterion_result_t& c : criteria) {
     const double m = margin(c);
-    lines.push_back({text_of_result(c.result), c.name, shown(c.value), c.unit,
-                     std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
-                     limit(c.upper_limit), std::isnan(m) ? "" : shown(m)});
-    of.push_back(c.measurement + ", " + c.phase);
+    table.rows.push_back({text_of_result(c.result), c.name, shown(c.value), c.unit,
+                          std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
+                          limit(c.upper_limit), std::isnan(m) ? "" : shown(m),
+                          c.measurement + ", " + c.phase});
     if (!c.reason.empty()) reasons += "note: criterion '" + c.name + "': " + c.reason + "\n";
   }
-  // what it is of comes last: what a narrow terminal has no room for
-  std::istringstream table(text_table(lines, 2));
-  std::string text;
-  for (const std::string& what : of) {
-    std::string line;
-    std::getline(table, line);
-    text += line + "  " + what + "\n";
-  }
-  return text + reasons;
+  return text_table(table) + reasons;
 }
 
 std::string verdict_line(const Comparison& comparison) {

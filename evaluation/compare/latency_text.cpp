@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "evaluation/compare/comparison.h"
 
@@ -44,16 +45,15 @@ std::vector<std::string> latency_cells(const Latency& l) {
 
 std::string latency_table(const std::vector<Latency>& latencies) {
   if (latencies.empty()) return {};
-  std::vector<std::vector<std::string>> lines = {
-      {"latency", "from", "ms", "95 % low", "high", "samples"}};
+  Table table{"ll", {"latency", "from", "ms", "95 % low", "high", "samples"}};
   std::string remarks;
   for (const Latency& l : latencies) {
     std::vector<std::string> cells = latency_cells(l);
     if (!cells.back().empty()) remarks += "  " + l.name + ": " + cells.back() + "\n";
     cells.pop_back();
-    lines.push_back(std::move(cells));
+    table.rows.push_back(std::move(cells));
   }
-  return text_table(lines, 2) + remarks;
+  return text_table(table) + remarks;
 }
 
 std::string truth_line(const Comparison& comparison) {

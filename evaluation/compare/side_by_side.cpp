@@ -6,9 +6,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/json_number.h"
 
 namespace berth::evaluation {
 namespace {
@@ -105,12 +105,12 @@ std::string text_of_side_by_side(const std::vector<std::string>& names,
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += "run " + std::to_string(i + 1) + ": " + names[i] + "\n";
   }
-  std::vector<std::vector<std::string>> lines = {{"phase", "measurement", "unit"}};
+  Table table{"lll", {"phase", "measurement", "unit"}};
   for (std::size_t i = 0; i < names.size(); ++i) {
-    lines[0].push_back("run " + std::to_string(i + 1));
+    table.head.push_back("run " + std::to_string(i + 1));
     if (i == 0) continue;
-    lines[0].push_back("- run 1");
-    lines[0].push_back("paired, 95 %");
+    table.head.push_back("- run 1");
+    table.head.push_back("paired, 95 %");
   }
   for (const SideBySideRow& row : rows) {
     std::vector<std::string> line = {row.phase, row.measurement, row.unit};
@@ -121,9 +121,9 @@ std::string text_of_side_by_side(const std::vector<std::string>& names,
       const auto& p = row.paired[i];
       line.push_back(p ? shown(p->low) + " to " + shown(p->high) : "");
     }
-    lines.push_back(line);
+    table.rows.push_back(line);
   }
-  return text + "\n" + text_table(lines, 3);
+  return text + "\n" + text_table(table);
 }
 
 std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows) {
@@ -132,13 +132,13 @@ std::string json_of_side_by_side(const std::vector<SideBySideRow>& rows) {
     auto values = nlohmann::ordered_json::array();
     auto paired = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < row.values.size(); ++i) {
-      values.push_back(number_or_null(row.values[i]));
+      values.push_back(row.values[i]);
       const auto& p = row.paired[i];
       paired.push_back(p ? nlohmann::ordered_json{{"pairs", p->pairs},
-                                                  {"difference", number_or_null(p->difference)},
-                                                  {"low", number_or_null(p->low)},
-                                                  {"high", number_or_null(p->high)},
-                                                  {"p_value", number_or_null(p->p_value)}}
+                                                  {"difference", p->difference},
+                                                  {"low", p->low},
+                                                  {"high", p->high},
+                                                  {"p_value", p->p_value}}
                          : nlohmann::ordered_json(nullptr));
     }
     list.push_back({{"phase", row.phase},

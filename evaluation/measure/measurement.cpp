@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "evaluation/measure/series.h"
 
@@ -97,33 +98,19 @@ Preference Measurement::preference(Statistic statistic) const {
 
 std::string describe_measurements(bool markdown) {
   std::string text;
-  std::string family;
-  std::vector<std::vector<std::string>> lines;
-  const auto end_family = [&] {
-    text += text_table(lines, 5);
-    lines.clear();
-  };
-  for (const Measurement& m : measurements()) {
-    if (m.family != family) {
-      family = m.family;
-      if (markdown) {
-        text += (text.empty() ? "" : "\n") + std::string("### ") + family + "\n\n" +
-                "| measurement | unit | of | better | what it is |\n|---|---|---|---|---|\n";
-      } else {
-        end_family();
-        text += (text.empty() ? "" : "\n") + family + "\n";
-      }
-    }
-    const std::string of = m.series ? "series" : "number";
-    if (markdown) {
-      text += "| `" + m.name + "` | " + m.unit + " | " + of + " | " + better_of(m) + " | " +
-              m.description + " |\n";
-    } else {
-      lines.push_back({m.name, m.unit, of, better_of(m), m.description});
-    }
+  Table table{"lllll", {"measurement", "unit", "of", "better", "what it is"}};
+  const auto& all = measurements();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Measurement& m = all[i];
+    table.rows.push_back({markdown ? "`" + m.name + "`" : m.name, m.unit,
+                          m.series ? "series" : "number", better_of(m), m.description});
+    if (i + 1 < all.size() && all[i + 1].family == m.family) continue;
+    text += text.empty() ? "" : "\n";
+    text += markdown ? "### " + m.family + "\n\n" + markdown_table(table)
+                     : m.family + "\n" + text_table(table);
+    table.rows.clear();
   }
   if (markdown) return text;
-  end_family();
   text += "\nstatistics of a series:";
   for (const std::string& name : statistic_names()) text += " " + name;
   return text + "\n";

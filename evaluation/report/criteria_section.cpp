@@ -62,10 +62,9 @@ Html limits_of(const criterion_result_t& c) {
 Html criteria_section(const RunView& view) {
   const auto& criteria = view.comparison().criteria;
   if (criteria.empty()) return {};
-  Table table;
-  table.head = {"result", "criterion", "phase", "measurement", "value", "\xC2\xB1 truth, 2\xCF\x83",
-                "limits", "margin",    "unit",  "on its scale"};
-  table.left_columns = 4;
+  HtmlTable table{"llll",
+                  {"result", "criterion", "phase", "measurement", "value",
+                   "\xC2\xB1 truth, 2\xCF\x83", "limits", "margin", "unit", "on its scale"}};
   for (const criterion_result_t& c : criteria) {
     Html name = text(c.name);
     if (!c.reason.empty()) name += markup("<br>") + element("small", "", text(c.reason));

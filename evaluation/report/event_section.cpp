@@ -68,9 +68,7 @@ Html event_section(const RunView& view) {
     std::stable_sort(events.begin(), events.end(),
                      [](const event_t* a, const event_t* b) { return a->utime < b->utime; });
   }
-  Table table;
-  table.head = {"time, s", "severity", "phase", "node", "code", "what"};
-  table.left_columns = 6;
+  HtmlTable table{"llllll", {"time, s", "severity", "phase", "node", "code", "what"}};
   for (const event_t* event : events) {
     const Named severity = severity_of(event->severity);
     table.rows.push_back({text(fixed(view.at(event->utime), 2)),
@@ -84,10 +82,9 @@ Html event_section(const RunView& view) {
 Html node_section(const RunView& view) {
   const auto& nodes = view.details().nodes;
   if (nodes.empty()) return {};
-  Table table;
-  table.head = {"node",      "at the end",  "what it said", "version",    "received",
-                "published", "undecodable", "overflowed",   "superseded", "longest silence, s"};
-  table.left_columns = 4;
+  HtmlTable table{"llll",
+                  {"node", "at the end", "what it said", "version", "received", "published",
+                   "undecodable", "overflowed", "superseded", "longest silence, s"}};
   for (const auto& [name, node] : nodes) {
     const Named state = node_state_of(node.last.state);
     table.rows.push_back({text(name), element("b", state.colour, text(state.name)),

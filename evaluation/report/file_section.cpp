@@ -51,9 +51,7 @@ Html file_section(const RunView& view, const fs::path& page) {
   }
   const auto* info = view.record().info();
   if (!info) return html;
-  Table table;
-  table.head = {"what the run was made of", "SHA-256"};
-  table.left_columns = 2;
+  HtmlTable table{"ll", {"what the run was made of", "SHA-256"}};
   const auto add = [&table](const std::string& name, const std::string& hash) {
     if (!hash.empty()) table.rows.push_back({text(name), element("code", "", text(hash))});
   };

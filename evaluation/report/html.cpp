@@ -31,10 +31,11 @@ Html link(std::string_view relative_path, const Html& content) {
   return {"<a href=\"" + address + "\">" + content.code + "</a>"};
 }
 
-Html html_of(const Table& table) {
+Html html_of(const HtmlTable& table) {
   Html html = markup("<div class=\"scroll\"><table><thead><tr>");
   const auto open = [&table](const char* tag, std::size_t column) {
-    return std::string("<") + tag + (column < table.left_columns ? " class=\"l\">" : ">");
+    const bool left = column < table.alignment.size() && table.alignment[column] == 'l';
+    return std::string("<") + tag + (left ? " class=\"l\">" : ">");
   };
   for (std::size_t i = 0; i < table.head.size(); ++i) {
     html += markup(open("th", i)) + text(table.head[i]) + markup("</th>");

@@ -3,7 +3,8 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "common/core/table.h"
 
 #include "common/core/svg.h"
 
@@ -27,13 +28,8 @@ std::string style_along(double from, double to);
 /// is percent-encoded.
 Html link(std::string_view relative_path, const Html& content);
 
-/// Rows below a head. The first left_columns are set to the left, the others to the right. Scrolls
-/// sideways where the page is narrow.
-struct Table {
-  std::vector<std::string> head;
-  std::vector<std::vector<Html>> rows;
-  std::size_t left_columns = 1;
-};
-Html html_of(const Table& table);
+/// A table of HTML. It scrolls sideways where the page is narrow.
+using HtmlTable = TableOf<Html>;
+Html html_of(const HtmlTable& table);
 
 }  // namespace berth::report

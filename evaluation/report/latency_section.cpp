@@ -83,9 +83,7 @@ Chart slope(const RunView& view, double delay) {
 Html latency_section(const RunView& view) {
   const auto& latencies = view.comparison().latencies;
   if (latencies.empty()) return {};
-  Table table;
-  table.head = {"latency", "from", "ms", "95 % low", "high", "samples", "remark"};
-  table.left_columns = 2;
+  HtmlTable table{"ll", {"latency", "from", "ms", "95 % low", "high", "samples", "remark"}};
   double scans = std::numeric_limits<double>::quiet_NaN();
   for (const evaluation::Latency& l : latencies) {
     std::vector<Html> row;

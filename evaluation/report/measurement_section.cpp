@@ -8,9 +8,8 @@ Html measurement_section(const RunView& view) {
   Html html;
   for (const evaluation::PhaseTable& phase : view.comparison().phases) {
     if (phase.phase == evaluation::teardown_phase || phase.rows.empty()) continue;
-    Table table;
-    table.head = {"measurement", "unit", "samples", "mean", "rms", "p95", "peak", "\u00b1 truth"};
-    table.left_columns = 2;
+    HtmlTable table{
+        "ll", {"measurement", "unit", "samples", "mean", "rms", "p95", "peak", "\u00b1 truth"}};
     for (const evaluation::SeriesRow& row : phase.rows) {
       if (row.measurement->detail) continue;
       table.rows.push_back({text(row.measurement->name), text(row.measurement->unit),

@@ -76,10 +76,9 @@ Curve series_of(const RunView& view, const evaluation::Measurement& what,
 }  // namespace
 
 Html beside_head(const Views& views, const fs::path& page) {
-  Table table;
-  table.head = {"",     "verdict", "run",           "host",      "procedure",      "target",
-                "seed", "version", "configuration", "lasted, s", "criteria passed"};
-  table.left_columns = 9;
+  HtmlTable table{"lllllllll",
+                  {"", "verdict", "run", "host", "procedure", "target", "seed", "version",
+                   "configuration", "lasted, s", "criteria passed"}};
   for (std::size_t i = 0; i < views.size(); ++i) {
     const RunView& view = *views[i];
     const evaluation::Comparison& c = view.comparison();
@@ -102,9 +101,7 @@ Html beside_head(const Views& views, const fs::path& page) {
 }
 
 Html beside_criteria(const Views& views) {
-  Table table;
-  table.head = {"criterion", "phase", "measurement", "limits", "unit"};
-  table.left_columns = 3;
+  HtmlTable table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
   for (std::size_t i = 0; i < views.size(); ++i) table.head.push_back(number_of(i));
   std::vector<std::string> told;
   for (const RunView* view : views) {
@@ -186,9 +183,7 @@ Html beside_measurements(const Views& views) {
   const auto rows = evaluation::compare_side_by_side(measurers);
   Html html;
   for (std::size_t begin = 0; begin < rows.size();) {
-    Table table;
-    table.head = {"measurement", "unit"};
-    table.left_columns = 2;
+    HtmlTable table{"ll", {"measurement", "unit"}};
     for (std::size_t i = 0; i < views.size(); ++i) {
       table.head.push_back(number_of(i));
       if (i == 0) continue;

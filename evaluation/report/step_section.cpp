@@ -40,9 +40,7 @@ Html step_section(const RunView& view) {
   if (!state || state->steps.empty()) return {};
   Utime last = state->utime;
   for (const procedure_step_t& step : state->steps) last = std::max(last, step.utime_end);
-  Table table;
-  table.head = {"state", "step", "phase", "", "from, s", "lasted, s"};
-  table.left_columns = 4;
+  HtmlTable table{"llll", {"state", "step", "phase", "", "from, s", "lasted, s"}};
   for (const procedure_step_t& step : state->steps) {
     const char* colour = class_of_state(step.state);
     const Utime end = step.utime_end != 0 ? step.utime_end : state->utime;

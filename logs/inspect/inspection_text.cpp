@@ -3,6 +3,7 @@
 #include <cinttypes>
 #include <cstdio>
 
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "logs/inspect/inspection.h"
@@ -90,18 +91,18 @@ std::string text_of(const Inspection& i) {
     text += " " + number(session) + " (" + counted(messages, "message", "messages") + ")";
   }
   text += "\n" + summary_of(i) + "\n\n";
-  std::vector<std::vector<std::string>> lines = {{"channel", "type", "messages", "Hz", "bytes each",
-                                                  "kB/s", "longest pause s", "missing",
-                                                  "undecodable"}};
+  Table table{"ll",
+              {"channel", "type", "messages", "Hz", "bytes each", "kB/s", "longest pause s",
+               "missing", "undecodable"}};
   for (const auto& [name, c] : i.channels) {
     const double bytes = static_cast<double>(c.bytes());
-    lines.push_back({name, type_name(c), number(c.messages()), fixed(c.rate_hz(), 2),
-                     fixed(bytes / static_cast<double>(std::max<std::int64_t>(c.messages(), 1)), 0),
-                     fixed(i.duration_s() > 0 ? bytes * 1e-3 / i.duration_s() : 0, 2),
-                     fixed(seconds(c.max_pause()), 3), number(c.missing()),
-                     number(c.undecodable())});
+    table.rows.push_back(
+        {name, type_name(c), number(c.messages()), fixed(c.rate_hz(), 2),
+         fixed(bytes / static_cast<double>(std::max<std::int64_t>(c.messages(), 1)), 0),
+         fixed(i.duration_s() > 0 ? bytes * 1e-3 / i.duration_s() : 0, 2),
+         fixed(seconds(c.max_pause()), 3), number(c.missing()), number(c.undecodable())});
   }
-  return text + text_table(lines, 2);
+  return text + text_table(table);
 }
 
 nlohmann::ordered_json json_of(const Inspection& i) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "common/core/text.h"
+#include "common/core/table.h"
 #include "logs/file/log_reader.h"
 #include "logs/inspect/channel_tally.h"
 #include "logs/inspect/value_diff.h"
@@ -150,7 +150,8 @@ bool equal(const LogDiff& diff) {
 }
 
 std::string text_of(const LogDiff& diff) {
-  std::vector<std::vector<std::string>> lines = {
+  Table table{
+      "ll",
       {"channel", "first difference", "same", "different", "only in A", "only in B", "largest"}};
   for (const auto& [name, c] : diff) {
     std::string first;
@@ -160,11 +161,11 @@ std::string text_of(const LogDiff& diff) {
     }
     char largest[40];
     std::snprintf(largest, sizeof largest, "%.3g", c.largest);
-    lines.push_back({name, first, std::to_string(c.same), std::to_string(c.different),
-                     std::to_string(c.only_a), std::to_string(c.only_b),
-                     c.largest > 0 ? largest : ""});
+    table.rows.push_back({name, first, std::to_string(c.same), std::to_string(c.different),
+                          std::to_string(c.only_a), std::to_string(c.only_b),
+                          c.largest > 0 ? largest : ""});
   }
-  return text_table(lines, 2);
+  return text_table(table);
 }
 
 nlohmann::ordered_json json_of(const LogDiff& diff) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/file.h"
 #include "evaluation/trials/acquisition_trial.h"
 #include "test/benchmarks/cpu_time.h"
 #include "test/benchmarks/judge_likelihood.h"
@@ -175,8 +176,10 @@ int run_acquisition(const Settings& settings) {
     }
   }
   table.publish(settings.out);
-  write_csv(settings.out / "acquisition_failures.csv",
-            {"method", "cell", "trial", "verdict", "lead of the truth", "reason"}, failures);
+  write_file(
+      settings.out / "acquisition_failures.csv",
+      csv_table(
+          {"", {"method", "cell", "trial", "verdict", "lead of the truth", "reason"}, failures}));
   return table.missed();
 }
 

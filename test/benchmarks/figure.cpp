@@ -9,6 +9,7 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "test/benchmarks/table.h"
 
 namespace berth::benchmark {
@@ -71,12 +72,12 @@ const char* colour_of(std::size_t curve) {
 
 void write_numbers(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const std::vector<std::vector<double>>& rows) {
-  std::vector<std::vector<std::string>> cells;
+  berth::Table table{"", columns};
   for (const auto& row : rows) {
-    auto& line = cells.emplace_back();
+    auto& line = table.rows.emplace_back();
     for (const double v : row) line.push_back(short_number(v));
   }
-  write_csv(path, columns, cells);
+  write_file(path, csv_table(table));
 }
 
 }  // namespace berth::benchmark

@@ -4,34 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <utility>
 
-#include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/text.h"
 
 namespace berth::benchmark {
-namespace {
-
-void print_row(const std::vector<std::string>& cells, const std::vector<std::size_t>& widths) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    std::printf("%-*s%s", static_cast<int>(widths[i]), cells[i].c_str(),
-                i + 1 < cells.size() ? "  " : "\n");
-  }
-}
-
-std::string quoted(const std::string& cell) {
-  return cell.find(',') == std::string::npos ? cell : '"' + cell + '"';
-}
-
-}  // namespace
 
 Table::Table(std::string name, std::string title, std::vector<std::string> columns)
-    : name_(std::move(name)), title_(std::move(title)), columns_(std::move(columns)) {}
+    : name_(std::move(name)),
+      title_(std::move(title)),
+      table_{std::string(columns.size(), 'l'), std::move(columns)} {}
 
 void Table::add(std::vector<std::string> cells) {
-  cells.resize(columns_.size());
-  rows_.push_back(std::move(cells));
+  cells.resize(table_.head.size());
+  table_.rows.push_back(std::move(cells));
 }
 
 void Table::judge(std::vector<std::string> cells, bool pass) {
@@ -41,18 +28,10 @@ void Table::judge(std::vector<std::string> cells, bool pass) {
 }
 
 void Table::publish(const std::filesystem::path& directory) const {
-  std::vector<std::size_t> widths;
-  for (std::size_t c = 0; c < columns_.size(); ++c) {
-    std::size_t width = columns_[c].size();
-    for (const auto& row : rows_) width = std::max(width, row[c].size());
-    widths.push_back(width);
-  }
-  std::printf("\n%s\n", title_.c_str());
-  print_row(columns_, widths);
-  for (const auto& row : rows_) print_row(row, widths);
+  std::printf("\n%s\n%s", title_.c_str(), text_table(table_).c_str());
   std::fflush(stdout);
-  write_csv(directory / (name_ + ".csv"), columns_, rows_);
-  write_markdown(directory / (name_ + ".md"), columns_, rows_);
+  write_file(directory / (name_ + ".csv"), csv_table(table_));
+  write_file(directory / (name_ + ".md"), markdown_table(table_));
 }
 
 std::string number(double value, int decimals) {
@@ -68,32 +47,6 @@ std::string share(int successes, int trials) {
 std::string with_interval(double value, const Interval& interval, int decimals) {
   return number(value, decimals) + " (" + number(interval.low, decimals) + ".." +
          number(interval.high, decimals) + ")";
-}
-
-void write_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
-               const std::vector<std::vector<std::string>>& rows) {
-  std::ofstream out(path);
-  const auto put = [&out](const std::vector<std::string>& cells) {
-    for (std::size_t i = 0; i < cells.size(); ++i) out << (i == 0 ? "" : ",") << quoted(cells[i]);
-    out << '\n';
-  };
-  put(columns);
-  for (const auto& row : rows) put(row);
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-}
-
-void write_markdown(const std::filesystem::path& path, const std::vector<std::string>& columns,
-                    const std::vector<std::vector<std::string>>& rows) {
-  std::ofstream out(path);
-  const auto put = [&out](const std::vector<std::string>& cells) {
-    out << '|';
-    for (const std::string& cell : cells) out << ' ' << cell << " |";
-    out << '\n';
-  };
-  put(columns);
-  put(std::vector<std::string>(columns.size(), "---"));
-  for (const auto& row : rows) put(row);
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
 }
 
 }  // namespace berth::benchmark

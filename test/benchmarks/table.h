@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/table.h"
 #include "test/benchmarks/statistics.h"
 
 namespace berth::benchmark {
@@ -27,8 +28,7 @@ class Table {
  private:
   std::string name_;
   std::string title_;
-  std::vector<std::string> columns_;
-  std::vector<std::vector<std::string>> rows_;
+  berth::Table table_;
   int missed_ = 0;
 };
 
@@ -38,12 +38,5 @@ std::string share(int successes, int trials);
 /// "1.04 (1.02..1.07)"
 std::string with_interval(double value, const Interval& interval, int decimals = 2);
 
-/// Writes lines of CSV. @throws InputError.
-void write_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
-               const std::vector<std::vector<std::string>>& rows);
-
-/// The same as a table of Markdown. @throws InputError.
-void write_markdown(const std::filesystem::path& path, const std::vector<std::string>& columns,
-                    const std::vector<std::vector<std::string>>& rows);
 
 }  // namespace berth::benchmark

@@ -7,6 +7,7 @@
 
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/core/table.h"
 
 namespace berth::campaigns {
 namespace {
@@ -127,18 +128,18 @@ const std::vector<AcquisitionMeasurement>& acquisition_measurements() {
 }
 
 std::string describe_acquisition() {
-  std::string text = "| parameter | otherwise | what it is |\n|---|---|---|\n";
-  text += std::string("| `attitude` | | ") + attitude_description + " |\n";
+  Table parameters{"lll", {"parameter", "otherwise", "what it is"}};
+  parameters.rows.push_back({"`attitude`", "", attitude_description});
   for (const Known& known : known_parameters()) {
-    text += std::string("| `") + known.name + "` | " + known.standard + " | " + known.description +
-            " |\n";
+    parameters.rows.push_back(
+        {std::string("`") + known.name + "`", known.standard, known.description});
   }
-  text += "\n| measurement | unit | what it is |\n|---|---|---|\n";
+  Table measurements{"lll", {"measurement", "unit", "what it is"}};
   for (const AcquisitionMeasurement& known : acquisition_measurements()) {
-    text +=
-        std::string("| `") + known.name + "` | " + known.unit + " | " + known.description + " |\n";
+    measurements.rows.push_back(
+        {std::string("`") + known.name + "`", known.unit, known.description});
   }
-  return text;
+  return markdown_table(parameters) + "\n" + markdown_table(measurements);
 }
 
 }  // namespace berth::campaigns

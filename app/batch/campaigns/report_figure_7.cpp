@@ -118,12 +118,11 @@ Html figure_7_section(const ReportView& view) {
                claim)};
   std::erase_if(charts, [](const Chart& chart) { return chart.curves.empty(); });
   if (charts.empty()) return {};
-  Table table;
   const std::string above = brief(claim.constant_above);
   const std::string below = brief(claim.rising_below);
-  table.head = {"average over successful trials", "the paper",
-                "here, from " + above + " returns; below " + below};
-  table.left_columns = 3;
+  HtmlTable table{"lll",
+                  {"average over successful trials", "the paper",
+                   "here, from " + above + " returns; below " + below}};
   for (const char* name : {"roll_error", "pitch_error", "yaw_error", "position_error"}) {
     const std::size_t m = measurement_named(view.table, name);
     if (m == view.table.measurements.size()) continue;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/batch/campaigns/report_sections.h"
-#include "evaluation/compare/json_number.h"
 
 namespace berth::campaigns {
 namespace {
@@ -11,9 +9,7 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json estimated(const Estimated& e) {
-  return {{"value", evaluation::number_or_null(e.value)},
-          {"low", evaluation::number_or_null(e.bounds.low)},
-          {"high", evaluation::number_or_null(e.bounds.high)}};
+  return {{"value", e.value}, {"low", e.bounds.low}, {"high", e.bounds.high}};
 }
 
 ordered_json group_json(const ReportView& view, const Group& group) {

@@ -17,12 +17,11 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 }
 
 Html table_of(const ReportView& view, const Sweep& sweep) {
-  Table table;
   const bool several = sweep.series.size() > 1;
-  table.head = {with_unit(sweep.parameter, sweep.binned ? sweep.unit : ""), "trials", "passed",
-                "passed [95 %]"};
+  HtmlTable table{several ? "ll" : "l",
+                  {with_unit(sweep.parameter, sweep.binned ? sweep.unit : ""), "trials", "passed",
+                   "passed [95 %]"}};
   if (several) table.head.insert(table.head.begin(), "");
-  table.left_columns = several ? 2 : 1;
   for (const MeasurementColumn& column : view.table.measurements) {
     table.head.push_back(with_unit(column.name + " median", column.unit));
     table.head.push_back("95 % below");

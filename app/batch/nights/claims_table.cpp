@@ -26,7 +26,7 @@ std::vector<double> values_of(const NightReport& report, const std::string& case
   return values;
 }
 
-void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
+void add_rows(const Case& of_plan, const NightReport& report, HtmlTable& table) {
   for (const evaluation::Criterion& c : criteria_of(of_plan)) {
     if (c.claim.empty()) continue;
     const std::vector<double> values = values_of(report, of_plan.name, c);
@@ -54,9 +54,8 @@ void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
 }  // namespace
 
 Html claims_table(const Plan& plan, const NightReport& report) {
-  Table table;
-  table.head = {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"};
-  table.left_columns = 2;
+  HtmlTable table{
+      "ll", {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"}};
   for (const Case& of_plan : plan.cases) {
     try {
       add_rows(of_plan, report, table);

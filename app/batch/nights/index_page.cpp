@@ -114,10 +114,9 @@ Html link_to_run(const std::filesystem::path& out, const Night& night, const Fin
 
 Html changes_table(const std::vector<FlaggedChange>& changes) {
   if (changes.empty()) return element("p", "", text("None."));
-  Table table;
-  table.head = {"",       "procedure", "phase", "measurement",   "compared with",
-                "before", "after",     "unit",  "change [95 %]", "chance of a false alarm"};
-  table.left_columns = 5;
+  HtmlTable table{"lllll",
+                  {"", "procedure", "phase", "measurement", "compared with", "before", "after",
+                   "unit", "change [95 %]", "chance of a false alarm"}};
   for (const FlaggedChange& c : changes) {
     const char* colour = c.kind == "worse" ? "bad" : c.kind == "better" ? "good" : "unsure";
     table.rows.push_back({element("b", colour, text(c.kind)), text(c.case_name), text(c.phase),
@@ -130,9 +129,7 @@ Html changes_table(const std::vector<FlaggedChange>& changes) {
 }
 
 Html failures_table(const std::filesystem::path& out, const NightReport& report) {
-  Table table;
-  table.head = {"procedure", "run", "outcome", "reason"};
-  table.left_columns = 4;
+  HtmlTable table{"llll", {"procedure", "run", "outcome", "reason"}};
   for (const FinishedRun& run : report.runs) {
     if (run.passed()) continue;
     const std::string name =
@@ -146,9 +143,7 @@ Html failures_table(const std::filesystem::path& out, const NightReport& report)
 }
 
 Html archive_section(const ArchiveResult& archive) {
-  Table table;
-  table.head = {"recorded run", "against truth", "estimates", "as recorded"};
-  table.left_columns = 2;
+  HtmlTable table{"ll", {"recorded run", "against truth", "estimates", "as recorded"}};
   for (const ArchivedRun& run : archive.runs) {
     const char* colour = !run.error.empty() || run.verdict == "worse" ? "bad" : "good";
     table.rows.push_back(
@@ -163,10 +158,9 @@ Html archive_section(const ArchiveResult& archive) {
 }
 
 Html cases_table(const std::filesystem::path& out, const NightReport& report) {
-  Table table;
-  table.head = {"procedure", "",       "runs kept", "runs",      "passed",
-                "failed",    "errors", "may fail",  "simulated", "x real time"};
-  table.left_columns = 3;
+  HtmlTable table{"lll",
+                  {"procedure", "", "runs kept", "runs", "passed", "failed", "errors", "may fail",
+                   "simulated", "x real time"}};
   for (const CaseResult& c : report.cases) {
     Html kept;
     for (const FinishedRun& run : report.runs) {
@@ -192,10 +186,9 @@ Html cases_table(const std::filesystem::path& out, const NightReport& report) {
 }
 
 Html nights_table(History& history, const std::vector<Night>& nights) {
-  Table table;
-  table.head = {"night", "verdict",    "version", "configuration", "baseline",
-                "runs",  "not passed", "flagged", "lasted"};
-  table.left_columns = 5;
+  HtmlTable table{"lllll",
+                  {"night", "verdict", "version", "configuration", "baseline", "runs", "not passed",
+                   "flagged", "lasted"}};
   for (auto night = nights.rbegin(); night != nights.rend(); ++night) {
     const auto runs = history.runs(*night, History::Which::all_without_values);
     const auto not_passed = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& r) {

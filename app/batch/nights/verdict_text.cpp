@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "app/batch/nights/verdict.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/json_number.h"
 #include "evaluation/compare/junit.h"
 
 namespace berth::nights {
@@ -34,15 +34,16 @@ std::string sentence_of(const FlaggedChange& c) {
 }
 
 std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t most) {
-  std::vector<std::vector<std::string>> lines = {{"change", "against", "case", "phase",
-                                                  "measurement", "before", "after", "unit",
-                                                  "change", "chance"}};
+  Table table{"lllll",
+              {"change", "against", "case", "phase", "measurement", "before", "after", "unit",
+               "change", "chance"}};
   for (const FlaggedChange& c : changes) {
-    if (lines.size() > most) break;
-    lines.push_back({c.kind, c.against, c.case_name, c.phase, c.measurement + " " + c.statistic,
-                     shown(c.before), shown(c.after), c.unit, change_of(c), chance_text(c.p)});
+    if (table.rows.size() == most) break;
+    table.rows.push_back({c.kind, c.against, c.case_name, c.phase,
+                          c.measurement + " " + c.statistic, shown(c.before), shown(c.after),
+                          c.unit, change_of(c), chance_text(c.p)});
   }
-  std::string text = text_table(lines, 5);
+  std::string text = text_table(table);
   if (changes.size() > most) {
     text += "  and " + std::to_string(changes.size() - most) + " more: see index.html\n";
   }
@@ -50,43 +51,35 @@ std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t
 }
 
 std::string cases_table(const std::vector<CaseResult>& cases) {
-  std::vector<std::vector<std::string>> lines = {
-      {"case", "result", "runs", "passed", "failed", "errors", "simulated s", "x real time"}};
+  Table table{
+      "ll", {"case", "result", "runs", "passed", "failed", "errors", "simulated s", "x real time"}};
   for (const CaseResult& c : cases) {
     const char* result = c.too_many_failed ? "FAIL" : c.errors > 0 ? "ERROR" : "ok";
-    lines.push_back({c.name, result, std::to_string(c.runs), std::to_string(c.passed),
-                     std::to_string(c.failed), std::to_string(c.errors), fixed(c.simulated_s, 0),
-                     c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-"});
+    table.rows.push_back({c.name, result, std::to_string(c.runs), std::to_string(c.passed),
+                          std::to_string(c.failed), std::to_string(c.errors),
+                          fixed(c.simulated_s, 0),
+                          c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-"});
   }
-  return text_table(lines, 2);
+  return text_table(table);
 }
 
 std::string archive_text(const ArchiveResult& archive) {
   if (archive.runs.empty()) return "";
-  std::vector<std::vector<std::string>> lines = {
-      {"recorded run", "against truth", "estimates", "as recorded"}};
+  Table table{"ll", {"recorded run", "against truth", "estimates", "as recorded"}};
   for (const ArchivedRun& run : archive.runs) {
-    lines.push_back({run.name, run.error.empty() ? run.verdict : "ERROR: " + run.error,
-                     std::to_string(run.estimates), std::to_string(run.same)});
+    table.rows.push_back({run.name, run.error.empty() ? run.verdict : "ERROR: " + run.error,
+                          std::to_string(run.estimates), std::to_string(run.same)});
   }
   return "\narchive, estimated again: " + std::to_string(archive.runs.size()) + " runs, " +
-         std::to_string(archive.changes.size()) + " changes\n" + text_table(lines, 2) +
+         std::to_string(archive.changes.size()) + " changes\n" + text_table(table) +
          (archive.changes.empty() ? "" : "\n" + changes_table(archive.changes, 20));
 }
 
 ordered_json json_of(const FlaggedChange& c) {
-  return {{"kind", c.kind},
-          {"against", c.against},
-          {"case", c.case_name},
-          {"phase", c.phase},
-          {"measurement", c.measurement},
-          {"statistic", c.statistic},
-          {"unit", c.unit},
-          {"before", evaluation::number_or_null(c.before)},
-          {"after", evaluation::number_or_null(c.after)},
-          {"difference_low", evaluation::number_or_null(c.low)},
-          {"difference_high", evaluation::number_or_null(c.high)},
-          {"chance", evaluation::number_or_null(c.p)},
+  return {{"kind", c.kind},          {"against", c.against},         {"case", c.case_name},
+          {"phase", c.phase},        {"measurement", c.measurement}, {"statistic", c.statistic},
+          {"unit", c.unit},          {"before", c.before},           {"after", c.after},
+          {"difference_low", c.low}, {"difference_high", c.high},    {"chance", c.p},
           {"runs", c.runs}};
 }
 

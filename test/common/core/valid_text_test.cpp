@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/core/text.h"
+#include "common/core/table.h"
 #include "test/catch.h"
 
 using namespace berth;
@@ -87,12 +87,12 @@ TEST_CASE("nothing that is printed drives the terminal", "[text]") {
   std::mt19937 random(7);
   for (int i = 0; i < 500; ++i) {
     CHECK_FALSE(has_control(terminal_text(any_bytes(random, 20)), "\n\t"));
-    CHECK_FALSE(has_control(text_table({{any_bytes(random, 9), any_bytes(random, 9)}}, 1), "\n"));
+    CHECK_FALSE(has_control(text_table({"l", {any_bytes(random, 9), any_bytes(random, 9)}}), "\n"));
   }
 }
 
 TEST_CASE("columns of a table are as wide as their characters", "[text]") {
-  CHECK(text_table({{"\xC3\xA9t\xC3\xA9", "1"}, {"name", "22"}}, 1) ==
+  CHECK(text_table({"l", {"\xC3\xA9t\xC3\xA9", "1"}, {{"name", "22"}}}) ==
         "  \xC3\xA9t\xC3\xA9    1\n  name  22\n");
   CHECK(columns("\xC3\xA9t\xC3\xA9") == 3);
   CHECK(first_columns("\xC3\xA9t\xC3\xA9", 2) == "\xC3\xA9t");

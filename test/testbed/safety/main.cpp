@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
+#include "common/core/file.h"
 #include "common/core/random.h"
+#include "common/core/table.h"
 #include "common/core/text.h"
 #include "test/testbed/safety/drill.h"
 
@@ -57,9 +58,9 @@ int main(int argc, char* argv[]) {
   CLI11_PARSE(options, argc, argv);
 
   int broken = 0;
-  std::string text =
-      "| fault | the operator reads | seen after, ms | braking after, ms | standing after, ms | "
-      "least clearance, mm | the cell | goes on |\n|---|---|---|---|---|---|---|---|\n";
+  Table drills_table{"llrrrrll",
+                     {"fault", "the operator reads", "seen after, ms", "braking after, ms",
+                      "standing after, ms", "least clearance, mm", "the cell", "goes on"}};
   for (const Drill& drill : drills::drills()) {
     if (!only.empty() && drill.name.find(only) == std::string::npos) continue;
     Row row;
@@ -85,12 +86,12 @@ int main(int argc, char* argv[]) {
       std::fflush(stdout);
       broken += wrong.empty() ? 0 : 1;
     }
-    text += "| " + drill.name + " | `" + row.code + "`: " + row.text + " | " +
-            row.seen.milliseconds() + " | " + row.braking.milliseconds() + " | " +
-            row.standing.milliseconds() + " | " + fixed(1e3 * row.clearance.least, 0) + " | " +
-            row.state + " | " + drill.resumes + " |\n";
+    drills_table.rows.push_back({drill.name, "`" + row.code + "`: " + row.text,
+                                 row.seen.milliseconds(), row.braking.milliseconds(),
+                                 row.standing.milliseconds(), fixed(1e3 * row.clearance.least, 0),
+                                 row.state, drill.resumes});
   }
-  if (!table.empty()) std::ofstream(table) << text;
+  if (!table.empty()) write_file(table, markdown_table(drills_table));
   std::printf(broken == 0 ? "all promises kept\n" : "%d promises broken\n", broken);
   return broken == 0 ? 0 : 1;
 }
