@@ -38,5 +38,4 @@ std::string share(int successes, int trials);
 /// "1.04 (1.02..1.07)"
 std::string with_interval(double value, const Interval& interval, int decimals = 2);
 
-
 }  // namespace berth::benchmark
