@@ -5,8 +5,8 @@
 #include <map>
 
 #include "app/batch/nights/run_values.h"
-#include "evaluation/measure/proportion.h"
-#include "evaluation/measure/statistics.h"
+#include "common/core/statistics.h"
+#include "evaluation/measure/statistic.h"
 
 namespace berth::nights {
 namespace {
@@ -46,9 +46,8 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   }
   // Of ones and zeros the mean says more than the middle one.
   const bool is_share = subject.measurement == passed_measurement;
-  const auto middle_of = [&](const std::vector<double>& sorted) {
-    return is_share ? evaluation::compute(evaluation::Statistic::mean, sorted)
-                    : evaluation::quantile(sorted, 0.5);
+  const auto middle_of = [&](const std::vector<double>& values) {
+    return is_share ? mean(values) : berth::median(values);
   };
   report::Curve band{"10 to 90 % of the runs", Style::band, 1, {}, {}, {}, false};
   report::Curve median{
@@ -56,13 +55,12 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   report::Curve dots{"", Style::dots, 1, {}, {}, {}, false};
   report::Curve alarms{"flagged", Style::dots, 2, {}, {}, {}, false};
   report::Curve old{"baseline", Style::line, 0, {}, {}, {}, true};
-  for (auto [night, values] : tonight) {
-    std::sort(values.begin(), values.end());
+  for (const auto& [night, values] : tonight) {
     const auto x = static_cast<double>(night);
     const double middle = middle_of(values);
     band.x.push_back(x);
-    band.y.push_back(evaluation::quantile(values, 0.9));
-    band.low.push_back(evaluation::quantile(values, 0.1));
+    band.y.push_back(quantile(values, 0.9));
+    band.low.push_back(quantile(values, 0.1));
     median.x.push_back(x);
     median.y.push_back(middle);
     const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
@@ -70,8 +68,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     mark.x.push_back(x);
     mark.y.push_back(middle);
   }
-  for (auto [night, values] : baseline) {
-    std::sort(values.begin(), values.end());
+  for (const auto& [night, values] : baseline) {
     old.x.push_back(static_cast<double>(night));
     old.y.push_back(middle_of(values));
   }
