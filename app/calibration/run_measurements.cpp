@@ -10,6 +10,7 @@
 #include <map>
 
 #include "common/core/error.h"
+#include "common/core/statistics.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/good_estimate.h"
@@ -119,12 +120,6 @@ Matrix6d scatter_about(const Pose& mean, const std::vector<Pose>& poses) {
   return scatter;
 }
 
-double middle_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Scans of a target at rest, without those that stand far away from the others: there the
 /// estimator slid along the target, or took something else for it.
 std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
@@ -137,14 +132,14 @@ std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
     return list;
   };
   for (const Pose& pose : poses) {
-    const double spread = middle_of(distances(pose, distance));
+    const double spread = upper_median(distances(pose, distance));
     if (spread < least) {
       least = spread;
       centre = pose;
     }
   }
   const double max_m = far * least;
-  const double max_rad = far * middle_of(distances(centre, angle_between));
+  const double max_rad = far * upper_median(distances(centre, angle_between));
   std::vector<Pose> kept;
   for (const Pose& pose : poses) {
     if (distance(centre, pose) <= max_m && angle_between(centre, pose) <= max_rad) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/calibration/truth_check.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/core/statistics.h"
 #include "evaluation/run/truth_track.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_reader.h"
@@ -32,27 +32,6 @@ evaluation::TruthTrack track_of(const std::filesystem::path& file, const char* c
   return track;
 }
 
-double quantile(std::vector<double>& values, double q) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-/// Sums for the slope of an error's component along the motion against the speed, about its mean.
-struct Slope {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  void add(double speed, double error) {
-    n += 1;
-    x += speed;
-    y += error;
-    xx += speed * speed;
-    xy += speed * error;
-  }
-  double covariance() const { return xy - x * y / n; }
-  double variance() const { return xx - x * x / n; }
-};
-
 }  // namespace
 
 TruthCheck check_truth(const std::filesystem::path& run) {
@@ -61,29 +40,34 @@ TruthCheck check_truth(const std::filesystem::path& run) {
   const auto world = track_of(run / "world_truth.lcm", channels::world_truth, nullptr);
   std::vector<double> position;
   std::vector<double> rotation;
-  Slope slopes[3];
+  std::vector<double> speeds[3];
+  std::vector<double> errors[3];
   for (const evaluation::TruthSample& sample : truth.samples()) {
     const auto at = world.at(sample.utime);
     if (!at) continue;
-    const Vector3d error = sample.pose.position - at->pose.position;
-    for (int i = 0; i < 3; ++i) slopes[i].add(at->velocity.linear[i], error[i]);
+    const Vector6d error = difference(at->pose, sample.pose);
+    for (int i = 0; i < 3; ++i) {
+      speeds[i].push_back(at->velocity.linear[i]);
+      errors[i].push_back(error[i]);
+    }
     if (at->velocity.linear.norm() > slow) continue;
-    position.push_back(error.norm());
-    rotation.push_back(angle_between(sample.pose, at->pose));
+    position.push_back(error.head<3>().norm());
+    rotation.push_back(error.tail<3>().norm());
   }
   if (position.empty()) throw InputError(run.string() + ": truth and world do not overlap");
   check.samples = static_cast<std::int64_t>(position.size());
-  check.median_position = quantile(position, 0.5);
+  check.median_position = median(position);
   check.worst_position = quantile(position, 0.95);
-  check.median_rotation = quantile(rotation, 0.5);
+  check.median_rotation = median(rotation);
   check.worst_rotation = quantile(rotation, 0.95);
-  double covariance = 0;
-  double variance = 0;
-  for (const Slope& slope : slopes) {
-    covariance += slope.covariance();
-    variance += slope.variance();
+  // Slope of the error along the motion against the speed, of the three axes together.
+  double along = 0;
+  double spread = 0;
+  for (int i = 0; i < 3; ++i) {
+    along += covariance(speeds[i], errors[i]);
+    spread += covariance(speeds[i], speeds[i]);
   }
-  check.time = variance > 0 ? covariance / variance : 0;
+  check.time = spread > 0 ? along / spread : 0;
   return check;
 }
 

@@ -24,10 +24,10 @@
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/shipped_file.h"
+#include "common/core/statistics.h"
 #include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/measure/proportion.h"
 
 namespace berth::commands {
 namespace {
@@ -78,12 +78,6 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
 constexpr std::size_t max_broken_listed = 10;
 constexpr std::int64_t max_points_shown = 60;
 
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  std::sort(values.begin(), values.end());
-  return evaluation::quantile(values, 0.5);
-}
-
 void print_points(const Campaign& campaign, const std::vector<TrialResult>& results) {
   const Manifest& manifest = campaign.manifest();
   const auto points = static_cast<std::size_t>(manifest.points());
@@ -110,7 +104,7 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
     for (const KeptMeasurement& kept : manifest.measurements) {
       std::vector<double> values;
       for (const TrialResult* r : of) values.push_back(r->measurement(kept.name));
-      line.push_back(shown(median(values)));
+      line.push_back(shown(median(finite(std::move(values)))));
     }
   }
   std::printf("%s  (medians of the trials)\n\n", text_table(table).c_str());

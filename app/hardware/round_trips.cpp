@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/hardware/round_trips.h"
 
-#include <algorithm>
-#include <cmath>
-
+#include "common/core/statistics.h"
 #include "common/core/text.h"
 
 namespace berth {
 
 Utime RoundTrips::quantile(double share) const {
-  std::vector<Utime> sorted = times_;
-  std::sort(sorted.begin(), sorted.end());
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
+  return utime_from_seconds(berth::quantile(times_, share));
 }
 
 Finding RoundTrips::finding(const std::string& device, Utime period, Utime timeout) const {

@@ -12,7 +12,7 @@ namespace berth {
 /// How soon a device answers.
 class RoundTrips {
  public:
-  void add(Utime time) { times_.push_back(time); }
+  void add(Utime time) { times_.push_back(seconds(time)); }
   /// Of a read without an answer: why.
   void miss(const std::string& why) {
     ++missed_;
@@ -28,7 +28,7 @@ class RoundTrips {
   Finding finding(const std::string& device, Utime period, Utime timeout) const;
 
  private:
-  std::vector<Utime> times_;
+  std::vector<double> times_;  // s
   std::size_t missed_ = 0;
   std::string why_;
 };

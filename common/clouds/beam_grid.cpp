@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/core/beam_model.h"
+#include "common/core/statistics.h"
 
 namespace berth::clouds {
 
@@ -13,12 +14,6 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double turn = radians(360);
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 bool returned(const Vector3d& point) {
   const double range = point.norm();
@@ -61,7 +56,7 @@ void fill_gaps(std::vector<double>& values) {
     const std::size_t b = known[k + half];
     slopes.push_back((values[b] - values[a]) / static_cast<double>(b - a));
   }
-  const double slope = median(slopes);
+  const double slope = upper_median(slopes);
   const auto extend = [&](std::size_t first, std::size_t last, bool at_start) {
     constexpr std::size_t max_anchors = 25;
     const std::size_t anchors = std::min(max_anchors, known.size());
@@ -70,7 +65,7 @@ void fill_gaps(std::vector<double>& values) {
       const std::size_t i = at_start ? known[k] : known[known.size() - 1 - k];
       offsets.push_back(values[i] - slope * static_cast<double>(i));
     }
-    const double offset = median(offsets);
+    const double offset = upper_median(offsets);
     for (std::size_t i = first; i < last; ++i) values[i] = offset + slope * static_cast<double>(i);
   };
   extend(0, known.front(), true);
@@ -100,10 +95,10 @@ struct Fit {
         of_column.push_back(unwrapped(lon, of_column.empty() ? last : of_column.front()));
       }
       if (of_column.empty()) continue;
-      longitude[c] = last = median(of_column);
+      longitude[c] = last = upper_median(of_column);
     }
     for (std::size_t r = 0; r < rows; ++r) {
-      if (!by_row[r].empty()) latitude[r] = median(by_row[r]);
+      if (!by_row[r].empty()) latitude[r] = upper_median(by_row[r]);
     }
     std::vector<double> off;
     constexpr std::size_t max_checked = 20000;
@@ -115,7 +110,7 @@ struct Fit {
       const Vector3d found = to_pole_y(points[i].normalized(), about_z);
       off.push_back(std::atan2(expected.cross(found).norm(), expected.dot(found)));
     }
-    misfit = off.empty() ? turn : median(off);
+    misfit = off.empty() ? turn : upper_median(off);
   }
 };
 
@@ -126,7 +121,7 @@ double step_of(const std::vector<double>& values) {
     const double step = std::abs(values[i] - values[i - 1]);
     if (!std::isnan(step)) steps.push_back(step);
   }
-  return steps.empty() ? 0 : median(steps);
+  return steps.empty() ? 0 : upper_median(steps);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "common/bus/clock_map.h"
 #include "common/core/error.h"
+#include "common/core/statistics.h"
 #include "common/core/text.h"
 #include "drivers/lidar/conformance_peer.h"
 #include "drivers/lidar/limits.h"
@@ -388,8 +389,7 @@ class Conformance {
         if (hit) ranges.push_back(beam.range_m);
       }
     }
-    std::sort(ranges.begin(), ranges.end());
-    const double median = ranges.empty() ? 0 : double{ranges[ranges.size() / 2]};
+    const double median = ranges.empty() ? 0 : double{upper_median(ranges)};
     if (fault.empty() && !ranges.empty() &&
         (median < identity_.range_min_m || median > identity_.range_max_m)) {
       fault = "half of the hits are nearer than " + fixed(median, 3) + " m, Identity says " +
@@ -456,14 +456,13 @@ class Conformance {
     check(of + "stamps", fault, "ascending, between order and arrival",
           "stamp each beam when it is fired, on the clock that Status tells, in microseconds");
     if (ages.empty()) return skipped(of + "cadence", "no returns");
-    std::sort(ages.begin(), ages.end());
-    const Utime median = ages[ages.size() / 2];
+    const Utime median = upper_median(ages);
     check(of + "cadence",
           fault.empty() && median > max_age
               ? "half of the messages come " + ms(median) + " or later after their first beam"
               : "",
           "half of the messages within " + ms(median) + " of their first beam, all within " +
-              ms(ages.back()),
+              ms(*std::max_element(ages.begin(), ages.end())),
           "send Returns while the scan runs, no later than some 25 ms after the beams");
   }
 

@@ -6,6 +6,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/statistics.h"
 #include "evaluation/latency/latency_collector.h"
 #include "evaluation/run/target_surface.h"
 
@@ -144,10 +145,6 @@ bool same_results(const std::vector<criterion_result_t>& a,
 
 namespace {
 
-double median(const std::vector<double>& values) {
-  return values.empty() ? 0 : compute(Statistic::p50, values);
-}
-
 void describe_truth(const RunRecord& record, Comparison& comparison) {
   comparison.truth_bases = record.truth_bases();
   std::vector<double> position;
@@ -156,6 +153,7 @@ void describe_truth(const RunRecord& record, Comparison& comparison) {
     position.push_back(std::sqrt(sample.covariance.topLeftCorner<3, 3>().trace()));
     attitude.push_back(std::sqrt(sample.covariance.bottomRightCorner<3, 3>().trace()));
   }
+  if (position.empty()) return;
   comparison.truth_position_sigma = median(position);
   comparison.truth_attitude_sigma = median(attitude);
 }

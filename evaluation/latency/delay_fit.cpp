@@ -3,11 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 
 #include "common/core/nan.h"
+#include "common/core/statistics.h"
 #include "evaluation/measure/bootstrap.h"
 
 namespace berth::evaluation {
@@ -112,13 +112,10 @@ class Fit {
       const Vector6d r = residual(i);
       squares[i] = r.dot(samples_[i].information * r);
     }
-    std::vector<double> sorted = squares;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
     // Few samples are fitted more closely than they scatter.
     const double free = std::max(1.0, 6 * static_cast<double>(samples_.size()) - unknowns());
     const double fitted = 6 * static_cast<double>(samples_.size()) / free;
-    scale_ = std::max(*middle / chi2_median * fitted, min_scale);
+    scale_ = std::max(upper_median(squares) / chi2_median * fitted, min_scale);
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const double distance = std::sqrt(squares[i] / (6 * scale_));
       solution_.weight[i] = std::min(1.0, huber / distance) / scale_;
@@ -157,9 +154,8 @@ class Fit {
     const double scatter = std::max(result_.sigma_information, result_.sigma_bootstrap);
     result_.sigma = std::hypot(scatter, result_.sigma_offset);
     const double blocks = static_cast<double>(samples_.size()) / static_cast<double>(result_.block);
-    const boost::math::students_t student(std::max(1.0, blocks - 1));
-    result_.half_width =
-        std::hypot(quantile(student, 0.975) * scatter, 1.96 * result_.sigma_offset);
+    result_.half_width = std::hypot(students_t_quantile(0.975, std::max(1.0, blocks - 1)) * scatter,
+                                    1.96 * result_.sigma_offset);
   }
 
   const DelayProblem& problem_;

@@ -9,7 +9,6 @@
 
 #include "common/core/covariance.h"
 #include "common/core/text.h"
-#include "evaluation/measure/truth_velocity.h"
 
 namespace berth::evaluation {
 namespace {
@@ -26,31 +25,22 @@ constexpr Utime max_step = 2 * second;
 constexpr double slowest_speed = 1e-3;          // m/s
 constexpr double slowest_turn = radians(0.05);  // rad/s
 
-const Pose& pose_of(const EstimateSample& estimate, EstimatePose which) {
-  return which == EstimatePose::measured ? estimate.measured : estimate.pose;
-}
-
-struct Place {
-  EstimateSample estimate;
-  TruthSample truth;
+struct Place : ComparedEstimate {
   std::optional<EstimateSample> before;  ///< what the estimator knew before this scan
 };
 
 /// Estimates of the phase beside truth at their times less the delay.
 std::vector<Place> places(const Measurer& measurer, const Phase& phase, double delay) {
   std::vector<Place> list;
-  const TruthTrack& track = measurer.record().truth();
   std::optional<EstimateSample> last;
   for (const ComparedEstimate& c : measurer.compared()) {
     const Utime utime = c.estimate.utime;
     std::optional<EstimateSample> before = std::exchange(last, c.estimate);
     if (before && utime - before->utime > max_step) before.reset();
     if (!phase.contains(utime) || measurer.record().steered(utime)) continue;
-    auto truth = track.at(utime - utime_from_seconds(delay));
-    if (!truth) continue;
-    truth->velocity = truth_velocity(track, *truth).velocity;
-    // The truth of another time may be nearer to another of the poses that show the same.
-    list.push_back({nearest_equal(c.estimate, truth->pose, measurer.symmetry()), *truth, before});
+    const auto then = compare(c.estimate, measurer.record().truth(), measurer.symmetry(),
+                              utime_from_seconds(delay));
+    if (then) list.push_back({*then, before});
   }
   return list;
 }
@@ -127,7 +117,7 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
     if (!is_covariance(p.estimate.covariance)) continue;
     DelaySample sample;
     sample.utime = p.estimate.utime;
-    sample.error = difference(p.truth.pose, pose_of(p.estimate, which));
+    sample.error = measured ? p.measured_error() : p.error;
     sample.rate << p.truth.velocity.linear, p.truth.velocity.angular;
     sample.information = p.estimate.covariance.llt().solve(Matrix6d::Identity());
     sample.nuisances = truths_design(p.truth.pose, middle);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/statistics.h"
 #include "common/core/text.h"
 #include "evaluation/latency/estimate_delay.h"
 #include "lcmtypes/channels.h"
@@ -48,22 +49,14 @@ Latency between(const DelayFit& replica, const DelayFit& sensor) {
 
 /// Parts of one, by a straight line through the offsets.
 double drift_of(const std::vector<ArmTrack::Clock>& clocks) {
-  double t_mean = 0;
-  double mean = 0;
-  const Utime first = clocks.front().utime;
-  const auto n = static_cast<double>(clocks.size());
+  std::vector<double> t;
+  std::vector<double> offset;
   for (const auto& c : clocks) {
-    t_mean += seconds(c.utime - first) / n;
-    mean += c.offset / n;
+    t.push_back(seconds(c.utime - clocks.front().utime));
+    offset.push_back(c.offset);
   }
-  double above = 0;
-  double below = 0;
-  for (const auto& c : clocks) {
-    const double t = seconds(c.utime - first) - t_mean;
-    above += t * (c.offset - mean);
-    below += t * t;
-  }
-  return below > 0 ? above / below : 0;
+  const double spread = covariance(t, t);
+  return spread > 0 ? covariance(t, offset) / spread : 0;
 }
 
 void add_clock(const std::string& name, const std::vector<ArmTrack::Clock>& clocks,

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -79,14 +78,12 @@ struct Contact {
 
 Contact closest(const Measurer& measurer, const Phase& phase, const Pose& docking) {
   Contact contact;
-  const auto& samples = measurer.record().truth().samples();
+  const TruthTrack& track = measurer.record().truth();
   for (const Phase::Stretch& stretch : phase.stretches) {
-    auto sample = std::lower_bound(samples.begin(), samples.end(), stretch.start,
-                                   [](const TruthSample& s, Utime t) { return s.utime < t; });
-    for (; sample != samples.end() && sample->utime <= stretch.end; ++sample) {
-      const Vector3d lever = sample->pose.rotation * docking.position;
-      const double range = (sample->pose.position + lever).norm();
-      if (range < contact.range) contact = {&*sample, lever, range};
+    for (const TruthSample& sample : track.between(stretch.start, stretch.end)) {
+      const Vector3d lever = sample.pose.rotation * docking.position;
+      const double range = (sample.pose.position + lever).norm();
+      if (range < contact.range) contact = {&sample, lever, range};
     }
   }
   return contact;

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "common/core/random.h"
-#include "evaluation/measure/statistics.h"
+#include "common/core/statistics.h"
+#include "evaluation/measure/statistic.h"
 
 namespace berth::evaluation {
 namespace {
@@ -52,13 +52,12 @@ double acceleration(std::size_t size, std::size_t block, const StatisticOfPlaces
     std::iota(places.begin() + static_cast<std::ptrdiff_t>(begin), places.end(), end);
     values[g] = statistic(places);
   }
-  const double mean =
-      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(groups);
+  const double centre = mean(values);
   double squares = 0;
   double cubes = 0;
   for (const double v : values) {
-    squares += (mean - v) * (mean - v);
-    cubes += (mean - v) * (mean - v) * (mean - v);
+    squares += (centre - v) * (centre - v);
+    cubes += (centre - v) * (centre - v) * (centre - v);
   }
   return squares > 0 ? cubes / (6 * std::pow(squares, 1.5)) : 0;
 }
@@ -84,14 +83,11 @@ Interval bca_interval(std::size_t size, std::size_t block, const StatisticOfPlac
                                   1 - 0.5 / count);
   const double bias = quantile(normal, share);
   const double bend = acceleration(size, block, statistic);
-  const double t = quantile(boost::math::students_t(blocks - 1), 0.5 + options.confidence / 2) *
+  const double t = students_t_quantile(0.5 + options.confidence / 2, blocks - 1) *
                    std::sqrt(blocks / (blocks - 1));
   const auto end = [&](double z) {
     const double moved = bias + (bias + z) / std::max(1 - bend * (bias + z), 0.1);
-    const double place = cdf(normal, moved) * (count - 1);
-    const auto lower = static_cast<std::size_t>(place);
-    const std::size_t upper = std::min(lower + 1, values.size() - 1);
-    return std::lerp(values[lower], values[upper], place - static_cast<double>(lower));
+    return quantile(values, cdf(normal, moved));
   };
   const double sigma = compute(Statistic::deviation, values) * std::sqrt(blocks / (blocks - 1));
   return {end(-t), end(t), sigma};
@@ -102,10 +98,10 @@ std::size_t block_length(const std::vector<double>& series) {
   const std::size_t longest = std::max<std::size_t>(n / 4, 1);
   if (n < 12) return 1;
   const auto size = static_cast<double>(n);
-  const double mean = std::accumulate(series.begin(), series.end(), 0.0) / size;
+  const double centre = mean(series);
   const auto covariance = [&](std::size_t lag) {
     double sum = 0;
-    for (std::size_t i = lag; i < n; ++i) sum += (series[i] - mean) * (series[i - lag] - mean);
+    for (std::size_t i = lag; i < n; ++i) sum += (series[i] - centre) * (series[i - lag] - centre);
     return sum / size;
   };
   const double variance = covariance(0);

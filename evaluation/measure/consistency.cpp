@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/Cholesky>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
 #include "common/core/covariance.h"
 #include "common/core/nan.h"
+#include "common/core/statistics.h"
 #include "common/core/text.h"
 #include "evaluation/measure/series.h"
 
@@ -26,20 +26,19 @@ Uncertain nees(const ComparedEstimate& c) {
 /// The statistic of a chi-square distribution with six degrees of freedom; of those that pick one
 /// value its mean.
 double consistent_nees(Statistic statistic) {
-  const boost::math::chi_squared consistent(6);
   switch (statistic) {
     case Statistic::rms:
       return std::sqrt(48.0);
     case Statistic::deviation:
       return std::sqrt(12.0);
     case Statistic::p50:
-      return boost::math::quantile(consistent, 0.5);
+      return chi_squared_quantile(0.5, 6);
     case Statistic::p90:
-      return boost::math::quantile(consistent, 0.9);
+      return chi_squared_quantile(0.9, 6);
     case Statistic::p95:
-      return boost::math::quantile(consistent, 0.95);
+      return chi_squared_quantile(0.95, 6);
     case Statistic::p99:
-      return boost::math::quantile(consistent, 0.99);
+      return chi_squared_quantile(0.99, 6);
     default:
       return 6;
   }
@@ -68,9 +67,8 @@ MeanNees mean_nees(const Measurer& measurer, const Phase& phase) {
   const auto n = static_cast<double>(result.samples);
   result.mean = compute(Statistic::mean, series.value);
   result.truth_sigma = uncertainty(Statistic::mean, series.value, series.truth_sigma);
-  const boost::math::chi_squared sum_of_all(6 * n);
-  result.lower = boost::math::quantile(sum_of_all, 0.025) / n;
-  result.upper = boost::math::quantile(sum_of_all, 0.975) / n;
+  result.lower = chi_squared_quantile(0.025, 6 * n) / n;
+  result.upper = chi_squared_quantile(0.975, 6 * n) / n;
   result.text = "mean NEES " + shown(result.mean) + ", chi-square bounds " + shown(result.lower) +
                 " to " + shown(result.upper);
   return result;

@@ -50,11 +50,11 @@ Uncertain bearing_error(const ComparedEstimate& c) {
 }
 
 Uncertain measured_position_error(const ComparedEstimate& c) {
-  return length_of(c.estimate.measured.position - c.truth.pose.position, position_covariance(c));
+  return length_of(c.measured_error().head<3>(), position_covariance(c));
 }
 
 Uncertain measured_attitude_error(const ComparedEstimate& c) {
-  return length_of(difference(c.truth.pose, c.estimate.measured).tail<3>(), attitude_covariance(c));
+  return length_of(c.measured_error().tail<3>(), attitude_covariance(c));
 }
 
 }  // namespace

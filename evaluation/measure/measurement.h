@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/core/quantity.h"
-#include "evaluation/measure/statistics.h"
+#include "evaluation/measure/statistic.h"
 #include "evaluation/run/run_record.h"
 
 namespace berth::evaluation {

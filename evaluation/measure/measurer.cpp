@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "common/targets/target_file.h"
-#include "evaluation/measure/truth_velocity.h"
 #include "evaluation/run/target_surface.h"
 
 namespace berth::evaluation {
@@ -31,33 +30,6 @@ std::vector<DockingPort> ports_of(const RunRecord& record) {
 }
 
 }  // namespace
-
-EstimateSample nearest_equal(const EstimateSample& estimate, const Pose& truth,
-                             const SymmetryGroup& symmetry) {
-  if (symmetry.trivial()) return estimate;
-  EstimateSample equal = estimate;
-  equal.pose = symmetry.nearest_equal(estimate.pose, truth);
-  equal.measured = symmetry.nearest_equal(estimate.measured, truth);
-  // Its origin is another point of the same body, this far from the estimated one.
-  const Vector3d lever = equal.pose.position - estimate.pose.position;
-  Matrix6d jacobian = Matrix6d::Identity();
-  jacobian.topRightCorner<3, 3>() = -skew(lever);
-  equal.covariance = jacobian * estimate.covariance * jacobian.transpose();
-  equal.velocity.linear += estimate.velocity.angular.cross(lever);
-  return equal;
-}
-
-std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track,
-                                        const SymmetryGroup& symmetry) {
-  const auto truth = track.at(estimate.utime);
-  if (!truth) return std::nullopt;
-  ComparedEstimate c{nearest_equal(estimate, truth->pose, symmetry), *truth, {}};
-  c.error = difference(truth->pose, c.estimate.pose);
-  const TruthVelocity velocity = truth_velocity(track, *truth);
-  c.truth.velocity = velocity.velocity;
-  c.truth_velocity_covariance = velocity.covariance;
-  return c;
-}
 
 Measurer::Measurer(const RunRecord& record, NearestPoint nearest)
     : record_(record), nearest_(std::move(nearest)), ports_(ports_of(record)) {

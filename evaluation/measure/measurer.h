@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "common/meshes/symmetry.h"
 #include "common/targets/target.h"
 #include "evaluation/measure/measurement.h"
+#include "evaluation/measure/truth_join.h"
 
 namespace berth::evaluation {
 
@@ -19,24 +19,6 @@ struct NearestPoint : std::function<Vector3d(const Vector3d&)> {
   using function::function;
   std::shared_ptr<const RayCaster> rays;  ///< at the same surface
 };
-
-/// An estimate (status OK) beside the truth at its own time.
-struct ComparedEstimate {
-  EstimateSample estimate;  ///< as the target's symmetry brings it nearest to truth
-  TruthSample truth;        ///< its velocity is that about the time of the estimate, not before it
-  Vector6d error;           ///< perturbed(truth, error) = estimate: [m; rad], sensor frame
-  /// Of truth's velocity, [m/s; rad/s], sensor frame.
-  Matrix6d truth_velocity_covariance = Matrix6d::Zero();
-};
-
-/// Of the estimates that show the same target the one nearest in attitude to truth: pose, measured
-/// pose, velocity and covariance. Of a target without symmetry it is the estimate itself.
-EstimateSample nearest_equal(const EstimateSample& estimate, const Pose& truth,
-                             const SymmetryGroup& symmetry);
-
-/// The one place where an estimate meets truth. Nothing where truth does not bracket the estimate.
-std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& truth,
-                                        const SymmetryGroup& symmetry);
 
 /// Measures a run. The same numbers in the engine at a run's end and from its log later.
 class Measurer {

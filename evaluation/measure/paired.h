@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "evaluation/measure/bootstrap.h"
-#include "evaluation/measure/statistics.h"
+#include "evaluation/measure/statistic.h"
 
 namespace berth::evaluation {
 

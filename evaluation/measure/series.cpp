@@ -56,23 +56,20 @@ Series estimate_series(OfEstimate value, const Measurer& measurer, const Phase& 
 Series truth_series(const std::function<Uncertain(const TruthSample&)>& value,
                     const Measurer& measurer, const Phase& phase) {
   Series series;
-  const auto& samples = measurer.record().truth().samples();
+  const TruthTrack& track = measurer.record().truth();
   for (const Phase::Stretch& stretch : phase.stretches) {
-    auto sample = std::lower_bound(samples.begin(), samples.end(), stretch.start,
-                                   [](const TruthSample& s, Utime t) { return s.utime < t; });
+    const auto samples = track.between(stretch.start, stretch.end);
     Utime slot = std::numeric_limits<Utime>::min();
-    for (; sample != samples.end() && sample->utime <= stretch.end; ++sample) {
-      const auto after = std::next(sample);
-      const bool last = after == samples.end() || after->utime > stretch.end;
-      if (sample->utime / truth_period == slot && !last) continue;
-      slot = sample->utime / truth_period;
-      const Uncertain v = value(*sample);
-      series.utime.push_back(sample->utime);
+    for (const TruthSample& sample : samples) {
+      if (sample.utime / truth_period == slot && &sample != &samples.back()) continue;
+      slot = sample.utime / truth_period;
+      const Uncertain v = value(sample);
+      series.utime.push_back(sample.utime);
       series.value.push_back(v.value);
       series.truth_sigma.push_back(v.truth_sigma);
     }
   }
-  if (samples.empty()) series.reason = "there is no ground truth";
+  if (track.samples().empty()) series.reason = "there is no ground truth";
   return series;
 }
 

@@ -3,7 +3,6 @@
 
 #include "common/core/nan.h"
 #include "evaluation/measure/series.h"
-#include "evaluation/measure/truth_velocity.h"
 
 namespace berth::evaluation {
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/core/nan.h"
+#include "common/core/statistics.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
 
@@ -27,9 +28,8 @@ class Coordinate {
   std::size_t index_;
 };
 
-// Chi-square with 6 degrees of freedom: 2.5 % and 97.5 % quantiles (Abramowitz & Stegun, 26.8).
-constexpr double chi_square_low = 1.2373;
-constexpr double chi_square_high = 14.4494;
+const double chi_square_low = chi_squared_quantile(0.025, 6);
+const double chi_square_high = chi_squared_quantile(0.975, 6);
 
 Chart axis_chart(const RunView& view, Eigen::Index axis, const char* title) {
   const double unit = axis < 3 ? 1e-3 : radians(1.0);

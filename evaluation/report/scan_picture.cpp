@@ -8,6 +8,7 @@
 
 #include "common/core/beam_model.h"
 #include "common/core/nan.h"
+#include "common/core/statistics.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/view_angles.h"
 #include "lcmtypes/channels.h"
@@ -99,15 +100,10 @@ Html axes_of(const Pose& pose, const View& view, double length, bool estimated) 
 
 /// Half the width of the residuals' scale: what nine in ten lie within.
 double residual_scale(const std::vector<double>& residuals) {
-  std::vector<double> sizes;
-  for (const double r : residuals) {
-    if (std::isfinite(r)) sizes.push_back(std::abs(r));
-  }
+  std::vector<double> sizes = finite(residuals);
   if (sizes.empty()) return 0.01;
-  const auto place =
-      sizes.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(sizes.size() - 1));
-  std::nth_element(sizes.begin(), place, sizes.end());
-  return std::max(1e-3, *place);
+  for (double& size : sizes) size = std::abs(size);
+  return std::max(1e-3, quantile(std::move(sizes), 0.9));
 }
 
 Html key_of(double scale) {

@@ -239,8 +239,8 @@ RunRecord RunRecord::run(const procedure_state_t& state) const {
   std::copy_if(bases_.begin(), bases_.end(), std::back_inserter(run.bases_), within);
   run.injected_ = injected_;
   run.injections_carried_out_ = injections_carried_out_;
-  for (const TruthSample& sample : truth_.samples()) {
-    if (within(sample)) run.truth_.add(sample);
+  for (const TruthSample& sample : truth_.between(state.utime_start, state.utime)) {
+    run.truth_.add(sample);
   }
   for (const auto& [basis, time] : truth_bases_) {
     if (time.start <= state.utime && state.utime_start <= time.end) {

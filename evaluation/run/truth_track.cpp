@@ -41,6 +41,11 @@ void TruthTrack::forget_after(Utime utime) {
                  samples_.end());
 }
 
+std::span<const TruthSample> TruthTrack::between(Utime first, Utime last) const {
+  const auto begin = std::lower_bound(samples_.begin(), samples_.end(), first, earlier);
+  return {begin, std::lower_bound(begin, samples_.end(), last + 1, earlier)};
+}
+
 std::optional<TruthSample> TruthTrack::at(Utime utime) const {
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), utime, earlier);
   if (after == samples_.end()) return std::nullopt;

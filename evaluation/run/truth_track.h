@@ -3,6 +3,7 @@
 
 #include <berth/ground_truth_t.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/bus/loop.h"
@@ -35,6 +36,8 @@ class TruthTrack {
   /// Between the samples on either side; nothing outside the samples or in a hole: truth is never
   /// extrapolated. Covariances are interpolated linearly.
   std::optional<TruthSample> at(Utime utime) const;
+  /// Samples from first to last, both included.
+  std::span<const TruthSample> between(Utime first, Utime last) const;
   const std::vector<TruthSample>& samples() const { return samples_; }
 
  private:

@@ -8,6 +8,8 @@
 #include <map>
 #include <set>
 
+#include "common/core/statistics.h"
+
 namespace berth::targets {
 namespace {
 
@@ -28,12 +30,6 @@ struct Met {
 Ray ray_of(const TrueReturn& seen, const Vector3d& direction) {
   const Pose sensor = seen.pose.inverse();
   return {sensor * seen.origin, sensor.rotation * direction};
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Places from which the scans of a run were made.
@@ -158,9 +154,9 @@ void gate(std::vector<Met>& met) {
   for (int round = 0; round < 2 && met.size() > min_returns; ++round) {
     std::vector<double> values;
     for (const Met& m : met) values.push_back(m.departure.value);
-    const double middle = median(values);
+    const double middle = upper_median(values);
     for (double& value : values) value = std::abs(value - middle);
-    const double limit = 4 * 1.4826 * median(values);
+    const double limit = 4 * 1.4826 * upper_median(values);
     std::erase_if(met, [&](const Met& m) { return std::abs(m.departure.value - middle) > limit; });
   }
 }
@@ -374,11 +370,11 @@ std::optional<Measured> reflectivity_of(const std::vector<Met>& met, const Mater
     note = "seen only where its mirrors may be: reflectivity too high";
   }
   const auto count = static_cast<double>(found.size());
-  const double middle = median(std::move(found));
+  const double middle = upper_median(std::move(found));
   double scatter = 0;  // of the weighted mean of patches
   for (const auto& [where, values] : patches) {
     const double share = static_cast<double>(values.size()) / count;
-    scatter += share * share * std::pow(median(values) - middle, 2);
+    scatter += share * share * std::pow(upper_median(values) - middle, 2);
   }
   const auto number = static_cast<double>(patches.size());
   if (number > 1) scatter *= number / (number - 1);

@@ -124,7 +124,7 @@ void report(const Yardstick& yardstick, const std::string& method, const Cell& c
        std::to_string(with(Verdict::ambiguous_without)), share(wrong, n),
        std::to_string(with(Verdict::lost)),
        cell.judge_evidence ? share(decided, decisive) + " of " + std::to_string(decisive) : "",
-       number(median(times)), number(percentile(times, 0.95)),
+       number(median(times)), number(quantile(times, 0.95)),
        ">= " + number(100 * cell.min_right, 1) + " %, <= " + number(cell.max_median_ms, 0) + " ms"},
       yardstick.share_at_least(right, n, cell.min_right) &&
           yardstick.share_at_most(wrong, n, 0.002) &&

@@ -66,7 +66,7 @@ int run_basin(const Settings& settings) {
       const int n = settings.trials;
       table.judge(
           {name, cell.name(), share(at_home, n), share(ok, n), share(wrong, n), number(median(mm)),
-           number(percentile(mm, 0.95)), number(percentile(mm, 1)), number(percentile(deg, 1))},
+           number(quantile(mm, 0.95)), number(quantile(mm, 1)), number(quantile(deg, 1))},
           at_home == n);
     }
   }

@@ -280,14 +280,6 @@ CellResult run_cell(const Settings& settings, const Cell& cell) {
   return result;
 }
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
-double percentile_95(const std::vector<double>& values) { return percentile(values, 0.95); }
-
 void append(std::vector<std::string>& row, const std::vector<std::string>& cells) {
   row.insert(row.end(), cells.begin(), cells.end());
 }
@@ -296,8 +288,8 @@ const std::vector<std::string> error_columns = {"median mm", "p95 mm", "median d
 std::vector<std::string> cells_of(const Errors& errors) {
   if (errors.mm.empty()) return std::vector<std::string>(error_columns.size(), "-");
   return {with_interval(median(errors.mm), bootstrap(errors.mm, median), 1),
-          number(percentile_95(errors.mm), 1), number(median(errors.deg)),
-          number(percentile_95(errors.deg))};
+          number(quantile(errors.mm, 0.95), 1), number(median(errors.deg)),
+          number(quantile(errors.deg, 0.95))};
 }
 
 const std::vector<std::string> nees_columns = {"NEES mean", "NEES median"};
@@ -425,7 +417,7 @@ void publish_reliability(const Settings& settings, const Results& results) {
       table.add({order[g], number(reliability.calibration_error(), 3),
                  number(bin.low, 2) + " to " + number(bin.high, 2), std::to_string(bin.count),
                  number(bin.stated(), 3), share(bin.came_true, bin.count)});
-      const Interval interval = wilson(bin.came_true, bin.count);
+      const Bounds interval = wilson(bin.came_true, bin.count);
       rows.push_back({bin.stated(), bin.observed(), interval.low, interval.high});
     }
     if (rows.empty()) continue;
@@ -462,7 +454,7 @@ void draw_surface(const Settings& settings, const Results& results) {
     for (const auto& [sigma, result] : by_sigma) {
       const std::vector<double>& nees = result.tracking.nees;
       if (nees.empty()) continue;
-      const Interval interval = bootstrap(nees, mean);
+      const Bounds interval = bootstrap(nees, mean);
       rows.push_back({sigma, median(result.tracking.mm), median(result.reference.mm), mean(nees),
                       interval.low, interval.high});
     }

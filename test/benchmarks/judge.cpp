@@ -62,7 +62,7 @@ double normalised_error_squared(const Vector6d& error, const Matrix6d& covarianc
 }
 
 bool within_three_sigma(const Vector6d& error, const Matrix6d& covariance) {
-  static const double limit = chi_square_quantile(0.9973, 6);
+  static const double limit = chi_squared_quantile(0.9973, 6);
   return normalised_error_squared(error, covariance) <= limit;
 }
 

@@ -63,7 +63,7 @@ TEST_CASE("errors drawn from a covariance are consistent with it", "[judge]") {
     within += within_three_sigma(error, covariance) ? 1 : 0;
     within_too_small += within_three_sigma(error, covariance / 9) ? 1 : 0;
   }
-  const Interval band = mean_chi_square_band(draws, 6, 50);
+  const Bounds band = mean_chi_square_band(draws, 6, 50);
 
   CAPTURE(sum / draws);
   CHECK(band.contains(sum / draws));

@@ -150,8 +150,8 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
                    "true p", "true r", "error mm", "error deg", "returns"},
                   rows);
     table.add({methods[m], options.tracker_method, std::to_string(loop.estimates().size()),
-               std::to_string(mm.size()), number(root_mean_square(mm)), number(percentile(mm, 1)),
-               number(root_mean_square(deg), 3), number(percentile(deg, 1), 3)});
+               std::to_string(mm.size()), number(root_mean_square(mm)), number(quantile(mm, 1)),
+               number(root_mean_square(deg), 3), number(quantile(deg, 1), 3)});
     const std::string block = "m" + std::to_string(m);
     figure.data(block, rows);
     errors += (m == 0 ? "plot $" : ", $") + block +

@@ -30,9 +30,9 @@ Summary summary_of(const std::vector<TrackingOutcome>& outcomes) {
   }
   s.ms = median(ms);
   s.mm[0] = median(mm);
-  s.mm[1] = percentile(mm, 0.95);
+  s.mm[1] = quantile(mm, 0.95);
   s.deg[0] = median(deg);
-  s.deg[1] = percentile(deg, 0.95);
+  s.deg[1] = quantile(deg, 0.95);
   return s;
 }
 

@@ -4,44 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "common/core/random.h"
 
 namespace berth::benchmark {
 
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const double at = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(at);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  const double part = at - static_cast<double>(below);
-  return part == 0 ? values[below] : (1 - part) * values[below] + part * values[above];
+Bounds wilson(int successes, int trials) {
+  return wilson_interval(static_cast<std::size_t>(successes), static_cast<std::size_t>(trials));
 }
 
-double median(const std::vector<double>& values) { return percentile(values, 0.5); }
-
-double root_mean_square(const std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
-}
-
-Interval wilson(int successes, int trials) {
-  if (trials <= 0) return {0, 1};
-  const double z = normal_quantile(0.975);
-  const double n = trials;
-  const double p = successes / n;
-  const double centre = p + z * z / (2 * n);
-  const double spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  const double scale = 1 + z * z / n;
-  return {std::max(0.0, (centre - spread) / scale), std::min(1.0, (centre + spread) / scale)};
-}
-
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic) {
+Bounds bootstrap(const std::vector<double>& values,
+                 const std::function<double(const std::vector<double>&)>& statistic) {
   if (values.empty()) return {statistic(values), statistic(values)};
   constexpr int resamples = 200;
   Random random(1, "bootstrap");
@@ -53,48 +26,23 @@ Interval bootstrap(const std::vector<double>& values,
     }
     results.push_back(statistic(sample));
   }
-  return {percentile(results, 0.025), percentile(results, 0.975)};
+  return {quantile(results, 0.025), quantile(results, 0.975)};
 }
 
-double normal_quantile(double probability) {
-  double low = -10;
-  double high = 10;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = 0.5 * (low + high);
-    const double below = 0.5 * std::erfc(-middle / std::numbers::sqrt2);
-    (below < probability ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-double chi_square_quantile(double probability, double degrees_of_freedom) {
-  const double spread = 2 / (9 * degrees_of_freedom);
-  return degrees_of_freedom *
-         std::pow(1 - spread + normal_quantile(probability) * std::sqrt(spread), 3);
-}
-
-Interval mean_chi_square_band(int trials, int dimensions, int cells) {
+Bounds mean_chi_square_band(int trials, int dimensions, int cells) {
   const double outside = 1 - std::pow(0.95, 1.0 / std::max(1, cells));
   const double freedom = static_cast<double>(trials) * dimensions;
-  return {chi_square_quantile(0.5 * outside, freedom) / trials,
-          chi_square_quantile(1 - 0.5 * outside, freedom) / trials};
+  return {chi_squared_quantile(0.5 * outside, freedom) / trials,
+          chi_squared_quantile(1 - 0.5 * outside, freedom) / trials};
 }
 
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto n = static_cast<double>(x.size());
-  double sx = 0;
-  double sy = 0;
-  double sxx = 0;
-  double sxy = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double lx = std::log(x[i]);
-    const double ly = std::log(y[i]);
-    sx += lx;
-    sy += ly;
-    sxx += lx * lx;
-    sxy += lx * ly;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  std::vector<double> log_x(x.size());
+  std::vector<double> log_y(y.size());
+  const auto log = [](double v) { return std::log(v); };
+  std::transform(x.begin(), x.end(), log_x.begin(), log);
+  std::transform(y.begin(), y.end(), log_y.begin(), log);
+  return covariance(log_x, log_y) / covariance(log_x, log_x);
 }
 
 Reliability::Reliability() {

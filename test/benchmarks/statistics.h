@@ -1,37 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "common/core/statistics.h"
+
 namespace berth::benchmark {
 
-struct Interval {
-  double low = 0;
-  double high = 0;
-  bool contains(double value) const { return value >= low && value <= high; }
-};
-
-/// Share (0..1) between order statistics, interpolated; NaN without values.
-double percentile(std::vector<double> values, double share);
-double median(const std::vector<double>& values);
-double root_mean_square(const std::vector<double>& values);
-
 /// Wilson's interval of a share, 95 %.
-Interval wilson(int successes, int trials);
+Bounds wilson(int successes, int trials);
 /// Percentile bootstrap of a statistic, 95 %, 200 resamples from a fixed seed.
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic);
+Bounds bootstrap(const std::vector<double>& values,
+                 const std::function<double(const std::vector<double>&)>& statistic);
 
-/// Standard normal quantile.
-double normal_quantile(double probability);
-/// Of chi squared, by Wilson and Hilferty's cube root (1931): good to 0.1 % from 10 degrees of
-/// freedom on.
-double chi_square_quantile(double probability, double degrees_of_freedom);
 /// Where the mean of `trials` chi-squared values of `dimensions` degrees of freedom lies with 95 %
 /// in all of `cells` independent cells at once (Sidak).
-Interval mean_chi_square_band(int trials, int dimensions, int cells);
+Bounds mean_chi_square_band(int trials, int dimensions, int cells);
 
 /// Order of growth: slope of log(y) over log(x), least squares.
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y);

@@ -39,12 +39,12 @@ std::string number(double value, int decimals) {
 }
 
 std::string share(int successes, int trials) {
-  const Interval interval = wilson(successes, trials);
+  const Bounds interval = wilson(successes, trials);
   return with_interval(100.0 * successes / std::max(1, trials),
                        {100 * interval.low, 100 * interval.high}, 1);
 }
 
-std::string with_interval(double value, const Interval& interval, int decimals) {
+std::string with_interval(double value, const Bounds& interval, int decimals) {
   return number(value, decimals) + " (" + number(interval.low, decimals) + ".." +
          number(interval.high, decimals) + ")";
 }

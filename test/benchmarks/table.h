@@ -36,6 +36,6 @@ std::string number(double value, int decimals = 2);
 /// Share as per cent with its Wilson interval: "99.5 % (98.8..99.8)".
 std::string share(int successes, int trials);
 /// "1.04 (1.02..1.07)"
-std::string with_interval(double value, const Interval& interval, int decimals = 2);
+std::string with_interval(double value, const Bounds& interval, int decimals = 2);
 
 }  // namespace berth::benchmark

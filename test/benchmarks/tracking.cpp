@@ -58,7 +58,7 @@ Ratios ratios(const std::vector<TrackingOutcome>& outcomes) {
   return r;
 }
 
-double percentile_95(const std::vector<double>& values) { return percentile(values, 0.95); }
+double percentile_95(const std::vector<double>& values) { return quantile(values, 0.95); }
 
 double rms_of(const std::vector<TrackingOutcome>& outcomes,
               double (*value)(const TrackingOutcome&)) {
@@ -121,7 +121,7 @@ struct Consistency {
 /// Consistency of scans, in the band for one of so many rows; judged in the world that the
 /// estimator models.
 void judge(Table& table, std::vector<std::string> row, const Consistency& of, int rows, bool full) {
-  const Interval band = mean_chi_square_band(of.scans, 6, rows);
+  const Bounds band = mean_chi_square_band(of.scans, 6, rows);
   row.push_back(number(of.mean()));
   row.push_back(number(band.low) + ".." + number(band.high));
   if (full) {

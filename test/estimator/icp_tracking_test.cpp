@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "common/core/statistics.h"
 #include "estimator/plan/scan_planner.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
@@ -12,13 +13,6 @@ using namespace berth;
 using namespace berth::estimator;
 
 namespace {
-
-/// Median of values.
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 struct Trials {
   std::vector<double> error_m;
@@ -62,8 +56,8 @@ TEST_CASE("Tracking converges from 30 mm and 2 degrees with every registration a
   options.icp.registration = registration;
   const Trials trials = run_trials(options, strategy, 25, 0.03, radians(2));
   CHECK(trials.ok == 25);
-  CHECK(median(trials.error_m) < 0.005);
-  CHECK(median(trials.error_rad) < radians(0.4));
+  CHECK(upper_median(trials.error_m) < 0.005);
+  CHECK(upper_median(trials.error_rad) < radians(0.4));
   for (const double e : trials.error_m) CHECK(e < 0.015);
   for (const double e : trials.error_rad) CHECK(e < radians(1));
 }
@@ -79,8 +73,8 @@ TEST_CASE("Stored closest points are coarser than refined ones, and still good t
   stored.icp.refine_closest_points = false;
   const Trials coarse = run_trials(stored, ScanStrategy::corners_sparse, 25, 0.03, radians(2));
   const Trials fine = run_trials({}, ScanStrategy::corners_sparse, 25, 0.03, radians(2));
-  CHECK(median(coarse.error_m) < 0.01);
-  CHECK(median(fine.error_m) < median(coarse.error_m));
+  CHECK(upper_median(coarse.error_m) < 0.01);
+  CHECK(upper_median(fine.error_m) < upper_median(coarse.error_m));
 }
 
 TEST_CASE("The covariance says how large the errors are") {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/core/statistics.h"
 #include "testbed/calibration/tracker_place.h"
 
 namespace berth::testbed {
@@ -275,19 +276,17 @@ class Solver {
 
   /// By the median, which a few that went astray do not move.
   /// @return whether any changed by much
-  bool raise_sigmas(Sums sums) {
+  bool raise_sigmas(const Sums& sums) {
     const MatrixXd sigma = covariance(sums);
     bool changed = false;
     for (int kind = 0; kind < kinds; ++kind) {
       const auto k = static_cast<std::size_t>(kind);
-      std::vector<double>& squares = sums.squares[k];
-      if (squares.empty()) continue;
-      const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-      std::nth_element(squares.begin(), middle, squares.end());
+      if (sums.squares[k].empty()) continue;
       // of chi2 over its degrees of freedom: 6 of a pose, 3 of a point
       const double expected = kind <= scan_moving ? 0.891 : 0.789;
       const double taken = sums.count[k] / freedom(sums, sigma, kind);
-      const double scale = std::max(1.0, std::sqrt(*middle / expected * taken));
+      const double scale =
+          std::max(1.0, std::sqrt(upper_median(sums.squares[k]) / expected * taken));
       changed = changed || std::abs(scale / scale_[k] - 1) > 0.02;
       scale_[k] = scale;
     }

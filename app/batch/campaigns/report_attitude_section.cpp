@@ -56,7 +56,7 @@ Html success_map(const TrialTable& table, const std::string& title, const Rows& 
     group.rows = cells[i];
     if (!cells[i].empty()) {
       group.success = {static_cast<double>(passed) / static_cast<double>(cells[i].size()),
-                       evaluation::wilson_interval(passed, cells[i].size())};
+                       wilson_interval(passed, cells[i].size())};
     }
     map.values.push_back(100 * (1 - group.success.value));
     map.hovers.push_back(hover_of(grid.cell(i), group));
@@ -78,11 +78,8 @@ Html number_map(const std::string& title, const std::string& unit, const SphereG
 
 double median_of(const MeasurementColumn& column, const Rows& rows) {
   std::vector<double> values;
-  for (const std::size_t row : rows) {
-    if (std::isfinite(column.values[row])) values.push_back(column.values[row]);
-  }
-  std::sort(values.begin(), values.end());
-  return evaluation::quantile(values, 0.5);
+  for (const std::size_t row : rows) values.push_back(column.values[row]);
+  return median(finite(std::move(values)));
 }
 
 Html coverage(const TrialTable& table) {
@@ -150,7 +147,7 @@ Html worst_views(const ReportView& view, const CampaignTarget& target, const Row
                       [&](std::size_t row) { return !view.table.passed(row); }));
     if (failed == 0) continue;
     const double share = static_cast<double>(failed) / static_cast<double>(cells[i].size());
-    places.push_back({i, {share, evaluation::wilson_interval(failed, cells[i].size())}});
+    places.push_back({i, {share, wilson_interval(failed, cells[i].size())}});
   }
   std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return a.failed.bounds.low > b.failed.bounds.low;
@@ -212,7 +209,7 @@ Sweep roll_sweep(const TrialTable& table, double& chance) {
     passed.push_back(sweep.series[0].groups.back().passed);
     trials.push_back(sweep.series[0].groups.back().rows.size());
   }
-  chance = evaluation::chance_of_equal_shares(passed, trials);
+  chance = chance_of_equal_shares(passed, trials);
   return sweep;
 }
 

@@ -80,7 +80,7 @@ Html kinds_by_level(const ParameterColumn& column, const std::map<std::string, R
       const double share =
           trials[i] == 0 ? std::nan("")
                          : 100 * static_cast<double>(failed[i]) / static_cast<double>(trials[i]);
-      const Estimated estimated{share / 100, evaluation::wilson_interval(failed[i], trials[i])};
+      const Estimated estimated{share / 100, wilson_interval(failed[i], trials[i])};
       map.cells.back().push_back({share, brief(share, 2) + " %",
                                   kind + ", " + column.name + " " + column.levels[i] + ": " +
                                       percent_text(estimated) + " of " +
@@ -102,7 +102,7 @@ Html failure_section(const ReportView& view) {
   HtmlTable list{"l", {"kind", "trials", "share of all [95 %]", "for example"}};
   for (const auto& [kind, rows] : ordered) {
     const Estimated share{static_cast<double>(rows.size()) / static_cast<double>(table.size()),
-                          evaluation::wilson_interval(rows.size(), table.size())};
+                          wilson_interval(rows.size(), table.size())};
     Html examples;
     for (std::size_t i = 0; i < std::min(max_examples, rows.size()); ++i) {
       // Spread over the list, so that not all are of one time.

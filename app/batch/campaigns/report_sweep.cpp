@@ -22,12 +22,9 @@ MeasuredGroup measured(const MeasurementColumn& column, const Rows& rows) {
   MeasuredGroup group;
   group.measured = values.size();
   if (values.empty()) return group;
-  std::sort(values.begin(), values.end());
-  group.mean = {
-      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size()),
-      evaluation::mean_interval(values)};
-  group.median = {evaluation::quantile(values, 0.5), evaluation::quantile_interval(values, 0.5)};
-  group.p95 = {evaluation::quantile(values, 0.95), evaluation::quantile_interval(values, 0.95)};
+  group.mean = {mean(values), mean_interval(values)};
+  group.median = {median(values), quantile_interval(values, 0.5)};
+  group.p95 = {quantile(values, 0.95), quantile_interval(values, 0.95)};
   return group;
 }
 
@@ -112,7 +109,7 @@ Group group_of(const TrialTable& table, std::string label, double x, Rows rows) 
   for (const std::size_t row : group.rows) group.passed += table.passed(row) ? 1 : 0;
   if (!group.rows.empty()) {
     group.success = {static_cast<double>(group.passed) / static_cast<double>(group.rows.size()),
-                     evaluation::wilson_interval(group.passed, group.rows.size())};
+                     wilson_interval(group.passed, group.rows.size())};
   }
   for (const MeasurementColumn& column : table.measurements) {
     group.measured.push_back(measured(column, group.rows));

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/batch/campaigns/report_table.h"
-#include "evaluation/measure/proportion.h"
+#include "common/core/statistics.h"
 
 namespace berth::campaigns {
 
@@ -13,7 +13,7 @@ Rows all_rows(const TrialTable& table);
 /// A number made of trials, and its 95 % interval; NaN where there were none.
 struct Estimated {
   double value = std::nan("");
-  evaluation::Bounds bounds{std::nan(""), std::nan("")};
+  Bounds bounds{std::nan(""), std::nan("")};
 };
 
 /// One measurement of some trials.

@@ -8,6 +8,7 @@
 
 #include "app/batch/nights/run_values.h"
 #include "common/core/nan.h"
+#include "common/core/statistics.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/measure/paired.h"
 
@@ -55,17 +56,6 @@ Columns columns_of(const std::vector<const FinishedRun*>& runs) {
   return columns;
 }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0;
-  double count = 0;
-  for (const double v : values) {
-    if (!std::isfinite(v)) continue;
-    sum += v;
-    count += 1;
-  }
-  return count == 0 ? nan : sum / count;
-}
-
 bool all_positive(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isnan(v) || v > 0; });
 }
@@ -82,7 +72,7 @@ struct Comparison {
 evaluation::Test question_of(const Comparison& asked, std::size_t group,
                              const evaluation::MinimumEffect& least) {
   evaluation::Test question{group, asked.before, asked.after, 0};
-  const double reference = std::abs(mean_of(asked.before));
+  const double reference = std::abs(mean(finite(asked.before)));
   const double effect = least.of(std::get<1>(asked.quantity), reference);
   if (all_positive(asked.before) && all_positive(asked.after)) {
     for (auto* values : {&question.before, &question.after}) {
@@ -104,26 +94,16 @@ void measure_change(const Comparison& asked, bool paired, FlaggedChange& change)
         std::tie(d.before, d.after, d.low, d.high, d.pairs);
     return;
   }
-  change.before = mean_of(asked.before);
-  change.after = mean_of(asked.after);
+  const std::vector<double> before = finite(asked.before);
+  const std::vector<double> after = finite(asked.after);
+  change.before = mean(before);
+  change.after = mean(after);
   // Two means: their standard errors add in square; 1.96 of them either way.
-  double variance = 0;
-  std::size_t after = 0;
-  for (const auto* values : {&asked.before, &asked.after}) {
-    const double mean = mean_of(*values);
-    double squares = 0;
-    double n = 0;
-    for (const double v : *values) {
-      if (!std::isfinite(v)) continue;
-      squares += (v - mean) * (v - mean);
-      n += 1;
-    }
-    variance += squares / (n - 1) / n;
-    after = static_cast<std::size_t>(n);
-  }
-  change.low = change.after - change.before - 1.96 * std::sqrt(variance);
-  change.high = change.after - change.before + 1.96 * std::sqrt(variance);
-  change.runs = after;
+  const double half = 1.96 * std::sqrt(variance(before) / static_cast<double>(before.size()) +
+                                       variance(after) / static_cast<double>(after.size()));
+  change.low = change.after - change.before - half;
+  change.high = change.after - change.before + half;
+  change.runs = after.size();
 }
 
 struct Way {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/core/error.h"
-#include "evaluation/measure/statistics.h"
+#include "evaluation/measure/statistic.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/verdict_marks.h"
 

@@ -10,7 +10,7 @@
 #include "app/batch/nights/trend.h"
 #include "common/core/text.h"
 #include "evaluation/measure/measurer.h"
-#include "evaluation/measure/statistics.h"
+#include "evaluation/measure/statistic.h"
 #include "evaluation/report/page.h"
 
 namespace berth::nights {

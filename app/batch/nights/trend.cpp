@@ -5,8 +5,8 @@
 #include <map>
 
 #include "app/batch/nights/run_values.h"
-#include "evaluation/measure/proportion.h"
-#include "evaluation/measure/statistics.h"
+#include "common/core/statistics.h"
+#include "evaluation/measure/statistic.h"
 
 namespace berth::nights {
 namespace {
@@ -46,9 +46,8 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   }
   // Of ones and zeros the mean says more than the middle one.
   const bool is_share = subject.measurement == evaluation::passed_measurement;
-  const auto middle_of = [&](const std::vector<double>& sorted) {
-    return is_share ? evaluation::compute(evaluation::Statistic::mean, sorted)
-                    : evaluation::quantile(sorted, 0.5);
+  const auto middle_of = [&](const std::vector<double>& values) {
+    return is_share ? mean(values) : berth::median(values);
   };
   report::Curve band{"10 to 90 % of the runs", Style::band, 1};
   report::Curve median{is_share ? "share of the runs" : "median", Style::line, 1};
@@ -56,17 +55,15 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   report::Curve alarms{"flagged", Style::dots, 2};
   report::Curve old{"baseline", Style::line};
   old.dashed = true;
-  for (auto [night, values] : tonight) {
-    std::sort(values.begin(), values.end());
+  for (const auto& [night, values] : tonight) {
     const auto x = static_cast<double>(night);
     const double middle = middle_of(values);
-    band.add(x, evaluation::quantile(values, 0.1), evaluation::quantile(values, 0.9));
+    band.add(x, quantile(values, 0.1), quantile(values, 0.9));
     median.add(x, middle);
     const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
     (alarm ? alarms : dots).add(x, middle);
   }
-  for (auto [night, values] : baseline) {
-    std::sort(values.begin(), values.end());
+  for (const auto& [night, values] : baseline) {
     old.add(static_cast<double>(night), middle_of(values));
   }
   report::Chart chart;

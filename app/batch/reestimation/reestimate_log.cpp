@@ -11,6 +11,7 @@
 #include "app/batch/reestimation/estimator_fold.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "common/core/statistics.h"
 #include "evaluation/run/own_estimator.h"
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
@@ -49,10 +50,7 @@ Utime usual_delay(const std::filesystem::path& log) {
       last_packet = 0;
     }
   }
-  if (delays.empty()) return 0;
-  const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
-  std::nth_element(delays.begin(), middle, delays.end());
-  return *middle;
+  return delays.empty() ? 0 : upper_median(std::move(delays));
 }
 
 /// Counts the estimates that two streams have in common, one after the other.

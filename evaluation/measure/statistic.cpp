@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/measure/statistics.h"
+#include "evaluation/measure/statistic.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+
+#include "common/core/nan.h"
+#include "common/core/statistics.h"
 
 namespace berth::evaluation {
 namespace {
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double rms_about(const std::vector<double>& values, double centre) {
-  double sum = 0;
-  for (const double v : values) sum += (v - centre) * (v - centre);
-  return std::sqrt(sum / static_cast<double>(values.size()));
+/// From the mean, of these values alone.
+double deviation(std::vector<double> values) {
+  const double centre = mean(values);
+  for (double& v : values) v -= centre;
+  return root_mean_square(values);
 }
 
 /// The fraction of the magnitudes' order statistics, as a mixture of two values.
@@ -97,7 +96,7 @@ const std::string& name_of(Statistic statistic) {
 }
 
 double compute(Statistic statistic, const std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return nan;
   if (const auto pick = picked(statistic, values)) {
     const double below = values[pick->below];
     const double above = values[pick->above];
@@ -106,21 +105,21 @@ double compute(Statistic statistic, const std::vector<double>& values) {
   }
   switch (statistic) {
     case Statistic::mean:
-      return mean_of(values);
+      return mean(values);
     case Statistic::deviation:
-      return rms_about(values, mean_of(values));
+      return deviation(values);
     default:
-      return rms_about(values, 0);
+      return root_mean_square(values);
   }
 }
 
 double uncertainty(Statistic statistic, const std::vector<double>& values,
                    const std::vector<double>& sigmas) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return nan;
   if (const auto pick = picked(statistic, values)) {
     return std::lerp(sigmas[pick->below], sigmas[pick->above], pick->share);
   }
-  return statistic == Statistic::mean ? mean_of(sigmas) : rms_about(sigmas, 0);
+  return statistic == Statistic::mean ? mean(sigmas) : root_mean_square(sigmas);
 }
 
 }  // namespace berth::evaluation

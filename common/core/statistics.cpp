@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/measure/proportion.h"
+#include "common/core/statistics.h"
 
-#include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/statistics/bivariate_statistics.hpp>
+#include <boost/math/statistics/univariate_statistics.hpp>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
-namespace berth::evaluation {
+#include "common/core/nan.h"
+
+namespace berth {
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
@@ -27,6 +31,48 @@ std::size_t rank_below(std::size_t values, double share, double chance) {
 
 }  // namespace
 
+std::vector<double> finite(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  return values;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double variance(const std::vector<double>& values) {
+  return boost::math::statistics::sample_variance(values);
+}
+
+double covariance(const std::vector<double>& x, const std::vector<double>& y) {
+  return boost::math::statistics::covariance(x, y);
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0) /
+                   static_cast<double>(values.size()));
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return nan;
+  const double place = share * static_cast<double>(values.size() - 1);
+  const auto below = values.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(values.begin(), below, values.end());
+  const auto above =
+      std::next(below) == values.end() ? below : std::min_element(std::next(below), values.end());
+  return std::lerp(*below, *above, place - std::floor(place));
+}
+
+double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+double chi_squared_quantile(double share, double degrees_of_freedom) {
+  return quantile(boost::math::chi_squared(degrees_of_freedom), share);
+}
+
+double students_t_quantile(double share, double degrees_of_freedom) {
+  return quantile(boost::math::students_t(degrees_of_freedom), share);
+}
+
 Bounds wilson_interval(std::size_t successes, std::size_t trials, double confidence) {
   if (trials == 0) return {0, 1};
   const double z = quantile(boost::math::normal(), 0.5 + confidence / 2);
@@ -39,32 +85,21 @@ Bounds wilson_interval(std::size_t successes, std::size_t trials, double confide
   return {successes == 0 ? 0 : centre - spread, successes == trials ? 1 : centre + spread};
 }
 
-Bounds quantile_interval(const std::vector<double>& sorted, double share, double confidence) {
-  const std::size_t n = sorted.size();
+Bounds quantile_interval(std::vector<double> values, double share, double confidence) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
   const double tail = (1 - confidence) / 2;
   const std::size_t below = rank_below(n, share, tail);
   const std::size_t above = rank_below(n, 1 - share, tail);  // counted from the end
-  return {below == 0 ? -unbounded : sorted[below - 1], above == 0 ? unbounded : sorted[n - above]};
-}
-
-double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], place - static_cast<double>(below));
+  return {below == 0 ? -unbounded : values[below - 1], above == 0 ? unbounded : values[n - above]};
 }
 
 Bounds mean_interval(const std::vector<double>& values, double confidence) {
   if (values.size() < 2) return {-unbounded, unbounded};
   const auto n = static_cast<double>(values.size());
-  double mean = 0;
-  for (const double v : values) mean += v / n;
-  double squares = 0;
-  for (const double v : values) squares += (v - mean) * (v - mean);
-  const double t = quantile(boost::math::students_t(n - 1), 0.5 + confidence / 2);
-  const double half = t * std::sqrt(squares / (n - 1) / n);
-  return {mean - half, mean + half};
+  const double half =
+      students_t_quantile(0.5 + confidence / 2, n - 1) * std::sqrt(variance(values) / n);
+  return {mean(values) - half, mean(values) + half};
 }
 
 double chance_of_equal_shares(const std::vector<std::size_t>& successes,
@@ -90,4 +125,4 @@ double chance_of_equal_shares(const std::vector<std::size_t>& successes,
   return cdf(complement(boost::math::chi_squared(groups - 1), sum));
 }
 
-}  // namespace berth::evaluation
+}  // namespace berth

@@ -1,15 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Intervals against published and computed values, and against what they promise.
-#include "evaluation/measure/proportion.h"
+#include "common/core/statistics.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/core/random.h"
 #include "test/catch.h"
 
-namespace berth::evaluation {
+namespace berth {
 namespace {
+
+TEST_CASE("the middle and the spread of a few values") {
+  CHECK(median({4, 1, 3, 2}) == 2.5);
+  CHECK(upper_median(std::vector<int>{4, 1, 3, 2}) == 3);
+  CHECK(upper_median(std::vector<double>{3, 1, 2}) == 2);
+  CHECK(quantile({3, 1, 2}, 0) == 1);
+  CHECK(quantile({3, 1, 2}, 1) == 3);
+  CHECK(quantile({30, 10, 20}, 0.25) == 15);
+  CHECK(finite({1, std::nan(""), 2, std::log(0)}) == std::vector<double>{1, 2});
+  CHECK(mean({1, 2, 6}) == 3);
+  CHECK(std::isnan(mean({})));
+  CHECK(variance({1, 2, 6}) == Approx(7));
+  CHECK(covariance({1, 2, 3}, {2, 4, 6}) / covariance({1, 2, 3}, {1, 2, 3}) == Approx(2));
+  CHECK(root_mean_square({3, -4, 0, 0}) == 2.5);
+}
+
+TEST_CASE("quantiles of distributions have the values of the tables") {
+  CHECK(chi_squared_quantile(0.975, 6) == Approx(14.4494).margin(5e-5));
+  CHECK(students_t_quantile(0.975, 10) == Approx(2.2281).margin(5e-5));
+}
 
 TEST_CASE("Wilson's interval has the published values") {
   // Newcombe (1998), table I, method 3.
@@ -47,12 +66,10 @@ TEST_CASE("intervals cover what they are of as often as they promise") {
       v = -std::log(1 - random.uniform());  // exponential of mean 1
       successes += random.uniform() < 0.9 ? 1 : 0;
     }
-    const auto inside = [](Bounds b, double truth) { return b.low <= truth && truth <= b.high; };
-    mean += inside(mean_interval(values), 1);
-    share += inside(wilson_interval(successes, values.size()), 0.9);
-    std::sort(values.begin(), values.end());
-    median += inside(quantile_interval(values, 0.5), std::log(2));
-    p95 += inside(quantile_interval(values, 0.95), -std::log(0.05));
+    mean += mean_interval(values).contains(1);
+    share += wilson_interval(successes, values.size()).contains(0.9);
+    median += quantile_interval(values, 0.5).contains(std::log(2));
+    p95 += quantile_interval(values, 0.95).contains(-std::log(0.05));
   }
   for (const int covered : {median, p95, mean, share}) {
     CHECK(covered > 0.925 * repeats);
@@ -69,4 +86,4 @@ TEST_CASE("shares that differ by chance and shares that do not") {
 }
 
 }  // namespace
-}  // namespace berth::evaluation
+}  // namespace berth
