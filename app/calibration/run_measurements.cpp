@@ -12,6 +12,7 @@
 #include "common/core/error.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 #include "testbed/calibration/tracker_file.h"
 
@@ -287,10 +288,8 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
     const bool replica = event.channel == channels::arm_state_replica;
     if (replica || event.channel == channels::arm_state_sensor) {
       const auto state = logs::decode<arm_state_t>(event.data);
-      if (!state || state->valid == 0) return;
-      Joints joints;
-      std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
-      (replica ? run.replica : run.sensor).add(since(state->utime), joints);
+      const auto joints = state ? reported_joints(*state) : std::nullopt;
+      if (joints) (replica ? run.replica : run.sensor).add(since(state->utime), *joints);
     } else if (event.channel == channels::pose_estimate) {
       const auto e = logs::decode<pose_estimate_t>(event.data);
       if (!e) return;
@@ -300,10 +299,7 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
       estimate.time = since(e->utime);
       estimate.first_return = since(e->utime_first_return);
       estimate.last_return = since(e->utime_last_return);
-      estimate.measured = {Vector3d::Map(e->measured_position_m),
-                           Quaterniond(e->measured_q_wxyz[0], e->measured_q_wxyz[1],
-                                       e->measured_q_wxyz[2], e->measured_q_wxyz[3])
-                               .normalized()};
+      estimate.measured = pose_of(e->measured_position_m, e->measured_q_wxyz);
       if (!estimate.measured.position.allFinite()) return;
       estimates.push_back(estimate);
     }

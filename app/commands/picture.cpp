@@ -12,6 +12,7 @@
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/scan_packet.h"
 #include "logs/file/log_reader.h"
 
@@ -26,9 +27,8 @@ struct PictureOptions {
 
 void take_joints(const logs::LogEvent& event, const char* channel, Joints& joints) {
   if (event.channel != channel) return;
-  if (const auto state = logs::decode<arm_state_t>(event.data); state && state->valid) {
-    std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
-  }
+  const auto state = logs::decode<arm_state_t>(event.data);
+  if (state) joints = reported_joints(*state).value_or(joints);
 }
 
 /// The returns of the scan that runs; a new scan starts anew.

@@ -26,7 +26,7 @@ constexpr Utime max_step = 2 * second;
 constexpr double slowest_speed = 1e-3;          // m/s
 constexpr double slowest_turn = radians(0.05);  // rad/s
 
-const Pose& pose_of(const EstimateSample& estimate, EstimatePose which) {
+const Pose& pose_in(const EstimateSample& estimate, EstimatePose which) {
   return which == EstimatePose::measured ? estimate.measured : estimate.pose;
 }
 
@@ -127,7 +127,7 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
     if (!is_covariance(p.estimate.covariance)) continue;
     DelaySample sample;
     sample.utime = p.estimate.utime;
-    sample.error = difference(p.truth.pose, pose_of(p.estimate, which));
+    sample.error = difference(p.truth.pose, pose_in(p.estimate, which));
     sample.rate << p.truth.velocity.linear, p.truth.velocity.angular;
     sample.information = p.estimate.covariance.llt().solve(Matrix6d::Identity());
     sample.nuisances = truths_design(p.truth.pose, middle);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/conversions.h"
+
 namespace berth::evaluation {
 namespace {
 
@@ -13,12 +15,9 @@ bool earlier(const TruthSample& sample, Utime utime) { return sample.utime < uti
 TruthSample sample_of(const ground_truth_t& message) {
   TruthSample sample;
   sample.utime = message.utime;
-  sample.pose.position = Vector3d::Map(message.position_m);
-  const double* q = message.q_wxyz;
-  sample.pose.rotation = Quaterniond(q[0], q[1], q[2], q[3]).normalized();
-  sample.covariance = Matrix6d::Map(message.covariance);
-  sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
-  sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
+  sample.pose = pose_of(message);
+  sample.covariance = covariance_of(message.covariance);
+  sample.velocity = velocity_of(message);
   return sample;
 }
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/motion_command.h"
 
-#include "testbed/pose_fields.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::procedures {
-
-using testbed::set_pose;
 
 namespace {
 
@@ -24,7 +22,7 @@ void set_waypoints(const testbed::Waypoints& waypoints, testbed_command2_t& comm
   for (const auto& w : waypoints) {
     waypoint_t waypoint{};
     waypoint.time_s = w.time;
-    set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
+    set_pose(w.pose, waypoint);
     command.waypoints.push_back(waypoint);
   }
   command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
@@ -40,7 +38,7 @@ struct Maker {
 
   std::optional<testbed_command2_t> operator()(const Move& move) const {
     testbed_command2_t command = motion_command_of(testbed_command2_t::MOVE);
-    set_pose(move.to, command.position_m, command.q_wxyz);
+    set_pose(move.to, command);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
     command.frozen_arm = static_cast<std::int8_t>(move.frozen_arm);
@@ -74,7 +72,7 @@ struct Maker {
   std::optional<testbed_command2_t> operator()(const Hold& hold) const {
     if (!hold.closed_loop) return std::nullopt;
     testbed_command2_t command = motion_command_of(testbed_command2_t::STATION_KEEP);
-    set_pose(here, command.position_m, command.q_wxyz);
+    set_pose(here, command);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
     command.guidance = hold.loop.guidance;

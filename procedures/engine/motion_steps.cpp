@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "procedures/engine/motion_command.h"
 #include "procedures/engine/step_makers.h"
 
@@ -41,8 +42,7 @@ class LightsRunner final : public StepRunner {
 Pose commanded_pose(const Bench& bench) {
   const auto& state = bench.testbed.state();
   if (!state) return {};
-  const double* q = state->commanded_q_wxyz;
-  return {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
+  return pose_of(state->commanded_position_m, state->commanded_q_wxyz);
 }
 
 /// Everything the testbed carries out to an end: moves, retreats, trajectories, approaches.

@@ -8,6 +8,7 @@
 #include "common/core/text.h"
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::procedures {
 namespace {
@@ -31,9 +32,8 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
         if (!commanded || event.channel != channels::testbed_state) return;
         const auto state = logs::decode<testbed_state_t>(event.data);
         if (!state) return;
-        const double* q = state->commanded_q_wxyz;
-        poses.emplace_back(state->utime, Pose{Vector3d::Map(state->commanded_position_m),
-                                              Quaterniond(q[0], q[1], q[2], q[3])});
+        poses.emplace_back(state->utime,
+                           pose_of(state->commanded_position_m, state->commanded_q_wxyz));
       });
   if (!commanded) {
     for (const auto& sample : record.truth().samples())

@@ -93,7 +93,9 @@ Pose displaced(const Pose& pose, Random& random, double translation, double rota
 
 Pose random_pose(Random& random, double distance) { return {{0, 0, distance}, random.rotation()}; }
 
-Window full_view(int count) { return {0, 0, radians(40), radians(40), count, "full"}; }
+Window full_view(int count) {
+  return {0, 0, radians(40), radians(40), Pattern::raster, count, 0, "full"};
+}
 
 Window around(const TargetModel& model, const Pose& pose, int count) {
   double low[2] = {10, 10};

@@ -249,7 +249,7 @@ TEST_CASE("a log's scans come as they came, and end as they ended") {
   CHECK(bench.times[1] - bench.times[0] == 500);
   CHECK(bench.times[3] - bench.times[0] == 1 * second);
   CHECK(bench.beams[3].range_m == 6);
-  CHECK(bench.beams[1].status == lidar::BeamStatus::miss);
+  CHECK(bench.beams[1].status == BeamStatus::miss);
   CHECK(bench.beams[2].intensity == 200);
   CHECK(bench.windows == std::vector<int>(9, 0));  // there is no eighth window in these orders
   REQUIRE(bench.ends.size() == 3);
