@@ -62,11 +62,11 @@ inline void set_covariance(const Matrix6d& covariance, double values[36]) {
   Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(values, 6, 6) = covariance;
 }
 
-/// Nothing when the arm's driver says that they are not valid.
-inline std::optional<Joints> reported_joints(const arm_state_t& state) {
-  if (!state.valid) return std::nullopt;
+/// Nothing without a state, or when the arm's driver reports them as not valid.
+inline std::optional<Joints> reported_joints(const std::optional<arm_state_t>& state) {
+  if (!state || !state->valid) return std::nullopt;
   Joints joints{};
-  std::copy(std::begin(state.reported_joint), std::end(state.reported_joint), joints.begin());
+  std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
   return joints;
 }
 

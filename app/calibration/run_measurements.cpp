@@ -285,14 +285,12 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
   evaluation::LogSummary summary;
   const auto visit = [&](const logs::LogEvent& event) {
     if (epoch == 0) epoch = event.utime;
-    const bool replica = event.channel == channels::arm_state_replica;
-    if (replica || event.channel == channels::arm_state_sensor) {
-      const auto state = logs::decode<arm_state_t>(event.data);
-      const auto joints = state ? reported_joints(*state) : std::nullopt;
-      if (joints) (replica ? run.replica : run.sensor).add(since(state->utime), *joints);
-    } else if (event.channel == channels::pose_estimate) {
-      const auto e = logs::decode<pose_estimate_t>(event.data);
-      if (!e) return;
+    for (const auto& [channel, track] : {std::pair(channels::arm_state_replica, &run.replica),
+                                         std::pair(channels::arm_state_sensor, &run.sensor)}) {
+      const auto state = logs::decode<arm_state_t>(event, channel);
+      if (const auto joints = reported_joints(state)) track->add(since(state->utime), *joints);
+    }
+    if (const auto e = logs::decode<pose_estimate_t>(event, channels::pose_estimate)) {
       good = is_good(*e) ? good + 1 : 0;
       if (good <= settling_estimates || e->operating_range == pose_estimate_t::RANGE_LONG) return;
       Estimate estimate;
@@ -326,8 +324,7 @@ std::vector<std::string> poses_left_out(const std::filesystem::path& log) {
   evaluation::LogSummary summary;
   std::optional<std::int64_t> session;
   evaluation::read_run(log, summary, session, [&](const logs::LogEvent& event) {
-    if (event.channel != channels::procedure_state) return;
-    const auto state = logs::decode<procedure_state_t>(event.data);
+    const auto state = logs::decode<procedure_state_t>(event, channels::procedure_state);
     if (state && state->state == procedure_state_t::FINISHED) steps = state->steps;
   });
   const std::string waiting = "dwell (";

@@ -26,15 +26,12 @@ struct PictureOptions {
 };
 
 void take_joints(const logs::LogEvent& event, const char* channel, Joints& joints) {
-  if (event.channel != channel) return;
-  const auto state = logs::decode<arm_state_t>(event.data);
-  if (state) joints = reported_joints(*state).value_or(joints);
+  joints = reported_joints(logs::decode<arm_state_t>(event, channel)).value_or(joints);
 }
 
 /// The returns of the scan that runs; a new scan starts anew.
 void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<Vector3d>& returns) {
-  if (event.channel != channels::scan_data) return;
-  const auto packet = logs::decode<ScanPacket>(event.data);
+  const auto packet = logs::decode<ScanPacket>(event, channels::scan_data);
   if (!packet) return;
   if (packet->scan_id != scan) returns.clear();
   scan = packet->scan_id;

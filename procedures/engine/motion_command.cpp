@@ -11,13 +11,6 @@ namespace {
 constexpr double turn = radians(5.0);
 constexpr double keeping_speed = 0.05;
 
-testbed_command2_t motion_command_of(std::int8_t what) {
-  testbed_command2_t command{};
-  command.command = what;
-  command.q_wxyz[0] = 1;
-  return command;
-}
-
 void set_waypoints(const testbed::Waypoints& waypoints, testbed_command2_t& command) {
   for (const auto& w : waypoints) {
     waypoint_t waypoint{};
@@ -37,7 +30,7 @@ struct Maker {
   const Pose& here;
 
   std::optional<testbed_command2_t> operator()(const Move& move) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::MOVE);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::MOVE);
     set_pose(move.to, command);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
@@ -46,19 +39,19 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Retreat& retreat) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::RETREAT);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::RETREAT);
     command.speed_m_s = retreat.speed;
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Trajectory& trajectory) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::TRAJECTORY);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::TRAJECTORY);
     set_waypoints(trajectory.waypoints(here), command);
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Approach& approach) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::APPROACH);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::APPROACH);
     command.standoff_m = approach.standoff;
     command.dock = approach.port ? 1 : 0;
     command.port = approach.port.value_or("");
@@ -71,7 +64,7 @@ struct Maker {
 
   std::optional<testbed_command2_t> operator()(const Hold& hold) const {
     if (!hold.closed_loop) return std::nullopt;
-    testbed_command2_t command = motion_command_of(testbed_command2_t::STATION_KEEP);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::STATION_KEEP);
     set_pose(here, command);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
@@ -81,7 +74,7 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Guided& guided) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::GUIDED);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::GUIDED);
     command.speed_m_s = guided.speed;
     command.angular_speed_rad_s = guided.angular_speed;
     command.guidance = guided.by;
@@ -96,6 +89,13 @@ struct Maker {
 };
 
 }  // namespace
+
+testbed_command2_t testbed_command_of(std::int8_t what) {
+  testbed_command2_t command{};
+  command.command = what;
+  set_pose({}, command);
+  return command;
+}
 
 std::optional<testbed_command2_t> motion_command(const Verb& verb, const Pose& here) {
   return std::visit(Maker{here}, verb);

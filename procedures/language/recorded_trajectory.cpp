@@ -29,8 +29,8 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
   evaluation::LogSummary summary;
   const evaluation::RunRecord record =
       evaluation::read_run(file, summary, std::nullopt, [&](const logs::LogEvent& event) {
-        if (!commanded || event.channel != channels::testbed_state) return;
-        const auto state = logs::decode<testbed_state_t>(event.data);
+        if (!commanded) return;
+        const auto state = logs::decode<testbed_state_t>(event, channels::testbed_state);
         if (!state) return;
         poses.emplace_back(state->utime,
                            pose_of(state->commanded_position_m, state->commanded_q_wxyz));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fold: commands and packets in; requests, estimates and states out.
+#include "estimator/node/messages.h"
 #include "lcmtypes/conversions.h"
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"

@@ -20,7 +20,7 @@ std::vector<RawBeam> ScanMaker::measure(const std::vector<Window>& windows) {
 }
 
 RawBeam ScanMaker::shoot(double azimuth, double elevation) {
-  return measure({{azimuth, elevation, 0, 0, 1, ""}}).front();
+  return measure({{azimuth, elevation, 0, 0, Pattern::raster, 1, 0, ""}}).front();
 }
 
 std::vector<RawBeam> ScanMaker::sweep(const std::vector<Window>& windows) {
@@ -112,7 +112,9 @@ Window around(const TargetModel& model, const Pose& pose, int count) {
           0.5 * (low[1] + high[1]),
           high[0] - low[0],
           high[1] - low[1],
+          Pattern::raster,
           count,
+          0,
           "around"};
 }
 

@@ -50,7 +50,9 @@ struct PlaybackBench {
     }
   }
   void order(std::int64_t id, Utime wait) {
-    loop.after(0, [this, id] { adapter->order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0}}}); });
+    loop.after(0, [this, id] {
+      adapter->order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0, ""}}});
+    });
     simulation.run_for(wait);
   }
 
