@@ -30,6 +30,15 @@ void TruthTrack::add(const TruthSample& sample) {
   if (place->utime != sample.utime) samples_.insert(place, sample);
 }
 
+void TruthTrack::add_live(const TruthSample& sample) {
+  constexpr Utime kept = 10 * second;
+  if (!samples_.empty() && sample.utime < samples_.back().utime - kept) samples_.clear();
+  add(sample);
+  const Utime latest = samples_.back().utime;
+  // Seldom, because what stays is moved.
+  if (latest - samples_.front().utime > 2 * kept) forget_before(latest - kept);
+}
+
 void TruthTrack::forget_before(Utime utime) {
   samples_.erase(samples_.begin(),
                  std::lower_bound(samples_.begin(), samples_.end(), utime, earlier));
