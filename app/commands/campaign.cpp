@@ -56,7 +56,7 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
   RunnerOptions runner;
   runner.jobs = jobs;
   runner.make = [&campaign] { return make_experiment(campaign); };
-  runner.tell = [&progress](const RunnerProgress& now) { progress.tell(now); };
+  runner.report = [&progress](const RunnerProgress& now) { progress.tell(now); };
   runner.interrupted = terminal::interrupted;
   const RunnerCost cost = run_blocks(campaign, blocks, runner);
   progress.end();

@@ -57,9 +57,9 @@ class Runner {
     hand_out();
     while (!workers_.empty()) {
       wait();
-      hear();
+      receive();
       hand_out();
-      tell();
+      report();
       if (options_.interrupted && options_.interrupted()) break;
     }
     for (const auto& worker : workers_) {
@@ -97,7 +97,7 @@ class Runner {
     poll(all.data(), all.size(), look_about_ms);
   }
 
-  void hear() {
+  void receive() {
     for (auto worker = workers_.begin(); worker != workers_.end();) {
       if ((*worker)->listen()) {
         ++worker;
@@ -143,8 +143,8 @@ class Runner {
     write_file(file, lines + line_of(crashed(campaign_.manifest(), index, end)) + "\n");
   }
 
-  void tell() const {
-    if (!options_.tell) return;
+  void report() const {
+    if (!options_.report) return;
     RunnerProgress progress;
     progress.total = total_;
     progress.done = finished_;
@@ -154,7 +154,7 @@ class Runner {
       progress.done += worker->finished() + worker->in_block();
       progress.done_now += worker->ran();
     }
-    options_.tell(progress);
+    options_.report(progress);
   }
 
   const Campaign& campaign_;

@@ -164,11 +164,11 @@ void Runner::ended(Job& job, const ProcessEnd& end) {
   result.wall_s = seconds(loop_.now() - job.begun);
   result.cpu_s = end.user_s + end.system_s;
 
-  const std::string said = last_line(job.out / "output.txt");
+  const std::string output = last_line(job.out / "output.txt");
   const fs::path made = made_in(job.out);
   if (made.empty()) {
     result.outcome = "ERROR";
-    result.reason = "it made no run directory (" + end.name() + "): " + said;
+    result.reason = "it made no run directory (" + end.name() + "): " + output;
   } else {
     read_results(made, end.code(), result);
     const fs::path place = fs::path("runs") / run.name();
