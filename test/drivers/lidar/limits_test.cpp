@@ -35,7 +35,7 @@ TEST_CASE("what a LIDAR cannot do is refused by name") {
   CHECK_THAT(refusal({0, 0, 0.1, 0.1, Pattern::raster, -1, 0, ""}), Contains("negative"));
   CHECK_THAT(refusal({0, 0, -0.1, 0.1, Pattern::raster, 1, 0, ""}), Contains("size is negative"));
   CHECK_THAT(refusal({nan, 0, 0.1, 0.1, Pattern::raster, 1, 0, ""}), Contains("not finite"));
-  CHECK_THAT(refusal({0, 0, 0.1, 0.1, static_cast<Pattern>(7), 1, 0}), Contains("pattern 7"));
+  CHECK_THAT(refusal({0, 0, 0.1, 0.1, static_cast<Pattern>(7), 1, 0, ""}), Contains("pattern 7"));
   CHECK_THAT(refusal({0, 0, 0.6, 0.6, Pattern::raster, 0, 3e-5, ""}),
              Contains("beams, at most 1000000"));
   CHECK_THAT(check_windows(ilris(), {}), Contains("no window"));
