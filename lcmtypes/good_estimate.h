@@ -2,26 +2,22 @@
 #pragma once
 
 #include <berth/pose_estimate_t.hpp>
-#include <cmath>
 #include <string>
 
 #include "common/core/covariance.h"
-#include "common/core/pose.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth {
 
 /// What keeps an estimate from being used although it says OK; empty when nothing does. A pose
 /// without a covariance is not known to any accuracy, however sure its estimator is.
 inline std::string estimate_defect(const pose_estimate_t& estimate) {
-  const Eigen::Map<const Eigen::Vector4d> rotation(estimate.q_wxyz);
-  if (!Vector3d::Map(estimate.position_m).allFinite() || !(std::abs(rotation.norm() - 1) < 1e-3)) {
-    return "not a pose";
-  }
-  if (!Vector3d::Map(estimate.linear_velocity_m_s).allFinite() ||
-      !Vector3d::Map(estimate.angular_velocity_rad_s).allFinite()) {
+  if (!is_pose(estimate.position_m, estimate.q_wxyz)) return "not a pose";
+  const Velocity velocity = velocity_of(estimate);
+  if (!velocity.linear.allFinite() || !velocity.angular.allFinite()) {
     return "its velocity is not a number";
   }
-  const std::string defect = covariance_defect(Matrix6d::Map(estimate.covariance));
+  const std::string defect = covariance_defect(covariance_of(estimate.covariance));
   return defect.empty() ? "" : "its covariance " + defect;
 }
 

@@ -51,6 +51,11 @@ struct ScanPacket : scan_packet2_t {
     return beam_direction(static_cast<double>(azimuth_rad[i]),
                           static_cast<double>(elevation_rad[i]));
   }
+  /// A status that is none counts as saturated: the beam tells nothing.
+  BeamStatus beam_status(std::size_t i) const {
+    return status[i] >= HIT && status[i] <= SATURATED ? static_cast<BeamStatus>(status[i])
+                                                      : BeamStatus::saturated;
+  }
   /// Where a range along beam i ends. [m], sensor frame
   Vector3d point(std::size_t i, float range) const {
     return origin(i) + static_cast<double>(range) * direction(i);

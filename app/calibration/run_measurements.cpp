@@ -13,6 +13,7 @@
 #include "common/core/statistics.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 #include "testbed/calibration/tracker_file.h"
 
@@ -279,26 +280,19 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
   evaluation::LogSummary summary;
   const auto visit = [&](const logs::LogEvent& event) {
     if (epoch == 0) epoch = event.utime;
-    const bool replica = event.channel == channels::arm_state_replica;
-    if (replica || event.channel == channels::arm_state_sensor) {
-      const auto state = logs::decode<arm_state_t>(event.data);
-      if (!state || state->valid == 0) return;
-      Joints joints;
-      std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
-      (replica ? run.replica : run.sensor).add(since(state->utime), joints);
-    } else if (event.channel == channels::pose_estimate) {
-      const auto e = logs::decode<pose_estimate_t>(event.data);
-      if (!e) return;
+    for (const auto& [channel, track] : {std::pair(channels::arm_state_replica, &run.replica),
+                                         std::pair(channels::arm_state_sensor, &run.sensor)}) {
+      const auto state = logs::decode<arm_state_t>(event, channel);
+      if (const auto joints = reported_joints(state)) track->add(since(state->utime), *joints);
+    }
+    if (const auto e = logs::decode<pose_estimate_t>(event, channels::pose_estimate)) {
       good = is_good(*e) ? good + 1 : 0;
       if (good <= settling_estimates || e->operating_range == pose_estimate_t::RANGE_LONG) return;
       Estimate estimate;
       estimate.time = since(e->utime);
       estimate.first_return = since(e->utime_first_return);
       estimate.last_return = since(e->utime_last_return);
-      estimate.measured = {Vector3d::Map(e->measured_position_m),
-                           Quaterniond(e->measured_q_wxyz[0], e->measured_q_wxyz[1],
-                                       e->measured_q_wxyz[2], e->measured_q_wxyz[3])
-                               .normalized()};
+      estimate.measured = pose_of(e->measured_position_m, e->measured_q_wxyz);
       if (!estimate.measured.position.allFinite()) return;
       estimates.push_back(estimate);
     }
@@ -325,8 +319,7 @@ std::vector<std::string> poses_left_out(const std::filesystem::path& log) {
   evaluation::LogSummary summary;
   std::optional<std::int64_t> session;
   evaluation::read_run(log, summary, session, [&](const logs::LogEvent& event) {
-    if (event.channel != channels::procedure_state) return;
-    const auto state = logs::decode<procedure_state_t>(event.data);
+    const auto state = logs::decode<procedure_state_t>(event, channels::procedure_state);
     if (state && state->state == procedure_state_t::FINISHED) steps = state->steps;
   });
   const std::string waiting = "dwell (";

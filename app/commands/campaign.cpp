@@ -64,7 +64,7 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
   RunnerOptions runner;
   runner.jobs = jobs;
   runner.make = [&campaign] { return make_experiment(campaign); };
-  runner.tell = [&progress](const RunnerProgress& now) {
+  runner.report = [&progress](const RunnerProgress& now) {
     progress.show(static_cast<double>(now.done), std::to_string(now.workers) + " workers",
                   static_cast<double>(now.done - now.done_now));
   };

@@ -12,6 +12,7 @@
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/scan_packet.h"
 #include "logs/file/log_reader.h"
 
@@ -25,16 +26,12 @@ struct PictureOptions {
 };
 
 void take_joints(const logs::LogEvent& event, const char* channel, Joints& joints) {
-  if (event.channel != channel) return;
-  if (const auto state = logs::decode<arm_state_t>(event.data); state && state->valid) {
-    std::copy(std::begin(state->reported_joint), std::end(state->reported_joint), joints.begin());
-  }
+  joints = reported_joints(logs::decode<arm_state_t>(event, channel)).value_or(joints);
 }
 
 /// The returns of the scan that runs; a new scan starts anew.
 void take_returns(const logs::LogEvent& event, std::int64_t& scan, std::vector<Vector3d>& returns) {
-  if (event.channel != channels::scan_data) return;
-  const auto packet = logs::decode<ScanPacket>(event.data);
+  const auto packet = logs::decode<ScanPacket>(event, channels::scan_data);
   if (!packet) return;
   if (packet->scan_id != scan) returns.clear();
   scan = packet->scan_id;

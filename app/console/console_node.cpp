@@ -18,7 +18,7 @@ namespace {
 constexpr Utime between_ticks = 50 * millisecond;
 constexpr Utime between_counts = second;
 
-/// What is fast is told at every tick, also at one that comes a little early.
+/// What is fast is published at every tick, also at one that comes a little early.
 CellView::Options at_every_tick() {
   CellView::Options options;
   options.fast = between_ticks / 2;
@@ -38,7 +38,7 @@ ConsoleContext::ConsoleContext(const RunFiles& files)
   types.add(files.directory / "types");
 }
 
-/// Who has control is told by the driver, which knows its viewers.
+/// Who has control is published by the driver, which knows its viewers.
 class ConsoleNode::ViewSink final : public BoardSink {
  public:
   using BoardSink::BoardSink;
@@ -67,12 +67,12 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& sight, Boar
     server_.offer(path, "application/json", std::move(mesh));
   }
   board_.set("procedures", to_json(runnables(shared_files() / "procedures")));
-  tell_control();
+  publish_control();
   process_loop_.watch(server_.descriptor(), [this] {
     for (const Incoming& incoming : server_.take()) take(incoming);
   });
   timers_.push_back(loop().every(between_ticks, [this] { tick(); }));
-  timers_.push_back(loop().every(between_counts, [this] { tell_counters(); }));
+  timers_.push_back(loop().every(between_counts, [this] { publish_counters(); }));
   report(node_status_t::RUNNING);
 }
 
@@ -103,7 +103,7 @@ void ConsoleNode::take(const Incoming& incoming) {
       return event(event_t::INFO, "console-viewer", incoming.viewer + " has left");
     case Incoming::Kind::command:
       driver_.take(incoming.command);
-      return tell_control();
+      return publish_control();
   }
 }
 
@@ -116,10 +116,10 @@ void ConsoleNode::run_ended(int code, const std::string& words) {
 void ConsoleNode::tick() {
   driver_.tick();
   view_.advance(now());
-  tell_control();
+  publish_control();
 }
 
-void ConsoleNode::tell_control() {
+void ConsoleNode::publish_control() {
   const Driver::Control control = driver_.control();
   board_.set("control", json_text(nlohmann::json{{"holder", control.holder},
                                                  {"viewer", control.viewer},
@@ -127,7 +127,7 @@ void ConsoleNode::tell_control() {
                                                  {"holds_when_lost", control.holds_when_lost}}));
 }
 
-void ConsoleNode::tell_counters() {
+void ConsoleNode::publish_counters() {
   const ServerCounters counters = server_.counters();
   count("viewers", static_cast<double>(counters.viewers));
   count("messages", static_cast<double>(counters.messages));

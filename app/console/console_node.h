@@ -24,8 +24,8 @@ struct ConsoleContext {
   logs::TypeCatalogue types;
 };
 
-/// The console on the bus: shows every message on the board, and turns what pages ask into the
-/// commands that terminals send.
+/// The console on the bus: shows every message on the board, and turns the requests of pages into
+/// the commands that terminals send.
 class ConsoleNode final : public Node {
  public:
   struct Options {
@@ -49,8 +49,8 @@ class ConsoleNode final : public Node {
 
   void take(const Incoming& incoming);
   void tick();
-  void tell_control();
-  void tell_counters();
+  void publish_control();
+  void publish_counters();
 
   Board& board_;
   Server& server_;

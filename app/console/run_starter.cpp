@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t max_words = 600;
 
-/// The end of what it said, whole lines.
+/// The end of its output, whole lines.
 std::string last_words(const fs::path& file) {
   std::ifstream in(file);
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());

@@ -15,7 +15,7 @@ namespace berth::console {
 /// are checked first, and outlive the console.
 class RunStarter {
  public:
-  /// ended: exit code of "berth run", and what it said last.
+  /// ended: exit code of "berth run", and its last output.
   using Ended = std::function<void(int code, const std::string& words)>;
 
   RunStarter(const RunFiles& cell, ProcessLoop& loop, Ended ended)

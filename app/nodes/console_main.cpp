@@ -17,20 +17,20 @@ constexpr std::size_t max_waiting = 20000;
 std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
                                    const console::ConsoleContext& sight, console::Board& board,
                                    console::Server& server, bool hold_when_lost) {
-  const auto told = std::make_shared<console::ConsoleNode*>(nullptr);
+  const auto receiver = std::make_shared<console::ConsoleNode*>(nullptr);
   const auto starter = std::make_shared<console::RunStarter>(
       host.files, host.loop,
-      [told](int code, const std::string& words) { (*told)->run_ended(code, words); });
+      [receiver](int code, const std::string& words) { (*receiver)->run_ended(code, words); });
   auto node = std::make_unique<console::ConsoleNode>(
       host.node(name), sight, board, server,
       console::ConsoleNode::Options{
           hold_when_lost,
           [starter](const console::RunOrder& order) { return starter->start(order); }},
       host.bus, host.loop);
-  *told = node.get();
-  host.bus.subscribe_all(Queue::fifo(max_waiting), [told](const std::string& channel, Bytes bytes) {
-    (*told)->take(channel, bytes);
-  });
+  *receiver = node.get();
+  host.bus.subscribe_all(
+      Queue::fifo(max_waiting),
+      [receiver](const std::string& channel, Bytes bytes) { (*receiver)->take(channel, bytes); });
   return node;
 }
 

@@ -81,10 +81,11 @@ bool is_active(const ActiveRun& run) {
 
 std::optional<ActiveRun> find_active_run(const fs::path& directory) {
   std::optional<ActiveRun> newest;
-  fs::path wanted = directory.empty() ? directory : fs::absolute(directory).lexically_normal();
-  if (!wanted.has_filename()) wanted = wanted.parent_path();  // "runs/x/", as shells complete it
+  fs::path requested = directory.empty() ? directory : fs::absolute(directory).lexically_normal();
+  if (!requested.has_filename())
+    requested = requested.parent_path();  // "runs/x/", as shells complete it
   for (const auto& run : active_runs()) {
-    if (wanted.empty() || wanted == run.directory) newest = run;
+    if (requested.empty() || requested == run.directory) newest = run;
   }
   return newest;
 }

@@ -9,7 +9,7 @@
 namespace berth {
 
 /// Where the arms of a cell that is up stand, by what their drivers report; nothing when one of
-/// them is not heard within a second. @throws InputError as LcmBus.
+/// them reports nothing within a second. @throws InputError as LcmBus.
 std::optional<testbed::ArmPair> arms_now(const std::string& url, std::int64_t session);
 
 }  // namespace berth

@@ -35,7 +35,7 @@ struct OwnEstimatorRecord {
 };
 OwnEstimatorRecord record_of_own_estimator(const std::string& named);
 
-/// What whoever runs an outside estimator of this run is told.
+/// What whoever runs an outside estimator of this run has to know.
 std::string how_to_start_estimator(const RunFiles& files);
 
 }  // namespace berth

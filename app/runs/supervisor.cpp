@@ -202,7 +202,7 @@ class Supervisor : public Node {
     if (any || stage_ != Stage::stopping) return;
     stage_ = Stage::stopped;
     if (!recorder_->running()) return loop_.stop();
-    // What was said last reaches the recorder before it ends.
+    // What was published last reaches the recorder before it ends.
     loop_.after(200 * millisecond, [this] { recorder_->signal(SIGTERM); });
     loop_.after(time_to_stop, [this] { recorder_->signal(SIGKILL); });
   }
@@ -234,13 +234,13 @@ int supervise(const RunFiles& files, bool with_console) {
   std::string failure;
   try {
     ProcessLoop loop(offset);
-    Supervisor* told = nullptr;
-    loop.on_signals([&told](int) {
-      if (told != nullptr) told->on_signal();
+    Supervisor* receiver = nullptr;
+    loop.on_signals([&receiver](int) {
+      if (receiver != nullptr) receiver->on_signal();
     });
     LcmBus bus(files.url, loop);
     Supervisor supervisor(files, with_console, bus, loop);
-    told = &supervisor;
+    receiver = &supervisor;
     bus.start();
     supervisor.start();
     loop.run();

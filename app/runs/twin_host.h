@@ -20,7 +20,7 @@ struct TwinResult {
 
 /// Runs every node of the run, the simulated cell and the procedure in this process, on an
 /// in-process bus and a simulated clock, and records run.lcm. Deterministic to the bit for one seed
-/// and version. watch sees every message. abort_requested is asked now and then. Prompts are
+/// and version. watch sees every message. abort_requested is called now and then. Prompts are
 /// answered at once with the answer under their id or their step's name; others wait for their time
 /// to be up.
 TwinResult run_twin(const RunFiles& files,

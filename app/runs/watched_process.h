@@ -11,8 +11,8 @@
 
 namespace berth {
 
-/// A program started by us, its output appended to a file, whose end is told on the loop. It dies
-/// with its parent, and with this object.
+/// A program started by us, its output appended to a file, whose end is reported on the loop. It
+/// dies with its parent, and with this object.
 class WatchedProcess {
  public:
   using Ended = std::function<void(const ProcessEnd&)>;

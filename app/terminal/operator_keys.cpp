@@ -53,17 +53,17 @@ bool begins_with(const std::string& text, const std::string& start) {
 }  // namespace
 
 void OperatorKeys::on(const procedure_state_t& state) {
-  const bool asked = prompting();
-  const std::string id = asked ? state_->prompt_id : "";
+  const bool prompted = prompting();
+  const std::string id = prompted ? state_->prompt_id : "";
   const bool changed =
       !state_ || state_->state != state.state || state_->current_step != state.current_step;
-  if (changed && mode_ == Mode::keys) remark_.clear();  // it was heard
+  if (changed && mode_ == Mode::keys) remark_.clear();  // it was obeyed
   state_ = state;
-  if (prompting() && (!asked || state.prompt_id != id) && !observing_) {
+  if (prompting() && (!prompted || state.prompt_id != id) && !observing_) {
     mode_ = Mode::answer;
     text_.clear();
     remark_.clear();
-  } else if (asked && !prompting() && mode_ == Mode::answer) {
+  } else if (prompted && !prompting() && mode_ == Mode::answer) {
     mode_ = Mode::keys;
   }
 }
@@ -111,18 +111,18 @@ void OperatorKeys::type_command(char key) {
 }
 
 void OperatorKeys::take_or_release_control() {
-  const std::string asked_over = std::exchange(asked_over_, "");
+  const std::string requested_over = std::exchange(requested_over_, "");
   if (has_control()) {
     send(procedure_command_t::RELEASE_CONTROL);
     remark_ = "control given back";
   } else if (holder_.empty()) {
     send(procedure_command_t::TAKE_CONTROL);
     remark_ = "control asked for";
-  } else if (asked_over == holder_) {
+  } else if (requested_over == holder_) {
     send(procedure_command_t::TAKE_CONTROL, "take over");
     remark_ = "control of " + holder_ + " asked for";
   } else {
-    asked_over_ = holder_;
+    requested_over_ = holder_;
     remark_ = holder_ + " has control: once more takes it over";
   }
 }

@@ -15,7 +15,7 @@
 
 namespace berth::terminal {
 
-/// What the operator types while a procedure runs, key by key, turned into what is asked of the
+/// What the operator types while a procedure runs, key by key, turned into requests to the
 /// procedure. Abort is sent at once, always. A prompt takes the keys for its answer; Escape gives
 /// them back. Knows no terminal.
 class OperatorKeys {
@@ -58,7 +58,7 @@ class OperatorKeys {
   std::string name_;
   std::string holder_;
   double speed_ = 1;
-  std::string asked_over_;  // who has control, when he was told so
+  std::string requested_over_;  // who has control, when that was shown
   std::optional<procedure_state_t> state_;
   Mode mode_ = Mode::keys;
   std::string text_;

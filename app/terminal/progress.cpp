@@ -124,26 +124,7 @@ void Progress::on(const pose_estimate_t& message) {
   if (message.status != pose_estimate_t::OK) return;
   good_.push_back(message.utime);
   while (message.utime - good_.front() > memory) good_.pop_front();
-  uncompared_.push_back(message);
-  if (uncompared_.size() > 100) uncompared_.pop_front();
-}
-
-void Progress::on(const ground_truth_t& message) {
-  truth_.add(evaluation::sample_of(message));
-  const auto& samples = truth_.samples();
-  if (samples.back().utime - samples.front().utime > 2 * memory) {
-    truth_.forget_before(samples.back().utime - memory);
-  }
-  compare(samples.back().utime);
-}
-
-void Progress::compare(Utime until) {
-  while (!uncompared_.empty() && uncompared_.front().utime <= until) {
-    const evaluation::EstimateSample estimate = evaluation::sample_of(uncompared_.front());
-    if (const auto compared = evaluation::compare(estimate, truth_, symmetry_))
-      error_ = compared->error;
-    uncompared_.pop_front();
-  }
+  error_.on(message);
 }
 
 void Progress::on(const event_t& message) {
@@ -182,9 +163,9 @@ std::string Progress::status() const {
       line += format(", %.1f Hz",
                      static_cast<double>(good_.size() - 1) / seconds(good_.back() - good_.front()));
     }
-    if (error_) {
-      line += format(" | error %.1f mm %.2f deg", 1e3 * error_->head<3>().norm(),
-                     degrees(error_->tail<3>().norm()));
+    if (const auto& compared = error_.latest()) {
+      line += format(" | error %.1f mm %.2f deg", 1e3 * compared->error.head<3>().norm(),
+                     degrees(compared->error.tail<3>().norm()));
     }
   }
   if (testbed_ && testbed_->clearance_m >= 0) {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "app/terminal/style.h"
-#include "evaluation/run/target_surface.h"
+#include "evaluation/measure/live_error.h"
 
 namespace berth::terminal {
 
@@ -30,9 +30,9 @@ class Progress {
       : print_(std::move(print)), with_panel_(with_panel) {}
 
   void on(const procedure_state_t& message);
-  void on(const run_info_t& message) { symmetry_ = evaluation::symmetry_of_run(message); }
+  void on(const run_info_t& message) { error_.on(message); }
   void on(const pose_estimate_t& message);
-  void on(const ground_truth_t& message);
+  void on(const ground_truth_t& message) { error_.on(message); }
   void on(const testbed_state_t& message) { testbed_ = message; }
   void on(const operator_control_t& message) { holder_ = message.holder; }
   /// Warnings and worse are printed, and what the procedure was asked for.
@@ -53,7 +53,6 @@ class Progress {
   void print_preparation(const procedure_state_t& message);
   void print_steps(const procedure_state_t& message);
   void print_prompt(const procedure_state_t& message);
-  void compare(Utime until);
 
   Print print_;
   bool with_panel_;
@@ -63,11 +62,8 @@ class Progress {
   std::string holder_;      // of control; empty: nobody
   std::optional<testbed_state_t> testbed_;
   std::optional<pose_estimate_t> estimate_;
-  SymmetryGroup symmetry_;        // of the run's target
-  evaluation::TruthTrack truth_;  // of the last seconds
-  std::deque<pose_estimate_t> uncompared_;
-  std::deque<Utime> good_;         // times of the good estimates of the last seconds
-  std::optional<Vector6d> error_;  // of the latest estimate that truth has caught up with
+  evaluation::LiveError error_;
+  std::deque<Utime> good_;  // times of the good estimates of the last seconds
 };
 
 }  // namespace berth::terminal

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include "common/core/config.h"
 #include "common/core/pose.h"
 
 namespace berth {
+
+/// What became of a beam, in the order of scan_packet2_t and of the LIDAR protocol.
+enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated };
 
 /// The noise and limits of one beam, shared by simulator, tracker and scan planner (DESIGN: one
 /// model of the beam). Defaults: ILRIS-3D as in the paper, section 4.2, with noise case Error1 of

@@ -8,6 +8,7 @@
 #include "drivers/lidar/limits.h"
 #include "drivers/lidar/make_adapter.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth {
 namespace {
@@ -36,15 +37,6 @@ void fill(ScanPacket& packet, std::size_t i, const lidar::BeamReturn& beam, std:
   packet.range2_m[i] = beam.range2_m;
   packet.range2_sigma_m[i] = beam.range2_sigma_m;
   packet.intensity2[i] = intensity(beam.intensity2);
-}
-
-std::vector<lidar::Window> windows_of(const scan_request_t& request) {
-  std::vector<lidar::Window> windows;
-  for (const scan_window_t& w : request.windows) {
-    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad,
-                       static_cast<lidar::Pattern>(w.pattern), w.count, w.spacing_rad});
-  }
-  return windows;
 }
 
 }  // namespace
@@ -106,7 +98,7 @@ void LidarNode::cancel(const scan_request_t& request) {
 std::string LidarNode::refusal(const scan_request_t& request) const {
   if (!device_->ready()) return "the LIDAR is offline: " + device_->reason();
   if (!device_fault_.empty()) return "the LIDAR reports a fault: " + device_fault_;
-  return lidar::check_windows(config_.profile, windows_of(request));
+  return lidar::check_windows(config_.profile, windows_of(request.windows));
 }
 
 void LidarNode::start(const scan_request_t& request) {
@@ -116,7 +108,7 @@ void LidarNode::start(const scan_request_t& request) {
   const std::string why = refusal(request);
   if (!why.empty()) return finish(ScanPacket::REFUSED, why, now());
   scan_->clock = device_->clock();
-  device_->order({request.scan_id, windows_of(request)});
+  device_->order({request.scan_id, windows_of(request.windows)});
   publish_state();
 }
 

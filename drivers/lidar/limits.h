@@ -6,7 +6,7 @@
 
 #include "common/bus/loop.h"
 #include "common/core/lidar_profile.h"
-#include "drivers/lidar/window.h"
+#include "common/core/scan_window.h"
 
 namespace berth::lidar {
 

@@ -31,10 +31,7 @@ BeamReturn beam_of(const ScanPacket& packet, std::size_t i) {
   beam.azimuth_rad = packet.azimuth_rad[i];
   beam.elevation_rad = packet.elevation_rad[i];
   beam.intensity = intensity(packet.intensity[i]);
-  const auto status = packet.status[i];
-  if (status >= ScanPacket::HIT && status <= ScanPacket::SATURATED) {
-    beam.status = static_cast<BeamStatus>(status);
-  }
+  beam.status = packet.beam_status(i);
   beam.origin_m[0] = packet.origin_x_m[i];
   beam.origin_m[1] = packet.origin_y_m[i];
   beam.origin_m[2] = packet.origin_z_m[i];

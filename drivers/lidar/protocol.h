@@ -8,7 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/lidar/window.h"
+#include "common/core/beam_model.h"
+#include "common/core/scan_window.h"
 
 /// Berth's own protocol to a scanning LIDAR over TCP; PROTOCOL.md has every byte of it.
 namespace berth::lidar {
@@ -53,8 +54,6 @@ struct ScanAnswer {
   std::uint32_t beams = 0;  ///< that the scan will have
   std::string reason;       ///< of a refusal
 };
-
-enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated };
 
 /// A beam and what came back, as in scan_packet2_t. Of version 1: without origin, ambient light,
 /// sigma and second return. 0: not said.

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "drivers/lidar/window.h"
+#include "common/core/scan_window.h"
 
 namespace berth::lidar {
 

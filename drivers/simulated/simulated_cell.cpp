@@ -6,6 +6,7 @@
 #include "common/core/file.h"
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth {
 namespace {
@@ -116,14 +117,8 @@ void SimulatedCell::write_truth() {
   truth.utime = t;
   truth.seq = ++truth_seq_;
   truth.session = session();
-  const double q[4] = {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()};
-  const double sign = q[0] < 0 ? -1 : 1;
-  for (int i = 0; i < 4; ++i) truth.q_wxyz[i] = sign * q[i];
-  for (int i = 0; i < 3; ++i) {
-    truth.position_m[i] = pose.position[i];
-    truth.linear_velocity_m_s[i] = velocity.linear[i];
-    truth.angular_velocity_rad_s[i] = velocity.angular[i];
-  }
+  set_pose(pose, truth);
+  set_velocity(velocity, truth);
   truth.basis = "world";
   truth_->write(truth);
 }

@@ -54,11 +54,9 @@ void SimulatedInertial::measure() {
   message.utime = t;
   message.seq = ++seq_;
   message.interval_us = t - *since;
-  for (int i = 0; i < 3; ++i) {
-    message.velocity_change_m_s[i] = change[i];
-    message.angular_velocity_rad_s[i] = turn[i];
-    message.angular_velocity_change_rad_s[i] = turn_change[i];
-  }
+  Vector3d::Map(message.velocity_change_m_s) = change;
+  Vector3d::Map(message.angular_velocity_rad_s) = turn;
+  Vector3d::Map(message.angular_velocity_change_rad_s) = turn_change;
   message.velocity_change_sigma_m_s = velocity_sigma;
   message.angular_velocity_change_sigma_rad_s = turn_rate_sigma;
   publish_(message);

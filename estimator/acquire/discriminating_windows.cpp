@@ -121,8 +121,8 @@ std::vector<Window> discriminating_windows(const TargetModel& model,
   for (const Place& p : chosen) {
     windows.push_back({all.low[0] + (p.column + 0.5 * window_side) * width,
                        all.low[1] + (p.row + 0.5 * window_side) * height, window_side * width,
-                       window_side * height, beams / static_cast<int>(chosen.size()),
-                       "discriminate"});
+                       window_side * height, Pattern::raster,
+                       beams / static_cast<int>(chosen.size()), 0, "discriminate"});
   }
   return windows;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/node/messages.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::estimator {
 

@@ -9,6 +9,7 @@
 #include "common/core/text.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 
 namespace berth::estimator {
@@ -239,8 +240,8 @@ void Estimator::count_failure(const std::string& reason) {
 
 void Estimator::fill_filtered(const TargetTracker& tracker, pose_estimate_t& estimate) const {
   if (!tracker.started()) {
-    fill_pose({}, estimate.position_m, estimate.q_wxyz);
-    fill_matrix(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
+    set_pose({}, estimate);
+    set_covariance(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
     return;
   }
   // The pose at the estimate's own time: after an update that is the filter's, else a prediction.
@@ -255,13 +256,10 @@ void Estimator::fill_filtered(const TargetTracker& tracker, pose_estimate_t& est
     covariance = systematic_;
     covariance.topLeftCorner<3, 3>() += position;
   }
-  fill_pose(pose, estimate.position_m, estimate.q_wxyz);
-  fill_matrix(covariance, estimate.covariance);
-  fill_matrix(tracker.velocity_covariance(), estimate.velocity_covariance);
-  for (int i = 0; i < 3; ++i) {
-    estimate.linear_velocity_m_s[i] = tracker.velocity().linear[i];
-    estimate.angular_velocity_rad_s[i] = tracker.velocity().angular[i];
-  }
+  set_pose(with_positive_w(pose), estimate);
+  set_covariance(covariance, estimate.covariance);
+  set_covariance(tracker.velocity_covariance(), estimate.velocity_covariance);
+  set_velocity(tracker.velocity(), estimate);
   estimate.operating_range = static_cast<std::int8_t>(range_);
 }
 

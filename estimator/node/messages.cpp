@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcmtypes/conversions.h"
+
 namespace berth::estimator {
 
 bool is_well_formed(const ScanPacket& packet) {
@@ -35,22 +37,7 @@ void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams) {
       beam.second_range_sigma = static_cast<double>(packet.range2_sigma_m[i]);
       beam.second_intensity = packet.intensity2[i];
     }
-    switch (packet.status[i]) {
-      case ScanPacket::HIT:
-        beam.status = BeamStatus::hit;
-        break;
-      case ScanPacket::MISS:
-        beam.status = BeamStatus::miss;
-        break;
-      case ScanPacket::TOO_NEAR:
-        beam.status = BeamStatus::too_near;
-        break;
-      case ScanPacket::TOO_FAR:
-        beam.status = BeamStatus::too_far;
-        break;
-      default:
-        beam.status = BeamStatus::saturated;
-    }
+    beam.status = packet.beam_status(i);
     beams.push_back(beam);
   }
 }
@@ -84,22 +71,6 @@ SensorMotion sensor_motion_of(const inertial_motion_t& motion) {
   return m;
 }
 
-std::vector<scan_window_t> messages_of(const std::vector<Window>& windows) {
-  std::vector<scan_window_t> result;
-  for (const Window& window : windows) {
-    scan_window_t& w = result.emplace_back();
-    w.azimuth_rad = window.azimuth;
-    w.elevation_rad = window.elevation;
-    w.width_rad = window.width;
-    w.height_rad = window.height;
-    w.pattern = scan_window_t::RASTER;
-    w.count = window.count;
-    w.spacing_rad = 0;
-    w.name = window.name;
-  }
-  return result;
-}
-
 std::string why_malformed(const estimator_command_t& command) {
   constexpr int max_returns = 1000000;
   const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
@@ -117,11 +88,9 @@ std::string why_malformed(const estimator_command_t& command) {
     return "scan strategy '" + command.strategy + "' is not known; known are" + names;
   }
   if (command.command == estimator_command_t::TRACK && command.has_initial_pose) {
-    double norm = 0;
-    bool finite = true;
-    for (const double p : command.initial_position_m) finite = finite && std::isfinite(p);
-    for (const double q : command.initial_q_wxyz) norm += q * q;
-    if (!finite || !(std::abs(norm - 1) < 1e-3)) return "the initial pose is none";
+    if (!is_pose(command.initial_position_m, command.initial_q_wxyz)) {
+      return "the initial pose is none";
+    }
   }
   if (command.command == estimator_command_t::SCAN) {
     if (command.windows.empty()) return "a scan without windows";
@@ -135,34 +104,14 @@ std::string why_malformed(const estimator_command_t& command) {
   return "";
 }
 
-Pose pose_of(const double position_m[3], const double q_wxyz[4]) {
-  return {{position_m[0], position_m[1], position_m[2]},
-          Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3]).normalized()};
-}
-
-void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]) {
-  const double sign = pose.rotation.w() < 0 ? -1 : 1;
-  for (int i = 0; i < 3; ++i) position_m[i] = pose.position[i];
-  q_wxyz[0] = sign * pose.rotation.w();
-  q_wxyz[1] = sign * pose.rotation.x();
-  q_wxyz[2] = sign * pose.rotation.y();
-  q_wxyz[3] = sign * pose.rotation.z();
-}
-
 Matrix6d diagonal_covariance(double translation, double rotation) {
   Vector6d v;
   v << Vector3d::Constant(translation * translation), Vector3d::Constant(rotation * rotation);
   return v.asDiagonal();
 }
 
-void fill_matrix(const Matrix6d& matrix, double values[36]) {
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) values[6 * row + column] = matrix(row, column);
-  }
-}
-
 void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate) {
-  fill_pose(measured.pose, estimate.measured_position_m, estimate.measured_q_wxyz);
+  set_pose(with_positive_w(measured.pose), estimate.measured_position_m, estimate.measured_q_wxyz);
   estimate.returns_used = measured.used;
   estimate.iterations = measured.iterations;
   estimate.residual_rms_m = measured.residual_rms;
@@ -172,14 +121,15 @@ void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate)
 void fill_hypotheses(const std::vector<Hypothesis>& hypotheses, pose_estimate_t& estimate) {
   for (const Hypothesis& h : hypotheses) {
     hypothesis_t& message = estimate.hypotheses.emplace_back();
-    fill_pose(h.pose, message.position_m, message.q_wxyz);
+    set_pose(with_positive_w(h.pose), message);
     message.probability = h.probability;
     message.log_likelihood = h.log_likelihood;
   }
   estimate.hypothesis_count = static_cast<std::int32_t>(estimate.hypotheses.size());
   if (hypotheses.empty()) return;
-  fill_pose(hypotheses.front().pose, estimate.position_m, estimate.q_wxyz);
-  fill_pose(hypotheses.front().pose, estimate.measured_position_m, estimate.measured_q_wxyz);
+  const Pose best = with_positive_w(hypotheses.front().pose);
+  set_pose(best, estimate);
+  set_pose(best, estimate.measured_position_m, estimate.measured_q_wxyz);
 }
 
 }  // namespace berth::estimator

@@ -4,7 +4,6 @@
 #include <berth/estimator_command_t.hpp>
 #include <berth/inertial_motion_t.hpp>
 #include <berth/pose_estimate_t.hpp>
-#include <berth/scan_window_t.hpp>
 #include <string>
 #include <vector>
 
@@ -25,7 +24,6 @@ bool is_well_formed(const ScanPacket& packet);
 std::int64_t utime_of_end(const ScanPacket& packet);
 /// The first return of each beam, seen from the sensor's origin.
 void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams);
-std::vector<scan_window_t> messages_of(const std::vector<Window>& windows);
 
 /// Numbers that can be counted with, over some time.
 bool is_well_formed(const inertial_motion_t& motion);
@@ -33,13 +31,9 @@ SensorMotion sensor_motion_of(const inertial_motion_t& motion);
 
 /// Empty, or what is wrong with a command's own values.
 std::string why_malformed(const estimator_command_t& command);
-Pose pose_of(const double position_m[3], const double q_wxyz[4]);
 
-void fill_pose(const Pose& pose, double position_m[3], double q_wxyz[4]);
 /// Of independent errors of so much (1 sigma, each axis) in translation, m, and rotation, rad.
 Matrix6d diagonal_covariance(double translation, double rotation);
-/// Row-major.
-void fill_matrix(const Matrix6d& matrix, double values[36]);
 void fill_measurement(const TrackingResult& measured, pose_estimate_t& estimate);
 /// Also the best one as the estimate's pose.
 void fill_hypotheses(const std::vector<Hypothesis>& hypotheses, pose_estimate_t& estimate);

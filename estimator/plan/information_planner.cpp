@@ -149,6 +149,8 @@ Window InformationPlanner::Grid::window(int cell, double size) const {
           moved_in(elevation(cell / columns), outline.elevation, outline.height - height),
           width,
           height,
+          Pattern::raster,
+          0,
           0,
           "information"};
 }

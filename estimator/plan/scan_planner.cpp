@@ -220,8 +220,14 @@ std::vector<Window> ScanPlanner::around(const std::vector<Pose>& poses, double m
     }
   }
   if (!(left < right)) return {};
-  Window window{
-      0.5 * (left + right), 0.5 * (low + high), right - left, high - low, beams, "target"};
+  Window window{0.5 * (left + right),
+                0.5 * (low + high),
+                right - left,
+                high - low,
+                Pattern::raster,
+                beams,
+                0,
+                "target"};
   // Whatever part of it is in view is better than nothing.
   if (clip(window) <= 0) return {};
   return {window};
@@ -235,7 +241,7 @@ std::vector<Window> ScanPlanner::outline(const Pose& pose, double margin_m, int 
 }
 
 Window ScanPlanner::everything(int beams) const {
-  return {0, 0, field_.width, field_.height, beams, "field of view"};
+  return {0, 0, field_.width, field_.height, Pattern::raster, beams, 0, "field of view"};
 }
 
 }  // namespace berth::estimator

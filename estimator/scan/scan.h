@@ -2,15 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
-#include "common/core/pose.h"
+#include "common/core/beam_model.h"
+#include "common/core/scan_window.h"
 
 namespace berth::estimator {
-
-/// What the LIDAR says of one beam, as in scan_packet2_t.
-enum class BeamStatus : std::int8_t { hit, miss, too_near, too_far, saturated };
 
 /// One beam as the LIDAR reports it.
 struct RawBeam {
@@ -24,16 +20,6 @@ struct RawBeam {
   double second_range = 0;  ///< m, of another return of the same beam; 0: there is none
   double second_range_sigma = 0;
   double second_intensity = 0;
-};
-
-/// A rectangle in azimuth and elevation, swept with count beams.
-struct Window {
-  double azimuth = 0;    ///< centre, rad
-  double elevation = 0;  ///< centre, rad
-  double width = 0;      ///< rad
-  double height = 0;     ///< rad
-  int count = 0;         ///< beams
-  std::string name;      ///< of the region or purpose
 };
 
 }  // namespace berth::estimator

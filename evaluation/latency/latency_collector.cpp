@@ -104,11 +104,9 @@ void LatencyCollector::take(const logs::LogEvent& event) {
   };
   arm(channels::arm_state_replica, channels::arm_command_replica, &Session::replica);
   arm(channels::arm_state_sensor, channels::arm_command_sensor, &Session::sensor);
-  if (event.channel == channels::lidar_state) {
-    const auto m = logs::decode<lidar_state_t>(event.data);
-    if (m && m->clock_offset_sigma_s > 0) {
-      sessions_[m->session].lidar.push_back({m->utime, m->clock_offset_s, m->clock_offset_sigma_s});
-    }
+  const auto m = logs::decode<lidar_state_t>(event, channels::lidar_state);
+  if (m && m->clock_offset_sigma_s > 0) {
+    sessions_[m->session].lidar.push_back({m->utime, m->clock_offset_s, m->clock_offset_sigma_s});
   }
 }
 

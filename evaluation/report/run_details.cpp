@@ -41,24 +41,20 @@ void RunDetails::keep(Utime from, Utime to) {
 }
 
 void DetailsCollector::take(const logs::LogEvent& event) {
-  if (event.channel == channels::pose_estimate) {
-    if (const auto m = logs::decode<pose_estimate_t>(event.data)) {
-      sessions_[m->session].estimates.push_back(detail_of(*m));
+  if (const auto estimate = logs::decode<pose_estimate_t>(event, channels::pose_estimate)) {
+    sessions_[estimate->session].estimates.push_back(detail_of(*estimate));
+  } else if (const auto m =
+                 logs::decode<estimator_diagnostics_t>(event, channels::estimator_diagnostics)) {
+    sessions_[m->session].work_times.push_back(
+        {m->utime, 1e-6 * static_cast<double>(m->preprocess_us),
+         1e-6 * static_cast<double>(m->acquire_us), 1e-6 * static_cast<double>(m->track_us),
+         1e-6 * static_cast<double>(m->plan_us)});
+  } else if (const auto request = logs::decode<scan_request_t>(event, channels::scan_request)) {
+    if (request->action == scan_request_t::SCAN) {
+      sessions_[request->session].scans[request->scan_id] = *request;
     }
-  } else if (event.channel == channels::estimator_diagnostics) {
-    if (const auto m = logs::decode<estimator_diagnostics_t>(event.data)) {
-      sessions_[m->session].work_times.push_back(
-          {m->utime, 1e-6 * static_cast<double>(m->preprocess_us),
-           1e-6 * static_cast<double>(m->acquire_us), 1e-6 * static_cast<double>(m->track_us),
-           1e-6 * static_cast<double>(m->plan_us)});
-    }
-  } else if (event.channel == channels::scan_request) {
-    const auto m = logs::decode<scan_request_t>(event.data);
-    if (m && m->action == scan_request_t::SCAN) sessions_[m->session].scans[m->scan_id] = *m;
-  } else if (event.channel == channels::node_status) {
-    if (const auto m = logs::decode<node_status_t>(event.data)) {
-      take_status(*m, sessions_[m->session].nodes[m->node]);
-    }
+  } else if (const auto status = logs::decode<node_status_t>(event, channels::node_status)) {
+    take_status(*status, sessions_[status->session].nodes[status->node]);
   }
 }
 

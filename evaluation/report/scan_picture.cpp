@@ -126,8 +126,7 @@ std::map<std::int64_t, std::vector<Beam>> read_beams(const std::filesystem::path
   logs::LogReader reader(log);
   logs::LogEvent event;
   while (reader.next(event)) {
-    if (event.channel != channels::scan_data) continue;
-    const auto packet = logs::decode<ScanPacket>(event.data);
+    const auto packet = logs::decode<ScanPacket>(event, channels::scan_data);
     if (!packet || packet->session != session || scans.count(packet->scan_id) == 0) continue;
     auto& of_scan = beams[packet->scan_id];
     for (std::size_t i = 0; i < packet->status.size(); ++i) {

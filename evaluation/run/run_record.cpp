@@ -8,16 +8,12 @@
 
 #include "common/core/config.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "logs/file/log_reader.h"
 #include "logs/file/reused_message.h"
 
 namespace berth::evaluation {
 namespace {
-
-Pose pose_of(const double* position, const double* q) {
-  return {Vector3d(position[0], position[1], position[2]),
-          Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
-}
 
 template <class Sample>
 auto order(const Sample& sample) {
@@ -84,10 +80,9 @@ EstimateSample sample_of(const pose_estimate_t& message) {
   sample.utime = message.utime;
   sample.seq = message.seq;
   sample.status = message.status;
-  sample.pose = pose_of(message.position_m, message.q_wxyz);
-  sample.covariance = Matrix6d::Map(message.covariance);
-  sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
-  sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
+  sample.pose = pose_of(message);
+  sample.covariance = covariance_of(message.covariance);
+  sample.velocity = velocity_of(message);
   sample.measured = pose_of(message.measured_position_m, message.measured_q_wxyz);
   sample.scan_id = message.scan_id;
   sample.first_packet = message.first_packet;

@@ -18,12 +18,11 @@ TargetPoses::TargetPoses(const std::filesystem::path& log, PoseSource source) {
   logs::LogReader reader(log);
   logs::LogEvent event;
   while (reader.next(event)) {
-    if (by_truth && event.channel == channels::ground_truth) {
-      if (const auto message = logs::decode<ground_truth_t>(event.data)) {
-        truth_[message->session].add(sample_of(*message));
-      }
-    } else if (!by_truth && event.channel == channels::pose_estimate) {
-      const auto message = logs::decode<pose_estimate_t>(event.data);
+    if (by_truth) {
+      const auto message = logs::decode<ground_truth_t>(event, channels::ground_truth);
+      if (message) truth_[message->session].add(sample_of(*message));
+    } else {
+      const auto message = logs::decode<pose_estimate_t>(event, channels::pose_estimate);
       if (!message || !is_good(*message)) continue;
       const EstimateSample sample = sample_of(*message);
       estimates_[{message->session, message->scan_id}].push_back(

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/conversions.h"
+
 namespace berth::evaluation {
 namespace {
 
@@ -13,12 +15,9 @@ bool earlier(const TruthSample& sample, Utime utime) { return sample.utime < uti
 TruthSample sample_of(const ground_truth_t& message) {
   TruthSample sample;
   sample.utime = message.utime;
-  sample.pose.position = Vector3d::Map(message.position_m);
-  const double* q = message.q_wxyz;
-  sample.pose.rotation = Quaterniond(q[0], q[1], q[2], q[3]).normalized();
-  sample.covariance = Matrix6d::Map(message.covariance);
-  sample.velocity.linear = Vector3d::Map(message.linear_velocity_m_s);
-  sample.velocity.angular = Vector3d::Map(message.angular_velocity_rad_s);
+  sample.pose = pose_of(message);
+  sample.covariance = covariance_of(message.covariance);
+  sample.velocity = velocity_of(message);
   return sample;
 }
 
@@ -29,6 +28,15 @@ void TruthTrack::add(const TruthSample& sample) {
   }
   const auto place = std::lower_bound(samples_.begin(), samples_.end(), sample.utime, earlier);
   if (place->utime != sample.utime) samples_.insert(place, sample);
+}
+
+void TruthTrack::add_live(const TruthSample& sample) {
+  constexpr Utime kept = 10 * second;
+  if (!samples_.empty() && sample.utime < samples_.back().utime - kept) samples_.clear();
+  add(sample);
+  const Utime latest = samples_.back().utime;
+  // Seldom, because what stays is moved.
+  if (latest - samples_.front().utime > 2 * kept) forget_before(latest - kept);
 }
 
 void TruthTrack::forget_before(Utime utime) {

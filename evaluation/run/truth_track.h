@@ -28,6 +28,9 @@ class TruthTrack {
   static constexpr Utime max_gap = 100 * millisecond;
 
   void add(const TruthSample& sample);
+  /// The same, while a run goes on: keeps the last 10 s to 20 s. A sample from before that is of a
+  /// clock that went back, and the first of another time.
+  void add_live(const TruthSample& sample);
   /// Drops samples older than this.
   void forget_before(Utime utime);
   /// Drops samples younger than this.

@@ -59,18 +59,15 @@ RunReturns read_returns(const std::filesystem::path& log, double reach) {
   evaluation::TruthTrack truth;
   logs::LogEvent event;
   for (logs::LogReader reader(log); reader.next(event);) {
-    if (event.channel == channels::ground_truth) {
-      if (const auto m = logs::decode<ground_truth_t>(event.data))
-        truth.add(evaluation::sample_of(*m));
-    } else if (event.channel == channels::run_info) {
-      if (const auto info = logs::decode<run_info_t>(event.data))
-        run.target_hash = info->target_hash;
+    if (const auto sample = logs::decode<ground_truth_t>(event, channels::ground_truth)) {
+      truth.add(evaluation::sample_of(*sample));
+    } else if (const auto info = logs::decode<run_info_t>(event, channels::run_info)) {
+      run.target_hash = info->target_hash;
     }
   }
   Thinner thinner;
   for (logs::LogReader reader(log); reader.next(event);) {
-    if (event.channel != channels::scan_data) continue;
-    if (const auto packet = logs::decode<ScanPacket>(event.data)) {
+    if (const auto packet = logs::decode<ScanPacket>(event, channels::scan_data)) {
       take(*packet, truth, reach, thinner);
     }
   }

@@ -9,20 +9,6 @@
 namespace berth::trials {
 namespace {
 
-BeamStatus status_of(Received::Status status) {
-  switch (status) {
-    case Received::Status::hit:
-      return BeamStatus::hit;
-    case Received::Status::too_near:
-      return BeamStatus::too_near;
-    case Received::Status::saturated:
-      return BeamStatus::saturated;
-    case Received::Status::miss:
-      break;
-  }
-  return BeamStatus::miss;
-}
-
 /// A bare mesh as it might really be.
 Mesh departed(const Mesh& mesh, double sigma, Random& random) {
   Target target;
@@ -91,7 +77,7 @@ Scan sweep(Receiver& receiver, Scene& scene, const std::vector<Window>& windows,
       beam.azimuth = azimuth;
       beam.elevation = elevation;
       const Received received = receiver.measure(scene, beam.utime, azimuth, elevation);
-      beam.status = status_of(received.status);
+      beam.status = received.status;
       beam.range = received.range;
       beam.intensity = received.power;
       beam.second_range = received.second_range;
@@ -158,7 +144,14 @@ Window window_around(const Mesh& mesh, const Pose& pose, double margin) {
   low = low.max(-radians(20));
   high = high.min(radians(20));
   const Eigen::Array2d size = (1 + 2 * margin) * (high - low);
-  return {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), size[0], size[1], 1, "around"};
+  return {0.5 * (low[0] + high[0]),
+          0.5 * (low[1] + high[1]),
+          size[0],
+          size[1],
+          Pattern::raster,
+          1,
+          0,
+          "around"};
 }
 
 std::vector<Window> scaled_to_returns(const World& world, std::vector<Window> windows,

@@ -13,9 +13,7 @@
 
 namespace berth::trials {
 
-using estimator::BeamStatus;
 using estimator::RawBeam;
-using estimator::Window;
 
 /// How the simulated world is. The defaults are the world of the targets: beam noise alone.
 struct Physics {

@@ -11,6 +11,7 @@
 #include "estimator/node/messages.h"
 #include "examples/2_estimator/point_to_plane.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 
 using namespace berth;
 using namespace berth::estimator;
@@ -100,7 +101,7 @@ class ClosestPoints final : public Node {
     }
     const auto fit = pose_ ? fit_to_mesh(scan.points, model_->grid, *pose_) : std::nullopt;
     pose_ = fit ? std::optional(fit->pose) : std::nullopt;
-    if (fit) fill_matrix(fit->covariance, message.covariance);
+    if (fit) set_covariance(fit->covariance, message.covariance);
     message.returns_used = fit ? fit->used : 0;
     state_.mode = pose_ ? Mode::TRACKING : Mode::ACQUIRING;
     message.status = pose_ ? pose_estimate_t::OK : pose_estimate_t::LOST;
@@ -113,8 +114,8 @@ class ClosestPoints final : public Node {
     message.last_packet = last_packet;  // the first is 0
     message.method = "closest_points";
     const Pose pose = pose_.value_or(Pose{});
-    fill_pose(pose, message.position_m, message.q_wxyz);
-    fill_pose(pose, message.measured_position_m, message.measured_q_wxyz);
+    set_pose(pose, message);
+    set_pose(pose, message.measured_position_m, message.measured_q_wxyz);
     bus().publish(channels::pose_estimate, message);
     report(pose_ ? node_status_t::RUNNING : node_status_t::DEGRADED, message.reason);
   }

@@ -50,4 +50,10 @@ std::optional<Message> decode(Bytes bytes) {
   return std::nullopt;
 }
 
+/// The same of an event on this channel; nothing of an event on another one.
+template <class Message>
+std::optional<Message> decode(const LogEvent& event, std::string_view channel) {
+  return event.channel == channel ? decode<Message>(event.data) : std::nullopt;
+}
+
 }  // namespace berth::logs

@@ -47,15 +47,7 @@ class StepCheck {
   }
 
   void look_at(const Scan& scan) {
-    const scan_window_t& w = scan.window;
-    const lidar::Window window{w.azimuth_rad,
-                               w.elevation_rad,
-                               w.width_rad,
-                               w.height_rad,
-                               static_cast<lidar::Pattern>(w.pattern),
-                               w.count,
-                               w.spacing_rad};
-    const std::string wrong = lidar::check_windows(rig_.lidar, {window});
+    const std::string wrong = lidar::check_windows(rig_.lidar, {scan.window});
     if (!wrong.empty())
       add(Severity::error, "the LIDAR " + rig_.lidar.model + " refuses: " + wrong);
   }

@@ -4,6 +4,7 @@
 #include <berth/testbed_state_t.hpp>
 
 #include "common/core/file.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::procedures {
 namespace {
@@ -12,17 +13,6 @@ namespace {
 constexpr Utime start = second;
 
 Utime utime_of(double t) { return start + utime_from_seconds(t); }
-
-template <class Message>
-void set_motion(Message& message, const Pose& pose, const Velocity& velocity) {
-  Vector3d::Map(message.position_m) = pose.position;
-  message.q_wxyz[0] = pose.rotation.w();
-  message.q_wxyz[1] = pose.rotation.x();
-  message.q_wxyz[2] = pose.rotation.y();
-  message.q_wxyz[3] = pose.rotation.z();
-  Vector3d::Map(message.linear_velocity_m_s) = velocity.linear;
-  Vector3d::Map(message.angular_velocity_rad_s) = velocity.angular;
-}
 
 /// One arm on its way between two moments. The encoders add little to what the calibration leaves
 /// in doubt.
@@ -38,12 +28,11 @@ pose_estimate_t right_estimate(const Moment& moment, const Velocity& velocity,
   pose_estimate_t estimate{};
   estimate.utime = utime_of(moment.time);
   estimate.status = pose_estimate_t::OK;
-  set_motion(estimate, moment.pose, velocity);
-  std::copy(std::begin(estimate.position_m), std::end(estimate.position_m),
-            estimate.measured_position_m);
-  std::copy(std::begin(estimate.q_wxyz), std::end(estimate.q_wxyz), estimate.measured_q_wxyz);
-  Matrix6d::Map(estimate.covariance) = covariance;
-  Matrix6d::Map(estimate.velocity_covariance) = covariance;
+  set_pose(moment.pose, estimate);
+  set_pose(moment.pose, estimate.measured_position_m, estimate.measured_q_wxyz);
+  set_velocity(velocity, estimate);
+  set_covariance(covariance, estimate.covariance);
+  set_covariance(covariance, estimate.velocity_covariance);
   return estimate;
 }
 
@@ -115,29 +104,28 @@ evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal
     ground_truth_t truth{};
     truth.utime = utime_of(moment.time);
     truth.seq = static_cast<std::int64_t>(i);
-    set_motion(truth, moment.pose, velocity);
-    Matrix6d::Map(truth.covariance) = covariance;
+    set_pose(moment.pose, truth);
+    set_velocity(velocity, truth);
+    set_covariance(covariance, truth.covariance);
     record.add(truth);
     testbed_state_t testbed{};
     testbed.utime = truth.utime - rig.settings.dead_time;
     testbed.seq = truth.seq;
     testbed.state = testbed_state_t::MOVING;
-    std::copy(std::begin(truth.position_m), std::end(truth.position_m),
-              testbed.commanded_position_m);
-    std::copy(std::begin(truth.q_wxyz), std::end(truth.q_wxyz), testbed.commanded_q_wxyz);
+    set_pose(moment.pose, testbed.commanded_position_m, testbed.commanded_q_wxyz);
     record.add(testbed);
     if (!with_estimates || !moment.tracked || moment.time < next_estimate) continue;
     next_estimate = moment.time + rig.scan_period(moment.returns);
     pose_estimate_t estimate = right_estimate(moment, velocity, covariance);
     estimate.seq = ++seq;
     record.add(estimate);
-    estimator_diagnostics_t told{};
-    told.utime = estimate.utime;
-    told.seq = estimate.seq;
-    told.names = {"latency_us"};
-    told.values = {0};
-    told.value_count = 1;
-    record.add(told);
+    estimator_diagnostics_t diagnostics{};
+    diagnostics.utime = estimate.utime;
+    diagnostics.seq = estimate.seq;
+    diagnostics.names = {"latency_us"};
+    diagnostics.values = {0};
+    diagnostics.value_count = 1;
+    record.add(diagnostics);
   }
   return record;
 }

@@ -17,7 +17,7 @@ bool same(const precondition_t& a, const precondition_t& b) {
   return a.name == b.name && a.met == b.met && a.reason == b.reason;
 }
 
-/// Many steps: their names and states matter more than what they said.
+/// Many steps: their names and states matter more than their details.
 procedure_state_t shortened(procedure_state_t state) {
   for (procedure_step_t& step : state.steps) {
     if (step.state == procedure_step_t::PASSED) step.detail.clear();

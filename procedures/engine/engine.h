@@ -36,7 +36,7 @@ struct EngineOptions {
 };
 
 /// Runs a procedure: waits for the nodes, takes the lease, goes from step to step, watches the rig
-/// and the limits in the background, does what the operator asks, always tears down, judges. Driven
+/// and the limits in the background, obeys the operator, always tears down, judges. Driven
 /// by messages and ticks; commands leave through Actions.
 class Engine {
  public:
@@ -98,7 +98,8 @@ class Engine {
     settling,
     finished
   };
-  /// Why nothing goes on by itself: the operator asked, before the next step, or one has failed.
+  /// Why nothing goes on by itself: the operator requested it, before the next step, or one has
+  /// failed.
   enum class Hold { none, in_step, between, failed };
 
   // engine.cpp: messages, preparation, the watch in the background
@@ -111,11 +112,11 @@ class Engine {
   std::string look_at_preconditions(bool going_on);
   void watch(Utime now);
   std::string trouble_with_testbed(Utime now) const;
-  /// Why the arms stand although nobody asked; empty: they do not.
+  /// Why the arms stand although nobody requested it; empty: they do not.
   std::string stopped_by_itself(Utime now) const;
   /// On hold, until an operator has reset the alarm and resumes.
   void wait_out_alarm(const std::string& stopped, Utime now);
-  /// No good estimate for too long: what the step under way says.
+  /// No good estimate for too long: what the step under way reports.
   void target_lost(Utime now);
   void watch_limits(Utime now);
 
@@ -140,7 +141,7 @@ class Engine {
   void count_slow_time(Utime now);
   void step_passed(Utime now);
   void step_failed(std::int8_t step_state, const std::string& reason, Utime now);
-  /// On to the next step, with an event that says why.
+  /// On to the next step, with an event that gives the reason.
   void leave_step(const std::string& reason, Utime now);
   /// Brings the arms to rest, then begins the step given.
   void stop_and_begin(int index, Utime now);
@@ -148,23 +149,23 @@ class Engine {
   void next_step(Utime now);
   void show_prompt(Utime now);
 
-  // engine_commands.cpp: what an operator asks. They return why not; empty: it is done.
+  // engine_commands.cpp: the requests of an operator. They return why not; empty: it is done.
   std::string carry_out(const procedure_command_t& message, Utime now);
   void abort(const std::string& reason, Utime now);
   void hold(Hold how, const std::string& reason, Utime now);
-  std::string ask_hold(const std::string& who, Utime now);
-  std::string ask_resume(bool one_step, Utime now);
-  std::string ask_step(Utime now);
-  std::string ask_skip(const std::string& reason, Utime now);
-  std::string ask_retry(Utime now);
-  std::string ask_reset(Utime now);
-  std::string ask_answer(const procedure_command_t& message, Utime now);
-  std::string ask_speed(const std::string& text, Utime now);
-  std::string ask_lamps(const std::string& text, Utime now);
-  std::string ask_take_control(const procedure_command_t& message, Utime now);
-  std::string ask_release_control(const std::string& commander, Utime now);
+  std::string request_hold(const std::string& who, Utime now);
+  std::string request_resume(bool one_step, Utime now);
+  std::string request_step(Utime now);
+  std::string request_skip(const std::string& reason, Utime now);
+  std::string request_retry(Utime now);
+  std::string request_reset(Utime now);
+  std::string request_answer(const procedure_command_t& message, Utime now);
+  std::string request_speed(const std::string& text, Utime now);
+  std::string request_lamps(const std::string& text, Utime now);
+  std::string request_take_control(const procedure_command_t& message, Utime now);
+  std::string request_release_control(const std::string& commander, Utime now);
   void watch_control(Utime now);
-  void hold_when_wanted(Utime now);
+  void hold_when_due(Utime now);
   /// Looks at the preconditions again; the unmet ones.
   std::string unmet_to_go_on(Utime now);
   void end_hold(Utime now);
@@ -192,8 +193,8 @@ class Engine {
   RestWatch rest_;
   OperatorControl control_;
   std::int64_t control_seq_ = 0;
-  std::string hold_wanted_;  // why, as soon as a step runs; empty: it is not
-  std::string hold_asked_;   // the same, by a person
+  std::string hold_due_;        // why, as soon as a step runs; empty: it is not
+  std::string hold_requested_;  // the same, by a person
 
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;

@@ -56,7 +56,7 @@ std::string Engine::obey(const procedure_command_t& message, Utime now) {
   if (message.utime_expires < now && !stops) {
     return "it came " + fixed(seconds(now - message.utime_expires), 1) + " s too late";
   }
-  if (message.command == Command::KEEP_CONTROL) {  // twice a second: nothing to tell
+  if (message.command == Command::KEEP_CONTROL) {  // twice a second: no event
     return control_.keep(message.commander, now) ? "" : "it has no control";
   }
   if (finished()) return "the procedure has finished";
@@ -88,27 +88,27 @@ std::string Engine::carry_out(const procedure_command_t& message, Utime now) {
       abort(message.text.empty() ? "aborted by " + message.commander : message.text, now);
       return "";
     case procedure_command_t::HOLD:
-      return ask_hold(message.commander, now);
+      return request_hold(message.commander, now);
     case procedure_command_t::RESUME:
-      return ask_resume(false, now);
+      return request_resume(false, now);
     case procedure_command_t::STEP:
-      return ask_step(now);
+      return request_step(now);
     case procedure_command_t::SKIP:
-      return ask_skip(message.text, now);
+      return request_skip(message.text, now);
     case procedure_command_t::RETRY:
-      return ask_retry(now);
+      return request_retry(now);
     case procedure_command_t::RESET:
-      return ask_reset(now);
+      return request_reset(now);
     case procedure_command_t::ANSWER:
-      return ask_answer(message, now);
+      return request_answer(message, now);
     case procedure_command_t::SPEED:
-      return ask_speed(message.text, now);
+      return request_speed(message.text, now);
     case procedure_command_t::LAMPS:
-      return ask_lamps(message.text, now);
+      return request_lamps(message.text, now);
     case procedure_command_t::TAKE_CONTROL:
-      return ask_take_control(message, now);
+      return request_take_control(message, now);
     default:
-      return ask_release_control(message.commander, now);
+      return request_release_control(message.commander, now);
   }
 }
 
@@ -131,14 +131,14 @@ void Engine::hold(Hold how, const std::string& reason, Utime now) {
   show(procedure_state_t::HELD);
 }
 
-std::string Engine::ask_hold(const std::string& who, Utime now) {
+std::string Engine::request_hold(const std::string& who, Utime now) {
   const std::string reason = "held by " + who;
   if (held()) return "it is held already";
   if (stage_ == Stage::settling) return "nothing moves any more";
   if (stage_ == Stage::running) {
     hold(Hold::in_step, reason, now);
   } else if (in_preparation() || in_steps()) {
-    hold_asked_ = reason;  // before a step does anything
+    hold_requested_ = reason;  // before a step does anything
   } else {
     abort(reason, now);  // what is left of the teardown is left out
   }
@@ -159,12 +159,12 @@ void Engine::end_hold(Utime now) {
   show(procedure_state_t::RUNNING);
 }
 
-std::string Engine::ask_resume(bool one_step, Utime now) {
+std::string Engine::request_resume(bool one_step, Utime now) {
   if (stage_ != Stage::running || !held()) {
-    const bool was_asked = hold_after_step_ || !hold_asked_.empty();
+    const bool was_requested = hold_after_step_ || !hold_requested_.empty();
     hold_after_step_ = false;
-    hold_asked_.clear();
-    return was_asked ? "" : "nothing is held";
+    hold_requested_.clear();
+    return was_requested ? "" : "nothing is held";
   }
   if (hold_ == Hold::failed) {
     return "step '" + current().name + "' has failed: retry, skip or abort";
@@ -185,13 +185,13 @@ std::string Engine::ask_resume(bool one_step, Utime now) {
   return "";
 }
 
-std::string Engine::ask_step(Utime now) {
-  if (stage_ != Stage::running || held()) return ask_resume(true, now);
+std::string Engine::request_step(Utime now) {
+  if (stage_ != Stage::running || held()) return request_resume(true, now);
   hold_after_step_ = true;
   return "";
 }
 
-std::string Engine::ask_skip(const std::string& reason, Utime now) {
+std::string Engine::request_skip(const std::string& reason, Utime now) {
   if (stage_ != Stage::running) return "no step is running";
   if (reason.empty()) return "a reason is needed, for the record";
   if (const std::string unmet = held() ? unmet_to_go_on(now) : ""; !unmet.empty()) return unmet;
@@ -214,7 +214,7 @@ std::string Engine::ask_skip(const std::string& reason, Utime now) {
   return "";
 }
 
-std::string Engine::ask_retry(Utime now) {
+std::string Engine::request_retry(Utime now) {
   if (stage_ != Stage::running) return "no step is running";
   if (const std::string unmet = held() ? unmet_to_go_on(now) : ""; !unmet.empty()) return unmet;
   if (held()) end_hold(now);
@@ -226,7 +226,7 @@ std::string Engine::ask_retry(Utime now) {
   return "";
 }
 
-std::string Engine::ask_reset(Utime now) {
+std::string Engine::request_reset(Utime now) {
   if (!held()) return "nothing is held";
   const auto& facility = bench_.live.facility();
   const bool open = facility && !(facility->valid && facility->estop_chain_closed &&
@@ -237,7 +237,7 @@ std::string Engine::ask_reset(Utime now) {
   return "";
 }
 
-std::string Engine::ask_answer(const procedure_command_t& message, Utime now) {
+std::string Engine::request_answer(const procedure_command_t& message, Utime now) {
   if (state_.prompt_id.empty()) return "nothing is asked";
   if (message.prompt_id != state_.prompt_id) {
     return "prompt " + message.prompt_id + " is not asked, but prompt " + state_.prompt_id;
@@ -253,14 +253,14 @@ std::string Engine::ask_answer(const procedure_command_t& message, Utime now) {
   return "";
 }
 
-std::string Engine::ask_speed(const std::string& text, Utime now) try {
+std::string Engine::request_speed(const std::string& text, Utime now) try {
   bench_.testbed.set_override(speed_override_of(text), now);
   return "";
 } catch (const InputError& e) {
   return e.what();
 }
 
-std::string Engine::ask_lamps(const std::string& text, Utime now) try {
+std::string Engine::request_lamps(const std::string& text, Utime now) try {
   const auto& facility = bench_.facility.state();
   if (!facility || facility->valid == 0) return "the facility does not answer";
   bench_.facility.command(lamps_of(text, *facility), now);
@@ -271,15 +271,15 @@ std::string Engine::ask_lamps(const std::string& text, Utime now) try {
 
 // Who steers --------------------------------------------------------------------------------------
 
-std::string Engine::ask_take_control(const procedure_command_t& message, Utime now) {
+std::string Engine::request_take_control(const procedure_command_t& message, Utime now) {
   const std::string change = control_.take(message, now);
-  hold_wanted_.clear();
+  hold_due_.clear();
   ++revision_;
   if (!change.empty()) actions_.event(event_t::NOTICE, "control-taken", change);
   return "";
 }
 
-std::string Engine::ask_release_control(const std::string& commander, Utime now) {
+std::string Engine::request_release_control(const std::string& commander, Utime now) {
   if (!control_.release(commander, now)) return commander + " does not have it";
   ++revision_;
   actions_.event(event_t::NOTICE, "control-released", "nobody has control");
@@ -293,18 +293,18 @@ void Engine::watch_control(Utime now) {
     ++revision_;
     actions_.event(event_t::WARNING, "control-lapsed",
                    lost + " is no longer heard: nobody has control");
-    if (holds) hold_wanted_ = lost + " had control and is no longer heard";
+    if (holds) hold_due_ = lost + " had control and is no longer heard";
   }
-  hold_when_wanted(now);
+  hold_when_due(now);
 }
 
 /// Before the first step and between two, it is held as soon as it can be.
-void Engine::hold_when_wanted(Utime now) {
-  const std::string reason = hold_asked_.empty() ? hold_wanted_ : hold_asked_;
+void Engine::hold_when_due(Utime now) {
+  const std::string reason = hold_requested_.empty() ? hold_due_ : hold_requested_;
   if (reason.empty() || stage_ != Stage::running) return;
   if (!held()) hold(Hold::in_step, reason, now);
-  hold_asked_.clear();
-  hold_wanted_.clear();
+  hold_requested_.clear();
+  hold_due_.clear();
 }
 
 }  // namespace berth::procedures

@@ -95,7 +95,7 @@ void Engine::start_runner(Utime now) {
   ++revision_;
   runner_->begin(bench_, now);
   show_prompt(now);
-  hold_when_wanted(now);
+  hold_when_due(now);
 }
 
 void Engine::end_step(std::int8_t step_state, const std::string& detail, Utime now) {

@@ -14,7 +14,7 @@ void EstimatorLink::command(estimator_command_t command, Utime now) {
 
 void EstimatorLink::send(estimator_command_t command, Utime now) {
   ++attempts_;
-  // A busy estimator has asked for its next scan already: the one after that is the first to
+  // A busy estimator has requested its next scan already: the one after that is the first to
   // change.
   const bool busy = state_ && (state_->mode == estimator_state_t::ACQUIRING ||
                                state_->mode == estimator_state_t::TRACKING);

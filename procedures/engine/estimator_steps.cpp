@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
-#include <iterator>
-
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 #include "procedures/engine/step_makers.h"
 
@@ -84,7 +82,7 @@ class ScanRunner final : public StepRunner {
   void begin(Bench& bench, Utime now) override {
     estimator_command_t command = command_of(estimator_command_t::SCAN);
     command.window_count = 1;
-    command.windows = {scan_.window};
+    command.windows = messages_of({scan_.window});
     bench.estimator.command(command, now);
   }
 
@@ -149,10 +147,7 @@ std::unique_ptr<StepRunner> make(const Track& track) {
   command.returns_per_scan = track.returns;
   if (track.from) {
     command.has_initial_pose = 1;
-    Vector3d::Map(command.initial_position_m) = track.from->position;
-    const Quaterniond& q = track.from->rotation;
-    const double wxyz[] = {q.w(), q.x(), q.y(), q.z()};
-    std::copy(std::begin(wxyz), std::end(wxyz), std::begin(command.initial_q_wxyz));
+    set_pose(*track.from, command.initial_position_m, command.initial_q_wxyz);
   }
   return std::make_unique<TrackingRunner>(command, track.settle);
 }

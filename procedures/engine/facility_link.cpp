@@ -18,12 +18,12 @@ constexpr double angle_step = radians(0.01);
 
 struct Item {
   const char* name;
-  double asked;
+  double requested;
   double shown;
   bool is_angle;
 
   bool reached() const {
-    const double off = asked - shown;
+    const double off = requested - shown;
     return is_angle ? std::abs(std::remainder(off, 2 * std::numbers::pi)) <= rounding * angle_step
                     : std::abs(off) <= rounding * level_step;
   }
@@ -31,15 +31,15 @@ struct Item {
     const auto in_words = [this](double value) {
       return is_angle ? fixed(degrees(value), 2) + " deg" : fixed(100 * value, 2) + " %";
     };
-    return std::string(name) + " " + in_words(shown) + " of " + in_words(asked);
+    return std::string(name) + " " + in_words(shown) + " of " + in_words(requested);
   }
 };
 
-std::array<Item, 4> items(const facility_command_t& asked, const facility_state_t& shown) {
-  return {{{"sun lamp", asked.sun_lamp, shown.sun_lamp, false},
-           {"albedo lamp", asked.albedo_lamp, shown.albedo_lamp, false},
-           {"azimuth", asked.sun_azimuth_rad, shown.sun_azimuth_rad, true},
-           {"elevation", asked.sun_elevation_rad, shown.sun_elevation_rad, true}}};
+std::array<Item, 4> items(const facility_command_t& requested, const facility_state_t& shown) {
+  return {{{"sun lamp", requested.sun_lamp, shown.sun_lamp, false},
+           {"albedo lamp", requested.albedo_lamp, shown.albedo_lamp, false},
+           {"azimuth", requested.sun_azimuth_rad, shown.sun_azimuth_rad, true},
+           {"elevation", requested.sun_elevation_rad, shown.sun_elevation_rad, true}}};
 }
 
 }  // namespace
@@ -49,18 +49,18 @@ FacilityLink::FacilityLink(Actions& actions, Commander commander)
       client_([&actions](const facility_command_t& command) { actions.send(command); }) {}
 
 void FacilityLink::command(facility_command_t command, Utime now) {
-  overtakes_ = wanted_;
+  overtakes_ = unreached_;
   matched_ = false;
-  wanted_ = true;
+  unreached_ = true;
   client_.send(std::move(command), commander_, now);
 }
 
 void FacilityLink::on(const facility_state_t& state) {
   state_ = state;
-  if (!wanted_ || state.utime < client_.command().utime) return;
+  if (!unreached_ || state.utime < client_.command().utime) return;
   const bool matches = missing().empty();
-  // On the way to something else the lamps may pass what is asked for now.
-  if (matches && (matched_ || !overtakes_)) wanted_ = false;
+  // On the way to something else the lamps may pass what is requested now.
+  if (matches && (matched_ || !overtakes_)) unreached_ = false;
   matched_ = matches;
 }
 

@@ -9,8 +9,8 @@
 
 namespace berth::procedures {
 
-/// The lamps: what is asked for is sent until the facility driver answers; then its state shows
-/// when they are as asked for, level and direction.
+/// The lamps: the request is sent until the facility driver answers; then its state shows
+/// when they are as requested, level and direction.
 class FacilityLink {
  public:
   FacilityLink(Actions& actions, Commander commander);
@@ -19,9 +19,9 @@ class FacilityLink {
   bool pending() const { return client_.pending(); }
   CommandStatus status() const { return client_.status(); }
   const std::string& refusal() const { return client_.reason(); }
-  /// The lamps are as asked for.
-  bool reached() const { return status() == CommandStatus::accepted && !wanted_; }
-  /// What is not yet as it was asked for, with both values; empty: nothing.
+  /// The lamps are as requested.
+  bool reached() const { return status() == CommandStatus::accepted && !unreached_; }
+  /// What is not yet as it was requested, with both values; empty: nothing.
   std::string missing() const;
 
   void on(const facility_state_t& state);
@@ -32,8 +32,8 @@ class FacilityLink {
  private:
   Commander commander_;
   CommandClient<facility_command_t> client_;
-  bool wanted_ = false;
-  bool overtakes_ = false;  // the lamps may still be on the way to what was asked for before
+  bool unreached_ = false;
+  bool overtakes_ = false;  // the lamps may still be on the way to what was requested before
   bool matched_ = false;    // the state before
   std::optional<facility_state_t> state_;
 };

@@ -10,12 +10,12 @@
 
 namespace berth::procedures {
 
-/// Faults asked of the simulated cell. A real cell never answers.
+/// Faults requested of the simulated cell. A real cell never answers.
 class InjectionLink {
  public:
   InjectionLink(Actions& actions, Commander commander);
 
-  /// Fills in all but what it asks for.
+  /// Fills in all but what it requests.
   void command(injection_t injection, Utime now);
   /// The same when it is due, whatever the engine does then; clearing it takes it back.
   void command_later(injection_t injection, Utime due);

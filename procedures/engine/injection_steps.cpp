@@ -19,7 +19,7 @@ class InjectionRunner final : public StepRunner {
   }
 
   StepResult poll(Bench& bench, Utime, Utime active) override {
-    constexpr Utime patience = 5 * second;  // the simulated cell tells its state every second
+    constexpr Utime patience = 5 * second;  // the simulated cell publishes its state every second
     if (after_ > 0) {
       detail_ = "in " + fixed(seconds(after_), 1) + " s";
       return StepResult::passed;

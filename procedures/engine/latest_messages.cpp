@@ -15,40 +15,19 @@ void LatestMessages::on(const pose_estimate_t& message, Utime now) {
   if (!is_good(message)) return;
   last_good_ = now;
   ++good_estimates_;
-  constexpr std::size_t max_waiting = 100;
-  uncompared_.push_back(message);
-  if (uncompared_.size() > max_waiting) uncompared_.pop_front();
-}
-
-void LatestMessages::on(const ground_truth_t& message) {
-  truth_.add(evaluation::sample_of(message));
-  const auto& samples = truth_.samples();
-  const Utime newest = samples.back().utime;
-  // Seldom, because what stays is moved.
-  if (newest - samples.front().utime > 4 * lifetime) truth_.forget_before(newest - 2 * lifetime);
-  compare(newest);
-}
-
-void LatestMessages::compare(Utime until) {
-  while (!uncompared_.empty() && uncompared_.front().utime <= until) {
-    const pose_estimate_t& estimate = uncompared_.front();
-    if (const auto compared =
-            evaluation::compare(evaluation::sample_of(estimate), truth_, symmetry_)) {
-      error_ = compared->error;
-      error_utime_ = estimate.utime;
-    }
-    uncompared_.pop_front();
-  }
+  error_.on(message);
 }
 
 std::optional<evaluation::TruthSample> LatestMessages::truth() const {
-  const auto& samples = truth_.samples();
+  const auto& samples = error_.truth().samples();
   if (samples.empty() || now_ - samples.back().utime > lifetime) return std::nullopt;
   return samples.back();
 }
 
 std::optional<Vector6d> LatestMessages::error() const {
-  return now_ - error_utime_ > lifetime ? std::nullopt : error_;
+  const auto& latest = error_.latest();
+  if (!latest || now_ - latest->estimate.utime > lifetime) return std::nullopt;
+  return latest->error;
 }
 
 std::optional<double> LatestMessages::surface_range() const {

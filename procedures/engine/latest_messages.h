@@ -6,11 +6,9 @@
 #include <berth/lidar_state_t.hpp>
 #include <berth/pose_estimate_t.hpp>
 #include <berth/testbed_state_t.hpp>
-#include <deque>
 #include <optional>
 
-#include "evaluation/measure/measurer.h"
-#include "evaluation/run/target_surface.h"
+#include "evaluation/measure/live_error.h"
 
 namespace berth::procedures {
 
@@ -19,9 +17,9 @@ class LatestMessages {
  public:
   explicit LatestMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
 
-  void on(const run_info_t& message) { symmetry_ = evaluation::symmetry_of_run(message); }
+  void on(const run_info_t& message) { error_.on(message); }
   void on(const pose_estimate_t& message, Utime now);
-  void on(const ground_truth_t& message);
+  void on(const ground_truth_t& message) { error_.on(message); }
   void on(const testbed_state_t& message) { testbed_ = message; }
   void on(const facility_state_t& message) { facility_ = message; }
   void on(const lidar_state_t& message) { lidar_ = message; }
@@ -53,13 +51,10 @@ class LatestMessages {
   const std::optional<lidar_state_t>& lidar() const { return lidar_; }
 
  private:
-  void compare(Utime until);
-
   /// Older than this is not known any more.
   static constexpr Utime lifetime = 5 * second;
 
   evaluation::NearestPoint nearest_;
-  SymmetryGroup symmetry_;
   Utime now_ = 0;
   Utime run_start_ = 0;
   Utime phase_start_ = 0;
@@ -67,10 +62,7 @@ class LatestMessages {
   std::optional<pose_estimate_t> estimate_;
   Utime last_good_ = 0;
   int good_estimates_ = 0;
-  evaluation::TruthTrack truth_;  // of the last seconds
-  std::deque<pose_estimate_t> uncompared_;
-  std::optional<Vector6d> error_;
-  Utime error_utime_ = 0;
+  evaluation::LiveError error_;
   std::optional<testbed_state_t> testbed_;
   std::optional<facility_state_t> facility_;
   std::optional<lidar_state_t> lidar_;

@@ -6,6 +6,7 @@
 
 #include "common/core/nan.h"
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 #include "procedures/engine/latest_messages.h"
 
@@ -25,7 +26,7 @@ double length_of(const double* vector) { return Vector3d::Map(vector).norm(); }
 
 double position_sigma(const LatestMessages& live) {
   if (!estimated(live)) return nan;
-  return std::sqrt(Matrix6d::Map(live.estimate()->covariance).topLeftCorner<3, 3>().trace());
+  return std::sqrt(covariance_of(live.estimate()->covariance).topLeftCorner<3, 3>().trace());
 }
 
 double estimate_age(const LatestMessages& live) {

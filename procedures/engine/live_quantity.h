@@ -10,7 +10,7 @@ namespace berth::procedures {
 
 class LatestMessages;
 
-/// A named thing that can be asked for at any time while a procedure runs: in conditions, limits
+/// A named thing that can be read at any time while a procedure runs: in conditions, limits
 /// and records.
 struct LiveQuantity {
   std::string name;

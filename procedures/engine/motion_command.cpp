@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/motion_command.h"
 
-#include "testbed/pose_fields.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::procedures {
-
-using testbed::set_pose;
 
 namespace {
 
@@ -13,18 +11,11 @@ namespace {
 constexpr double turn = radians(5.0);
 constexpr double keeping_speed = 0.05;
 
-testbed_command2_t motion_command_of(std::int8_t what) {
-  testbed_command2_t command{};
-  command.command = what;
-  command.q_wxyz[0] = 1;
-  return command;
-}
-
 void set_waypoints(const testbed::Waypoints& waypoints, testbed_command2_t& command) {
   for (const auto& w : waypoints) {
     waypoint_t waypoint{};
     waypoint.time_s = w.time;
-    set_pose(w.pose, waypoint.position_m, waypoint.q_wxyz);
+    set_pose(w.pose, waypoint);
     command.waypoints.push_back(waypoint);
   }
   command.waypoint_count = static_cast<std::int32_t>(command.waypoints.size());
@@ -39,8 +30,8 @@ struct Maker {
   const Pose& here;
 
   std::optional<testbed_command2_t> operator()(const Move& move) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::MOVE);
-    set_pose(move.to, command.position_m, command.q_wxyz);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::MOVE);
+    set_pose(move.to, command);
     command.speed_m_s = move.speed;
     command.angular_speed_rad_s = move.angular_speed;
     command.frozen_arm = static_cast<std::int8_t>(move.frozen_arm);
@@ -48,19 +39,19 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Retreat& retreat) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::RETREAT);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::RETREAT);
     command.speed_m_s = retreat.speed;
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Trajectory& trajectory) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::TRAJECTORY);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::TRAJECTORY);
     set_waypoints(trajectory.waypoints(here), command);
     return command;
   }
 
   std::optional<testbed_command2_t> operator()(const Approach& approach) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::APPROACH);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::APPROACH);
     command.standoff_m = approach.standoff;
     command.dock = approach.port ? 1 : 0;
     command.port = approach.port.value_or("");
@@ -73,8 +64,8 @@ struct Maker {
 
   std::optional<testbed_command2_t> operator()(const Hold& hold) const {
     if (!hold.closed_loop) return std::nullopt;
-    testbed_command2_t command = motion_command_of(testbed_command2_t::STATION_KEEP);
-    set_pose(here, command.position_m, command.q_wxyz);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::STATION_KEEP);
+    set_pose(here, command);
     command.speed_m_s = keeping_speed;
     command.angular_speed_rad_s = turn;
     command.guidance = hold.loop.guidance;
@@ -83,7 +74,7 @@ struct Maker {
   }
 
   std::optional<testbed_command2_t> operator()(const Guided& guided) const {
-    testbed_command2_t command = motion_command_of(testbed_command2_t::GUIDED);
+    testbed_command2_t command = testbed_command_of(testbed_command2_t::GUIDED);
     command.speed_m_s = guided.speed;
     command.angular_speed_rad_s = guided.angular_speed;
     command.guidance = guided.by;
@@ -98,6 +89,13 @@ struct Maker {
 };
 
 }  // namespace
+
+testbed_command2_t testbed_command_of(std::int8_t what) {
+  testbed_command2_t command{};
+  command.command = what;
+  set_pose({}, command);
+  return command;
+}
 
 std::optional<testbed_command2_t> motion_command(const Verb& verb, const Pose& here) {
   return std::visit(Maker{here}, verb);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "procedures/engine/motion_command.h"
 #include "procedures/engine/step_makers.h"
 
@@ -37,12 +38,11 @@ class LightsRunner final : public StepRunner {
   Lights lights_;
 };
 
-/// Where the replica is told to be (T_sensor_model).
+/// Where the replica is commanded to be (T_sensor_model).
 Pose commanded_pose(const Bench& bench) {
   const auto& state = bench.testbed.state();
   if (!state) return {};
-  const double* q = state->commanded_q_wxyz;
-  return {Vector3d::Map(state->commanded_position_m), Quaterniond(q[0], q[1], q[2], q[3])};
+  return exact_pose_of(state->commanded_position_m, state->commanded_q_wxyz);
 }
 
 /// Everything the testbed carries out to an end: moves, retreats, trajectories, approaches.
@@ -103,10 +103,7 @@ class StoppedRunner final : public StepRunner {
       }
       if (seconds(active) < duration_ && !is_met(bench, now)) return StepResult::running;
       stopping_ = true;
-      testbed_command2_t command{};
-      command.command = testbed_command2_t::STOP;
-      command.q_wxyz[0] = 1;
-      bench.testbed.command(command, now);
+      bench.testbed.command(testbed_command_of(testbed_command2_t::STOP), now);
       return StepResult::running;
     }
     // At rest, not only on the way there: the next step may want to move.

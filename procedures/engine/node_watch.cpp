@@ -10,7 +10,7 @@ bool NodeWatch::Node::ready() const {
 }
 
 std::string NodeWatch::Node::text() const {
-  return (heard ? words::of_node_state(state) : "nothing received") +
+  return (received ? words::of_node_state(state) : "nothing received") +
          (reason.empty() ? "" : ": " + reason);
 }
 
@@ -28,7 +28,7 @@ void NodeWatch::start(Utime now) {
 void NodeWatch::on(const node_status_t& message) {
   const auto node = nodes_.find(message.node);
   if (node == nodes_.end()) return;
-  node->second.heard = true;
+  node->second.received = true;
   node->second.state = message.state;
   node->second.reason = message.reason;
 }
@@ -79,9 +79,9 @@ std::vector<precondition_t> NodeWatch::preconditions(bool going_on) const {
   for (const auto& [name, node] : nodes_) {
     precondition_t item;
     item.name = "node " + name;
-    // what is held says so: the testbed's own state is looked at besides
+    // what is held reports it: the testbed's own state is looked at besides
     const bool held = going_on && node.state == node_status_t::DEGRADED;
-    item.met = node.heard && (node.ready() || held);
+    item.met = node.received && (node.ready() || held);
     item.reason = node.text();
     list.push_back(item);
   }

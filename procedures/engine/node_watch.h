@@ -16,8 +16,8 @@ namespace berth::procedures {
 /// The nodes without which nothing starts or goes on.
 class NodeWatch {
  public:
-  /// supervisor: of the nodes, the one whose FAULT is final; empty: none. outside: what to say of
-  /// nodes that somebody else starts, until they are heard.
+  /// supervisor: of the nodes, the one whose FAULT is final; empty: none. outside: what to report
+  /// of nodes that somebody else starts, until something is received of them.
   NodeWatch(const std::vector<std::string>& required, std::string supervisor,
             const std::map<std::string, std::string>& outside = {});
 
@@ -42,7 +42,7 @@ class NodeWatch {
   struct Node {
     std::int8_t state = node_status_t::STARTING;
     std::string reason;
-    bool heard = false;
+    bool received = false;
     Utime heartbeat = 0;
 
     bool ready() const;

@@ -15,9 +15,10 @@ inline constexpr Utime control_lifetime = 1500 * millisecond;
 
 /// Words of a TAKE_CONTROL's text, separated by commas.
 inline constexpr char take_over_word[] = "take over";  ///< from whoever has it
-inline constexpr char hold_when_lost_word[] = "hold";  ///< when the holder is no longer heard
+inline constexpr char hold_when_lost_word[] = "hold";  ///< when the holder is lost
 
-/// Which operator steers a procedure: nobody, and then anybody may, or one, as long as he is heard.
+/// Which operator steers a procedure: nobody, and then anybody may, or one, as long as it keeps
+/// control.
 class OperatorControl {
  public:
   /// Why this one may not be obeyed; empty: it may. Stopping is never in question: HOLD and ABORT

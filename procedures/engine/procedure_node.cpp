@@ -11,9 +11,9 @@ namespace berth {
 namespace {
 
 constexpr Utime control_period = 500 * millisecond;
-/// A state is said again for those who join: as often as control, one of many steps more rarely, so
-/// that a log grows by no more than this for it, bytes a second; but never so rarely that one waits
-/// for long.
+/// A state is published again for those who join: as often as control, one of many steps more
+/// rarely, so that a log grows by no more than this for it, bytes a second; but never so rarely
+/// that one waits for long.
 constexpr double repeated_bytes = 10e3;
 constexpr Utime max_repeat = 2 * second;
 constexpr int final_repeats = 3;

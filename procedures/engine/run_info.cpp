@@ -55,7 +55,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   info.seed = static_cast<std::int64_t>(setup.seed);
   info.procedure = procedure.name;
   info.target = name_from_run(setup);
-  // As asked for, so that loading it again gives the same bits.
+  // As requested, so that loading it again gives the same bits.
   info.target_length_m = setup.target_length > 0 ? setup.target_length : target.length;
   info.target_hash = target.hash;
   info.layout = setup.layout;

@@ -37,7 +37,7 @@ class StepRunner {
   /// The estimate that has just come.
   virtual void on_estimate(const Bench&, const pose_estimate_t&) {}
 
-  /// What the operator is asked now; nullptr when nothing.
+  /// The question to the operator now; nullptr when nothing.
   virtual const Prompt* prompt() const { return nullptr; }
   virtual void answer(const std::string&, const std::string& /*who*/) {}
 

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procedures/engine/testbed_link.h"
 
+#include "procedures/engine/motion_command.h"
+
 namespace berth::procedures {
 namespace {
 
 /// A lease lasts for two seconds, and must not be lost with a fifth of the messages: ten in a row,
 /// once in ten million.
 constexpr Utime lease_period = 200 * millisecond;
-
-testbed_command2_t order_of(std::int8_t what) {
-  testbed_command2_t command{};
-  command.command = what;
-  command.q_wxyz[0] = 1;
-  return command;
-}
 
 }  // namespace
 
@@ -30,13 +25,13 @@ void TestbedLink::command(testbed_command2_t command, Utime now) {
 }
 
 void TestbedLink::order(std::int8_t what, Utime now) {
-  testbed_command2_t command = order_of(what);
+  testbed_command2_t command = testbed_command_of(what);
   command.speed_override = override_;
   order_.send(std::move(command), commander_, now);
 }
 
 void TestbedLink::send_lease(std::int8_t what, Utime now) {
-  testbed_command2_t command = order_of(what);
+  testbed_command2_t command = testbed_command_of(what);
   command.speed_override = override_;
   complete(command, commander_, now);
   lease_sent_ = now;
@@ -49,7 +44,7 @@ void TestbedLink::keep_lease(Utime now) {
 
 void TestbedLink::set_override(double override, Utime now) {
   override_ = motion_.command().speed_override = order_.command().speed_override = override;
-  if (holds_lease_) keep_lease(now);  // at once; it is said again with every one that follows
+  if (holds_lease_) keep_lease(now);  // at once; it is sent again with every one that follows
 }
 
 void TestbedLink::take_lease(Utime now) {
@@ -67,7 +62,7 @@ void TestbedLink::on(const testbed_state_t& state) {
   state_ = state;
   holds_lease_ = state.lease_holder == commander_.name;
   held_once_ = held_once_ || (wants_lease_ && holds_lease_);
-  // Closed loop motion that ends otherwise than it should says why in the same place.
+  // Closed loop motion that ends otherwise than it should gives the reason in the same place.
   const bool under_way = motion_.status() == CommandStatus::accepted;
   if (motion_.on(state)) refusal_ = (under_way ? "" : "the testbed refuses: ") + motion_.reason();
   order_.on(state);

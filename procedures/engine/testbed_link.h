@@ -14,7 +14,7 @@ class TestbedLink {
  public:
   TestbedLink(Actions& actions, Commander commander);
 
-  /// Starts a motion; fills in all but what it asks for.
+  /// Starts a motion; fills in all but what it requests.
   void command(testbed_command2_t command, Utime now);
   CommandStatus status() const { return motion_.status(); }
   /// Why the motion was refused, or given up; a sentence.
@@ -28,7 +28,7 @@ class TestbedLink {
   void set_override(double override, Utime now);
   double override() const { return override_; }
 
-  /// Asks for the lease and keeps it until release_lease.
+  /// Requests the lease and keeps it until release_lease.
   void take_lease(Utime now);
   void release_lease(Utime now);
   bool has_lease() const { return wants_lease_ && holds_lease_; }

@@ -8,6 +8,7 @@
 #include "common/core/text.h"
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::procedures {
 namespace {
@@ -28,12 +29,11 @@ testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::str
   evaluation::LogSummary summary;
   const evaluation::RunRecord record =
       evaluation::read_run(file, summary, std::nullopt, [&](const logs::LogEvent& event) {
-        if (!commanded || event.channel != channels::testbed_state) return;
-        const auto state = logs::decode<testbed_state_t>(event.data);
+        if (!commanded) return;
+        const auto state = logs::decode<testbed_state_t>(event, channels::testbed_state);
         if (!state) return;
-        const double* q = state->commanded_q_wxyz;
-        poses.emplace_back(state->utime, Pose{Vector3d::Map(state->commanded_position_m),
-                                              Quaterniond(q[0], q[1], q[2], q[3])});
+        poses.emplace_back(state->utime,
+                           exact_pose_of(state->commanded_position_m, state->commanded_q_wxyz));
       });
   if (!commanded) {
     for (const auto& sample : record.truth().samples())

@@ -36,18 +36,18 @@ void optional_gate(Config& config, double& near, double& far) {
 
 Read read_scan(Config& config) {
   Scan scan;
-  scan_window_t& window = scan.window;
+  Window& window = scan.window;
   window.name = "procedure";
-  config.optional("azimuth", Dimension::angle, window.azimuth_rad);
-  config.optional("elevation", Dimension::angle, window.elevation_rad);
-  window.width_rad = positive(config, "width", Dimension::angle);
-  window.height_rad = positive(config, "height", Dimension::angle);
+  config.optional("azimuth", Dimension::angle, window.azimuth);
+  config.optional("elevation", Dimension::angle, window.elevation);
+  window.width = positive(config, "width", Dimension::angle);
+  window.height = positive(config, "height", Dimension::angle);
   window.count = config.small_integer("count");
   if (window.count < 1) throw config.error("count", "expected at least one beam");
   if (config.has("pattern")) {
     const auto found =
         std::find(patterns.begin(), patterns.end(), config.choice("pattern", patterns));
-    window.pattern = static_cast<std::int8_t>(found - patterns.begin());
+    window.pattern = static_cast<Pattern>(found - patterns.begin());
   }
   return {scan, 120};
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/scan_window_t.hpp>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/core/pose.h"
+#include "common/core/scan_window.h"
 #include "procedures/language/condition.h"
 #include "procedures/language/trajectory.h"
 
@@ -103,7 +103,7 @@ struct Dwell {
 
 /// One scan of the procedure's own.
 struct Scan {
-  scan_window_t window{};
+  Window window;
 };
 
 /// Asks the operator.

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "estimator/node/messages.h"
+#include "lcmtypes/conversions.h"
 #include "test/estimator/packets.h"
 
 namespace berth::benchmark {
@@ -62,7 +62,7 @@ void ClosedLoop::track_from(const Pose& initial) {
   command.command = estimator_command_t::TRACK;
   command.first_scan_id = 1;
   command.has_initial_pose = 1;
-  estimator::fill_pose(initial, command.initial_position_m, command.initial_q_wxyz);
+  set_pose(initial, command.initial_position_m, command.initial_q_wxyz);
   estimator_.take(command);
 }
 
@@ -70,11 +70,7 @@ bool ClosedLoop::scan() {
   if (request_.scan_id == answered_ || request_.windows.empty()) return false;
   const scan_request_t request = request_;
   answered_ = request.scan_id;
-  std::vector<Window> windows;
-  for (const scan_window_t& w : request.windows) {
-    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
-  }
-  const Scan scan = source_(windows, utime_);
+  const Scan scan = source_(windows_of(request.windows), utime_);
   if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
   for (const ScanPacket& packet :
        estimator::packets_of(scan.beams, request.scan_id, request.session))
@@ -99,14 +95,12 @@ void ClosedLoop::estimate(const pose_estimate_t& message) {
   e.scan_id = message.scan_id;
   e.time = 1e-6 * static_cast<double>(message.utime - World::first_utime);
   e.ok = message.status == pose_estimate_t::OK;
-  e.pose = estimator::pose_of(message.position_m, message.q_wxyz);
+  e.pose = pose_of(message);
   e.truth = truth_at(message.utime);
-  e.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance);
+  e.covariance = covariance_of(message.covariance);
   e.returns = message.returns_received;
-  const Velocity velocity{Eigen::Map<const Vector3d>(message.linear_velocity_m_s),
-                          Eigen::Map<const Vector3d>(message.angular_velocity_rad_s)};
   const std::int64_t last = message.utime_last_return;
-  e.present = moved(e.pose, velocity, 1e-6 * static_cast<double>(last - message.utime));
+  e.present = moved(e.pose, velocity_of(message), 1e-6 * static_cast<double>(last - message.utime));
   e.present_truth = truth_at(last);
   estimates_.push_back(e);
 }

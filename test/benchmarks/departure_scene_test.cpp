@@ -64,7 +64,8 @@ TEST_CASE("a blanket moves what is seen along the rays and leaves rims where the
   const Compared again = compared(a, believed->scan(2000));  // new noise of the angles
   CHECK(covered.one < 2 * again.one + 10);
   const Window window = window_around(maker.target().mesh, believed->truth(), 0.05);
-  const Window counted = {window.azimuth, window.elevation, window.width, window.height, 8000, ""};
+  const Window counted = {
+      window.azimuth, window.elevation, window.width, window.height, Pattern::raster, 8000, 0, ""};
   const Compared warped = compared(believed->sweep({counted}, World::first_utime),
                                    warp->sweep({counted}, World::first_utime));
   CHECK(warped.rms_m > 0.004);

@@ -22,8 +22,8 @@ void check_run(EstimatorSetup setup, double error_m,
   REQUIRE(run.last().status == pose_estimate_t::OK);
   const double late = static_cast<double>(run.last().utime - run.lidar.utime) * 1e-6;
   const Pose truth = moved(run.lidar.pose, run.lidar.velocity, late);
-  CHECK(distance(pose_in(run.last()), truth) < error_m);
-  CHECK(angle_between(pose_in(run.last()), truth) < radians(1.5));
+  CHECK(distance(pose_of(run.last()), truth) < error_m);
+  CHECK(angle_between(pose_of(run.last()), truth) < radians(1.5));
 }
 
 }  // namespace

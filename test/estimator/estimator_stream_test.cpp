@@ -65,11 +65,9 @@ Comparison compare(const Velocity& velocity) {
         continue;
       }
       const Pose truth = moved(start_pose, velocity, static_cast<double>(e.utime - epoch) * 1e-6);
-      const Velocity believed{Vector3d::Map(whole.linear_velocity_m_s),
-                              Vector3d::Map(whole.angular_velocity_rad_s)};
       const double later = static_cast<double>(e.utime - whole.utime) * 1e-6;
-      result.streamed.add(pose_in(e), truth);
-      result.by_scan.add(moved(pose_in(whole), believed, later), truth);
+      result.streamed.add(pose_of(e), truth);
+      result.by_scan.add(moved(pose_of(whole), velocity_of(whole), later), truth);
     }
   }
   return result;
@@ -101,7 +99,7 @@ TEST_CASE("Streaming gives an estimate every so many returns, later and later") 
     CHECK(all[i].last_packet >= next_packet);
     CHECK(all[i].last_packet >= all[i].first_packet);
     next_packet = all[i].last_packet;
-    CHECK(distance(pose_in(all[i]), start_pose) < 0.01);
+    CHECK(distance(pose_of(all[i]), start_pose) < 0.01);
   }
   CHECK(whole.method == "likelihood");
   CHECK(whole.first_packet == 0);
@@ -179,7 +177,7 @@ TEST_CASE("A jump of the target is not streamed as a pose") {
   for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
   for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
     const Estimate& e = run.said.estimates[i];
-    const double off = distance(pose_in(e), run.lidar.pose);
+    const double off = distance(pose_of(e), run.lidar.pose);
     // Found again, how it moves is not known yet, and fifty returns hold it along some axes only:
     // its first batch was 55 mm off, with a sigma of 35 mm.
     const double sigma = std::sqrt(e.covariance[0] + e.covariance[6 + 1] + e.covariance[2 * 6 + 2]);

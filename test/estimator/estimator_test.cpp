@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fold: commands and packets in; requests, estimates and states out.
 #include "estimator/node/messages.h"
+#include "lcmtypes/conversions.h"
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
@@ -61,8 +62,8 @@ TEST_CASE("An idle estimator acquires at once and goes on tracking by itself") {
   CHECK(e.returns_received >= e.returns_used);
   CHECK(e.utime >= e.utime_first_return);
   CHECK(e.utime <= e.utime_last_return);
-  CHECK(distance(pose_in(e), start_pose) < 0.01);
-  CHECK(angle_between(pose_in(e), start_pose) < radians(1));
+  CHECK(distance(pose_of(e), start_pose) < 0.01);
+  CHECK(angle_between(pose_of(e), start_pose) < radians(1));
 }
 
 TEST_CASE("A command for a later scan waits for it") {
@@ -235,7 +236,7 @@ TEST_CASE("Where two scans tell too little the next has more beams where the tar
   CHECK(beams_per_solid_angle() > 3 * at_first);
   for (int i = 0; i < 5 && run.last().status != Estimate::OK; ++i) REQUIRE(run.scan_once());
   CHECK(run.last().status == Estimate::OK);
-  CHECK(distance(pose_in(run.last()), start_pose) < 0.02);
+  CHECK(distance(pose_of(run.last()), start_pose) < 0.02);
 }
 
 TEST_CASE("Two looks in a row that do not decide are followed by a scan of everything") {
@@ -271,7 +272,7 @@ TEST_CASE("A jump of the target is never reported as a pose") {
   run.lidar.pose = perturbed(run.lidar.pose, (Vector6d() << 0.5, 0.3, 0, 0, 0, 0.8).finished());
   for (int i = 0; i < 8; ++i) {
     REQUIRE(run.scan_once());
-    const bool right = distance(pose_in(run.last()), run.lidar.pose) < 0.02;
+    const bool right = distance(pose_of(run.last()), run.lidar.pose) < 0.02;
     CHECK((right || run.last().status != Estimate::OK));
   }
   CHECK(run.last().status == Estimate::OK);
@@ -340,11 +341,7 @@ TEST_CASE("Tracking starts from a given pose") {
   track.returns_per_scan = 600;
   const Pose given =
       perturbed(start_pose, (Vector6d() << 0.02, -0.02, 0.01, 0.02, 0.01, -0.02).finished());
-  for (int i = 0; i < 3; ++i) track.initial_position_m[i] = given.position[i];
-  track.initial_q_wxyz[0] = given.rotation.w();
-  track.initial_q_wxyz[1] = given.rotation.x();
-  track.initial_q_wxyz[2] = given.rotation.y();
-  track.initial_q_wxyz[3] = given.rotation.z();
+  set_pose(given, track.initial_position_m, track.initial_q_wxyz);
   run.tell(track);
   REQUIRE(run.said.requests.size() == 1);
   int beams = 0;
@@ -356,7 +353,7 @@ TEST_CASE("Tracking starts from a given pose") {
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
   CHECK(run.last().returns_received == Approx(600).epsilon(0.25));
   CHECK(run.last().status == Estimate::OK);
-  CHECK(distance(pose_in(run.last()), start_pose) < 0.01);
+  CHECK(distance(pose_of(run.last()), start_pose) < 0.01);
 }
 
 TEST_CASE(
@@ -452,7 +449,7 @@ TEST_CASE("A million returns are one scan") {
   request.windows[0].count = 1000000;
   for (const auto& p : answer(run.lidar, request)) run.estimator.take(p);
   CHECK(run.last().status == Estimate::OK);
-  CHECK(distance(pose_in(run.last()), start_pose) < 0.01);
+  CHECK(distance(pose_of(run.last()), start_pose) < 0.01);
 }
 
 TEST_CASE("A moving target is tracked with its velocity") {
@@ -467,7 +464,7 @@ TEST_CASE("A moving target is tracked with its velocity") {
   }
   const double late = static_cast<double>(run.last().utime - run.lidar.utime) * 1e-6;
   const Pose truth = moved(run.lidar.pose, run.lidar.velocity, late);
-  CHECK(distance(pose_in(run.last()), truth) < 0.01);
-  CHECK(angle_between(pose_in(run.last()), truth) < radians(1));
+  CHECK(distance(pose_of(run.last()), truth) < 0.01);
+  CHECK(angle_between(pose_of(run.last()), truth) < radians(1));
   CHECK(run.last().linear_velocity_m_s[2] == Approx(-0.02).margin(0.006));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "test/estimator/fold_fixture.h"
 
-#include "estimator/node/messages.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::estimator {
 
@@ -23,11 +23,7 @@ EstimatorSetup test_setup(const std::string& file) {
 std::vector<ScanPacket> answer(ScanMaker& lidar, const scan_request_t& request) {
   lidar.utime += 50000;
   lidar.pose = moved(lidar.pose, lidar.velocity, 0.05);
-  std::vector<Window> windows;
-  for (const scan_window_t& w : request.windows) {
-    windows.push_back({w.azimuth_rad, w.elevation_rad, w.width_rad, w.height_rad, w.count, w.name});
-  }
-  return packets_of(lidar.sweep(windows), request.scan_id, request.session);
+  return packets_of(lidar.sweep(windows_of(request.windows)), request.scan_id, request.session);
 }
 
 ScanPacket empty_end(std::int64_t scan_id, std::int8_t status, const std::string& reason,
@@ -59,10 +55,6 @@ bool Loopback::scan_once() {
     estimator.take(p);
   }
   return true;
-}
-
-Pose pose_in(const pose_estimate_t& estimate) {
-  return pose_of(estimate.position_m, estimate.q_wxyz);
 }
 
 }  // namespace berth::estimator

@@ -59,6 +59,4 @@ struct Loopback {
   std::int64_t answered_ = 0;
 };
 
-Pose pose_in(const pose_estimate_t& estimate);
-
 }  // namespace berth::estimator

@@ -300,7 +300,8 @@ TEST_CASE("Returns of a patch that errs alike say no more together than the patc
   const Pose pose{{0, 0, 6}, Quaterniond::Identity()};
   const PoseView exact(*model, nullptr, field.beam, planner_options, pose);
   const PoseView erring(*model, nullptr, field.beam, alike, pose);
-  Window small{0, 0, 0.01, 0.01, 100, ""};  // 60 mm wide: within a patch or four
+  Window small{0,   0, 0.01, 0.01, Pattern::raster,
+               100, 0, ""};  // 60 mm wide: within a patch or four
   const auto of_range = [&](const PoseView& view, int count) {
     small.count = count;
     return scan_information(view, {small}).topLeftCorner<3, 3>().trace();
@@ -321,7 +322,7 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
   const Pose pose{{0, 0, 6}, Quaterniond::Identity()};
   const PoseView view(*model, &planner.scene(), field.beam, planner_options, pose);
   // About the middle of the right edge, 200 mm long and wide; more than the faces behind it say.
-  Window window{std::atan(1 / 6.0), 0, 0.2 / 6, 0.2 / 6, 1000, ""};
+  Window window{std::atan(1 / 6.0), 0, 0.2 / 6, 0.2 / 6, Pattern::raster, 1000, 0, ""};
   const PoseView faces(*model, nullptr, field.beam, planner_options, pose);
   const Matrix6d told = scan_information(view, {window}) - scan_information(faces, {window});
   // Beams at random places: Fisher information of a Bernoulli trial with p = Phi(d / width).

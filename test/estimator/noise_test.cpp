@@ -52,7 +52,7 @@ TEST_CASE("The noise is learnt from the returns, found and followed at a half an
     const double sigma = std::sqrt(e.covariance[14]);  // along the boresight
     if (factor == 1) sigma_as_said = sigma;
     CHECK(sigma == Approx(factor * sigma_as_said).epsilon(0.4));
-    CHECK(distance(pose_in(e), start_pose) < 0.01 * factor);
+    CHECK(distance(pose_of(e), start_pose) < 0.01 * factor);
   }
 }
 

@@ -75,7 +75,7 @@ Matrix6d covariance_of(const Estimate& e) {
 }
 
 double position_nees(const Estimate& e, const Pose& truth) {
-  const Vector3d error = truth.position - pose_in(e).position;
+  const Vector3d error = truth.position - pose_of(e).position;
   const Matrix3d covariance = covariance_of(e).topLeftCorner<3, 3>();
   return error.dot(covariance.ldlt().solve(error)) / 3;
 }
@@ -234,8 +234,8 @@ TEST_CASE("An approach passes from long to medium range without a gap or a jump"
     CHECK(e.operating_range >= flight.estimates[i - 1].operating_range);
     // Errors of neighbours differ by no more than they own to.
     const Vector3d jump =
-        (pose_in(e).position - flight.truths[i].position) -
-        (pose_in(flight.estimates[i - 1]).position - flight.truths[i - 1].position);
+        (pose_of(e).position - flight.truths[i].position) -
+        (pose_of(flight.estimates[i - 1]).position - flight.truths[i - 1].position);
     const double allowed = std::sqrt(
         (covariance_of(e) + covariance_of(flight.estimates[i - 1])).topLeftCorner<3, 3>().trace());
     CHECK(jump.norm() < 4 * allowed);
@@ -243,7 +243,7 @@ TEST_CASE("An approach passes from long to medium range without a gap or a jump"
   CHECK(ranges[Estimate::RANGE_LONG] > 3);
   CHECK(ranges[Estimate::RANGE_MEDIUM] > 10);
   CHECK(nees < 4);  // errors are less than twice what the covariance owns to
-  CHECK(angle_between(pose_in(flight.estimates.back()), flight.truths.back()) < radians(5));
+  CHECK(angle_between(pose_of(flight.estimates.back()), flight.truths.back()) < radians(5));
 }
 
 TEST_CASE("Near the target only its docking interface is scanned") {
@@ -252,7 +252,7 @@ TEST_CASE("Near the target only its docking interface is scanned") {
   flight.fly_to(3);
   for (std::size_t i = 0; i < flight.estimates.size(); ++i) {
     REQUIRE(flight.estimates[i].status == Estimate::OK);
-    CHECK(distance(pose_in(flight.estimates[i]), flight.truths[i]) < 0.03);
+    CHECK(distance(pose_of(flight.estimates[i]), flight.truths[i]) < 0.03);
   }
   CHECK(flight.estimates.front().operating_range == Estimate::RANGE_MEDIUM);
   CHECK(flight.estimates.back().operating_range == Estimate::RANGE_SHORT);

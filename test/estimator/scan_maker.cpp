@@ -20,7 +20,7 @@ std::vector<RawBeam> ScanMaker::measure(const std::vector<Window>& windows) {
 }
 
 RawBeam ScanMaker::shoot(double azimuth, double elevation) {
-  return measure({{azimuth, elevation, 0, 0, 1, ""}}).front();
+  return measure({{azimuth, elevation, 0, 0, Pattern::raster, 1, 0, ""}}).front();
 }
 
 std::vector<RawBeam> ScanMaker::sweep(const std::vector<Window>& windows) {
@@ -93,7 +93,9 @@ Pose displaced(const Pose& pose, Random& random, double translation, double rota
 
 Pose random_pose(Random& random, double distance) { return {{0, 0, distance}, random.rotation()}; }
 
-Window full_view(int count) { return {0, 0, radians(40), radians(40), count, "full"}; }
+Window full_view(int count) {
+  return {0, 0, radians(40), radians(40), Pattern::raster, count, 0, "full"};
+}
 
 Window around(const TargetModel& model, const Pose& pose, int count) {
   double low[2] = {10, 10};
@@ -110,7 +112,9 @@ Window around(const TargetModel& model, const Pose& pose, int count) {
           0.5 * (low[1] + high[1]),
           high[0] - low[0],
           high[1] - low[1],
+          Pattern::raster,
           count,
+          0,
           "around"};
 }
 

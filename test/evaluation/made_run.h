@@ -8,20 +8,13 @@
 #include <vector>
 
 #include "common/bus/loop.h"
-#include "common/core/pose.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::made {
 
 inline constexpr Utime start = 1000 * second;
 inline constexpr std::int64_t session = 7;
 inline constexpr double mm = 1e-3;
-
-template <class Message>
-void put_pose(const Pose& pose, Message& message) {
-  Vector3d::Map(message.position_m) = pose.position;
-  message.q_wxyz[0] = pose.rotation.w();
-  Vector3d::Map(message.q_wxyz + 1) = pose.rotation.vec();
-}
 
 /// Truth with equal sigmas on all axes.
 inline ground_truth_t truth(Utime utime, const Pose& pose, double sigma_m = 1e-3,
@@ -30,7 +23,7 @@ inline ground_truth_t truth(Utime utime, const Pose& pose, double sigma_m = 1e-3
   message.utime = utime;
   message.seq = utime;
   message.session = session;
-  put_pose(pose, message);
+  set_pose(pose, message);
   for (int i = 0; i < 6; ++i) {
     message.covariance[7 * i] = i < 3 ? sigma_m * sigma_m : sigma_rad * sigma_rad;
   }
@@ -44,10 +37,8 @@ inline pose_estimate_t estimate(Utime utime, const Pose& pose,
   message.seq = utime;
   message.session = session;
   message.status = status;
-  put_pose(pose, message);
-  Vector3d::Map(message.measured_position_m) = pose.position;
-  message.measured_q_wxyz[0] = pose.rotation.w();
-  Vector3d::Map(message.measured_q_wxyz + 1) = pose.rotation.vec();
+  set_pose(pose, message);
+  set_pose(pose, message.measured_position_m, message.measured_q_wxyz);
   for (int i = 0; i < 6; ++i) message.covariance[7 * i] = i < 3 ? 9e-6 : 4e-6;
   return message;
 }

@@ -77,7 +77,7 @@ TEST_CASE("a time stamp wrong by a millisecond shows at 200 mm/s, whatever the o
   Random random(3, "time");
   const auto late = [&](double t, pose_estimate_t& estimate) {
     const Pose earlier = to_and_fro(t - 1e-3);
-    made::put_pose(earlier, estimate);
+    set_pose(earlier, estimate);
     shift(estimate, Vector3d(5 * mm, -3 * mm, 0) + random.normal_vector(1 * mm));
     Vector3d::Map(estimate.measured_position_m) = earlier.position + random.normal_vector(2 * mm);
   };
@@ -107,7 +107,7 @@ TEST_CASE("truth that is wrong in proportion to the way gone does not pretend to
     Pose pose = to_and_fro(t);
     pose.position.x() *= 1.002;
     pose.position.z() += 0.01 * pose.position.x();
-    made::put_pose(pose, estimate);
+    set_pose(pose, estimate);
     shift(estimate, random.normal_vector(0.1 * mm));
   };
   const Measured m = measured(flown(to_and_fro, 60, scaled), "estimate_delay");
@@ -119,7 +119,7 @@ TEST_CASE("a delay needs motion, of whatever kind") {
   const Measured m = measured(flown(resting, 20), "lidar_to_arms_delay");
   CHECK(std::isnan(m.value));
   CHECK_THAT(m.reason, Catch::Contains("not observable") && Catch::Contains("rests"));
-  const auto late = [](double t, pose_estimate_t& e) { made::put_pose(tumbling(t - 0.05), e); };
+  const auto late = [](double t, pose_estimate_t& e) { set_pose(tumbling(t - 0.05), e); };
   CHECK(measured(flown(tumbling, 60, late), "estimate_delay").value == Approx(0.05).epsilon(1e-3));
 }
 
@@ -159,7 +159,7 @@ TEST_CASE("a mount that is off is measured where the target rests") {
   const RunRecord record = flown(moved_away, 20, [&](double t, pose_estimate_t& estimate) {
     Vector6d noise;
     noise << random.normal_vector(0.5 * mm), random.normal_vector(radians(0.05));
-    made::put_pose(perturbed(moved_away(t), Vector6d(off + noise)), estimate);
+    set_pose(perturbed(moved_away(t), Vector6d(off + noise)), estimate);
     if (t > 10) shift(estimate, Vector3d(1, 0, 0));  // what moves does not count
   });
   const Measured offset = measured(record, "mount_offset");
@@ -181,7 +181,7 @@ RunRecord claiming(double factor) {
     Vector6d error;
     error << random.normal_vector(std::sqrt(9e-6 + 1e-6)),
         random.normal_vector(std::sqrt(4e-6 + 1e-6));
-    made::put_pose(perturbed(resting(t), error), estimate);
+    set_pose(perturbed(resting(t), error), estimate);
     for (double& c : estimate.covariance) c *= factor;
   });
 }

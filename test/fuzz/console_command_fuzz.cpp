@@ -31,10 +31,10 @@ void read_as_command(const std::string& text) {
 /// Nobody is let in without the token, and no path leaves the directories.
 void read_as_request(const std::string& text) {
   static const Access access("a-token-that-no-fuzzer-ever-guesses", {"cell.example"}, true);
-  Asked asked{"GET", text, "cell.example", "", text, text};
-  require(access.judge(asked, 8800).status == 401);
-  asked = {text, "/", text, text, "", ""};
-  require(access.judge(asked, 8800).status != 200);
+  PageRequest request{"GET", text, "cell.example", "", text, text};
+  require(access.judge(request, 8800).status == 401);
+  request = {text, "/", text, text, "", ""};
+  require(access.judge(request, 8800).status != 200);
   if (is_plain_path(text)) require(text[0] == '/' && text.find("/..") == std::string::npos);
 }
 

@@ -64,8 +64,7 @@ struct GuidedCell : FakeCell {
       const Quaterniond q = rotation_from_vector(x * x * x * (10 - 15 * x + 6 * x * x) * by);
       waypoint_t waypoint{};
       waypoint.time_s = duration * x;
-      waypoint.q_wxyz[0] = q.w();
-      for (int k = 0; k < 3; ++k) waypoint.q_wxyz[k + 1] = q.vec()[k];
+      set_pose({Vector3d::Zero(), q}, waypoint);
       message.waypoints.push_back(waypoint);
     }
     message.waypoint_count = static_cast<std::int32_t>(message.waypoints.size());

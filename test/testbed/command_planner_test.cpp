@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "common/core/random.h"
+#include "lcmtypes/conversions.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
 
@@ -37,9 +38,7 @@ struct Commands : Bench {
 testbed_command2_t move_to(const Pose& goal, double speed, double angular_speed) {
   testbed_command2_t command{};
   command.command = testbed_command2_t::MOVE;
-  Vector3d::Map(command.position_m) = goal.position;
-  command.q_wxyz[0] = goal.rotation.w();
-  Vector3d::Map(command.q_wxyz + 1) = goal.rotation.vec();
+  set_pose(goal, command);
   command.speed_m_s = speed;
   command.angular_speed_rad_s = angular_speed;
   return command;
@@ -82,11 +81,9 @@ TEST_CASE("a trajectory that is only too fast passes when it lasts as much longe
     for (int i = 0; i <= 40; ++i) {
       const double x = i / 40.0;
       waypoint_t waypoint{};
-      const Pose pose = bench.home_pose();
-      Vector3d::Map(waypoint.position_m) =
-          pose.position + Vector3d(0.3 * x * x * (3 - 2 * x), 0, 0);
-      waypoint.q_wxyz[0] = pose.rotation.w();
-      Vector3d::Map(waypoint.q_wxyz + 1) = pose.rotation.vec();
+      Pose pose = bench.home_pose();
+      pose.position.x() += 0.3 * x * x * (3 - 2 * x);
+      set_pose(pose, waypoint);
       waypoint.time_s = 0.3 * x * stretch;
       command.waypoints.push_back(waypoint);
     }

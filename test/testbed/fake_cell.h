@@ -20,8 +20,8 @@
 #include "common/bus/simulation.h"
 #include "common/core/random.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "testbed/node/testbed_node.h"
-#include "testbed/pose_fields.h"
 
 namespace berth {
 
@@ -191,9 +191,7 @@ class FakeEstimator final : public Node {
     message.seq = ++seq_;
     message.session = test_session;
     message.status = status;
-    for (int i = 0; i < 3; ++i) message.position_m[i] = pose.position[i];
-    message.q_wxyz[0] = pose.rotation.w();
-    for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
+    set_pose(pose, message);
     for (int i = 0; i < 6; ++i) message.covariance[7 * i] = variance;
     const Velocity velocity = velocity_between(past_[0].second, past_[1].second,
                                                seconds(past_[1].first - past_[0].first));
@@ -288,7 +286,7 @@ class FakeCell {
   std::int64_t send(std::int8_t what) { return send(command(what)); }
   testbed_command2_t move_to(const Xyzwpr& goal, double speed = 0.1) {
     testbed_command2_t message = command(testbed_command2_t::MOVE);
-    testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
+    set_pose(pose_from_xyzwpr(goal), message);
     message.speed_m_s = speed;
     message.angular_speed_rad_s = radians(10.0);
     return message;

@@ -290,12 +290,9 @@ TEST_CASE("a trajectory goes through its waypoints at their times") {
   const std::vector<Xyzwpr> poses{
       {0, 0, 5300, 0, 5, 0}, {100, 0, 5100, 5, 5, 10}, {100, 50, 5000, 0, 0, 0}};
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Pose pose = pose_from_xyzwpr(poses[i]);
     waypoint_t waypoint{};
     waypoint.time_s = 5.0 * static_cast<double>(i + 1);
-    for (int k = 0; k < 3; ++k) waypoint.position_m[k] = pose.position[k];
-    waypoint.q_wxyz[0] = pose.rotation.w();
-    for (int k = 0; k < 3; ++k) waypoint.q_wxyz[k + 1] = pose.rotation.vec()[k];
+    set_pose(pose_from_xyzwpr(poses[i]), waypoint);
     trajectory.waypoints.push_back(waypoint);
   }
   trajectory.waypoint_count = 3;

@@ -5,20 +5,12 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "testbed/guidance/forecast.h"
 #include "testbed/guidance/outside.h"
 
 namespace berth::testbed {
 namespace {
-
-/// Nothing when position and quaternion do not make a pose.
-std::optional<Pose> pose_of(const double* position, const double* q_wxyz) {
-  const Pose pose{Vector3d(position[0], position[1], position[2]),
-                  Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3])};
-  const double norm = pose.rotation.norm();
-  if (!pose.position.allFinite() || !(std::abs(norm - 1) < 1e-3)) return std::nullopt;
-  return Pose{pose.position, pose.rotation.normalized()};
-}
 
 /// The same relative pose seen as a path that never comes to its end: what is steered, not planned.
 class HeldPath final : public RelativePath {
@@ -37,9 +29,9 @@ std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
     const std::string& beginning) {
   std::vector<WaypointPath::Waypoint> waypoints;
   for (const waypoint_t& waypoint : list) {
-    const auto pose = pose_of(waypoint.position_m, waypoint.q_wxyz);
     const std::string name = "waypoint " + std::to_string(waypoints.size() + 1);
-    if (!pose) return name + " is not a pose";
+    if (!is_pose(waypoint.position_m, waypoint.q_wxyz)) return name + " is not a pose";
+    const Pose pose = pose_of(waypoint);
     if (waypoints.empty() && waypoint.time_s > 0) waypoints.push_back({0, start});
     if (!(waypoint.time_s >= 0) ||
         (!waypoints.empty() && waypoint.time_s <= waypoints.back().time)) {
@@ -48,13 +40,13 @@ std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
     if (waypoints.empty()) {
       constexpr double near_m = 0.005;
       constexpr double near_rad = 0.01;
-      if (distance(start, *pose) > near_m || angle_between(start, *pose) > near_rad) {
-        return what + " begins " + fixed(1e3 * distance(start, *pose), 0) + " mm and " +
-               fixed(degrees(angle_between(start, *pose)), 1) + " deg away from " + beginning;
+      if (distance(start, pose) > near_m || angle_between(start, pose) > near_rad) {
+        return what + " begins " + fixed(1e3 * distance(start, pose), 0) + " mm and " +
+               fixed(degrees(angle_between(start, pose)), 1) + " deg away from " + beginning;
       }
       waypoints.push_back({0, start});
     } else {
-      waypoints.push_back({waypoint.time_s, *pose});
+      waypoints.push_back({waypoint.time_s, pose});
     }
   }
   if (waypoints.size() < 2) return what + " needs a waypoint with a time above 0";
@@ -185,12 +177,11 @@ std::string CommandPlanner::passing_speed(const testbed_command2_t& command, con
 
 CommandPlanner::Path CommandPlanner::move(const testbed_command2_t& command,
                                           const Pose& from) const {
-  const auto goal = pose_of(command.position_m, command.q_wxyz);
-  if (!goal) return "the goal is not a pose";
+  if (!is_pose(command.position_m, command.q_wxyz)) return "the goal is not a pose";
   RelativeLimits limits;
   const std::string wrong = limits_of(command, limits);
   if (!wrong.empty()) return wrong;
-  return std::make_shared<const StraightPath>(from, *goal, limits);
+  return std::make_shared<const StraightPath>(from, pose_of(command), limits);
 }
 
 CommandPlanner::Path CommandPlanner::trajectory(const testbed_command2_t& command,
@@ -226,9 +217,8 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command2_t& comma
   if (!keep && !(command.standoff_m > 0)) return "the standoff must be positive";
   if (!command.guidance.empty()) return flight(command, commanded, now, guidance, limits, plan);
   if (keep) {
-    const auto wanted = pose_of(command.position_m, command.q_wxyz);
-    if (!wanted) return "the pose to keep is not a pose";
-    if (const auto reason = guidance.keep(now, commanded, *wanted, limits)) return *reason;
+    if (!is_pose(command.position_m, command.q_wxyz)) return "the pose to keep is not a pose";
+    if (const auto reason = guidance.keep(now, commanded, pose_of(command), limits)) return *reason;
     return with_motion(std::make_shared<const HeldPath>(commanded));
   }
   std::optional<Docking> docking;
@@ -265,10 +255,9 @@ CommandPlanner::Path CommandPlanner::flight(const testbed_command2_t& command,
   Flight::Order order;
   order.limits = limits;
   if (command.command == testbed_command2_t::STATION_KEEP) {
-    const auto wanted = pose_of(command.position_m, command.q_wxyz);
-    if (!wanted) return "the pose to keep is not a pose";
+    if (!is_pose(command.position_m, command.q_wxyz)) return "the pose to keep is not a pose";
     order.keep = true;
-    order.pose = *wanted;
+    order.pose = pose_of(command);
   } else {
     order.standoff = command.standoff_m;
     order.dock = command.dock != 0;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 #include "testbed/guidance/outside.h"
 #include "testbed/node/testbed_node.h"
@@ -40,12 +41,9 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   estimate.usable = message.status == pose_estimate_t::OK;
   estimate.status = status_name(message.status);
   if (!estimate.usable && !message.reason.empty()) estimate.status += " (" + message.reason + ")";
-  estimate.pose = {
-      Vector3d(message.position_m[0], message.position_m[1], message.position_m[2]),
-      Quaterniond(message.q_wxyz[0], message.q_wxyz[1], message.q_wxyz[2], message.q_wxyz[3])};
-  if (is_covariance(Matrix6d::Map(message.velocity_covariance))) {
-    estimate.velocity = Velocity{Vector3d::Map(message.linear_velocity_m_s),
-                                 Vector3d::Map(message.angular_velocity_rad_s)};
+  estimate.pose = exact_pose_of(message);
+  if (is_covariance(covariance_of(message.velocity_covariance))) {
+    estimate.velocity = velocity_of(message);
   }
   if (const std::string defect = estimate_defect(message); estimate.usable && !defect.empty()) {
     estimate.usable = false;
@@ -65,9 +63,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
 void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
   const auto outside = std::dynamic_pointer_cast<OutsideFlight>(task_.steering);
   std::string wrong;
-  OutsideSetpoint obeyed{setpoint.utime_expires,
-                         {Vector3d::Map(setpoint.linear_velocity_m_s),
-                          Vector3d::Map(setpoint.angular_velocity_rad_s)}};
+  OutsideSetpoint obeyed{setpoint.utime_expires, velocity_of(setpoint)};
   if (setpoint.session != session()) {
     wrong = "belongs to session " + std::to_string(setpoint.session);
   } else if (!outside) {

@@ -4,8 +4,8 @@
 #include <berth/guidance_state_t.hpp>
 
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "testbed/node/testbed_node.h"
-#include "testbed/pose_fields.h"
 
 namespace berth {
 
@@ -23,16 +23,9 @@ void TestbedNode::publish_truth(const Truth& truth) {
   message.utime = truth.utime;
   message.seq = ++truth_seq_;
   message.session = session();
-  set_pose(truth.pose, message.position_m, message.q_wxyz);
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) {
-      message.covariance[6 * row + column] = truth.covariance(row, column);
-    }
-  }
-  for (int i = 0; i < 3; ++i) {
-    message.linear_velocity_m_s[i] = truth.velocity.linear[i];
-    message.angular_velocity_rad_s[i] = truth.velocity.angular[i];
-  }
+  set_pose(truth.pose, message);
+  set_velocity(truth.velocity, message);
+  set_covariance(truth.covariance, message.covariance);
   message.basis = calibration_.basis;
   message.calibration_hash = calibration_.hash;
   bus().publish(channels::ground_truth, message);
@@ -148,10 +141,8 @@ void TestbedNode::publish_state(bool if_changed) {
   const double since = seconds(now() - last_tick_);
   set_pose(moved(relative(commanded_), commanded_velocity_, since), state.commanded_position_m,
            state.commanded_q_wxyz);
-  for (int i = 0; i < 3; ++i) {
-    state.commanded_velocity_m_s[i] = commanded_velocity_.linear[i];
-    state.commanded_angular_velocity_rad_s[i] = commanded_velocity_.angular[i];
-  }
+  Vector3d::Map(state.commanded_velocity_m_s) = commanded_velocity_.linear;
+  Vector3d::Map(state.commanded_angular_velocity_rad_s) = commanded_velocity_.angular;
   published_ = state;
   bus().publish(channels::testbed_state, state);
   if (!if_changed && mode_ == Mode::closed_loop) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What stops the arms, and what lets them go on.
 #include "common/core/text.h"
+#include "lcmtypes/conversions.h"
 #include "testbed/motion/arm_name.h"
 #include "testbed/node/testbed_node.h"
 #include "testbed/safety/stopping.h"
@@ -160,11 +161,7 @@ void TestbedNode::look_at_estimate(const pose_estimate_t& message, const Estimat
   EstimateWatch::Position position;
   position.utime = estimate.utime;
   position.position = estimate.pose.position;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      position.covariance(row, column) = message.covariance[6 * row + column];
-    }
-  }
+  position.covariance = covariance_of(message.covariance).topLeftCorner<3, 3>();
   const bool believed = !estimate_watch_.contradiction();
   estimate_watch_.on_estimate(position);
   const auto& wrong = estimate_watch_.contradiction();

@@ -127,7 +127,7 @@ class AcquisitionExperiment : public Experiment {
                     const AcquisitionResult& found, trials::Verdict verdict) {
     std::string cloud;
     for (const auto& beam : scene.scan.beams) {
-      if (beam.status != estimator::BeamStatus::hit) continue;
+      if (beam.status != BeamStatus::hit) continue;
       const Vector3d p = beam.range * beam_direction(beam.azimuth, beam.elevation);
       char line[96];
       std::snprintf(line, sizeof line, "%.6f %.6f %.6f\n", p.x(), p.y(), p.z());

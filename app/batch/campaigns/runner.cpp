@@ -42,7 +42,7 @@ class Runner {
   Runner(const Campaign& campaign, const std::vector<Block>& blocks, const RunnerOptions& options)
       : campaign_(campaign),
         options_(options),
-        pool_({options.jobs, 0, options.interrupted, [this] { tell(); }}),
+        pool_({options.jobs, 0, options.interrupted, [this] { report_progress(); }}),
         next_(1),
         reports_(static_cast<std::size_t>(options.jobs)) {
     for (const Block& block : blocks) {
@@ -123,8 +123,8 @@ class Runner {
     write_file(file, lines + line_of(crashed(campaign_.manifest(), index, end)) + "\n");
   }
 
-  void tell() const {
-    if (!options_.tell) return;
+  void report_progress() const {
+    if (!options_.report) return;
     RunnerProgress progress;
     progress.done = finished_;
     progress.done_now = cost_.trials;
@@ -133,7 +133,7 @@ class Runner {
       progress.done += reports_[i].finished + reports_[i].in_block;
       progress.done_now += reports_[i].ran;
     }
-    options_.tell(progress);
+    options_.report(progress);
   }
 
   const Campaign& campaign_;

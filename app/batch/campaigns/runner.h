@@ -38,8 +38,8 @@ struct RunnerOptions {
   int jobs = 1;
   /// What a worker process runs trials with; it is made in that process.
   std::function<std::unique_ptr<Experiment>()> make;
-  std::function<void(const RunnerProgress&)> tell;  ///< several times a second; may be empty
-  std::function<bool()> interrupted;                ///< asked as often; may be empty
+  std::function<void(const RunnerProgress&)> report;  ///< several times a second; may be empty
+  std::function<bool()> interrupted;                  ///< called as often; may be empty
 };
 
 /// What the processes took.

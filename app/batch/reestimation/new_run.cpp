@@ -32,8 +32,7 @@ run_info_t run_info_of(const fs::path& log) {
   logs::LogReader reader(log);
   logs::LogEvent event;
   while (reader.next(event)) {
-    if (event.channel != channels::run_info) continue;
-    if (const auto info = logs::decode<run_info_t>(event.data)) return *info;
+    if (const auto info = logs::decode<run_info_t>(event, channels::run_info)) return *info;
   }
   throw InputError(log.string() + ": holds no RUN_INFO, and its run directory is not there: " +
                    "nobody knows the target and the configuration");

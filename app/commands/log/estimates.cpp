@@ -58,8 +58,7 @@ int estimates(const std::filesystem::path& log) {
   logs::LogReader reader(log);
   logs::LogEvent event;
   while (reader.next(event)) {
-    if (event.channel != channels::pose_estimate) continue;
-    if (const auto message = logs::decode<pose_estimate_t>(event.data)) {
+    if (const auto message = logs::decode<pose_estimate_t>(event, channels::pose_estimate)) {
       std::printf("%s\n", json_text(json_of(*message)).c_str());
     }
   }

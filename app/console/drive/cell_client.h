@@ -27,17 +27,17 @@ class CellClient final : private procedures::Actions {
   /// At 20 Hz: repeats what has not been answered, and keeps the lease.
   void tick();
 
-  /// Asks for the lease, and keeps it until it is given back.
+  /// Requests the lease, and keeps it until it is given back.
   void take(const std::string& who);
   void give_back();
-  /// Whose lease is asked for or held; empty: nobody's.
+  /// Whose lease is requested or held; empty: nobody's.
   const std::string& taken_for() const { return taken_for_; }
   bool has_lease() const { return links_ && links_->testbed.has_lease(); }
   /// Who commands the testbed, as it reports.
   std::string lease_holder() const { return testbed_ ? testbed_->lease_holder : ""; }
 
   /// Brings what moves to rest; needs no lease. Repeated until the testbed answers, also after
-  /// done was told that it has not within 2 s.
+  /// done is called with that it has not within 2 s.
   void hold(const std::string& who, Done done);
   /// The next two need the lease.
   void set_speed(double override, Done done);
@@ -77,7 +77,7 @@ class CellClient final : private procedures::Actions {
   std::int64_t session_;
   std::string taken_for_;
   std::unique_ptr<Links> links_;
-  std::optional<procedures::TestbedLink> hold_;  // by which a HOLD was asked for last
+  std::optional<procedures::TestbedLink> hold_;  // by which a HOLD was requested last
   Waiting hold_waiting_;
   Waiting speed_waiting_;
   Waiting lamps_waiting_;

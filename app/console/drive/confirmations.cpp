@@ -12,19 +12,20 @@ std::string what_of(const Command& command) {
 
 }  // namespace
 
-std::string Confirmations::ask(const Command& command, Utime now) {
-  Asked& asked = asked_[command.viewer];
-  asked = {"yes-" + std::to_string(++count_), what_of(command), now + confirm_lifetime};
-  return asked.word;
+std::string Confirmations::request(const Command& command, Utime now) {
+  Pending& pending = pending_[command.viewer];
+  pending = {"yes-" + std::to_string(++count_), what_of(command), now + confirm_lifetime};
+  return pending.word;
 }
 
 bool Confirmations::given(const Command& command, Utime now) {
   if (command.confirm.empty()) return false;
-  const auto found = asked_.find(command.viewer);
-  if (found == asked_.end()) return false;
-  const Asked asked = found->second;
-  asked_.erase(found);
-  return command.confirm == asked.word && what_of(command) == asked.what && now <= asked.until;
+  const auto found = pending_.find(command.viewer);
+  if (found == pending_.end()) return false;
+  const Pending pending = found->second;
+  pending_.erase(found);
+  return command.confirm == pending.word && what_of(command) == pending.what &&
+         now <= pending.until;
 }
 
 }  // namespace berth::console

@@ -12,22 +12,22 @@ namespace berth::console {
 /// How long a word is good.
 inline constexpr Utime confirm_lifetime = 10 * second;
 
-/// Words with which what is hazardous is asked for a second time. A word is good once, for ten
+/// Words with which what is hazardous is requested a second time. A word is good once, for ten
 /// seconds, for the same viewer and exactly the same command; each viewer has one at a time.
 class Confirmations {
  public:
   /// A new word for this command.
-  std::string ask(const Command& command, Utime now);
+  std::string request(const Command& command, Utime now);
   /// Whether the command came with its word. The word is then used up, whether it was right or not.
   bool given(const Command& command, Utime now);
 
  private:
-  struct Asked {
+  struct Pending {
     std::string word;
     std::string what;
     Utime until = 0;
   };
-  std::map<std::string, Asked> asked_;  // by viewer
+  std::map<std::string, Pending> pending_;  // by viewer
   std::uint64_t count_ = 0;
 };
 

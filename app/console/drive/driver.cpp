@@ -20,7 +20,7 @@ bool stands(const procedure_state_t& state) { return state.state == procedure_st
 struct Driver::Verb {
   void (*obey)(Driver& driver, const Command& command);
   bool needs_control = true;
-  bool is_told = true;  ///< as an event
+  bool is_reported = true;  ///< as an event
 };
 
 const std::map<std::string, Driver::Verb>& Driver::verbs() {
@@ -30,12 +30,13 @@ const std::map<std::string, Driver::Verb>& Driver::verbs() {
       {"keep_control", {[](Driver& d, const Command& c) { d.keep_control(c); }, true, false}},
       {"release_control", {[](Driver& d, const Command& c) { d.release_control(c); }}},
       {"hold", {[](Driver& d, const Command& c) { d.hold(c); }, false}},
-      {"resume", {[](Driver& d, const Command& c) { d.ask(c, C::RESUME); }}},
-      {"step", {[](Driver& d, const Command& c) { d.ask(c, C::STEP); }}},
-      {"skip", {[](Driver& d, const Command& c) { d.ask(c, C::SKIP, text_in(c, "reason")); }}},
-      {"retry", {[](Driver& d, const Command& c) { d.ask(c, C::RETRY); }}},
-      {"reset", {[](Driver& d, const Command& c) { d.ask(c, C::RESET); }}},
-      {"abort", {[](Driver& d, const Command& c) { d.ask(c, C::ABORT, text_in(c, "reason")); }}},
+      {"resume", {[](Driver& d, const Command& c) { d.request(c, C::RESUME); }}},
+      {"step", {[](Driver& d, const Command& c) { d.request(c, C::STEP); }}},
+      {"skip", {[](Driver& d, const Command& c) { d.request(c, C::SKIP, text_in(c, "reason")); }}},
+      {"retry", {[](Driver& d, const Command& c) { d.request(c, C::RETRY); }}},
+      {"reset", {[](Driver& d, const Command& c) { d.request(c, C::RESET); }}},
+      {"abort",
+       {[](Driver& d, const Command& c) { d.request(c, C::ABORT, text_in(c, "reason")); }}},
       {"answer", {[](Driver& d, const Command& c) { d.prompt(c); }}},
       {"speed", {[](Driver& d, const Command& c) { d.speed(c); }}},
       {"lamps", {[](Driver& d, const Command& c) { d.lamps(c); }}},
@@ -52,12 +53,12 @@ Driver::Driver(Bus& bus, Loop& loop, DriverOptions options, DriverHost host)
       cell_(bus, loop, options_.session),
       lease_(procedures::control_lifetime) {}
 
-// What is asked -----------------------------------------------------------------------------------
+// Requests -------------------------------------------------------------------------------------
 
 void Driver::take(const Command& command) {
   const auto verb = verbs().find(command.name);
   if (verb == verbs().end()) return refuse(command, "'" + command.name + "' is not known");
-  if (verb->second.is_told) {
+  if (verb->second.is_reported) {
     host_.event(event_t::INFO, "operator-asked",
                 name_of(command.viewer) + ": " + command.name +
                     (command.arguments.empty() ? "" : " " + json_text(command.arguments)) +
@@ -69,7 +70,7 @@ void Driver::take(const Command& command) {
     }
     const std::string hazard = this->hazard(command);
     if (!hazard.empty() && !confirmations_.given(command, loop_.now())) {
-      return answer(command, false, hazard, confirmations_.ask(command, loop_.now()));
+      return answer(command, false, hazard, confirmations_.request(command, loop_.now()));
     }
     verb->second.obey(*this, command);
   } catch (const InputError& e) {
@@ -119,11 +120,11 @@ std::string Driver::hazard(const Command& command) const {
   if (command.name == "retry") return "the step begins anew: " + what_goes_on();
   if (command.name == "speed" && cell_.testbed()) {
     constexpr double same = 0.005;
-    const double wanted = number_in(command, "override");
+    const double requested = number_in(command, "override");
     const double now = cell_.testbed()->speed_override;
-    if (wanted > now + same) {
+    if (requested > now + same) {
       return "the arms become faster: from " + fixed(100 * now, 0) + " % to " +
-             fixed(100 * wanted, 0) + " % of the speed that the procedure asks for";
+             fixed(100 * requested, 0) + " % of the speed that the procedure asks for";
     }
   }
   return {};
@@ -138,7 +139,7 @@ void Driver::answer(const Command& command, bool accepted, const std::string& te
 
 void Driver::refuse(const Command& command, const std::string& why) {
   const auto verb = verbs().find(command.name);
-  if (verb == verbs().end() || verb->second.is_told) {
+  if (verb == verbs().end() || verb->second.is_reported) {
     host_.event(event_t::WARNING, "operator-refused",
                 name_of(command.viewer) + ": no " + command.name + ": " + why);
   }
@@ -151,8 +152,8 @@ ProcedureClient::Done Driver::answering(const Command& command) {
   };
 }
 
-void Driver::ask(const Command& command, std::int8_t what, const std::string& text,
-                 const std::string& prompt_id) {
+void Driver::request(const Command& command, std::int8_t what, const std::string& text,
+                     const std::string& prompt_id) {
   if (!procedure_.active()) return refuse(command, "no procedure runs");
   procedure_command_t request{};
   request.command = what;
@@ -190,21 +191,21 @@ void Driver::hold(const Command& command) {
 }
 
 void Driver::prompt(const Command& command) {
-  ask(command, procedure_command_t::ANSWER, text_in(command, "text"),
-      text_in(command, "prompt_id"));
+  request(command, procedure_command_t::ANSWER, text_in(command, "text"),
+          text_in(command, "prompt_id"));
 }
 
 void Driver::speed(const Command& command) {
   const double override = number_in(command, "override");
   const std::string text = fixed(100 * override, 1) + " %";
   procedures::speed_override_of(text);  // complains
-  if (procedure_.active()) return ask(command, procedure_command_t::SPEED, text);
+  if (procedure_.active()) return request(command, procedure_command_t::SPEED, text);
   cell_.set_speed(override, answering(command));
 }
 
 void Driver::lamps(const Command& command) {
   const std::string text = lamps_text(command);
-  if (procedure_.active()) return ask(command, procedure_command_t::LAMPS, text);
+  if (procedure_.active()) return request(command, procedure_command_t::LAMPS, text);
   cell_.set_lamps(text, answering(command));
 }
 

@@ -12,11 +12,11 @@
 
 namespace berth::console {
 
-/// A procedure to be run, as a page asks for it.
+/// A procedure to be run, as a page requests it.
 struct RunOrder {
   std::string procedure;                          ///< as in the section `procedures`
   std::map<std::string, std::string> parameters;  ///< what differs from the procedure's own
-  std::string who;                                ///< asks
+  std::string who;                                ///< requests it
 };
 
 /// What the driver needs of others.
@@ -31,14 +31,15 @@ struct DriverHost {
 
 struct DriverOptions {
   std::string name;            ///< of the console: its viewers are "NAME viewer-3" to the cell
-  bool hold_when_lost = true;  ///< the procedure is held when its operator is no longer heard
+  bool hold_when_lost = true;  ///< the procedure is held when its operator is lost
   std::int64_t session = 0;
 };
 
-/// Turns what pages ask into commands on the bus, the same that terminals send. Only the viewer
-/// that has control is obeyed, but a hold is, whoever asks. What makes arms move or takes control
-/// from somebody is asked for twice. Control is kept only by the page that has it: a page that is
-/// closed, or stands still, loses it. Where no procedure runs, control is the testbed's lease.
+/// Turns the requests of pages into commands on the bus, the same that terminals send. Only the
+/// viewer that has control is obeyed, but a hold is, whoever requests it. What makes arms move or
+/// takes control from somebody is requested twice. Control is kept only by the page that has it: a
+/// page that is closed, or stands still, loses it. Where no procedure runs, control is the
+/// testbed's lease.
 class Driver {
  public:
   Driver(Bus& bus, Loop& loop, DriverOptions options, DriverHost host);
@@ -65,14 +66,14 @@ class Driver {
   std::string name_of(const std::string& viewer) const { return options_.name + " " + viewer; }
   /// Why this viewer is not obeyed; empty: it is.
   std::string objection(const Command& command, const Verb& verb) const;
-  /// What would happen, where that is to be asked twice; empty: nothing that needs it.
+  /// What would happen, where that is to be requested twice; empty: nothing that needs it.
   std::string hazard(const Command& command) const;
   std::string what_goes_on() const;
 
   void answer(const Command& command, bool accepted, const std::string& text,
               const std::string& confirm = "");
   void refuse(const Command& command, const std::string& why);
-  /// Tells a viewer what the engine or the cell has answered.
+  /// Passes the answer of the engine or the cell on to a viewer.
   ProcedureClient::Done answering(const Command& command);
 
   void take_control(const Command& command);
@@ -84,8 +85,8 @@ class Driver {
   void lamps(const Command& command);
   void prompt(const Command& command);
   /// To the engine; refused where there is none.
-  void ask(const Command& command, std::int8_t what, const std::string& text = "",
-           const std::string& prompt_id = "");
+  void request(const Command& command, std::int8_t what, const std::string& text = "",
+               const std::string& prompt_id = "");
   void send(const std::string& viewer, procedure_command_t request, ProcedureClient::Done done);
   void take_engine(const std::string& viewer, ProcedureClient::Done done);
   void follow_engine();
@@ -97,11 +98,11 @@ class Driver {
   ProcedureClient procedure_;
   CellClient cell_;
   Confirmations confirmations_;
-  Lease lease_;  // of a viewer of ours, as long as its page is heard
+  Lease lease_;  // of a viewer of ours, as long as its page keeps it
   bool follows_engine_ = false;
   bool inherits_ = false;  // control of a procedure that has just begun; once lost it stays so
-  Utime engine_asked_ = 0;
-  Utime lease_asked_ = 0;
+  Utime engine_requested_ = 0;
+  Utime lease_requested_ = 0;
 };
 
 }  // namespace berth::console

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who of the viewers has control: the engine says so while a procedure runs, else the testbed's
-// lease does. A viewer that is still there keeps it from one to the other.
+// Who of the viewers has control: the engine publishes it while a procedure runs, else the
+// testbed's lease does. A viewer that is still there keeps it from one to the other.
 #include <berth/event_t.hpp>
 #include <utility>
 
@@ -10,7 +10,7 @@
 namespace berth::console {
 namespace {
 
-constexpr Utime ask_again = second;
+constexpr Utime request_again = second;
 constexpr Utime time_for_lease = 3 * second;
 
 /// Puts a viewer in the place of whoever had it.
@@ -63,7 +63,7 @@ void Driver::take_engine(const std::string& viewer, ProcedureClient::Done done) 
     request.text +=
         (request.text.empty() ? "" : ", ") + std::string(procedures::hold_when_lost_word);
   }
-  engine_asked_ = loop_.now();
+  engine_requested_ = loop_.now();
   send(viewer, request,
        [this, viewer, done = std::move(done)](CommandStatus status, const std::string& reason) {
          if (status == CommandStatus::accepted) hand_over(lease_, viewer, loop_.now());
@@ -80,7 +80,7 @@ void Driver::keep_control(const Command& command) {
 void Driver::release_control(const Command& command) {
   lease_.release(command.viewer, loop_.now());
   if (procedure_.active() && !procedure_.control().holder.empty()) {
-    return ask(command, procedure_command_t::RELEASE_CONTROL);
+    return request(command, procedure_command_t::RELEASE_CONTROL);
   }
   cell_.give_back();
   host_.event(event_t::NOTICE, "control-released", "nobody has control");
@@ -108,7 +108,7 @@ void Driver::follow_engine() {
   if (!lease_.held(now) || holder == name_of(lease_.holder())) return;
   if (!inherits_) {
     lease_.release(lease_.holder(), now);
-  } else if (now - engine_asked_ >= ask_again) {
+  } else if (now - engine_requested_ >= request_again) {
     take_engine(lease_.holder(), {});
   }
 }
@@ -125,8 +125,8 @@ void Driver::follow_testbed() {
   const std::string name = name_of(lease_.holder());
   if (cell_.taken_for() != name) {
     cell_.take(name);
-    lease_asked_ = now;
-  } else if (!cell_.has_lease() && now - lease_asked_ > time_for_lease) {
+    lease_requested_ = now;
+  } else if (!cell_.has_lease() && now - lease_requested_ > time_for_lease) {
     const std::string other = cell_.lease_holder();
     host_.event(
         event_t::WARNING, "control-lapsed",

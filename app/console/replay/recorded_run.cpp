@@ -167,10 +167,10 @@ void RecordedRun::build(CellView& view, std::size_t place) const {
   for (const auto& [channel, places] : places_) {
     const auto end = before(places, run_up_place);
     const auto count = static_cast<std::size_t>(end - places.begin());
-    const std::size_t wanted = channel == channels::event ? events_shown : 1;
-    taken.insert(taken.end(), end - static_cast<std::ptrdiff_t>(std::min(count, wanted)), end);
+    const std::size_t kept = channel == channels::event ? events_shown : 1;
+    taken.insert(taken.end(), end - static_cast<std::ptrdiff_t>(std::min(count, kept)), end);
   }
-  // What run it is, is told before its message comes.
+  // What run it is, is known before its message comes.
   const Places& infos = places_of(channels::run_info);
   if (!infos.empty() && infos.front() >= run_up_place) taken.push_back(infos.front());
   std::sort(taken.begin(), taken.end());

@@ -33,7 +33,7 @@ class RecordedRun {
   CellView::Verdicts verdicts() const;
   /// Steps and events, for a time bar: [{kind, time_s, end_s, text, state or severity}].
   Json marks() const;
-  /// Tells every estimate of the whole run with its truth.
+  /// Passes on every estimate of the whole run with its truth.
   void samples(const Samples::Ready& ready) const;
   /// Puts the view to what it shows when all events before this place have come.
   void build(CellView& view, std::size_t place) const;

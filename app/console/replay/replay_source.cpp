@@ -110,7 +110,7 @@ class ReplaySource::Impl {
         player_(
             first_run_.index(), {}, [this](const logs::LogEvent& event) { first_.take(event); },
             [this](std::size_t place) { jump(place); }) {
-    tell_samples(first_run_, first_run_.index().first(), sink);
+    publish_samples(first_run_, first_run_.index().first(), sink);
     if (!second.empty()) {
       second_run_ = std::make_unique<RecordedRun>(second, [&](double part) {
         if (progress) progress((1 + part) / 2);
@@ -119,7 +119,7 @@ class ReplaySource::Impl {
       const Utime start = first_run_.index().first() + ahead_;
       second_ = std::make_unique<ReplayCursor>(*second_run_, types, beside_sink_,
                                                options_of(*second_run_, start));
-      tell_samples(*second_run_, start, beside_sink_);
+      publish_samples(*second_run_, start, beside_sink_);
     }
     first_.jump(0);
     player_.start(wall);
@@ -175,7 +175,7 @@ class ReplaySource::Impl {
   double length_s() const { return first_run_.length_s(); }
 
  private:
-  static void tell_samples(const RecordedRun& run, Utime start, Sink& sink) {
+  static void publish_samples(const RecordedRun& run, Utime start, Sink& sink) {
     sink.reset("samples");
     run.samples([&](const Sample& sample) { sink.add("samples", sample_json(sample, start)); });
   }
@@ -204,8 +204,8 @@ class ReplaySource::Impl {
       second_->follow(now + ahead_);
       first_.view().set_second_ghost(second_->view().estimated_pose(now + ahead_));
     }
-    tell(first_.view(), now);
-    if (second_ != nullptr) tell(second_->view(), now + ahead_);
+    publish(first_.view(), now);
+    if (second_ != nullptr) publish(second_->view(), now + ahead_);
     is_new_ = false;
     sink_.set("replay", text_of({{"position_s", rounded(seconds(position_), 1e-3)},
                                  {"length_s", rounded(length_s(), 1e-3)},
@@ -216,7 +216,7 @@ class ReplaySource::Impl {
   }
 
   /// Who steps or jumps wants to see all of it at once.
-  void tell(CellView& view, Utime now) {
+  void publish(CellView& view, Utime now) {
     if (is_new_) {
       view.flush(now);
     } else {

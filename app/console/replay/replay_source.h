@@ -24,7 +24,7 @@ class ReplaySource {
   /// The board must keep so many `samples`: those of the whole run.
   static constexpr std::size_t max_samples = 100000;
 
-  /// Is told how much of the logs was read, 0 to 1.
+  /// Receives how much of the logs was read, 0 to 1.
   using Progress = std::function<void(double)>;
 
   /// Reads the logs once; writes what does not change and the samples of the whole runs; stands at

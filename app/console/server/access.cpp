@@ -82,47 +82,47 @@ Access::Access(std::string token, std::vector<std::string> hosts, bool secure)
 }
 
 bool Access::knows_host(const std::string& host) const {
-  // A page of another site that had its own name resolve to this host would ask for that name.
+  // A page of another site that had its own name resolve to this host would request that name.
   const std::string name = lower(without_port(host));
   return is_address(name) || std::find(hosts_.begin(), hosts_.end(), name) != hosts_.end();
 }
 
-bool Access::has_token(const Asked& asked, unsigned port) const {
-  if (same_secret(value_in(asked.cookie, ';', cookie_name(port)), token_)) return true;
+bool Access::has_token(const PageRequest& request, unsigned port) const {
+  if (same_secret(value_in(request.cookie, ';', cookie_name(port)), token_)) return true;
   const std::string scheme = "Bearer ";
-  return asked.authorization.rfind(scheme, 0) == 0 &&
-         same_secret(asked.authorization.substr(scheme.size()), token_);
+  return request.authorization.rfind(scheme, 0) == 0 &&
+         same_secret(request.authorization.substr(scheme.size()), token_);
 }
 
-Verdict Access::judge(const Asked& asked, unsigned port) const {
-  if (!knows_host(asked.host)) {
-    return {421, "host", "This server is not '" + harmless(asked.host) + "'.", "", ""};
+Verdict Access::judge(const PageRequest& request, unsigned port) const {
+  if (!knows_host(request.host)) {
+    return {421, "host", "This server is not '" + harmless(request.host) + "'.", "", ""};
   }
   // Before plain HTTP a proxy may stand that speaks TLS.
-  const std::string origin = lower(asked.origin);
-  const std::string host = lower(asked.host);
+  const std::string origin = lower(request.origin);
+  const std::string host = lower(request.host);
   const bool own = origin == "https://" + host || (!secure_ && origin == "http://" + host);
   if (!origin.empty() && !own) {
-    return {403, "origin", "Pages of '" + harmless(asked.origin) + "' are not served.", "", ""};
+    return {403, "origin", "Pages of '" + harmless(request.origin) + "' are not served.", "", ""};
   }
-  if (asked.method != "GET" && asked.method != "HEAD") {
+  if (request.method != "GET" && request.method != "HEAD") {
     return {405, "method", "Only GET and HEAD.", "", ""};
   }
-  if (token_.empty() || has_token(asked, port)) return {};
-  const std::string given = value_in(query_of(asked.target), '&', "token");
+  if (token_.empty() || has_token(request, port)) return {};
+  const std::string given = value_in(query_of(request.target), '&', "token");
   if (!given.empty() && same_secret(given, token_)) {
     // From here on as a cookie, so that the address that a browser shows and keeps has none.
     std::string root = "./";  // relative: a proxy may have put a path before it
-    const auto depth =
-        std::count(asked.target.begin(),
-                   asked.target.begin() + static_cast<std::ptrdiff_t>(asked.target.find('?')), '/');
+    const auto depth = std::count(
+        request.target.begin(),
+        request.target.begin() + static_cast<std::ptrdiff_t>(request.target.find('?')), '/');
     for (std::ptrdiff_t i = 1; i < depth; ++i) root += "../";
     return {303, "", "", root,
             cookie_name(port) + "=" + token_ + "; Path=/; HttpOnly; SameSite=Strict" +
                 (secure_ ? "; Secure" : "")};
   }
-  const bool wrong = !given.empty() || !asked.authorization.empty() ||
-                     !value_in(asked.cookie, ';', cookie_name(port)).empty();
+  const bool wrong = !given.empty() || !request.authorization.empty() ||
+                     !value_in(request.cookie, ';', cookie_name(port)).empty();
   return {401, wrong ? "token-wrong" : "token-missing",
           wrong ? "The token is not right."
                 : "A token is needed: open this address once with ?token=... behind it.",

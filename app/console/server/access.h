@@ -6,8 +6,8 @@
 
 namespace berth::console {
 
-/// What of a request decides whether it is heard: header fields as they came, empty where missing.
-struct Asked {
+/// What of a request decides whether it is served: header fields as they came, empty where missing.
+struct PageRequest {
   std::string method;
   std::string target;
   std::string host;
@@ -20,7 +20,7 @@ struct Asked {
 struct Verdict {
   int status = 200;      ///< HTTP; 303: go to `location`
   std::string code;      ///< of a refusal, a stable name; empty: none
-  std::string text;      ///< what the asker is told
+  std::string text;      ///< for whoever requested
   std::string location;  ///< of 303
   std::string cookie;    ///< to set, of 303
 };
@@ -28,23 +28,23 @@ struct Verdict {
 /// Who may look at the page, and from where.
 class Access {
  public:
-  /// token: empty asks for none. hosts: names under which this host may be asked for besides
+  /// token: empty: none is needed. hosts: names under which this host may be requested besides
   /// "localhost", its own name and numeric addresses. secure: served over TLS.
   Access(std::string token, std::vector<std::string> hosts, bool secure);
 
   /// `port`: the one that is listened on; a browser keeps one cookie for each.
-  Verdict judge(const Asked& asked, unsigned port) const;
+  Verdict judge(const PageRequest& request, unsigned port) const;
 
  private:
   bool knows_host(const std::string& host) const;
-  bool has_token(const Asked& asked, unsigned port) const;
+  bool has_token(const PageRequest& request, unsigned port) const;
 
   std::string token_;
   std::vector<std::string> hosts_;
   bool secure_;
 };
 
-/// Compares in a time that does not tell where the texts differ.
+/// Compares in a time that does not depend on where the texts differ.
 bool same_secret(const std::string& one, const std::string& other);
 
 /// Foreign text for a log or a terminal: printable ASCII, and not much of it.

@@ -19,13 +19,13 @@ struct BoardMessage {
 
 /// What the console knows, as named sections of JSON (PROTOCOL.md): some are replaced as a whole,
 /// some are lists that grow and keep their newest entries. Each change has a revision, so that a
-/// viewer can be told everything that is newer than what it has, in one message, however long ago
+/// viewer can be sent everything that is newer than what it has, in one message, however long ago
 /// that was: who is slow gets fewer messages, and the newest content all the same.
 /// Every function may be called from any thread. Names are plain words; texts are valid JSON: the
 /// board pastes them as they are.
 class Board {
  public:
-  /// How many entries a list keeps unless keep() said otherwise.
+  /// How many entries a list keeps unless keep() has set another number.
   static constexpr std::size_t default_kept = 1000;
 
   /// Replaces a section. The text that is there already changes nothing and costs viewers nothing.

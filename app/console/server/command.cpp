@@ -14,13 +14,14 @@ using nlohmann::json;
 constexpr int deepest = 6;  // objects and lists within each other
 constexpr std::size_t max_word = 64;
 
-/// The value of a key, which must be of the kind wanted.
-const json& required(const json& object, const char* key, json::value_t kind, const char* wanted) {
+/// The value of a key, which must be of the expected kind.
+const json& required(const json& object, const char* key, json::value_t kind,
+                     const char* expected) {
   const auto found = object.find(key);
   if (found == object.end()) throw InputError(std::string("a command without '") + key + "'");
   const bool unsigned_too = kind == json::value_t::number_integer && found->is_number_integer();
   if (found->type() != kind && !unsigned_too) {
-    throw InputError(std::string("a command's '") + key + "': expected " + wanted);
+    throw InputError(std::string("a command's '") + key + "': expected " + expected);
   }
   return *found;
 }

@@ -54,7 +54,7 @@ void Hub::answer(const std::string& viewer, const Answer& answer) {
 }
 
 void Hub::send_frames() {
-  inbox.tell_more();
+  inbox.report_more();
   std::vector<std::pair<Viewer*, std::shared_ptr<ViewerLink>>> ready;
   std::vector<std::uint64_t> revisions;
   for (auto& [name, viewer] : viewers_) {

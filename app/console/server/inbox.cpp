@@ -27,7 +27,7 @@ void Inbox::keep(Incoming incoming) {
 
 bool Inbox::put(Incoming incoming) {
   const std::lock_guard lock(mutex_);
-  // That somebody left is always told: his commands may have to end.
+  // A viewer that left is always reported: its commands may have to end.
   const bool must = incoming.kind != Incoming::Kind::command;
   if (!must && waiting_.size() >= max_waiting) return false;
   keep(std::move(incoming));
@@ -39,26 +39,26 @@ void Inbox::refuse(const std::string& code, const std::string& text) {
   ++refused_;
   Kind& kind = refusals_[code];
   const auto now = Clock::now();
-  if (kind.told != Clock::time_point{} && now < kind.told + between_refusals) {
+  if (kind.reported != Clock::time_point{} && now < kind.reported + between_refusals) {
     ++kind.more;
     kind.last = text;
     return;
   }
-  kind.told = now;
+  kind.reported = now;
   keep({Incoming::Kind::refused, "", {}, code, text});
 }
 
-void Inbox::tell_more() {
+void Inbox::report_more() {
   const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
   for (auto& [code, kind] : refusals_) {
-    if (kind.more == 0 || now < kind.told + between_refusals) continue;
+    if (kind.more == 0 || now < kind.reported + between_refusals) continue;
     keep({Incoming::Kind::refused,
           "",
           {},
           code,
           std::to_string(kind.more) + " more, the last: " + kind.last});
-    kind.told = now;
+    kind.reported = now;
     kind.more = 0;
   }
 }

@@ -22,18 +22,18 @@ class Inbox {
   int descriptor() const { return fd_; }
   /// False when too much waits already: it is not kept.
   bool put(Incoming incoming);
-  /// Somebody was turned away. Of one kind the first in a second is told at once, the others as a
-  /// number, so that an attack does not become one on the log.
+  /// Somebody was turned away. Of one kind the first in a second is reported at once, the others as
+  /// a number, so that an attack does not become one on the log.
   void refuse(const std::string& code, const std::string& text);
-  /// Tells the numbers that are due; called now and then.
-  void tell_more();
+  /// Reports the numbers that are due; called now and then.
+  void report_more();
   std::vector<Incoming> take();
   std::int64_t refused() const;
 
  private:
   using Clock = std::chrono::steady_clock;
   struct Kind {
-    Clock::time_point told;
+    Clock::time_point reported;
     std::int64_t more = 0;
     std::string last;
   };

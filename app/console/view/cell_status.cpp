@@ -18,86 +18,86 @@ std::string with_reason(const std::string& what, const std::string& reason) {
   return reason.empty() ? what : what + ": " + reason;
 }
 
-std::string stopped(const LatestMessages& heard) {
-  if (heard.facility && heard.facility->valid) {
-    if (!heard.facility->estop_chain_closed) return "E-stop chain open";
-    if (!heard.facility->fence_closed) return "fence open";
+std::string stopped(const LatestMessages& latest) {
+  if (latest.facility && latest.facility->valid) {
+    if (!latest.facility->estop_chain_closed) return "E-stop chain open";
+    if (!latest.facility->fence_closed) return "fence open";
   }
-  for (const auto* arm : {&heard.replica_arm, &heard.sensor_arm}) {
+  for (const auto* arm : {&latest.replica_arm, &latest.sensor_arm}) {
     if (!*arm) continue;
-    const std::string name = arm == &heard.replica_arm ? "replica arm" : "sensor arm";
+    const std::string name = arm == &latest.replica_arm ? "replica arm" : "sensor arm";
     if ((*arm)->state == arm_state_t::ESTOP) return with_reason(name + " E-stop", (*arm)->reason);
     if ((*arm)->state == arm_state_t::FAULT) return with_reason(name + " fault", (*arm)->reason);
   }
-  if (heard.testbed && heard.testbed->state == testbed_state_t::FAULT) {
-    return with_reason("testbed fault", heard.testbed->reason);
+  if (latest.testbed && latest.testbed->state == testbed_state_t::FAULT) {
+    return with_reason("testbed fault", latest.testbed->reason);
   }
   return {};
 }
 
-std::string node_trouble(const LatestMessages& heard, Utime now) {
-  for (const auto& [name, beat] : heard.beats) {
-    const auto status = heard.nodes.find(name);
-    // Who said that it stops may be silent.
-    if (status != heard.nodes.end() && status->second.state == node_status_t::STOPPED) continue;
+std::string node_trouble(const LatestMessages& latest, Utime now) {
+  for (const auto& [name, beat] : latest.beats) {
+    const auto status = latest.nodes.find(name);
+    // A node that reported its stop may be silent.
+    if (status != latest.nodes.end() && status->second.state == node_status_t::STOPPED) continue;
     if (now - beat > silence) return name + " silent for " + fixed(seconds(now - beat), 1) + " s";
   }
-  for (const auto& [name, status] : heard.nodes) {
+  for (const auto& [name, status] : latest.nodes) {
     if (status.state == node_status_t::FAULT) return with_reason(name + " fault", status.reason);
-    // A testbed that holds because it was told to is as it should be.
-    const bool told =
-        name == "testbed" && heard.testbed && heard.testbed->state == testbed_state_t::HELD;
-    if (status.state == node_status_t::DEGRADED && !told) {
+    // A testbed that holds on request is as it should be.
+    const bool requested =
+        name == "testbed" && latest.testbed && latest.testbed->state == testbed_state_t::HELD;
+    if (status.state == node_status_t::DEGRADED && !requested) {
       return with_reason(name + " degraded", status.reason);
     }
   }
   return {};
 }
 
-std::string attention(const LatestMessages& heard, Utime now) {
-  if (heard.beats.empty()) return "no node is heard";
-  const std::string trouble = node_trouble(heard, now);
+std::string attention(const LatestMessages& latest, Utime now) {
+  if (latest.beats.empty()) return "no node is heard";
+  const std::string trouble = node_trouble(latest, now);
   if (!trouble.empty()) return trouble;
-  if (heard.facility && !heard.facility->valid) {
-    return with_reason("PLC does not answer", heard.facility->reason);
+  if (latest.facility && !latest.facility->valid) {
+    return with_reason("PLC does not answer", latest.facility->reason);
   }
-  for (const auto* arm : {&heard.replica_arm, &heard.sensor_arm}) {
+  for (const auto* arm : {&latest.replica_arm, &latest.sensor_arm}) {
     if (*arm && (*arm)->state == arm_state_t::OFFLINE) {
-      return with_reason(arm == &heard.replica_arm ? "replica arm offline" : "sensor arm offline",
+      return with_reason(arm == &latest.replica_arm ? "replica arm offline" : "sensor arm offline",
                          (*arm)->reason);
     }
   }
-  const bool flown = heard.testbed && (heard.testbed->state == testbed_state_t::CLOSED_LOOP ||
-                                       heard.testbed->state == testbed_state_t::HOLDING);
-  if (flown && heard.estimate && !is_good(*heard.estimate)) {
-    return with_reason("no good estimate to fly by", heard.estimate->status == pose_estimate_t::OK
-                                                         ? estimate_defect(*heard.estimate)
-                                                         : heard.estimate->reason);
+  const bool flown = latest.testbed && (latest.testbed->state == testbed_state_t::CLOSED_LOOP ||
+                                        latest.testbed->state == testbed_state_t::HOLDING);
+  if (flown && latest.estimate && !is_good(*latest.estimate)) {
+    return with_reason("no good estimate to fly by", latest.estimate->status == pose_estimate_t::OK
+                                                         ? estimate_defect(*latest.estimate)
+                                                         : latest.estimate->reason);
   }
-  if (heard.procedure && heard.procedure->state == procedure_state_t::PROMPTING) {
-    return with_reason("an operator is asked", heard.procedure->prompt);
-  }
-  return {};
-}
-
-std::string held(const LatestMessages& heard) {
-  if (heard.procedure && heard.procedure->state == procedure_state_t::HELD) {
-    return with_reason("procedure held", heard.procedure->reason);
-  }
-  if (heard.testbed && heard.testbed->state == testbed_state_t::HELD) {
-    return with_reason("motion held", heard.testbed->reason);
+  if (latest.procedure && latest.procedure->state == procedure_state_t::PROMPTING) {
+    return with_reason("an operator is asked", latest.procedure->prompt);
   }
   return {};
 }
 
-std::string moving(const LatestMessages& heard) {
+std::string held(const LatestMessages& latest) {
+  if (latest.procedure && latest.procedure->state == procedure_state_t::HELD) {
+    return with_reason("procedure held", latest.procedure->reason);
+  }
+  if (latest.testbed && latest.testbed->state == testbed_state_t::HELD) {
+    return with_reason("motion held", latest.testbed->reason);
+  }
+  return {};
+}
+
+std::string moving(const LatestMessages& latest) {
   double fastest = 0;
-  for (const auto* arm : {&heard.replica_arm, &heard.sensor_arm}) {
+  for (const auto* arm : {&latest.replica_arm, &latest.sensor_arm}) {
     if (*arm && (*arm)->valid) fastest = std::max(fastest, std::abs((*arm)->tcp_speed_m_s));
   }
-  const bool ordered = heard.testbed && (heard.testbed->state == testbed_state_t::MOVING ||
-                                         heard.testbed->state == testbed_state_t::CLOSED_LOOP ||
-                                         heard.testbed->state == testbed_state_t::HOLDING);
+  const bool ordered = latest.testbed && (latest.testbed->state == testbed_state_t::MOVING ||
+                                          latest.testbed->state == testbed_state_t::CLOSED_LOOP ||
+                                          latest.testbed->state == testbed_state_t::HOLDING);
   if (!ordered && fastest < still_m_s) return {};
   return fastest < still_m_s ? "a motion is being carried out"
                              : "arms at " + fixed(1e3 * fastest, 0) + " mm/s";
@@ -105,14 +105,14 @@ std::string moving(const LatestMessages& heard) {
 
 }  // namespace
 
-CellStatus cell_status(const LatestMessages& heard, Utime now) {
-  if (std::string why = stopped(heard); !why.empty()) return {"stop", why};
-  if (std::string why = attention(heard, now); !why.empty()) {
-    const std::string motion = moving(heard);
+CellStatus cell_status(const LatestMessages& latest, Utime now) {
+  if (std::string why = stopped(latest); !why.empty()) return {"stop", why};
+  if (std::string why = attention(latest, now); !why.empty()) {
+    const std::string motion = moving(latest);
     return {"attention", motion.empty() ? why : why + "; " + motion};
   }
-  if (std::string why = held(heard); !why.empty()) return {"held", why};
-  if (std::string why = moving(heard); !why.empty()) return {"moving", why};
+  if (std::string why = held(latest); !why.empty()) return {"held", why};
+  if (std::string why = moving(latest); !why.empty()) return {"moving", why};
   return {"safe", "nothing moves"};
 }
 

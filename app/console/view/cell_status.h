@@ -22,6 +22,6 @@ struct CellStatus {
 ///   moving     an arm moves, or a motion is being carried out
 ///   safe       none of these
 /// The word describes; what makes the cell safe is its PLC and its controllers.
-CellStatus cell_status(const LatestMessages& heard, Utime now);
+CellStatus cell_status(const LatestMessages& latest, Utime now);
 
 }  // namespace berth::console

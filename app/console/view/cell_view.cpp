@@ -62,7 +62,7 @@ CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::Type
 }
 
 void CellView::reset() {
-  heard_ = {};
+  latest_ = {};
   frames_ = Frames(cell_);
   scan_ = {};
   traffic_ = ChannelHealth(types_);
@@ -79,7 +79,7 @@ void CellView::reset() {
 }
 
 void CellView::take(const logs::LogEvent& event) {
-  heard_.take(event);
+  latest_.take(event);
   scan_.take(event);
   traffic_.take(event);
   samples_.take(event);
@@ -88,7 +88,7 @@ void CellView::take(const logs::LogEvent& event) {
     std::string json = json_of_message(types_, event.data);
     if (!json.empty() && logs::decode<event_t>(event.data)) sink_.add("events", std::move(json));
   } else if (event.channel == channels::run_info) {
-    tell_run(event.data);
+    publish_run(event.data);
   }
   take_state(event);
 }
@@ -109,7 +109,7 @@ bool CellView::changed(const char* channel) {
   return found != changed_.end() && std::exchange(found->second, false);
 }
 
-void CellView::tell_run(Bytes message) {
+void CellView::publish_run(Bytes message) {
   auto info = logs::decode<run_info_t>(message);
   if (!info) return;
   if (info->session != session_) {
@@ -140,46 +140,46 @@ void CellView::on_sample(const Sample& sample) {
 }
 
 std::optional<Pose> CellView::estimated_pose(Utime now) const {
-  return console::estimated_pose(heard_.estimate, now);
+  return console::estimated_pose(latest_.estimate, now);
 }
 
 void CellView::advance(Utime now) {
   sink_.at(now);
   samples_.advance(now);
-  if (fast_.due(now)) tell_fast(now);
+  if (fast_.due(now)) publish_fast(now);
   if (criteria_pace_.due(now)) criteria_so_far_ = criteria_.so_far();
-  if (states_pace_.due(now)) tell_states(now);
-  if (slow_.due(now)) tell_slow(now);
+  if (states_pace_.due(now)) publish_states(now);
+  if (slow_.due(now)) publish_slow(now);
 }
 
 void CellView::flush(Utime now) {
   sink_.at(now);
   samples_.advance(now);
   criteria_so_far_ = criteria_.so_far();
-  tell_fast(now);
-  tell_states(now);
-  tell_slow(now);
+  publish_fast(now);
+  publish_states(now);
+  publish_slow(now);
 }
 
-void CellView::tell_fast(Utime now) {
-  frames_.take(heard_);
-  Json frames = frames_.json(heard_, now);
+void CellView::publish_fast(Utime now) {
+  frames_.take(latest_);
+  Json frames = frames_.json(latest_, now);
   if (second_ghost_) frames["ghost2"] = json_of(frames_.sensor() * *second_ghost_);
   sink_.set("frames", text_of(frames));
-  if (changed(channels::ground_truth) && heard_.truth) {
-    sink_.set("truth", truth_json(*heard_.truth));
+  if (changed(channels::ground_truth) && latest_.truth) {
+    sink_.set("truth", truth_json(*latest_.truth));
   }
-  if (changed(channels::pose_estimate) && heard_.estimate) {
-    const bool judged = last_sample_ && last_sample_->estimate.seq == heard_.estimate->seq;
+  if (changed(channels::pose_estimate) && latest_.estimate) {
+    const bool judged = last_sample_ && last_sample_->estimate.seq == latest_.estimate->seq;
     sink_.set("estimate",
-              estimate_json(*heard_.estimate, judged ? last_sample_->compared : std::nullopt,
+              estimate_json(*latest_.estimate, judged ? last_sample_->compared : std::nullopt,
                             judged ? last_sample_->latency : std::nullopt));
   }
-  scan_.tell(heard_, sink_);
+  scan_.publish(latest_, sink_);
 }
 
-void CellView::tell_states(Utime now) {
-  const CellStatus safe = cell_status(heard_, now);
+void CellView::publish_states(Utime now) {
+  const CellStatus safe = cell_status(latest_, now);
   sink_.set("safe", text_of({{"word", safe.word}, {"why", safe.why}}));
   for (const StateSection& state : state_sections) {
     if (!changed(state.channel)) continue;
@@ -197,14 +197,14 @@ void CellView::tell_states(Utime now) {
     sink_.set("arms", "{\"replica\":" + arm(channels::arm_state_replica) +
                           ",\"sensor\":" + arm(channels::arm_state_sensor) + "}");
   }
-  if (changed(channels::testbed_state) && heard_.testbed) sink_.set("testbed", testbed_json());
-  if (changed(channels::procedure_state) && heard_.procedure) {
+  if (changed(channels::testbed_state) && latest_.testbed) sink_.set("testbed", testbed_json());
+  if (changed(channels::procedure_state) && latest_.procedure) {
     sink_.set("procedure", procedure_json());
   }
 }
 
 std::string CellView::testbed_json() {
-  std::string json = json_of_encoded(types_, *heard_.testbed);
+  std::string json = json_of_encoded(types_, *latest_.testbed);
   if (json.empty()) return "{}";
   const auto closest =
       clearance_.closest({frames_.replica_joints(), frames_.sensor_joints()}, far_apart_m);
@@ -217,7 +217,7 @@ std::string CellView::testbed_json() {
 
 /// As it is, but that its criteria fill in before the end.
 std::string CellView::procedure_json() {
-  procedure_state_t state = *heard_.procedure;
+  procedure_state_t state = *latest_.procedure;
   if (state.criteria.empty()) {
     state.criteria = criteria_so_far_;
     if (options_.verdicts) {
@@ -230,8 +230,8 @@ std::string CellView::procedure_json() {
   return json.empty() ? "{}" : json;
 }
 
-void CellView::tell_slow(Utime now) {
-  sink_.set("nodes", traffic_.nodes_json(heard_, now));
+void CellView::publish_slow(Utime now) {
+  sink_.set("nodes", traffic_.nodes_json(latest_, now));
   sink_.set("channels", traffic_.channels_json(now));
 }
 

@@ -24,12 +24,12 @@ class CellView {
 
   struct Options {
     bool with_samples = true;  ///< false: somebody else writes `samples`
-    /// From which samples count, `utime_start` of `run`; 0: the first that is heard of a run.
+    /// From which samples count, `utime_start` of `run`; 0: the first received of a run.
     Utime start = 0;
     /// Where they are known beforehand: they fill in as the run goes. Nothing: the criteria are
     /// measured as it goes.
     std::optional<Verdicts> verdicts;
-    Json more_of_run = Json::object();  ///< what `run` says beside its message
+    Json more_of_run = Json::object();  ///< of `run`, beside its message
     Utime fast = 50 * millisecond;
     Utime slow = second;
   };
@@ -67,12 +67,12 @@ class CellView {
   };
 
   void take_state(const logs::LogEvent& event);
-  void tell_fast(Utime now);
-  void tell_states(Utime now);
-  void tell_slow(Utime now);
+  void publish_fast(Utime now);
+  void publish_states(Utime now);
+  void publish_slow(Utime now);
   std::string procedure_json();
   std::string testbed_json();
-  void tell_run(Bytes message);
+  void publish_run(Bytes message);
   void on_sample(const Sample& sample);
   bool changed(const char* channel);
 
@@ -81,14 +81,14 @@ class CellView {
   Sink& sink_;
   Options options_;
 
-  LatestMessages heard_;
+  LatestMessages latest_;
   Frames frames_;
   ScanSection scan_;
   ChannelHealth traffic_;
   Samples samples_;
   std::optional<Sample> last_sample_;
   std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel
-  std::map<std::string, bool, std::less<>> changed_;  // since they were told, by channel
+  std::map<std::string, bool, std::less<>> changed_;  // since they were published, by channel
   std::int64_t session_ = 0;
   Utime start_;  // of the run: samples count from it
   std::optional<Pose> second_ghost_;

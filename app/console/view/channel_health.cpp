@@ -13,7 +13,7 @@
 namespace berth::console {
 namespace {
 
-/// Which node writes a channel alone; by its first one a node's rate and latency are told.
+/// Which node writes a channel alone; by its first one a node's rate and latency are shown.
 struct Writer {
   const char* node;
   const char* channel;
@@ -67,10 +67,10 @@ void ChannelHealth::count_share(const logs::LogEvent& event) {
     if (share.session != session) share = {{}, session};
     share.counter.take(seq);
   };
-  if (event.channel == channels::heartbeat) {
-    if (const auto m = logs::decode<heartbeat_t>(event.data)) count(m->node, m->session, m->seq);
-  } else if (event.channel == channels::event) {
-    if (const auto m = logs::decode<event_t>(event.data)) count(m->node, m->session, m->seq);
+  if (const auto beat = logs::decode<heartbeat_t>(event, channels::heartbeat)) {
+    count(beat->node, beat->session, beat->seq);
+  } else if (const auto m = logs::decode<event_t>(event, channels::event)) {
+    count(m->node, m->session, m->seq);
   }
 }
 
@@ -111,11 +111,11 @@ std::string ChannelHealth::channels_json(Utime now) const {
   return text_of(list);
 }
 
-std::string ChannelHealth::nodes_json(const LatestMessages& heard, Utime now) const {
+std::string ChannelHealth::nodes_json(const LatestMessages& latest, Utime now) const {
   Json list = Json::array();
-  for (const auto& [name, beat] : heard.beats) {
+  for (const auto& [name, beat] : latest.beats) {
     Json node = {{"node", name}, {"age_s", rounded(seconds(now - beat), 1e-3)}};
-    if (const auto found = heard.nodes.find(name); found != heard.nodes.end()) {
+    if (const auto found = latest.nodes.find(name); found != latest.nodes.end()) {
       const node_status_t& status = found->second;
       node["state"] = status.state;
       node["reason"] = status.reason;

@@ -20,10 +20,10 @@ class ChannelHealth {
 
   void take(const logs::LogEvent& event);
   std::string channels_json(Utime now) const;
-  std::string nodes_json(const LatestMessages& heard, Utime now) const;
+  std::string nodes_json(const LatestMessages& latest, Utime now) const;
 
  private:
-  /// What one node says on a channel that several share.
+  /// What one node publishes on a channel that several share.
   struct Share {
     logs::SequenceCounter counter;
     std::int64_t session = 0;

@@ -17,7 +17,7 @@ namespace {
 /// Truth is measured between its samples and over 50 ms to either side.
 constexpr Utime truth_period = 40 * millisecond;
 
-/// The same points are asked for whenever the criteria are measured.
+/// The same points are needed whenever the criteria are measured.
 evaluation::NearestPoint remembering(evaluation::NearestPoint nearest) {
   if (!nearest) return nearest;
   const auto known = std::make_shared<std::map<std::array<double, 3>, Vector3d>>();

@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 
-#include "common/core/arm_kinematics.h"
 #include "evaluation/run/truth_track.h"
 #include "logs/file/log_event.h"
 
@@ -36,8 +35,5 @@ struct LatestMessages {
   /// Truth, unless it is older than a second.
   std::optional<evaluation::TruthSample> truth_at(Utime now) const;
 };
-
-/// The joints in a message that tells valid ones.
-std::optional<Joints> joints_of(const std::optional<arm_state_t>& state);
 
 }  // namespace berth::console

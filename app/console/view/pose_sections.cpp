@@ -6,6 +6,7 @@
 
 #include "common/core/covariance.h"
 #include "evaluation/measure/uncertainty.h"
+#include "lcmtypes/conversions.h"
 
 namespace berth::console {
 namespace {
@@ -95,10 +96,8 @@ std::string estimate_json(const pose_estimate_t& e,
          {rounded(q.w(), 1e-6), rounded(q.x(), 1e-6), rounded(q.y(), 1e-6), rounded(q.z(), 1e-6)}}};
   }
   for (const hypothesis_t& h : e.hypotheses) {
-    const Pose pose{Vector3d::Map(h.position_m),
-                    Quaterniond(h.q_wxyz[0], h.q_wxyz[1], h.q_wxyz[2], h.q_wxyz[3])};
     json["hypotheses"].push_back(
-        {{"pose", json_of(pose)}, {"probability", rounded(h.probability, 1e-4)}});
+        {{"pose", json_of(pose_of(h))}, {"probability", rounded(h.probability, 1e-4)}});
   }
   return text_of(json);
 }

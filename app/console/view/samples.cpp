@@ -12,7 +12,6 @@ namespace berth::console {
 namespace {
 
 constexpr Utime patience = second;
-constexpr Utime truth_kept = 10 * second;
 constexpr std::size_t latencies_kept = 100;
 
 Json mm_and_deg(const Vector6d& v, double factor = 1) {
@@ -31,27 +30,17 @@ double reach(const Matrix3d& covariance) {
 }  // namespace
 
 void Samples::take(const logs::LogEvent& event) {
-  if (event.channel == channels::run_info) {
-    const auto message = logs::decode<run_info_t>(event.data);
-    if (message) symmetry_ = evaluation::symmetry_of_run(*message);
-  } else if (event.channel == channels::ground_truth) {
-    if (const auto message = logs::decode<ground_truth_t>(event.data)) {
-      // A clock that went back, or a damaged time: what was before belongs to another time.
-      const auto& kept = truth_.samples();
-      if (!kept.empty() && message->utime < kept.back().utime - truth_kept) truth_ = {};
-      truth_.add(evaluation::sample_of(*message));
-      if (truth_.samples().size() > 4000) truth_.forget_before(message->utime - truth_kept);
-    }
-  } else if (event.channel == channels::estimator_diagnostics) {
-    if (const auto message = logs::decode<estimator_diagnostics_t>(event.data)) {
-      if (const auto latency = evaluation::latency_in(*message))
-        latencies_[message->seq] = *latency;
-      if (latencies_.size() > latencies_kept) latencies_.erase(latencies_.begin());
-    }
-  } else if (event.channel == channels::pose_estimate) {
-    if (auto message = logs::decode<pose_estimate_t>(event.data)) {
-      waiting_.push_back({{std::move(*message), std::nullopt, std::nullopt}, event.utime});
-    }
+  if (const auto info = logs::decode<run_info_t>(event, channels::run_info)) {
+    symmetry_ = evaluation::symmetry_of_run(*info);
+  } else if (const auto truth = logs::decode<ground_truth_t>(event, channels::ground_truth)) {
+    truth_.add_live(evaluation::sample_of(*truth));
+  } else if (const auto diagnostics =
+                 logs::decode<estimator_diagnostics_t>(event, channels::estimator_diagnostics)) {
+    const auto latency = evaluation::latency_in(*diagnostics);
+    if (latency) latencies_[diagnostics->seq] = *latency;
+    if (latencies_.size() > latencies_kept) latencies_.erase(latencies_.begin());
+  } else if (auto estimate = logs::decode<pose_estimate_t>(event, channels::pose_estimate)) {
+    waiting_.push_back({{std::move(*estimate), std::nullopt, std::nullopt}, event.utime});
   }
 }
 
@@ -66,7 +55,7 @@ void Samples::complete(Waiting& waiting) const {
   }
 }
 
-void Samples::tell_first() {
+void Samples::publish_first() {
   const Sample sample = std::move(waiting_.front().sample);
   waiting_.pop_front();
   ready_(sample);
@@ -79,14 +68,14 @@ void Samples::advance(Utime now) {
     const bool is_good = first.sample.estimate.status == pose_estimate_t::OK;
     const bool is_complete = first.sample.latency && (first.sample.compared || !is_good);
     if (!is_complete && now - first.received < patience) return;
-    tell_first();
+    publish_first();
   }
 }
 
 void Samples::finish() {
   while (!waiting_.empty()) {
     complete(waiting_.front());
-    tell_first();
+    publish_first();
   }
 }
 

@@ -24,13 +24,13 @@ struct Sample {
 class Samples {
  public:
   using Ready = std::function<void(const Sample&)>;
-  /// ready: is told of every estimate once, in their order.
+  /// ready: receives every estimate once, in their order.
   explicit Samples(Ready ready) : ready_(std::move(ready)) {}
 
   void take(const logs::LogEvent& event);
-  /// Tells what is complete, or has waited long enough.
+  /// Publishes what is complete, or has waited long enough.
   void advance(Utime now);
-  /// Tells what is left.
+  /// Publishes what is left.
   void finish();
 
  private:
@@ -39,7 +39,7 @@ class Samples {
     Utime received = 0;
   };
   void complete(Waiting& waiting) const;
-  void tell_first();
+  void publish_first();
 
   Ready ready_;
   SymmetryGroup symmetry_;                   // of the run's target

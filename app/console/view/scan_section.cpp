@@ -43,15 +43,12 @@ void ScanSection::begin(std::int64_t scan_id) {
 }
 
 void ScanSection::take(const logs::LogEvent& event) {
-  if (event.channel == channels::scan_request) {
-    auto request = logs::decode<scan_request_t>(event.data);
-    if (!request || request->action != scan_request_t::SCAN) return;
+  auto request = logs::decode<scan_request_t>(event, channels::scan_request);
+  if (request && request->action == scan_request_t::SCAN) {
     changed_ = true;
     request_ = std::move(request);
-    return;
   }
-  if (event.channel != channels::scan_data) return;
-  const auto packet = logs::decode<ScanPacket>(event.data);
+  const auto packet = logs::decode<ScanPacket>(event, channels::scan_data);
   if (!packet) return;
   if (packet->scan_id != scan_id_) begin(packet->scan_id);
   changed_ = true;
@@ -71,30 +68,30 @@ void ScanSection::take(const logs::LogEvent& event) {
   }
 }
 
-std::string ScanSection::json(const LatestMessages& heard) const {
+std::string ScanSection::json(const LatestMessages& latest) const {
   const bool known = request_ && request_->scan_id == scan_id_;
   Json windows = Json::array();
   if (known) {
     for (const scan_window_t& window : request_->windows) windows.push_back(window_json(window));
   }
   const bool running = status_ == ScanPacket::RUNNING;
-  const bool told = heard.lidar && heard.lidar->scan_id == scan_id_;
+  const bool told = latest.lidar && latest.lidar->scan_id == scan_id_;
   return text_of({{"scan_id", scan_id_},
                   {"purpose", known ? request_->purpose : ""},
                   {"status", status_},
                   {"reason", reason_},
                   {"progress", !running ? Json(1)
-                               : told   ? rounded(heard.lidar->progress, 1e-3)
+                               : told   ? rounded(latest.lidar->progress, 1e-3)
                                         : Json()},
                   {"beams", beams_},
                   {"hits", hits_},
                   {"windows", windows}});
 }
 
-void ScanSection::tell(const LatestMessages& heard, Sink& sink) {
+void ScanSection::publish(const LatestMessages& latest, Sink& sink) {
   if (!std::exchange(changed_, false)) return;
   if (std::exchange(is_new_, false)) sink.reset("returns");
-  sink.set("scan", json(heard));
+  sink.set("scan", json(latest));
   if (!new_returns_.empty()) sink.add("returns", std::exchange(new_returns_, {}));
 }
 

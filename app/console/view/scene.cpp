@@ -3,6 +3,7 @@
 
 #include "app/console/view/json.h"
 #include "evaluation/measure/measurer.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
 
 namespace berth::console {
@@ -94,13 +95,13 @@ std::map<std::string, std::string> mesh_texts(const std::vector<DrawnBody>& bodi
 Frames::Frames(const Cell& cell)
     : cell_(&cell), replica_(cell.replica.home), sensor_(cell.sensor.home) {}
 
-void Frames::take(const LatestMessages& heard) {
+void Frames::take(const LatestMessages& latest) {
   // Where an arm was seen last is the best guess while its controller is silent.
-  if (const auto joints = joints_of(heard.replica_arm)) replica_ = *joints;
-  if (const auto joints = joints_of(heard.sensor_arm)) sensor_ = *joints;
+  if (const auto joints = reported_joints(latest.replica_arm)) replica_ = *joints;
+  if (const auto joints = reported_joints(latest.sensor_arm)) sensor_ = *joints;
 }
 
-Json Frames::json(const LatestMessages& heard, Utime now) const {
+Json Frames::json(const LatestMessages& latest, Utime now) const {
   Json frames = Json::object();
   const auto add_arm = [&frames](const PlacedArm& arm, const Joints& joints) {
     const auto links = arm.kinematics->link_poses(joints);
@@ -112,10 +113,10 @@ Json Frames::json(const LatestMessages& heard, Utime now) const {
   add_arm(cell_->replica, replica_);
   add_arm(cell_->sensor, sensor_);
   const Pose at_sensor = sensor();
-  const auto truth = heard.truth_at(now);
+  const auto truth = latest.truth_at(now);
   frames["sensor"] = json_of(at_sensor);
   frames["replica"] = json_of(truth ? at_sensor * truth->pose : cell_->replica.tool_pose(replica_));
-  if (const auto pose = estimated_pose(heard.estimate, now)) {
+  if (const auto pose = estimated_pose(latest.estimate, now)) {
     frames["ghost"] = json_of(at_sensor * *pose);
   }
   return frames;
@@ -124,8 +125,7 @@ Json Frames::json(const LatestMessages& heard, Utime now) const {
 std::optional<Pose> estimated_pose(const std::optional<pose_estimate_t>& estimate, Utime now) {
   if (!estimate || !is_good(*estimate)) return std::nullopt;
   if (now - estimate->utime > evaluation::Measurer::estimate_lifetime) return std::nullopt;
-  const evaluation::EstimateSample sample = evaluation::sample_of(*estimate);
-  return moved(sample.pose, sample.velocity, seconds(now - estimate->utime));
+  return moved(pose_of(*estimate), velocity_of(*estimate), seconds(now - estimate->utime));
 }
 
 }  // namespace berth::console

@@ -6,15 +6,11 @@
 #include <vector>
 
 #include "common/core/pose.h"
+#include "lcmtypes/conversions.h"
 #include "lcmtypes/words.h"
 
 namespace berth {
 namespace {
-
-Pose pose_of(const pose_estimate_t& e) {
-  return {Vector3d::Map(e.position_m),
-          Quaterniond(e.q_wxyz[0], e.q_wxyz[1], e.q_wxyz[2], e.q_wxyz[3]).normalized()};
-}
 
 std::vector<std::uint8_t> digits(pose_estimate_t estimate) {
   estimate.seq = 0;

@@ -28,7 +28,7 @@ class EstimatePairs {
   static std::string heading();
   std::string summary() const;
   std::int64_t pairs() const { return pairs_; }
-  /// In all digits but those of seq, which counts what was said and not what was measured.
+  /// In all digits but those of seq, which counts messages, not measurements.
   std::int64_t same() const { return same_; }
 
  private:

@@ -23,7 +23,7 @@ LiveEstimator::~LiveEstimator() {
 void LiveEstimator::put(Task task) {
   {
     const std::lock_guard lock(mutex_);
-    // Of messages that only tell the time the last one is enough.
+    // Of messages that only set the time the last one is enough.
     const bool only_time = !task.restart && task.bytes.empty();
     if (only_time && !tasks_.empty() && !tasks_.back().restart && tasks_.back().bytes.empty()) {
       tasks_.back().utime = task.utime;

@@ -23,7 +23,7 @@ class LiveEstimator {
   LiveEstimator(const LiveEstimator&) = delete;
   LiveEstimator& operator=(const LiveEstimator&) = delete;
 
-  /// Any message of the log; the inputs wait for the estimator, all others only tell it the time.
+  /// Any message of the log; the inputs wait for the estimator, all others only set its time.
   void take(const logs::LogEvent& event);
   /// Forgets everything: an estimator that starts at this time of the log.
   void restart(Utime start);

@@ -17,8 +17,8 @@ LogIndex::LogIndex(const std::filesystem::path& log, const std::function<void(do
     entries_.push_back({times.time(event.utime), event.data.data(),
                         static_cast<std::uint32_t>(event.data.size()),
                         channel_number(event.channel)});
-    if (event.channel == channels::heartbeat) {
-      if (const auto beat = logs::decode<heartbeat_t>(event.data)) sessions_.insert(beat->session);
+    if (const auto beat = logs::decode<heartbeat_t>(event, channels::heartbeat)) {
+      sessions_.insert(beat->session);
     }
     read += logs::format::header_bytes + event.channel.size() + event.data.size();
     if (share_done && entries_.size() % 4096 == 0) {

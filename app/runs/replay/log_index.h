@@ -17,7 +17,7 @@ namespace berth {
 /// of any size. Holds 24 bytes an event; the events themselves stay in the file.
 class LogIndex {
  public:
-  /// @param share_done is told how much of the file was read, 0 to 1
+  /// @param share_done receives how much of the file was read, 0 to 1
   /// @throws InputError when the file cannot be read
   explicit LogIndex(const std::filesystem::path& log,
                     const std::function<void(double)>& share_done = {});

@@ -21,7 +21,7 @@ struct PlayerOptions {
 class Player {
  public:
   using Emit = std::function<void(const logs::LogEvent&)>;
-  /// Is told of a jump: what comes next does not follow what came last.
+  /// Receives a jump: what comes next does not follow what came last.
   using Jumped = std::function<void(std::size_t place)>;
 
   Player(const LogIndex& index, const PlayerOptions& options, Emit emit, Jumped jumped = {});

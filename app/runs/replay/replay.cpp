@@ -91,14 +91,14 @@ class Replay {
         index_.first(), [this](const std::string& line) { screen_.print(line); });
     live_ = std::make_unique<LiveEstimator>(
         files_, index_.first(),
-        [this](const std::string& channel, Bytes bytes) { said_live(channel, bytes); });
+        [this](const std::string& channel, Bytes bytes) { publish_live(channel, bytes); });
   }
 
   int run() {
     screen_.print(log_.string() + ": " + std::to_string(index_.size()) + " messages in " +
                   text_of_position(seconds(index_.last() - index_.first())) + ", onto " +
                   bus_->url());
-    tell_steps();
+    print_steps();
     if (terminal_.active()) {
       screen_.print(
           "space pause   . step   n next estimate   arrows 1 and 10 s   [ ] rate   "
@@ -107,7 +107,7 @@ class Replay {
       loop_.every(100 * millisecond, [this] { show_status(); });
     }
     if (pairs_) screen_.print(EstimatePairs::heading());
-    loop_.watch(bus_->descriptor(), [this] { hear(); });
+    loop_.watch(bus_->descriptor(), [this] { receive(); });
     if (live_ && player_.position(0) > 0)
       jumped(index_.not_before(index_.first() + player_.position(0)));
     player_.start(loop_.now());
@@ -119,7 +119,7 @@ class Replay {
 
  private:
   /// Where the log's clock was set: what lies between is neither waited for nor sent at once.
-  void tell_steps() {
+  void print_steps() {
     constexpr std::size_t most = 10;
     const auto& steps = index_.steps();
     for (std::size_t i = 0; i < std::min(steps.size(), most); ++i) screen_.print(steps[i].text());
@@ -159,13 +159,13 @@ class Replay {
     ++played_;
   }
 
-  /// What the network does not take is told of at the end; the rest goes on.
+  /// What the network does not take is reported at the end; the rest goes on.
   void publish(const std::string& channel, Bytes bytes) {
     if (!bus_->publish(channel, bytes)) ++unsent_;
   }
 
   /// On the live estimator's thread.
-  void said_live(const std::string& channel, Bytes bytes) {
+  void publish_live(const std::string& channel, Bytes bytes) {
     publish(channel, bytes);
     if (channel != channels::pose_estimate) return;
     if (const auto message = logs::decode<pose_estimate_t>(bytes)) {
@@ -174,7 +174,7 @@ class Replay {
     }
   }
 
-  /// An estimator that comes in here is told what was commanded before.
+  /// An estimator that comes in here receives what was commanded before.
   void jumped(std::size_t place) {
     if (!live_) return;
     live_->restart(index_.time(std::min(place, index_.size() - 1)));
@@ -186,8 +186,8 @@ class Replay {
     pairs_->forget();
   }
 
-  void hear() {
-    const auto beat = bus_->hear_stranger(sessions_);
+  void receive() {
+    const auto beat = bus_->receive_stranger(sessions_);
     if (!beat || force_) return;
     complaint_ = describe(*beat, bus_->url());
     stop(exit_code::error);

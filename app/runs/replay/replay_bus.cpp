@@ -24,22 +24,23 @@ bool ReplayBus::publish(const std::string& channel, Bytes bytes) {
 
 void ReplayBus::on_heartbeat(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
   const Bytes bytes{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
-  heard_ = logs::decode<heartbeat_t>(bytes);
+  received_ = logs::decode<heartbeat_t>(bytes);
 }
 
 std::optional<heartbeat_t> ReplayBus::anybody_alive() {
   // A node beats at 20 Hz; one that is silent for 150 ms is dead.
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::milliseconds(400);
-  heard_.reset();
-  while (!heard_ && Clock::now() < end) lcm_.handleTimeout(50);
-  return heard_;
+  received_.reset();
+  while (!received_ && Clock::now() < end) lcm_.handleTimeout(50);
+  return received_;
 }
 
-std::optional<heartbeat_t> ReplayBus::hear_stranger(const std::set<std::int64_t>& known_sessions) {
-  heard_.reset();
+std::optional<heartbeat_t> ReplayBus::receive_stranger(
+    const std::set<std::int64_t>& known_sessions) {
+  received_.reset();
   lcm_.handleTimeout(0);
-  if (heard_ && known_sessions.count(heard_->session) == 0) return heard_;
+  if (received_ && known_sessions.count(received_->session) == 0) return received_;
   return std::nullopt;
 }
 

@@ -11,7 +11,7 @@
 
 namespace berth {
 
-/// The bus that a log is played onto: sends messages as they are, decodable or not, and hears
+/// The bus that a log is played onto: sends messages as they are, decodable or not, and finds
 /// whether a cell is alive there, for a replayed command must never reach one.
 class ReplayBus {
  public:
@@ -26,17 +26,17 @@ class ReplayBus {
 
   /// Listens for some beats' time. @return a heartbeat of whoever is there
   std::optional<heartbeat_t> anybody_alive();
-  /// Readable when something was heard: call hear().
+  /// Readable when something was received: call receive_stranger().
   int descriptor() { return lcm_.getFileno(); }
   /// @return a heartbeat of a session that is none of these, if one came
-  std::optional<heartbeat_t> hear_stranger(const std::set<std::int64_t>& known_sessions);
+  std::optional<heartbeat_t> receive_stranger(const std::set<std::int64_t>& known_sessions);
 
  private:
   void on_heartbeat(const lcm::ReceiveBuffer* buffer, const std::string& channel);
 
   std::string url_;
   lcm::LCM lcm_;
-  std::optional<heartbeat_t> heard_;
+  std::optional<heartbeat_t> received_;
 };
 
 }  // namespace berth

@@ -17,20 +17,6 @@ std::uint16_t intensity_of(double power) {
   return static_cast<std::uint16_t>(std::round(full_scale * std::min(power, 1.0)));
 }
 
-lidar::BeamStatus status_of(Received::Status status) {
-  switch (status) {
-    case Received::Status::hit:
-      return lidar::BeamStatus::hit;
-    case Received::Status::too_near:
-      return lidar::BeamStatus::too_near;
-    case Received::Status::saturated:
-      return lidar::BeamStatus::saturated;
-    case Received::Status::miss:
-      break;
-  }
-  return lidar::BeamStatus::miss;
-}
-
 }  // namespace
 
 SimulatedLidar::SimulatedLidar(const std::string& address, LidarProfile profile,
@@ -110,7 +96,7 @@ void SimulatedLidar::take_order(const lidar::ScanOrder& order) {
   scan_ = Scan();
   scan_->id = order.scan_id;
   scan_->rate_hz = profile_.rate_hz * faults_.speed;
-  for (const lidar::Window& window : order.windows) {
+  for (const Window& window : order.windows) {
     scan_->windows.emplace_back(window);
     answer.beams += static_cast<std::uint32_t>(scan_->windows.back().size());
   }
@@ -193,7 +179,7 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
   lidar::BeamReturn measured;
   measured.azimuth_rad = static_cast<float>(angles.azimuth);
   measured.elevation_rad = static_cast<float>(angles.elevation);
-  measured.status = status_of(received.status);
+  measured.status = received.status;
   measured.intensity = intensity_of(received.power);
   measured.range_m = static_cast<float>(received.range);
   measured.ambient = static_cast<float>(full_scale * received.background);
@@ -209,10 +195,10 @@ lidar::BeamReturn SimulatedLidar::measure(const lidar::BeamAngles& angles, Utime
 void SimulatedLidar::add_faults(lidar::BeamReturn& measured) {
   const bool lost = faults_.dropout > 0 && fault_random_.uniform() < faults_.dropout;
   if (faults_.blackout || lost) {
-    measured.status = lidar::BeamStatus::miss;
+    measured.status = BeamStatus::miss;
     measured.intensity = measured.intensity2 = 0;
     measured.range_m = measured.range2_m = 0;
-  } else if (measured.status == lidar::BeamStatus::hit && faults_.range_bias != 0) {
+  } else if (measured.status == BeamStatus::hit && faults_.range_bias != 0) {
     for (float* range : {&measured.range_m, &measured.range2_m}) {
       if (*range == 0) continue;
       *range = static_cast<float>(std::max(double{*range} + faults_.range_bias, 0.0));

@@ -94,7 +94,6 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
   const double range_error =
       random_.normal(settings.noise_scale * range_noise * beam.range_sigma_m);
 
-  using Status = Received::Status;
   Received received;
   const Vector3d direction = beam_direction(true_azimuth, true_elevation);
   const Echoes echoes = echoes_of(scene, utime, direction);
@@ -103,11 +102,11 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
   const double min_power =
       std::max(settings.range_max_reflectivity * falloff * falloff, settings.min_power);
   if (echo != nullptr && echo->range < beam.range_min_m) {
-    received.status = Status::too_near;
+    received.status = BeamStatus::too_near;
   } else if (echo != nullptr && echo->power >= min_power) {
     const double distance = echo->range / settings.echoes.full_scale_range_m;
     const bool dazzles = echo->power * distance * distance > settings.saturation;
-    received.status = dazzles ? Status::saturated : Status::hit;
+    received.status = dazzles ? BeamStatus::saturated : BeamStatus::hit;
     received.power = echo->power;
   }
   Glare glare;
@@ -118,18 +117,18 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
         sun_background(settings.sun, sun, direction, echo != nullptr ? &echo->hit : nullptr);
     glare = glare_of(settings.sun, received.background, echo != nullptr ? echo->power : 0);
     if (chance < glare.early + glare.lost) {
-      received.status = Status::miss;
+      received.status = BeamStatus::miss;
       received.power = 0;
     }
     if (chance < glare.early) {  // noise before the surface is taken for it
       const double nearest = beam.range_min_m;
       const double farthest = echo != nullptr ? std::max(nearest, echo->range) : beam.range_max_m;
-      received.status = Status::hit;
+      received.status = BeamStatus::hit;
       received.range = nearest + where * (farthest - nearest);
     }
   }
   received.range_sigma = beam.range_sigma_m * glare.sigma_scale;
-  if (received.status == Status::hit && received.power > 0) {
+  if (received.status == BeamStatus::hit && received.power > 0) {
     received.range = reported_range(*echo, range_error * glare.sigma_scale);
     received.surface = echo->hit;
   }
@@ -163,7 +162,7 @@ void Receiver::depart(Received& received) {
   }
   if (stray < errors.outliers) {
     received = nothing();
-    received.status = Received::Status::hit;
+    received.status = BeamStatus::hit;
     received.range = beam.range_min_m + where * (errors.outlier_range - beam.range_min_m);
   }
 }

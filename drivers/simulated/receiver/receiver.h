@@ -48,8 +48,7 @@ void read_receiver(const std::filesystem::path& profile, ReceiverSettings& setti
 
 /// What becomes of one beam.
 struct Received {
-  enum class Status : std::uint8_t { hit, miss, too_near, saturated };
-  Status status = Status::miss;
+  BeamStatus status = BeamStatus::miss;
   double range = 0;         ///< m, as reported; 0 unless hit
   double power = 0;         ///< see Echo::power; 0 unless hit or saturated
   double second_range = 0;  ///< m, of another echo of the same beam; 0: none

@@ -272,38 +272,38 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
 
 TEST_CASE("the word for the whole cell is that of the worst that is so") {
   const Utime now = made::start;
-  LatestMessages heard;
-  CHECK(cell_status(heard, now).word == "attention");  // nobody is heard
-  heard.beats["testbed"] = now;
-  CHECK(cell_status(heard, now).word == "safe");
-  heard.replica_arm = arm_at({}, now);
-  heard.replica_arm->tcp_speed_m_s = 0.2;
-  CHECK(cell_status(heard, now).word == "moving");
-  heard.procedure.emplace();
-  heard.procedure->state = procedure_state_t::HELD;
-  CHECK(cell_status(heard, now).word == "held");
+  LatestMessages latest;
+  CHECK(cell_status(latest, now).word == "attention");  // nobody is heard
+  latest.beats["testbed"] = now;
+  CHECK(cell_status(latest, now).word == "safe");
+  latest.replica_arm = arm_at({}, now);
+  latest.replica_arm->tcp_speed_m_s = 0.2;
+  CHECK(cell_status(latest, now).word == "moving");
+  latest.procedure.emplace();
+  latest.procedure->state = procedure_state_t::HELD;
+  CHECK(cell_status(latest, now).word == "held");
   // a testbed that was told to hold is degraded, and as it should be
-  heard.testbed.emplace();
-  heard.testbed->state = testbed_state_t::HELD;
-  heard.nodes["testbed"].state = node_status_t::DEGRADED;
-  CHECK(cell_status(heard, now).word == "held");
-  heard.testbed->state = testbed_state_t::HOLDING;
-  CHECK(cell_status(heard, now).word == "attention");
-  heard.nodes.erase("testbed");
-  heard.nodes["lidar-driver"].state = node_status_t::DEGRADED;
-  heard.nodes["lidar-driver"].reason = "no answer";
-  const CellStatus degraded = cell_status(heard, now);
+  latest.testbed.emplace();
+  latest.testbed->state = testbed_state_t::HELD;
+  latest.nodes["testbed"].state = node_status_t::DEGRADED;
+  CHECK(cell_status(latest, now).word == "held");
+  latest.testbed->state = testbed_state_t::HOLDING;
+  CHECK(cell_status(latest, now).word == "attention");
+  latest.nodes.erase("testbed");
+  latest.nodes["lidar-driver"].state = node_status_t::DEGRADED;
+  latest.nodes["lidar-driver"].reason = "no answer";
+  const CellStatus degraded = cell_status(latest, now);
   CHECK(degraded.word == "attention");
   CHECK(degraded.why.find("no answer") != std::string::npos);
   CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // that it moves is said still
-  heard.facility.emplace();
-  heard.facility->valid = true;
-  heard.facility->fence_closed = true;
-  CHECK(cell_status(heard, now).word == "stop");
-  heard.facility->estop_chain_closed = true;
-  CHECK(cell_status(heard, now).word == "attention");
-  heard.nodes.clear();
-  CHECK(cell_status(heard, now + second).word == "attention");  // testbed is silent
+  latest.facility.emplace();
+  latest.facility->valid = true;
+  latest.facility->fence_closed = true;
+  CHECK(cell_status(latest, now).word == "stop");
+  latest.facility->estop_chain_closed = true;
+  CHECK(cell_status(latest, now).word == "attention");
+  latest.nodes.clear();
+  CHECK(cell_status(latest, now + second).word == "attention");  // testbed is silent
 }
 
 TEST_CASE("criteria fill in: pending until their phase is over") {

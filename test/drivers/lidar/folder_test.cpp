@@ -40,7 +40,7 @@ struct FolderBench {
     REQUIRE(run_until([this] { return readied == 1; }));
   }
   void order(std::int64_t id) {
-    adapter.order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0}}});
+    adapter.order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0, ""}}});
     REQUIRE(run_until([this] { return !all<ScanAnswer>().empty(); }));
   }
   bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }

@@ -316,7 +316,7 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
           lidar::Returns returns;
           returns.scan_id = order->scan_id;
           returns.device_time = bench.simulation.now();
-          returns.beams = {{0, 5, 0.1F, 0, 7, lidar::BeamStatus::hit}};
+          returns.beams = {{0, 5, 0.1F, 0, 7, BeamStatus::hit}};
           wire.send(returns);
           wire.send(lidar::ScanEnd{order->scan_id, lidar::ScanResult::complete, 1,
                                    bench.simulation.now(), ""});
@@ -340,18 +340,8 @@ TEST_CASE("all that a device says of a beam is on the bus, in packets of one dat
       lidar::Returns returns;
       returns.scan_id = order->scan_id;
       returns.device_time = bench.simulation.now();
-      returns.beams = {{0,
-                        5,
-                        0.1F,
-                        -0.1F,
-                        7,
-                        lidar::BeamStatus::hit,
-                        {0.1F, 0.2F, 0.3F},
-                        1e6F,
-                        0.01F,
-                        6,
-                        0.02F,
-                        5000}};
+      returns.beams = {
+          {0, 5, 0.1F, -0.1F, 7, BeamStatus::hit, {0.1F, 0.2F, 0.3F}, 1e6F, 0.01F, 6, 0.02F, 5000}};
       wire.send(returns);
     }
   });

@@ -50,7 +50,9 @@ struct PlaybackBench {
     }
   }
   void order(std::int64_t id, Utime wait) {
-    loop.after(0, [this, id] { adapter->order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0}}}); });
+    loop.after(0, [this, id] {
+      adapter->order({id, {{0, 0, 0.1, 0.1, Pattern::raster, 9, 0, ""}}});
+    });
     simulation.run_for(wait);
   }
 
@@ -249,7 +251,7 @@ TEST_CASE("a log's scans come as they came, and end as they ended") {
   CHECK(bench.times[1] - bench.times[0] == 500);
   CHECK(bench.times[3] - bench.times[0] == 1 * second);
   CHECK(bench.beams[3].range_m == 6);
-  CHECK(bench.beams[1].status == lidar::BeamStatus::miss);
+  CHECK(bench.beams[1].status == BeamStatus::miss);
   CHECK(bench.beams[2].intensity == 200);
   CHECK(bench.windows == std::vector<int>(9, 0));  // there is no eighth window in these orders
   REQUIRE(bench.ends.size() == 3);

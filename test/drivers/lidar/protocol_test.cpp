@@ -15,7 +15,7 @@ std::vector<Message> samples() {
   identity.serial = "0042";
   identity.rate_hz = 2000;
   identity.field_of_view_rad[1] = 0.7;
-  ScanOrder order{17, {{0.1, -0.2, 0.3, 0.4, Pattern::rosette, 100, 0}, {}}};
+  ScanOrder order{17, {{0.1, -0.2, 0.3, 0.4, Pattern::rosette, 100, 0, ""}, {}}};
   Returns returns;
   returns.scan_id = 17;
   returns.window = 1;

@@ -162,10 +162,10 @@ TEST_CASE("a scanner's errors: bias, steps, walk, drop-outs and outliers, and th
     return found / 4000.0;
   };
   const auto lost = [](const Received& is, const Received&) {
-    return is.status == Received::Status::miss;
+    return is.status == BeamStatus::miss;
   };
   const auto stray = [](const Received& is, const Received& was) {
-    return is.status == Received::Status::hit && is.range != was.range && !is.surface.met();
+    return is.status == BeamStatus::hit && is.range != was.range && !is.surface.met();
   };
   const auto same = [](const Received& is, const Received& was) { return is.range == was.range; };
   CHECK(count(0, lost) == Approx(0.02).margin(0.008));

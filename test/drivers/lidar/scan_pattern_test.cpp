@@ -15,7 +15,7 @@ const Pattern all_patterns[] = {Pattern::raster, Pattern::spiral, Pattern::roset
                                 Pattern::lissajous};
 
 Window window(Pattern pattern, int count) {
-  Window w{0.1, -0.05, 0.2, 0.1, pattern, count, 0};
+  Window w{0.1, -0.05, 0.2, 0.1, pattern, count, 0, ""};
   return w;
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("no pattern leaves a hole or fires the same beam twice") {
 }
 
 TEST_CASE("a raster by spacing keeps it and sweeps to and fro from the top") {
-  Window w{0, 0, 0.02, 0.01, Pattern::raster, 0, 0.001};
+  Window w{0, 0, 0.02, 0.01, Pattern::raster, 0, 0.001, ""};
   const ScanPattern pattern(w);
   REQUIRE(pattern.size() == 20 * 10);
   CHECK(pattern.beam(0).elevation > pattern.beam(199).elevation);
@@ -98,13 +98,13 @@ TEST_CASE("a raster by count spreads odd counts evenly") {
 }
 
 TEST_CASE("flat and point-like windows are swept too") {
-  Window line{0, 0, 0.1, 0, Pattern::raster, 11, 0};
+  Window line{0, 0, 0.1, 0, Pattern::raster, 11, 0, ""};
   CHECK(ScanPattern(line).size() == 11);
   CHECK(ScanPattern(line).beam(10).azimuth > 0.04);
-  Window upright{0, 0, 0, 0.1, Pattern::raster, 11, 0};
+  Window upright{0, 0, 0, 0.1, Pattern::raster, 11, 0, ""};
   CHECK(ScanPattern(upright).beam(0).elevation > 0.04);
-  Window stare{0.2, 0.1, 0, 0, Pattern::raster, 5, 0};
+  Window stare{0.2, 0.1, 0, 0, Pattern::raster, 5, 0, ""};
   CHECK(ScanPattern(stare).beam(4).azimuth == 0.2);
-  Window one{0, 0, 0.001, 0.001, Pattern::spiral, 0, 1};
+  Window one{0, 0, 0.001, 0.001, Pattern::spiral, 0, 1, ""};
   CHECK(ScanPattern(one).size() == 1);
 }

@@ -73,7 +73,7 @@ SimulatedLidarSettings perfect() {
   return settings;
 }
 
-const Window small{0, 0, 0.1, 0.1, Pattern::raster, 120, 0};
+const Window small{0, 0, 0.1, 0.1, Pattern::raster, 120, 0, ""};
 
 }  // namespace
 
@@ -119,7 +119,7 @@ TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") 
   bench.scene.wall_behind = 2;
   bench.greet();
   // 1 m aside at 5 m ends the plate.
-  const Window edge{std::atan(0.2), 0, 0.004, 0.004, Pattern::raster, 400, 0};
+  const Window edge{std::atan(0.2), 0, 0.004, 0.004, Pattern::raster, 400, 0, ""};
   bench.tell(ScanOrder{1, {edge}});
   bench.simulation.run_for(1 * second);
   int both = 0;
@@ -222,7 +222,7 @@ TEST_CASE("beams that return nothing and returns from too near say so") {
   Bench bench(perfect());
   bench.greet();
   SECTION("beside the plate") {
-    bench.tell(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0}}});
+    bench.tell(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0, ""}}});
     bench.simulation.run_for(1 * second);
     int hits = 0;
     for (const BeamReturn& beam : bench.beams()) {
@@ -237,7 +237,7 @@ TEST_CASE("beams that return nothing and returns from too near say so") {
   }
   SECTION("2.9 m away") {
     bench.scene.distance = 2.9;
-    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 10, 0}}});
+    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 10, 0, ""}}});
     bench.simulation.run_for(1 * second);
     REQUIRE(bench.beams().size() == 10);
     for (const BeamReturn& beam : bench.beams()) {
@@ -252,7 +252,7 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
   const double aside = 0.15;
   const double lever = 5 * std::tan(aside) / std::cos(aside);
   LidarProfile profile = ilris();
-  Window stare{0, 0, 0, 0, Pattern::raster, 4000, 0};
+  Window stare{0, 0, 0, 0, Pattern::raster, 4000, 0, ""};
   double sigma = 0;
   SECTION("range") {
     profile.beam.azimuth_sigma_rad = profile.beam.elevation_sigma_rad = 0;
@@ -295,10 +295,10 @@ TEST_CASE("weak returns drop out when the device is so set") {
   settings.receiver.min_power = 2000.0 / 4095;
   Bench bench(settings);
   bench.greet();
-  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
+  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
   bench.simulation.run_for(100 * millisecond);
   bench.scene.distance = 5.2;
-  bench.tell(ScanOrder{2, {{0, 0, 0, 0, Pattern::raster, 1, 0}}});
+  bench.tell(ScanOrder{2, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
   bench.simulation.run_for(100 * millisecond);
   const auto beams = bench.beams();
   REQUIRE(beams.size() == 2);
@@ -316,7 +316,7 @@ TEST_CASE("one scan at a time; cancel ends it; orders outside the limits are ref
   bench.simulation.run_for(30 * millisecond);
   bench.tell(Cancel{1});
   bench.simulation.run_for(1 * second);
-  bench.tell(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0}}});
+  bench.tell(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0, ""}}});
   bench.simulation.run_for(10 * millisecond);
 
   const auto answers = bench.all<ScanAnswer>();
@@ -353,7 +353,7 @@ TEST_CASE("one seed, one noise, whatever the beams meet") {
     Bench bench({}, seed);
     bench.scene.distance = distance;
     bench.greet();
-    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 20, 0}}});
+    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 20, 0, ""}}});
     bench.simulation.run_for(1 * second);
     std::vector<float> list;
     for (const BeamReturn& beam : bench.beams()) list.push_back(beam.range_m);
@@ -396,7 +396,7 @@ TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
   std::int64_t id = 0;
   const auto scan = [&] {
     bench.said.clear();
-    bench.tell(ScanOrder{++id, {{0, 0, 0, 0, Pattern::raster, 2000, 0}}});
+    bench.tell(ScanOrder{++id, {{0, 0, 0, 0, Pattern::raster, 2000, 0, ""}}});
     bench.simulation.run_for(20 * second);
     return bench.beams();
   };
@@ -457,7 +457,8 @@ TEST_CASE("the lamp behind what is scanned blinds the beams towards it, and only
   const auto hits_near_axis = [&](double level) {
     bench.scene.sun = {level, Vector3d::UnitZ(), true};
     bench.said.clear();
-    bench.tell(ScanOrder{level > 0 ? 2 : 1, {{0, 0, radians(20), 0, Pattern::raster, 2000, 0}}});
+    bench.tell(
+        ScanOrder{level > 0 ? 2 : 1, {{0, 0, radians(20), 0, Pattern::raster, 2000, 0, ""}}});
     bench.simulation.run_for(3 * second);
     int near = 0;
     int far = 0;
@@ -492,7 +493,7 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
     bench.greet();
     // A line across the right edge: 1 mm between beams, 60 mm in all.
     const double edge = std::atan(1.0 / 5.0);
-    bench.tell(ScanOrder{1, {{edge, 0, 0.06 / 5.2, 0, Pattern::raster, 60, 0}}});
+    bench.tell(ScanOrder{1, {{edge, 0, 0.06 / 5.2, 0, Pattern::raster, 60, 0, ""}}});
     bench.simulation.run_for(1 * second);
     return bench.beams();
   };
@@ -546,7 +547,7 @@ TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when 
     bench.scene.distance = distance;
     bench.scene.half_width = 1000;
     bench.said.clear();
-    bench.tell(ScanOrder{++id, {{azimuth, 0, 0, 0, Pattern::raster, 500, 0}}});
+    bench.tell(ScanOrder{++id, {{azimuth, 0, 0, 0, Pattern::raster, 500, 0, ""}}});
     bench.simulation.run_for(2 * second);
     std::array<double, 5> share{};
     for (const BeamReturn& beam : bench.beams()) {

@@ -61,7 +61,7 @@ struct TcpBench {
   std::vector<std::string> reasons;
 };
 
-const Window tile{0, 0, 0.1, 0.1, Pattern::raster, 120, 0};
+const Window tile{0, 0, 0.1, 0.1, Pattern::raster, 120, 0, ""};
 
 Identity named(std::uint16_t version) {
   Identity identity;
@@ -82,7 +82,7 @@ TEST_CASE("driver and device speak over real TCP") {
   bench.serve(fast, profile);
   ProtocolAdapter& link = bench.drive();
   REQUIRE(bench.run_until([&] { return bench.readies == 1; }));
-  link.order({1, {{0, 0, 0.1, 0.1, Pattern::raster, 30000, 0}}});
+  link.order({1, {{0, 0, 0.1, 0.1, Pattern::raster, 30000, 0, ""}}});
   REQUIRE(bench.run_until([&] { return !bench.all<ScanEnd>().empty(); }));
   std::uint32_t beams = 0;
   for (const Returns& returns : bench.all<Returns>()) {

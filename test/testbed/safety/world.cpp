@@ -13,8 +13,8 @@
 #include "drivers/lidar/lidar_node.h"
 #include "estimator/node/estimator_node.h"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
 #include "testbed/node/testbed_node.h"
-#include "testbed/pose_fields.h"
 
 namespace berth::drills {
 namespace {
@@ -201,7 +201,7 @@ std::int64_t World::send(const testbed_command2_t& message) {
 
 testbed_command2_t World::move_to(const Xyzwpr& goal, double speed) {
   testbed_command2_t message = command(testbed_command2_t::MOVE);
-  testbed::set_pose(pose_from_xyzwpr(goal), message.position_m, message.q_wxyz);
+  set_pose(pose_from_xyzwpr(goal), message);
   message.speed_m_s = speed;
   message.angular_speed_rad_s = radians(10.0);
   return message;
@@ -237,9 +237,7 @@ void World::track() {
   message.first_scan_id = 1;
   message.has_initial_pose = 1;
   const Pose pose = cell_->true_relative_pose(now());
-  for (int i = 0; i < 3; ++i) message.initial_position_m[i] = pose.position[i];
-  message.initial_q_wxyz[0] = pose.rotation.w();
-  for (int i = 0; i < 3; ++i) message.initial_q_wxyz[i + 1] = pose.rotation.vec()[i];
+  set_pose(pose, message.initial_position_m, message.initial_q_wxyz);
   bus_->publish(channels::estimator_command, message);
 }
 
@@ -318,14 +316,13 @@ void World::estimate_falsely(const Vector3d& offset) {
 }
 
 void World::publish_false_estimate() {
-  const Pose pose = true_pose(now() - 500 * millisecond);
+  Pose pose = true_pose(now() - 500 * millisecond);
+  pose.position += *false_by_;
   pose_estimate_t message{};
   message.utime = now() - 500 * millisecond;
   message.session = options_.session;
   message.status = pose_estimate_t::OK;
-  for (int i = 0; i < 3; ++i) message.position_m[i] = pose.position[i] + (*false_by_)[i];
-  message.q_wxyz[0] = pose.rotation.w();
-  for (int i = 0; i < 3; ++i) message.q_wxyz[i + 1] = pose.rotation.vec()[i];
+  set_pose(pose, message);
   for (int i = 0; i < 6; ++i) message.covariance[7 * i] = 1e-6;
   bus_->publish(channels::pose_estimate, message);
 }

@@ -196,7 +196,7 @@ TEST_CASE("an interrupted campaign says what is missing, and goes on") {
     if (trial.index == 15) pause();
   });
   std::int64_t done = 0;
-  options.tell = [&](const RunnerProgress& progress) { done = progress.done; };
+  options.report = [&](const RunnerProgress& progress) { done = progress.done; };
   options.interrupted = [&] { return done >= 15; };
   run_all(campaign, options);
   const Summary summary = merge(campaign);

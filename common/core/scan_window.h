@@ -2,13 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
-namespace berth::lidar {
+namespace berth {
 
+/// In the order of scan_window_t and of the LIDAR protocol.
 enum class Pattern : std::int8_t { raster, spiral, rosette, lissajous };
 
-/// A rectangle in azimuth (to the right) and elevation (up), both 0 on the boresight, and how to
-/// fill it with beams.
+/// A scan window: a rectangle in azimuth (to the right) and elevation (up), both 0 on the
+/// boresight, and how to fill it with beams.
 struct Window {
   double azimuth = 0;    ///< centre, rad
   double elevation = 0;  ///< centre, rad
@@ -17,6 +19,7 @@ struct Window {
   Pattern pattern = Pattern::raster;
   std::int32_t count = 0;  ///< beams; 0: from spacing
   double spacing = 0;      ///< between neighbouring beams, rad; 0: from count
+  std::string name;        ///< of the region of the model, or of its purpose
 };
 
-}  // namespace berth::lidar
+}  // namespace berth
