@@ -117,7 +117,7 @@ void SimulatedCell::write_truth() {
   truth.utime = t;
   truth.seq = ++truth_seq_;
   truth.session = session();
-  set_pose(pose, truth);
+  set_pose(with_positive_w(pose), truth);
   set_velocity(velocity, truth);
   truth.basis = "world";
   truth_->write(truth);
