@@ -61,7 +61,7 @@ Html success_map(const TrialTable& table, const std::string& title, const Rows& 
     map.values.push_back(100 * (1 - group.success.value));
     map.hovers.push_back(hover_of(grid.cell(i), group));
   }
-  return html_of(map, grid, failure_scale());
+  return picture_of(map, grid, failure_scale());
 }
 
 Html number_map(const std::string& title, const std::string& unit, const SphereGrid& grid,
@@ -73,7 +73,7 @@ Html number_map(const std::string& title, const std::string& unit, const SphereG
                          brief(map.values.back(), 3) + " " + unit + ", " +
                          std::to_string(cells[i].size()) + " trials");
   }
-  return html_of(map, grid, ColourScale::for_values(map.values, unit));
+  return picture_of(map, grid, ColourScale::for_values(map.values, unit));
 }
 
 double median_of(const MeasurementColumn& column, const Rows& rows) {
@@ -100,7 +100,7 @@ Html coverage(const TrialTable& table) {
                              std::to_string(cells[i].size()) + " trials, an even share is " +
                              brief(even, 3));
   }
-  maps += html_of(missing, grid, ColourScale({25, 50, 75, 99}, "% less"));
+  maps += picture_of(missing, grid, ColourScale({25, 50, 75, 99}, "% less"));
   const auto empty =
       std::count_if(cells.begin(), cells.end(), [](const Rows& r) { return r.empty(); });
   return maps + element("p", "note-wide",

@@ -90,7 +90,7 @@ std::array<double, 2> hammer(double longitude, double latitude) {
   return {2 * sqrt2 * wide * std::sin(longitude / 2) / size, sqrt2 * std::sin(latitude) / size};
 }
 
-Html html_of(const SphereMap& map, const SphereGrid& grid, const report::ColourScale& scale_of) {
+Html picture_of(const SphereMap& map, const SphereGrid& grid, const report::ColourScale& scale_of) {
   Html drawing;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     drawing += svg::element(

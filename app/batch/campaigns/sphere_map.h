@@ -23,8 +23,8 @@ struct SphereMap {
 
 /// The map as of a globe seen from outside, with the face that looks at the sensor at the identity
 /// pose in the middle, as the sensor sees it: -z in the middle, +x to the right, -y above.
-report::Html html_of(const SphereMap& map, const SphereGrid& grid,
-                     const report::ColourScale& scale);
+report::Html picture_of(const SphereMap& map, const SphereGrid& grid,
+                        const report::ColourScale& scale);
 
 /// From where a target of this attitude (model to sensor frame) is seen, as a direction of the map:
 /// unit; x to the middle of the map (-z of the model), y to its right (+x), z upwards (-y). For a
