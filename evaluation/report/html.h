@@ -4,9 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "common/core/table.h"
-
 #include "common/core/svg.h"
+#include "common/core/table.h"
 
 namespace berth::report {
 
