@@ -28,10 +28,9 @@ constexpr double drawn = 2;
 constexpr double piece_of_length = 1.0 / 8;
 constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
-/// Probability that what is seen through a piece that is elsewhere is itself as modelled: what is
-/// gone is often larger than a piece.
+/// Probability that the face behind a piece that is elsewhere is itself as modelled: what is gone
+/// is often larger than a piece.
 constexpr double beyond_present = 0.5;
-constexpr double beyond_hit = 0.5;  // share of what then returns from it
 
 constexpr PoseShares usual;
 
@@ -79,14 +78,15 @@ struct Through {
   std::size_t met = 0;  // which of those expected
   std::size_t beam = 0;
   double range = 0;  // m, to the end of the piece
+  Ray on;            // from there
 };
 
 /// What such a beam meets beyond the piece.
 struct Beyond {
   std::size_t met = 0;  // which of those expected
   Face face;
-  /// Where that is as modelled.
-  double odds() const { return beyond_hit * face.odds + 1 - beyond_hit; }
+  /// Of the beam, where its piece is elsewhere.
+  double odds() const { return 1 - beyond_present + beyond_present * face.odds; }
 };
 
 /// The logarithm of a product of many, and few logarithms.
@@ -108,9 +108,8 @@ class LogProduct {
 /// A piece of the target, as a pose's beams have it.
 struct Piece {
   LogProduct odds;                    // of its beams, where it is as modelled
-  LogProduct odds_beyond;             // ... where it is elsewhere, what is beyond as modelled
-  double present = 1;                 // probability of the one
-  double beyond = 0;                  // ... and of the other
+  LogProduct odds_elsewhere;          // ... where it is not
+  double present = 1;                 // probability of that
   double information = 0;             // 1 / m^2, of its offset: of its beams
   double offset = 0;                  // m, inwards: of its surface, most probable
   double known = 0;                   // as information, of beams as they turned out
@@ -285,7 +284,9 @@ class PoseOdds::Weighing {
       pieces_[e.piece].offset += information * e.face.residual;
     }
     if (e.front || fits >= beside) return std::nullopt;
-    return Through{met_.size() - 1, beam, hit.range + pieces_.to_end(place, ray.direction)};
+    const double on = pieces_.to_end(place, ray.direction);
+    return Through{
+        met_.size() - 1, beam, hit.range + on, {place + on * ray.direction, ray.direction}};
   }
 
   /// What one of those meets beyond its piece.
@@ -293,7 +294,7 @@ class PoseOdds::Weighing {
               double variance) {
     const Expected& e = met_[met];
     beyond_.push_back({met, faced(measured, range, hit, cosine, variance, e.inverse_background)});
-    pieces_[e.piece].odds_beyond.multiply(beyond_.back().odds());
+    pieces_[e.piece].odds_elsewhere.multiply(beyond_.back().odds());
   }
 
   /// Beams that should meet the target.
@@ -333,14 +334,12 @@ class PoseOdds::Weighing {
         log_odds -= 0.5 * std::pow(piece.offset / sigma_, 2) +
                     0.5 * std::log1p(piece.information * sigma_ * sigma_);
       }
-      const double log_beyond = thinning_ * piece.odds_beyond.log();
-      const double largest = std::max({0.0, log_odds, log_beyond});
-      const double here = (1 - elsewhere) * std::exp(log_odds - largest);
-      const double beyond = elsewhere * beyond_present * std::exp(log_beyond - largest);
-      const double any = here + beyond + elsewhere * (1 - beyond_present) * std::exp(-largest);
-      piece.present = here / any;
-      piece.beyond = beyond / any;
-      sum += largest + std::log(any);
+      const double log_elsewhere = thinning_ * piece.odds_elsewhere.log();
+      const double larger = std::max(log_elsewhere, log_odds);
+      const double here = (1 - elsewhere) * std::exp(log_odds - larger);
+      const double either = here + elsewhere * std::exp(log_elsewhere - larger);
+      piece.present = here / either;
+      sum += larger + std::log(either);
     }
     return sum;
   }
@@ -373,7 +372,7 @@ class PoseOdds::Weighing {
     }
     for (const Beyond& b : beyond_) {
       const Expected& e = met_[b.met];
-      of_beams[e.beam] += thinning_ * pieces_[e.piece].beyond * std::log(b.odds());
+      of_beams[e.beam] += thinning_ * (1 - pieces_[e.piece].present) * std::log(b.odds());
     }
   }
 
@@ -387,8 +386,8 @@ class PoseOdds::Weighing {
     for (const Beyond& b : beyond_) {
       if (b.face.odds < 1e-6) continue;
       const Expected& e = met_[b.met];
-      const double p = thinning_ * pieces_[e.piece].beyond * beyond_hit * b.face.odds / b.odds() /
-                       b.face.variance;
+      const double p = thinning_ * (1 - pieces_[e.piece].present) * beyond_present * b.face.odds /
+                       b.odds() / b.face.variance;
       add(b.face, p, b.face.jacobian(pose, beams[e.beam].direction));
     }
     for (const Expected& e : met_) {
@@ -471,10 +470,7 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
     if (went && annealing == 0) through.push_back(*went);
   }
   rays.clear();
-  for (const Through& t : through) {
-    const Vector3d direction = to_model * beams[t.beam].direction;
-    rays.push_back({model_sensor.position + t.range * direction, direction});
-  }
+  for (const Through& t : through) rays.push_back(t.on);
   hits.resize(rays.size());
   model_.caster.cast(rays, 2 * model_.radius, hits);
   for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -60,11 +60,10 @@ double surface_sigma_of(const TargetModel& model, double bare);
 /// with or without it. So an occluder costs log w_front whatever its shape, and only what
 /// neighbours do not foretell speaks for the target.
 /// A piece of the target, a cube of an eighth of its length, is as modelled with probability 0.98;
-/// else its beams are the background's, too; but with half of the rest what is beyond it is as
-/// modelled, and of the beams that went through it half return from the next face beyond the cube,
-/// at r2: L/b = 1/2 + N(z; r2, s2^2) / (2 b(z)). A piece's surface is off as one, by
-/// N(0, surface_sigma^2) along the normals, over which the product of its beams is integrated
-/// (Laplace): with hits' shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2,
+/// else its beams are the background's, too, but for those that go through it and may return from
+/// the next face beyond, at r2: L/b = 1/2 + N(z; r2, s2^2) / (2 b(z)). A piece's surface is off as
+/// one, by N(0, surface_sigma^2) along the normals, over which the product of its beams is
+/// integrated (Laplace): with hits' shares p, residuals r and slopes a = 1/cos, A = sum p a^2/s^2,
 /// B = sum p a r/s^2,
 ///   offset d = B / (A + 1/sigma^2),   log odds = sum log (L/b)(r - a d) - d^2 / (2 sigma^2)
 ///                                                - log(1 + A sigma^2) / 2;
