@@ -123,7 +123,7 @@ class Pieces {
     centre_ = centre;
     side_ = side;
     pieces_.clear();
-    of_cube_.assign(pieces_along * pieces_along * pieces_along, -1);
+    of_cube_.assign(std::size_t{pieces_along} * pieces_along * pieces_along, -1);
   }
   std::size_t at(const Vector3d& place) {
     std::size_t cube = 0;
