@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <optional>
 #include <thread>
+
+#include "app/batch/shared_values.h"
 
 namespace berth {
 namespace {
@@ -30,26 +33,41 @@ ChildOptions options_of(const Task& task) {
 struct Pool::Running {
   explicit Running(Task what) : task(std::move(what)) {
     if (task.program.empty()) {
-      process.emplace(task.body, options_of(task));
+      process.emplace([this] { return run_body(); }, options_of(task));
     } else {
       process.emplace(task.program, options_of(task));
     }
   }
 
   TaskEnd end(const ProcessEnd& how) const {
-    return {process->pid(), how, seconds_since(begun), too_long, false};
+    return {process->pid(), how, seconds_since(begun), too_long, false, error[0].get()};
+  }
+
+  /// In the copy of this process. @return exit status
+  int run_body() {
+    try {
+      task.body();
+      return 0;
+    } catch (const std::exception& thrown) {
+      error[0].set(thrown.what());
+      return 1;
+    }
   }
 
   Task task;
+  SharedValues<SharedText> error{1};
   Clock::time_point begun = Clock::now();
   std::optional<ChildProcess> process;
   bool too_long = false;
 };
 
+int jobs_of(int asked) {
+  if (asked > 0) return asked;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 Pool::Pool(PoolOptions options) : options_(std::move(options)) {
-  if (options_.jobs <= 0) {
-    options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  }
+  options_.jobs = jobs_of(options_.jobs);
 }
 
 Pool::~Pool() = default;

@@ -19,20 +19,24 @@ struct TaskEnd {
   double wall_s = 0;
   bool too_long = false;     ///< killed at its time limit
   bool interrupted = false;  ///< killed, as the whole batch was
+  std::string error;         ///< of the exception that its body ended by; cut off where it is long
 };
 
 /// A part of a batch, in a process of its own: another program, or a copy of this one.
 struct Task {
   std::vector<std::string> program;  ///< its arguments, the first the program; empty: `body`
-  std::function<int()> body;         ///< what a copy of this process does, and its exit status
+  std::function<void()> body;        ///< what a copy of this process does; may throw
   std::filesystem::path output;      ///< what it prints is appended there; empty: nowhere
   double time_limit_s = 0;           ///< of wall time; 0: none
   bool alone = false;                ///< nothing runs beside it
   std::function<void(const TaskEnd&)> ended;  ///< may add tasks, and throw if not interrupted
 };
 
+/// As asked for, or, where that is 0, as many as there are processors.
+int jobs_of(int asked);
+
 struct PoolOptions {
-  int jobs = 0;                       ///< tasks at a time; 0: as many as there are processors
+  int jobs = 0;                       ///< tasks at a time, by jobs_of()
   double time_budget_s = 0;           ///< of wall time, after which none begins; 0: none
   std::function<bool()> interrupted;  ///< asked several times a second; may be empty
   std::function<void()> watch;        ///< called as often, for progress; may be empty

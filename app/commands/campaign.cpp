@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "app/attempt.h"
 #include "app/batch/campaigns/acquisition_parameters.h"
 #include "app/batch/campaigns/cost.h"
 #include "app/batch/campaigns/report.h"
 #include "app/batch/campaigns/results.h"
+#include "app/batch/pool.h"
 #include "app/commands/campaign_slurm.h"
 #include "app/commands/cell_options.h"
 #include "app/commands/commands.h"
@@ -50,11 +50,6 @@ struct CampaignOptions {
   std::int64_t number = 0;
   std::int64_t count = 1;
 };
-
-int jobs_of(const CampaignOptions& options) {
-  if (options.jobs > 0) return options.jobs;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, int jobs) {
   terminal::watch_for_interruption();
@@ -198,7 +193,7 @@ int run_campaign(const CampaignOptions& options) {
     if (end == SlurmEnd::interrupted) return exit_code::aborted;
     if (!lock) lock.emplace(out, DirectoryLock::Busy::wait);
   } else {
-    cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options));
+    cost = run_here(campaign, campaign.missing_blocks(), jobs_of(options.jobs));
   }
   const Summary summary = conclude(campaign);
   if (cost.trials > 0) std::printf("%s\n", text_of(cost).c_str());

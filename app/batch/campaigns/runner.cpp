@@ -12,6 +12,7 @@
 #include "app/batch/campaigns/results.h"
 #include "app/batch/campaigns/worker.h"
 #include "app/batch/pool.h"
+#include "app/batch/shared_values.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/text.h"
@@ -75,11 +76,9 @@ class Runner {
   /// @param first block that it does
   void add_worker(std::int64_t seat, std::int64_t first) {
     WorkerReport& report = reports_[static_cast<std::size_t>(seat)];
-    std::destroy_at(&report);
-    std::construct_at(&report);
     Task task;
     task.body = [this, &report, first] {
-      return work(campaign_, blocks_, options_.make, first, next_[0], report);
+      work(campaign_, blocks_, options_.make, first, next_[0], report);
     };
     task.output = campaign_.directory() / "output.txt";
     task.ended = [this, seat](const TaskEnd& end) { ended(seat, end); };
@@ -94,12 +93,11 @@ class Runner {
     cost_.user_s += end.process.user_s;
     cost_.system_s += end.process.system_s;
     const std::int64_t block = report.block;
-    const bool failed = report.failed;
     const bool ready = report.ready;
-    const std::string error = report.error.get();
-    report.finished = report.ran = report.in_block = 0;  // counted
+    std::destroy_at(&report);  // it is counted; the seat is the next one's
+    std::construct_at(&report);
     if (end.interrupted || (end.process.ok() && ready)) return;
-    if (failed) throw InputError(error);
+    if (!end.error.empty()) throw InputError(end.error);
     if (!ready) {
       throw InputError("a worker " + end.process.text() + " before its first trial; see " +
                        (campaign_.directory() / "output.txt").string());

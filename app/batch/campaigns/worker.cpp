@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <exception>
 
 #include "app/batch/campaigns/results.h"
 #include "common/core/error.h"
@@ -82,30 +81,23 @@ fs::path work_directory_of(pid_t worker) {
   return temporary_directory() / ("berth-worker-" + std::to_string(worker));
 }
 
-int work(const Campaign& campaign, const std::vector<Block>& blocks,
-         const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
-         std::atomic<std::int64_t>& next, WorkerReport& report) {
+void work(const Campaign& campaign, const std::vector<Block>& blocks,
+          const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
+          std::atomic<std::int64_t>& next, WorkerReport& report) {
   signal(SIGINT, SIG_IGN);  // the terminal's: the parent decides
   for (const int number : {SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) {
     signal(number, SIG_DFL);  // whatever the parent does with them
   }
-  try {
-    const auto experiment = make_experiment();
-    report.ready = true;
-    for (std::int64_t i = first != WorkerReport::none ? first : next++; i < std::ssize(blocks);
-         i = next++) {
-      const Block& block = blocks[static_cast<std::size_t>(i)];
-      report.block = i;
-      run_block(campaign, *experiment, block, report);
-      report.block = WorkerReport::none;
-      report.in_block = 0;
-      report.finished += block.size();
-    }
-    return 0;
-  } catch (const std::exception& e) {
-    report.error.set(e.what());
-    report.failed = true;
-    return 2;
+  const auto experiment = make_experiment();
+  report.ready = true;
+  for (std::int64_t i = first != WorkerReport::none ? first : next++; i < std::ssize(blocks);
+       i = next++) {
+    const Block& block = blocks[static_cast<std::size_t>(i)];
+    report.block = i;
+    run_block(campaign, *experiment, block, report);
+    report.block = WorkerReport::none;
+    report.in_block = 0;
+    report.finished += block.size();
   }
 }
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/batch/campaigns/runner.h"
-#include "app/batch/shared_values.h"
 
 namespace berth::campaigns {
 
@@ -19,8 +18,6 @@ struct WorkerReport {
   std::atomic<std::int64_t> in_block = 0;  ///< trials of that block that are done
   std::atomic<std::int64_t> finished = 0;  ///< trials of blocks that are finished
   std::atomic<std::int64_t> ran = 0;       ///< trials that it ran itself
-  std::atomic<bool> failed = false;        ///< it gave up
-  SharedText error;                        ///< why
 };
 
 /// What a worker process does: the block named first, then those that no worker has taken, one
@@ -28,9 +25,9 @@ struct WorkerReport {
 /// block (its .started file) is taken over.
 /// @param first of the blocks, or WorkerReport::none
 /// @param next of those that no worker has taken, shared by all
-/// @return exit status
-int work(const Campaign& campaign, const std::vector<Block>& blocks,
-         const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
-         std::atomic<std::int64_t>& next, WorkerReport& report);
+/// @throws what the making of its experiment, or a block's files, threw
+void work(const Campaign& campaign, const std::vector<Block>& blocks,
+          const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
+          std::atomic<std::int64_t>& next, WorkerReport& report);
 
 }  // namespace berth::campaigns

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <set>
-#include <thread>
 
 #include "app/attempt.h"
 #include "app/batch/nights/index_page.h"
 #include "app/batch/nights/notify.h"
 #include "app/batch/nights/runner.h"
+#include "app/batch/pool.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
 #include "app/terminal/interruption.h"
@@ -46,8 +46,7 @@ std::string identity(const std::string& version, const fs::path& program) {
 Plan plan_of(const NightRequest& request) {
   Plan plan = load_plan(request.plan);
   if (request.jobs > 0) plan.jobs = request.jobs;
-  if (plan.jobs == 0)
-    plan.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  plan.jobs = jobs_of(plan.jobs);
   if (!request.baseline.empty()) {
     if (!fs::exists(request.baseline)) {
       throw InputError("--baseline " + request.baseline.string() + ": no such program");

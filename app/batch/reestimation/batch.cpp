@@ -32,22 +32,14 @@ fs::path new_directory(const fs::path& log, const fs::path& out) {
 struct RunReport {
   std::atomic<double> share = 0;  // of it that is done
   Reestimation result;
-  SharedText error;
 };
 
 /// In a process of its own: one that crashes takes no other run down.
-int reestimate(const BatchRun& run, const BatchRequest& request, RunReport& report) {
-  try {
-    const RunFiles files = make_new_run(run.recorded, request.changes, run.again);
-    report.result =
-        reestimate_log(run.recorded, files, [&](double share) { report.share = share; });
-    if (report.result.recorded == 0 && report.result.estimates == 0) {
-      throw InputError("it holds no scans to estimate from");
-    }
-    return 0;
-  } catch (const std::exception& error) {
-    report.error.set(error.what());
-    return 1;
+void reestimate(const BatchRun& run, const BatchRequest& request, RunReport& report) {
+  const RunFiles files = make_new_run(run.recorded, request.changes, run.again);
+  report.result = reestimate_log(run.recorded, files, [&](double share) { report.share = share; });
+  if (report.result.recorded == 0 && report.result.estimates == 0) {
+    throw InputError("it holds no scans to estimate from");
   }
 }
 
@@ -62,8 +54,7 @@ void finish(BatchRun& run, const BatchRequest& request, const RunReport& report,
             const TaskEnd& end) {
   try {
     if (!end.process.ok()) {
-      const std::string error = report.error.get();
-      throw InputError(error.empty() ? "its process " + end.process.text() : error);
+      throw InputError(end.error.empty() ? "its process " + end.process.text() : end.error);
     }
     run.result = report.result;
     compare(run, request);
@@ -103,7 +94,7 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
              }});
   for (std::size_t i = 0; i < batch.runs.size(); ++i) {
     Task task;
-    task.body = [&, i] { return reestimate(batch.runs[i], request, reports[i]); };
+    task.body = [&, i] { reestimate(batch.runs[i], request, reports[i]); };
     task.ended = [&, i](const TaskEnd& end) {
       reports[i].share = 1;
       finish(batch.runs[i], request, reports[i], end);

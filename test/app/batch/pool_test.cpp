@@ -62,7 +62,7 @@ TEST_CASE("a batch: as many tasks at a time as asked for, in their order") {
 
 TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itself") {
   const TemporaryDirectory directory;
-  std::vector<TaskEnd> ends(4);
+  std::vector<TaskEnd> ends(5);
   Pool pool(jobs(2));
   const auto add = [&](std::size_t i, Task task) {
     task.output = directory / std::to_string(i);
@@ -79,12 +79,15 @@ TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itsel
   forever.time_limit_s = 0.05;
   Task failure;
   failure.program = {"sh", "-c", "echo why; exit 3"};
+  Task exception;
+  exception.body = [] { throw std::runtime_error("why not"); };
   Task success;
   success.program = {"true"};
   add(0, std::move(crash));
   add(1, std::move(forever));
   add(2, std::move(failure));
   add(3, std::move(success));
+  add(4, std::move(exception));
   pool.run();
   CHECK(ends[0].process.name() == "SIGSEGV");
   CHECK_FALSE(ends[0].too_long);
@@ -94,6 +97,9 @@ TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itsel
   CHECK(read_file(directory / "2") == "why\n");
   CHECK(ends[3].process.ok());
   CHECK_FALSE(ends[3].interrupted);
+  CHECK(ends[3].error.empty());
+  CHECK(ends[4].error == "why not");
+  CHECK_FALSE(ends[4].process.ok());
 }
 
 TEST_CASE("a batch: what must run alone has nothing beside it") {
