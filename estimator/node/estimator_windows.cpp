@@ -22,14 +22,7 @@ Window hull(const Window& a, const Window& b) {
   const double right = std::max(a.azimuth + 0.5 * a.width, b.azimuth + 0.5 * b.width);
   const double low = std::min(a.elevation - 0.5 * a.height, b.elevation - 0.5 * b.height);
   const double high = std::max(a.elevation + 0.5 * a.height, b.elevation + 0.5 * b.height);
-  return {0.5 * (left + right),
-          0.5 * (low + high),
-          right - left,
-          high - low,
-          Pattern::raster,
-          a.count,
-          0,
-          a.name};
+  return window_between(left, right, low, high, a.count, a.name);
 }
 
 }  // namespace

@@ -44,6 +44,18 @@ std::vector<const ScanRegion*> spread(const std::vector<const ScanRegion*>& regi
 
 }  // namespace
 
+Window window_between(double left, double right, double low, double high, int beams,
+                      const std::string& name) {
+  return {0.5 * (left + right),
+          0.5 * (low + high),
+          right - left,
+          high - low,
+          Pattern::raster,
+          beams,
+          0,
+          name};
+}
+
 std::vector<const ScanRegion*> ScanPlanner::visible(const Pose& pose, ScanRegion::Kind kind) const {
   const Vector3d eye = pose.inverse().position;
   std::vector<const ScanRegion*> result;
@@ -220,14 +232,7 @@ std::vector<Window> ScanPlanner::around(const std::vector<Pose>& poses, double m
     }
   }
   if (!(left < right)) return {};
-  Window window{0.5 * (left + right),
-                0.5 * (low + high),
-                right - left,
-                high - low,
-                Pattern::raster,
-                beams,
-                0,
-                "target"};
+  Window window = window_between(left, right, low, high, beams, "target");
   // Whatever part of it is in view is better than nothing.
   if (clip(window) <= 0) return {};
   return {window};

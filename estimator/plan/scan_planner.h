@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "estimator/beam/target_scene.h"
@@ -9,6 +10,10 @@
 #include "estimator/scan/scan.h"
 
 namespace berth::estimator {
+
+/// A raster between these angles, rad.
+Window window_between(double left, double right, double low, double high, int beams,
+                      const std::string& name);
 
 /// Chooses scan windows (paper, section 4.5): the model is placed in the pose predicted for the
 /// next scan, and those of its regions that are visible there share the beams.

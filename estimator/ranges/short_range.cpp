@@ -48,14 +48,7 @@ std::optional<Window> window_around(const ModelSphere& sphere, const Pose& pose,
   const double low = std::max(window.elevation - half, -0.5 * field.height);
   const double high = std::min(window.elevation + half, 0.5 * field.height);
   if (right <= left || high <= low) return std::nullopt;
-  return Window{0.5 * (left + right),
-                0.5 * (low + high),
-                right - left,
-                high - low,
-                Pattern::raster,
-                beams,
-                0,
-                name};
+  return window_between(left, right, low, high, beams, name);
 }
 
 }  // namespace berth::estimator
