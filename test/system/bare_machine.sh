@@ -14,8 +14,7 @@ cmake=$(command -v cmake)
 cat >"$work/tools/cmake" <<END
 #!/bin/sh
 [ -e "$work/catch2" ] || set -- "\$@" -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON
-[ ! -e "$work/catch2" ] || set -- "\$@" -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=OFF
-exec $cmake "\$@"
+exec $cmake -DCMAKE_MAKE_PROGRAM="$(command -v ninja)" -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=OFF "\$@"
 END
 printf '#!/bin/sh\necho "$@" >>"%s/ninja.txt"\n' "$work" >"$work/tools/ninja"
 printf '#!/bin/sh\necho "$@" >>"%s/ctest.txt"\n' "$work" >"$work/tools/ctest"
