@@ -6,7 +6,6 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "testbed/guidance/chaser.h"
-#include "testbed/guidance/retreat.h"
 
 namespace berth::testbed {
 namespace {

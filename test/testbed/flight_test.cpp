@@ -7,7 +7,7 @@
 #include "common/targets/target.h"
 #include "test/catch.h"
 #include "testbed/guidance/forecast.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::testbed {
 namespace {

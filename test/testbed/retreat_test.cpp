@@ -4,8 +4,7 @@
 #include "test/catch.h"
 #include "test/testbed/bench.h"
 #include "testbed/motion/trajectory_history.h"
-#include "testbed/trajectories/lines.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::testbed {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "testbed/guidance/retreat.h"
+#include "testbed/guidance/clohessy_wiltshire.h"
 #include "testbed/guidance/shortened.h"
 
 namespace berth::testbed {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "common/core/cell.h"
 
@@ -38,5 +39,8 @@ inline double largest_change(const ArmPair& a, const ArmPair& b) {
   }
   return largest;
 }
+
+/// As an operator reads it: "the replica arm".
+inline std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
 }  // namespace berth::testbed

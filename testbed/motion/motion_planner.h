@@ -3,10 +3,44 @@
 
 #include <memory>
 #include <variant>
+#include <vector>
 
-#include "testbed/motion/redundancy_search.h"
+#include "testbed/motion/arm_motion.h"
 
 namespace berth::testbed {
+
+/// Shares a relative path out between the arms so that both stay far from the ends of their
+/// joints, from singularities, from their greatest speeds and from bodies in their way: a pattern
+/// search over the parameters of a RedundancyResolution. Deterministic.
+class RedundancySearch {
+ public:
+  RedundancySearch(const Cell& cell, const PathLimits& limits, Clearance& clearance)
+      : cell_(cell), limits_(limits), clearance_(clearance) {}
+
+  /// A sharing with this quality leaves nothing to wish for.
+  static constexpr double comfortable = 0.8;
+
+  /// 1: plenty of everything all along; 0: at a limit somewhere; below: an arm cannot, the sooner
+  /// the lower. The margins of each place, the worst of both arms, in the mean of their inverse
+  /// fourth powers: the worst places count for most.
+  double quality(const RelativePath& path, const ArmPair& start,
+                 const RedundancyResolution& sharing) const;
+
+  struct Found {
+    RedundancyResolution sharing;
+    double quality = 0;
+  };
+  /// The best that is found around the nominal sharing, and where the search began: best first.
+  std::vector<Found> best(const RelativePath& path, const ArmPair& start,
+                          const RedundancyResolution& nominal) const;
+
+ private:
+  double margin(const ArmPair& before, const ArmPair& joints, double dt, bool clearance) const;
+
+  const Cell& cell_;
+  const PathLimits& limits_;
+  Clearance& clearance_;
+};
 
 /// Finds a motion of both arms for a motion of the replica in the sensor frame. The travel is
 /// shared out as the layout says where that is comfortable for both arms, else as a search finds

@@ -7,9 +7,9 @@
 #include <string>
 #include <variant>
 
+#include "testbed/guidance/forecast.h"
 #include "testbed/guidance/guidance.h"
 #include "testbed/guidance/steering.h"
-#include "testbed/guidance/target_motion.h"
 #include "testbed/motion/motion_planner.h"
 #include "testbed/motion/trajectory_history.h"
 #include "testbed/settings.h"

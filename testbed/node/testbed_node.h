@@ -24,7 +24,7 @@
 #include "testbed/motion/trajectory_history.h"
 #include "testbed/node/chaser_motion.h"
 #include "testbed/node/command_planner.h"
-#include "testbed/safety/report_watch.h"
+#include "testbed/safety/arm_watch.h"
 
 namespace berth {
 

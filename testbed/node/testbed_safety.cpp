@@ -2,7 +2,7 @@
 // What stops the arms, and what lets them go on.
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 #include "testbed/node/testbed_node.h"
 #include "testbed/safety/stopping.h"
 

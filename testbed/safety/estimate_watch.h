@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <deque>
 
-#include "testbed/safety/report_watch.h"
+#include "testbed/safety/arm_watch.h"
 #include "testbed/truth/ground_truth.h"
 
 namespace berth::testbed {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 namespace {
