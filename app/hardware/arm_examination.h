@@ -11,7 +11,7 @@
 #include "common/bus/clock_map.h"
 #include "common/core/cell.h"
 #include "drivers/arm/arm_wire.h"
-#include "drivers/arm/controller_clock.h"
+#include "drivers/arm/snpx_adapter.h"
 #include "drivers/devices.h"
 
 namespace berth {

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/bus/clock_map.h"
+#include "common/core/lidar_profile.h"
+#include "drivers/devices.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
@@ -43,5 +46,10 @@ class Adapter {
   /// Gives up on what answers there: `lost` is called.
   virtual void drop(const std::string& reason) = 0;
 };
+
+/// The adapter that a device's configuration names. @throws InputError when there is nothing to
+/// play back.
+std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
+                                      Loop& loop);
 
 }  // namespace berth::lidar

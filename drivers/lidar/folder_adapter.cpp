@@ -14,9 +14,8 @@
 
 #include "common/core/error.h"
 #include "common/core/text.h"
-#include "drivers/lidar/cloud_recording.h"
-#include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
+#include "drivers/lidar/recording.h"
 
 namespace berth::lidar {
 namespace {

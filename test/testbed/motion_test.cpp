@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "testbed/motion/arm_motion.h"
+#include "testbed/motion/arm_allocation.h"
 
 namespace berth::testbed {
 namespace {

@@ -4,9 +4,9 @@
 #include "common/bus/loop.h"
 #include "common/core/lease.h"
 #include "test/catch.h"
+#include "testbed/motion/arm_pair.h"
 #include "testbed/safety/arm_watch.h"
 #include "testbed/safety/estimate_watch.h"
-#include "testbed/safety/stopping.h"
 
 namespace berth::testbed {
 namespace {

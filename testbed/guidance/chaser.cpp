@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "testbed/guidance/clohessy_wiltshire.h"
-#include "testbed/guidance/shortened.h"
 
 namespace berth::testbed {
 namespace {

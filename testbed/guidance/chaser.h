@@ -7,6 +7,12 @@
 
 namespace berth::testbed {
 
+/// The vector, no longer than `greatest`; its direction is kept.
+inline Vector3d shortened(const Vector3d& v, double greatest) {
+  const double length = v.norm();
+  return length <= greatest ? v : Vector3d(v * (greatest / length));
+}
+
 /// The vehicle that the cell stands in for, its sensor at its centre of mass, in the frame N: the
 /// target's at the start of the flight; it goes with the target's origin and does not turn against
 /// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "testbed/guidance/shortened.h"
+#include "testbed/guidance/chaser.h"
 
 namespace berth::testbed {
 namespace {

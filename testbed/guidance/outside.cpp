@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/core/text.h"
-#include "testbed/guidance/shortened.h"
+#include "testbed/guidance/chaser.h"
 
 namespace berth::testbed {
 namespace {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
-#include "testbed/motion/arm_pair.h"
+#include "testbed/motion/path_check.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
 
@@ -46,6 +48,23 @@ class ArmAllocation {
   Vector3d middle_;  // between sensor and replica at home, cell frame
   Pose home_relative_;
   Vector6d correction_ = Vector6d::Zero();  // from the nominal sensor pose to the one at the start
+};
+
+/// A relative path, delivered by both arms.
+class RelativeMotion final : public ArmMotion {
+ public:
+  RelativeMotion(std::shared_ptr<const RelativePath> path, ArmAllocation allocation)
+      : path_(std::move(path)), allocation_(std::move(allocation)) {}
+
+  double duration() const override { return path_->duration(); }
+  std::optional<ArmPair> at(double t, const ArmPair& near, std::string* reason) const override {
+    const RelativePath::Point point = path_->at(t);
+    return allocation_.joints(point.pose, point.progress, near, reason);
+  }
+
+ private:
+  std::shared_ptr<const RelativePath> path_;
+  ArmAllocation allocation_;
 };
 
 /// The inverse solution nearest to the given joints, whole turns counted.

@@ -43,4 +43,21 @@ inline double largest_change(const ArmPair& a, const ArmPair& b) {
 /// As an operator reads it: "the replica arm".
 inline std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
+/// Where both arms would stand if they were told to now: they go on at the speed that took them
+/// from `before` to `now` (dt, s) for a reaction time (s), and brake with each joint's
+/// acceleration.
+inline ArmPair standing_place(const Cell& cell, const ArmPair& before, const ArmPair& now,
+                              double dt, double reaction) {
+  ArmPair place = now;
+  for (const ArmRole role : both_arms) {
+    const auto& limits = cell.arm(role).kinematics->limits();
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double speed = (now.of(role)[i] - before.of(role)[i]) / dt;
+      place.of(role)[i] +=
+          speed * reaction + speed * std::abs(speed) / (2 * limits[i].acceleration);
+    }
+  }
+  return place;
+}
+
 }  // namespace berth::testbed

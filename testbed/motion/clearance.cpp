@@ -27,44 +27,6 @@ std::vector<Vector3d> clipped(const std::vector<Vector3d>& polygon, int axis, do
   return kept;
 }
 
-}  // namespace
-
-std::vector<Box> cover_with_boxes(const Mesh& mesh, int slices) {
-  const Box bounds = bounding_box(mesh);
-  int axis = 0;
-  bounds.size().maxCoeff(&axis);
-  const double width = bounds.size()[axis] / slices;
-  std::vector<Box> boxes;
-  for (int slice = 0; slice < slices; ++slice) {
-    const double low = bounds.low[axis] + slice * width;
-    const double high = low + width;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    Box box{Vector3d::Constant(infinity), Vector3d::Constant(-infinity)};
-    for (const auto& triangle : mesh.triangles) {
-      std::vector<Vector3d> polygon;
-      polygon.reserve(triangle.size());
-      for (const std::uint32_t vertex : triangle) polygon.push_back(mesh.vertices[vertex]);
-      double least = infinity;
-      double most = -infinity;
-      for (const Vector3d& vertex : polygon) {
-        least = std::min(least, vertex[axis]);
-        most = std::max(most, vertex[axis]);
-      }
-      if (most < low || least > high) continue;
-      if (least < low) polygon = clipped(polygon, axis, low, 1);
-      if (most > high) polygon = clipped(polygon, axis, high, -1);
-      for (const Vector3d& vertex : polygon) {
-        box.low = box.low.cwiseMin(vertex);
-        box.high = box.high.cwiseMax(vertex);
-      }
-    }
-    if (box.low.x() <= box.high.x()) boxes.push_back(box);
-  }
-  return boxes;
-}
-
-namespace {
-
 constexpr int target_slices = 10;
 /// A box needs some thickness to be a body.
 constexpr double min_thickness = 1e-3;
@@ -142,6 +104,40 @@ double exact_distance(const Body& a, const Body& b) {
 }
 
 }  // namespace
+
+std::vector<Box> cover_with_boxes(const Mesh& mesh, int slices) {
+  const Box bounds = bounding_box(mesh);
+  int axis = 0;
+  bounds.size().maxCoeff(&axis);
+  const double width = bounds.size()[axis] / slices;
+  std::vector<Box> boxes;
+  for (int slice = 0; slice < slices; ++slice) {
+    const double low = bounds.low[axis] + slice * width;
+    const double high = low + width;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Box box{Vector3d::Constant(infinity), Vector3d::Constant(-infinity)};
+    for (const auto& triangle : mesh.triangles) {
+      std::vector<Vector3d> polygon;
+      polygon.reserve(triangle.size());
+      for (const std::uint32_t vertex : triangle) polygon.push_back(mesh.vertices[vertex]);
+      double least = infinity;
+      double most = -infinity;
+      for (const Vector3d& vertex : polygon) {
+        least = std::min(least, vertex[axis]);
+        most = std::max(most, vertex[axis]);
+      }
+      if (most < low || least > high) continue;
+      if (least < low) polygon = clipped(polygon, axis, low, 1);
+      if (most > high) polygon = clipped(polygon, axis, high, -1);
+      for (const Vector3d& vertex : polygon) {
+        box.low = box.low.cwiseMin(vertex);
+        box.high = box.high.cwiseMax(vertex);
+      }
+    }
+    if (box.low.x() <= box.high.x()) boxes.push_back(box);
+  }
+  return boxes;
+}
 
 struct Clearance::Impl {
   const Cell* cell;

@@ -56,6 +56,9 @@ std::vector<RedundancyResolution> seeds(const RedundancyResolution& nominal) {
   return list;
 }
 
+/// Sharings that are checked closely besides the nominal one.
+constexpr std::size_t max_checks = 5;
+
 }  // namespace
 
 double RedundancySearch::margin(const ArmPair& before, const ArmPair& joints, double dt,
@@ -152,13 +155,6 @@ std::vector<RedundancySearch::Found> RedundancySearch::best(
   std::stable_sort(found.begin(), found.end(), better);
   return found;
 }
-
-namespace {
-
-/// Sharings that are checked closely besides the nominal one.
-constexpr std::size_t max_checks = 5;
-
-}  // namespace
 
 MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> path,
                                           const ArmPair& start, FrozenArm frozen) const {

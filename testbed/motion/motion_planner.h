@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "testbed/motion/arm_motion.h"
+#include "testbed/motion/arm_allocation.h"
 
 namespace berth::testbed {
 

@@ -122,15 +122,6 @@ class Search {
   std::optional<RateExcess> worst_;
 };
 
-}  // namespace
-
-std::optional<RateExcess> excess_of(const Cell& cell, const std::vector<PathSample>& samples,
-                                    const RateLimits& limits) {
-  return samples.size() < 2 ? std::nullopt : Search(cell, samples, limits).worst();
-}
-
-namespace {
-
 constexpr double min_samples = 30;
 constexpr double max_samples = 4000;
 /// A rotary joint turns no farther between two samples, rad, while halving the interval helps.
@@ -169,6 +160,11 @@ std::string too_near(const Clearance::Result& near) {
 }
 
 }  // namespace
+
+std::optional<RateExcess> excess_of(const Cell& cell, const std::vector<PathSample>& samples,
+                                    const RateLimits& limits) {
+  return samples.size() < 2 ? std::nullopt : Search(cell, samples, limits).worst();
+}
 
 std::string PathCheck::place(double t, const ArmPair& joints) const {
   const Xyzwpr v = xyzwpr_from_pose(cell_.relative_pose(joints.replica, joints.sensor));

@@ -4,9 +4,30 @@
 #include <memory>
 #include <vector>
 
-#include "testbed/motion/arm_motion.h"
+#include "testbed/motion/motion_profile.h"
+#include "testbed/motion/path_check.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
+
+/// Along joints that the arms went through before, on a cubic spline whose velocity and
+/// acceleration are continuous: the way back is as free as the way there was.
+class RecordedMotion final : public ArmMotion {
+ public:
+  /// points: where to go through, beginning where the arms are; lengths: of relative travel between
+  /// them (one less), in the unit that `travel` counts.
+  RecordedMotion(std::vector<ArmPair> points, const std::vector<double>& lengths, double speed,
+                 double acceleration, double jerk);
+
+  double duration() const override { return travel_.duration(); }
+  std::optional<ArmPair> at(double t, const ArmPair& near, std::string* reason) const override;
+
+ private:
+  std::vector<ArmPair> points_;
+  std::vector<double> position_;  // of each point along the way
+  std::vector<ArmPair> bend_;     // second derivative at each point
+  SmoothTravel travel_;
+};
 
 /// The way that both arms came, for a retreat to go back on.
 class TrajectoryHistory {

@@ -16,6 +16,38 @@ namespace {
 
 constexpr Utime order_period = 250 * millisecond;
 
+/// us between the shortest and the longest believable dead time for it to be known.
+constexpr Utime dead_time_known = 40 * millisecond;
+/// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
+constexpr Utime dead_time_off = 50 * millisecond;
+/// us by which another one is reckoned with from then on: 0.1 mm at 50 mm/s.
+constexpr Utime worth_telling = 2 * millisecond;
+
+SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
+  using State = SafetySupervisor::ArmState;
+  switch (state) {
+    case arm_state_t::IDLE:
+      return State::idle;
+    case arm_state_t::RUNNING:
+      return State::running;
+    case arm_state_t::HELD:
+      return State::held;
+    case arm_state_t::FAULT:
+      return State::fault;
+    case arm_state_t::ESTOP:
+      return State::estop;
+    default:
+      return State::offline;
+  }
+}
+
+/// Of utime, s. It comes from the controller's clock; where a driver knows none, all that is known
+/// is that the joints were read between sending and receiving.
+double time_sigma_of(const arm_state_t& state) {
+  if (state.clock_offset_sigma_s > 0) return state.clock_offset_sigma_s;
+  return seconds(state.utime_received - state.utime_sent) / std::sqrt(12.0);
+}
+
 }  // namespace
 
 void TestbedNode::begin_start() {
@@ -72,44 +104,6 @@ void TestbedNode::run_start(double dt) {
   mode_ = task_.mode;
   guidance_.set_held(held_);
 }
-
-using namespace testbed;
-
-namespace {
-
-/// us between the shortest and the longest believable dead time for it to be known.
-constexpr Utime dead_time_known = 40 * millisecond;
-/// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
-constexpr Utime dead_time_off = 50 * millisecond;
-/// us by which another one is reckoned with from then on: 0.1 mm at 50 mm/s.
-constexpr Utime worth_telling = 2 * millisecond;
-
-SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
-  using State = SafetySupervisor::ArmState;
-  switch (state) {
-    case arm_state_t::IDLE:
-      return State::idle;
-    case arm_state_t::RUNNING:
-      return State::running;
-    case arm_state_t::HELD:
-      return State::held;
-    case arm_state_t::FAULT:
-      return State::fault;
-    case arm_state_t::ESTOP:
-      return State::estop;
-    default:
-      return State::offline;
-  }
-}
-
-/// Of utime, s. It comes from the controller's clock; where a driver knows none, all that is known
-/// is that the joints were read between sending and receiving.
-double time_sigma_of(const arm_state_t& state) {
-  if (state.clock_offset_sigma_s > 0) return state.clock_offset_sigma_s;
-  return seconds(state.utime_received - state.utime_sent) / std::sqrt(12.0);
-}
-
-}  // namespace
 
 void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   if (state.session != session()) return;

@@ -4,7 +4,6 @@
 #include "lcmtypes/conversions.h"
 #include "testbed/motion/arm_pair.h"
 #include "testbed/node/testbed_node.h"
-#include "testbed/safety/stopping.h"
 
 namespace berth {
 

@@ -18,6 +18,16 @@ constexpr std::int64_t max_gap = 1000000;
 /// us that a mapped clock may go back by itself.
 constexpr std::int64_t clock_error = 1000000;
 
+/// us from one delay that is tried to the next.
+constexpr std::int64_t delay_step = 5000;
+/// us between two looks at which the delay is learned from, and the most that one counts for.
+constexpr std::int64_t learning_period = 40000;
+constexpr std::int64_t max_weight = 100000;
+/// s, of the second J.
+constexpr double recent_memory = 1;
+/// s times squared limits: see the class.
+constexpr double significant_misfit = 0.1 * 0.1 * 1.0;
+
 }  // namespace
 
 std::optional<Contradiction> ReportWatch::look(const Report& report) {
@@ -52,20 +62,6 @@ std::optional<Contradiction> ReportWatch::look(const Report& report) {
   }
   return std::nullopt;
 }
-
-namespace {
-
-/// us from one delay that is tried to the next.
-constexpr std::int64_t delay_step = 5000;
-/// us between two looks at which the delay is learned from, and the most that one counts for.
-constexpr std::int64_t learning_period = 40000;
-constexpr std::int64_t max_weight = 100000;
-/// s, of the second J.
-constexpr double recent_memory = 1;
-/// s times squared limits: see the class.
-constexpr double significant_misfit = 0.1 * 0.1 * 1.0;
-
-}  // namespace
 
 FollowingWatch::FollowingWatch(ArmRole role, const ArmKinematics& arm, const Settings& settings)
     : role_(role), arm_(arm), settings_(settings) {

@@ -64,6 +64,27 @@ void check_step(const WaypointPath::Waypoint& a, const WaypointPath::Waypoint& b
   }
 }
 
+/// At `time`, by a least-squares line through the samples first .. last - 1.
+Pose fitted(const Waypoints& samples, std::size_t first, std::size_t last, double time) {
+  const Pose& reference = samples[(first + last) / 2].pose;
+  const auto count = static_cast<double>(last - first);
+  double mean_time = 0;
+  Vector6d mean = Vector6d::Zero();
+  for (std::size_t i = first; i < last; ++i) {
+    mean_time += samples[i].time / count;
+    mean += difference(reference, samples[i].pose) / count;
+  }
+  double spread = 0;
+  Vector6d slope = Vector6d::Zero();
+  for (std::size_t i = first; i < last; ++i) {
+    const double off = samples[i].time - mean_time;
+    spread += off * off;
+    slope += off * (difference(reference, samples[i].pose) - mean);
+  }
+  if (spread > 0) slope /= spread;
+  return perturbed(reference, mean + (time - mean_time) * slope);
+}
+
 }  // namespace
 
 Waypoints read_poses(const std::string& text, const std::string& name) {
@@ -124,31 +145,6 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
   const SmoothTravel time = eased_time(path.duration(), options.ramp);
   return sampled([&](double t) { return path.at(time.position(t)).pose; }, time.duration());
 }
-
-namespace {
-
-/// At `time`, by a least-squares line through the samples first .. last - 1.
-Pose fitted(const Waypoints& samples, std::size_t first, std::size_t last, double time) {
-  const Pose& reference = samples[(first + last) / 2].pose;
-  const auto count = static_cast<double>(last - first);
-  double mean_time = 0;
-  Vector6d mean = Vector6d::Zero();
-  for (std::size_t i = first; i < last; ++i) {
-    mean_time += samples[i].time / count;
-    mean += difference(reference, samples[i].pose) / count;
-  }
-  double spread = 0;
-  Vector6d slope = Vector6d::Zero();
-  for (std::size_t i = first; i < last; ++i) {
-    const double off = samples[i].time - mean_time;
-    spread += off * off;
-    slope += off * (difference(reference, samples[i].pose) - mean);
-  }
-  if (spread > 0) slope /= spread;
-  return perturbed(reference, mean + (time - mean_time) * slope);
-}
-
-}  // namespace
 
 Waypoints smoothed(const Waypoints& samples, double spacing) {
   const double start = samples.front().time;

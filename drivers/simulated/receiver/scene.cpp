@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/simulated/receiver/mesh_scene.h"
+#include "drivers/simulated/receiver/scene.h"
 
 #include <algorithm>
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/make_adapter.h"
+#include "drivers/lidar/adapter.h"
 
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
-#include "drivers/lidar/cloud_recording.h"
 #include "drivers/lidar/folder_adapter.h"
-#include "drivers/lidar/log_recording.h"
 #include "drivers/lidar/playback_adapter.h"
 #include "drivers/lidar/protocol_adapter.h"
+#include "drivers/lidar/recording.h"
 
 namespace berth::lidar {
 
