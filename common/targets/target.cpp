@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/shared_files.h"
 #include "common/core/text.h"

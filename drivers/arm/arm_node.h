@@ -8,10 +8,10 @@
 #include <string>
 
 #include "common/bus/clock_map.h"
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
-#include "common/core/seen_commands.h"
 #include "drivers/arm/adapter.h"
 #include "drivers/arm/following_error.h"
 #include "drivers/devices.h"

@@ -6,7 +6,6 @@
 
 #include "common/bus/loop.h"
 #include "common/core/lidar_profile.h"
-#include "common/core/scan_window.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
-#include "common/core/scan_window.h"
+#include "common/core/lidar_profile.h"
 
 /// Berth's own protocol to a scanning LIDAR over TCP; PROTOCOL.md has every byte of it.
 namespace berth::lidar {

@@ -12,7 +12,6 @@
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/lidar_profile.h"
-#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
 #include "drivers/arm/register_map.h"
 #include "drivers/devices.h"

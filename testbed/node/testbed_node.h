@@ -14,11 +14,11 @@
 #include <memory>
 #include <optional>
 
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
+#include "common/core/cell.h"
 #include "common/core/lease.h"
-#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
-#include "common/core/seen_commands.h"
 #include "testbed/calibration/calibrated_cell.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/trajectory_history.h"

@@ -10,12 +10,70 @@
 #include <berth/procedure_command_t.hpp>
 #include <berth/testbed_command2_t.hpp>
 #include <berth/testbed_state_t.hpp>
+#include <compare>
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <set>
 #include <string>
+#include <utility>
 
+#include "common/bus/bus.h"
 #include "common/bus/loop.h"
-#include "common/core/seen_commands.h"
 #include "common/core/text.h"
+
+namespace berth {
+
+/// Whether two messages name one command: its commander, session, time and number. Repetitions of a
+/// command have the same.
+template <class A, class B>
+bool same_command(const A& a, const B& b) {
+  return a.seq == b.seq && a.utime == b.utime && a.session == b.session &&
+         a.commander == b.commander;
+}
+
+/// The commands that a node has heard, by name: tells a repetition from a new one.
+class SeenCommands {
+ public:
+  struct Name {
+    std::string commander;
+    std::int64_t session = 0;
+    std::int64_t utime = 0;  ///< us, the same in every repetition
+    std::int64_t seq = 0;
+    auto operator<=>(const Name&) const = default;
+  };
+  /// @return false for a repetition.
+  bool add(Name name) { return names_.insert(std::move(name)).second; }
+  /// The same, of a message that names its commander.
+  template <class Command>
+  bool add(const Command& command) {
+    return add(Name{command.commander, command.session, command.utime, command.seq});
+  }
+
+ private:
+  std::set<Name> names_;
+};
+
+/// Stops (HOLD, STOP, ABORT) are obeyed whoever sends them: of any session, however late, in any
+/// order. What is unusual about one, in words that follow "is obeyed, although it"; empty: nothing.
+/// @param now us
+/// @param overtaken a later command of the same sender has come before it
+template <class Message>
+std::string unusual_stop(const Message& stop, std::int64_t session, std::int64_t now,
+                         bool overtaken) {
+  std::string words;
+  const auto add = [&words](const std::string& more) {
+    words += (words.empty() ? "" : " and ") + more;
+  };
+  if (stop.session != session) add("belongs to session " + std::to_string(stop.session));
+  if (now > stop.utime_expires) {
+    add("expired " + std::to_string((now - stop.utime_expires) / 1000) + " ms ago");
+  }
+  if (overtaken && stop.session == session) add("comes behind a later command");
+  return words;
+}
+
+}  // namespace berth
 
 /// Commands to a node, and what its state says of them.
 namespace berth {
@@ -157,6 +215,75 @@ class CommandClient {
   std::string reason_;
   Utime time_limit_ = 0;
   Utime sent_ = 0;
+};
+
+/// A node's answers to its commands, published as command_answers_t: accepted, or refused with the
+/// reason. Tells a repetition from a new command and answers it again, so that a command whose
+/// answer was lost is obeyed once. Remembers the last 1000 commands.
+class CommandAnswers {
+ public:
+  /// @param channel written by this node alone
+  /// @param session of the run
+  CommandAnswers(Bus& bus, Loop& loop, std::string channel, std::int64_t session);
+  ~CommandAnswers();
+  CommandAnswers(const CommandAnswers&) = delete;
+  CommandAnswers& operator=(const CommandAnswers&) = delete;
+
+  /// @return false for a repetition: it was answered again, or its answer is still to come.
+  template <class Command>
+  bool is_new(const Command& command) {
+    return add(named(command));
+  }
+  template <class Command>
+  void accept(const Command& command) {
+    command_answer_t answer = named(command);
+    answer.answer = command_answer_t::ACCEPTED;
+    put(answer);
+  }
+  /// @param reason what was found and expected, for the commander
+  template <class Command>
+  void refuse(const Command& command, const std::string& reason) {
+    command_answer_t answer = named(command);
+    answer.answer = command_answer_t::REFUSED;
+    answer.reason = reason;
+    put(answer);
+  }
+  /// It could not be carried out for now: its repetition is a new command.
+  template <class Command>
+  void forget(const Command& command) {
+    take(named(command));
+  }
+
+ private:
+  struct Remembered {
+    command_answer_t answer;
+    bool given = false;
+    Utime last_received = 0;
+  };
+
+  template <class Command>
+  static command_answer_t named(const Command& command) {
+    command_answer_t answer{};
+    answer.commander = command.commander;
+    answer.session = command.session;
+    answer.utime = command.utime;
+    answer.seq = command.seq;
+    return answer;
+  }
+  bool add(const command_answer_t& named);
+  void put(command_answer_t answer);
+  /// Out of the list; not given where it was not in it.
+  Remembered take(const command_answer_t& named);
+  command_answers_t current() const;
+  void publish();
+
+  Bus& bus_;
+  Loop& loop_;
+  std::string channel_;
+  std::int64_t session_;
+  std::int64_t seq_ = 0;
+  std::deque<Remembered> commands_;  // the one received last first
+  Loop::TimerId timer_;
 };
 
 }  // namespace berth

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/bus/command_answers.h"
+#include "common/bus/commands.h"
 
 #include <algorithm>
-
-#include "common/core/seen_commands.h"
 
 namespace berth {
 namespace {
