@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arms' controllers are started; then the arms go back to where the path was left.
-// What the arms and the facility say, and whether the arms follow.
+// The arms: what their controllers report, how they are started and brought back to the path.
 #include <cmath>
 
 #include "common/core/text.h"
