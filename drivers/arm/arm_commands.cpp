@@ -35,7 +35,7 @@ bool ArmNode::newer(const arm_command_t& command) {
 
 void ArmNode::on_hold(const arm_command_t& command) {
   const bool known = !holds_.add({"", command.session, command.utime, command.seq});
-  const bool stands = hold_wanted_ && hold_written_ && state_.state != arm_state_t::RUNNING;
+  const bool stands = hold_requested_ && hold_written_ && state_.state != arm_state_t::RUNNING;
   if (known && (following_ || stands)) return;  // superseded by START, or carried out
   const bool own = command.session == session();
   if (!known) {
@@ -129,7 +129,7 @@ void ArmNode::start() {
   have_order_ = true;
   following_ = start_pending_ = true;
   start_pulsed_ = false;
-  streamed_ = hold_wanted_ = false;
+  streamed_ = hold_requested_ = false;
   started_ = setpoint_received_ = now();
   order_.time = started_;
   adapter_->release();
@@ -138,7 +138,7 @@ void ArmNode::start() {
 
 void ArmNode::hold() {
   stop_following();
-  hold_wanted_ = true;
+  hold_requested_ = true;
   hold_written_ = false;
   hold_repeated_ = now();
   hold_writes_under_way_ += adapter_->hold([this](const std::string& error) {
@@ -159,8 +159,8 @@ void ArmNode::stop_following() {
 }
 
 void ArmNode::write_setpoint() {
-  const bool unheard = hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0;
-  if (unheard && adapter_->reachable()) hold();
+  const bool unconfirmed = hold_requested_ && !hold_written_ && hold_writes_under_way_ == 0;
+  if (unconfirmed && adapter_->reachable()) hold();
   if (!adapter_->ready() || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;

@@ -97,7 +97,7 @@ class ArmNode final : public Node {
   bool start_pending_ = false;  // asked for, the controller does not run yet
   bool start_pulsed_ = false;
   bool streamed_ = false;  // a set-point came since START
-  bool hold_wanted_ = false;
+  bool hold_requested_ = false;
   bool hold_written_ = false;      // the controller has acknowledged it
   int hold_writes_under_way_ = 0;  // and not answered yet
   SeenCommands holds_;

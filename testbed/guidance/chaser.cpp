@@ -69,24 +69,24 @@ void Chaser::step(double dt, const Vector3d& acceleration, const Vector3d& angul
 
 void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration) {
   if (dt <= 0) return;
-  Vector3d wanted = thrust;
+  Vector3d requested = thrust;
   if (law_ == Law::kinematic) {
-    wanted = shortened(thrust, greatest_);
+    requested = shortened(thrust, greatest_);
   } else {
     const Vector3d body = pose_.rotation.conjugate() * thrust;
-    wanted = pose_.rotation * fired(dt, body.cwiseMax(-greatest_).cwiseMin(greatest_));
+    requested = pose_.rotation * fired(dt, body.cwiseMax(-greatest_).cwiseMin(greatest_));
   }
   // neither thrusters nor arms change their acceleration at once
   const double share = 1 - std::exp(-3 * dt / limits_.rise_time);
-  thrust_ += share * (wanted - thrust_);
+  thrust_ += share * (requested - thrust_);
   turning_ += share * (shortened(angular_acceleration, limits_.angular_acceleration) - turning_);
   push(dt, thrust_, turning_);
 }
 
-/// What the thrusters give of it: each axis collects what is wanted until that is its least
-/// impulse, then burns all of it.
-Vector3d Chaser::fired(double dt, const Vector3d& wanted) {
-  owed_ += dt * wanted;
+/// What the thrusters give of it: each axis accumulates the requested impulse until that is its
+/// least impulse, then burns all of it.
+Vector3d Chaser::fired(double dt, const Vector3d& requested) {
+  owed_ += dt * requested;
   Vector3d given;
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(owed_[axis]) >= least_) burning_[axis] += std::exchange(owed_[axis], 0);

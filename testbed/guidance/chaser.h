@@ -53,7 +53,7 @@ class Chaser {
 
  private:
   Vector3d natural() const;  // acceleration without thrust, frame N, m/s^2
-  Vector3d fired(double dt, const Vector3d& wanted);
+  Vector3d fired(double dt, const Vector3d& requested);
   void push(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration);
 
   GuidanceProfile::Law law_;

@@ -19,12 +19,12 @@ constexpr double slow = 0.003;
 constexpr std::int64_t chaser_velocity_over = 100000;
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
-Vector3d correction(const Vector3d& offset, const Vector3d& rate_wanted, const Vector3d& rate,
+Vector3d correction(const Vector3d& offset, const Vector3d& reference_rate, const Vector3d& rate,
                     double response, double speed, double acceleration) {
   const double length = offset.norm();
   const double greatest = std::min(speed, std::sqrt(acceleration * length));
-  const Vector3d wanted = rate_wanted + shortened(offset / response, greatest);
-  return 4 / response * (wanted - rate);
+  const Vector3d reference = reference_rate + shortened(offset / response, greatest);
+  return 4 / response * (reference - rate);
 }
 
 std::string mm(double m) { return fixed(1e3 * m, 0) + " mm"; }
@@ -95,9 +95,9 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
 std::string Flight::refusal() const {
   if (order_.keep) {
     const double limit = settings_.correction_limit(estimate_.pose);
-    const Pose wanted = first_sight_ * order_.pose.inverse();
-    const double off = distance(wanted, chaser_.pose());
-    const double turned = angle_between(wanted, chaser_.pose());
+    const Pose reference = first_sight_ * order_.pose.inverse();
+    const double off = distance(reference, chaser_.pose());
+    const double turned = angle_between(reference, chaser_.pose());
     if (off > limit || turned > settings_.largest_angular_correction) {
       return "the estimate is " + mm(off) + " and " + deg(turned) +
              " away from the pose to keep; move there first";
@@ -197,8 +197,8 @@ Steering::Output Flight::step(std::int64_t now, double dt) {
 /// Decides what to do in the next dt.
 void Flight::look(std::int64_t now, double dt, const Pose& model) {
   place_ = axis_.place(chaser_.pose(), model);
-  const auto wanted = axis_.wanted(model, {}, along_, 0, 0);
-  misalignment_ = angle_between(wanted.pose, chaser_.pose());
+  const auto reference = axis_.reference(model, {}, along_, 0, 0);
+  misalignment_ = angle_between(reference.pose, chaser_.pose());
   corridor_ = order_.keep ? -1
                           : profile_.corridor.radius +
                                 place_.range * std::tan(profile_.corridor.half_angle);
@@ -227,7 +227,7 @@ void Flight::look(std::int64_t now, double dt, const Pose& model) {
 }
 
 /// m/s along the axis at so many m before the next stop.
-double Flight::wanted_closing(double to_go) const {
+double Flight::reference_closing(double to_go) const {
   const double acceleration = along_share * chaser_.greatest_acceleration();
   const double distance = std::abs(to_go);
   double speed = std::min({order_.limits.speed, std::sqrt(2 * acceleration * distance),
@@ -242,7 +242,7 @@ double Flight::wanted_closing(double to_go) const {
 void Flight::proceed(double dt) {
   const GuidanceProfile::GoOn& go_on = profile_.go_on;
   phase_ = place_.range < profile_.final.range ? Phase::final : Phase::approaching;
-  double wanted = 0;
+  double reference = 0;
   double to_go = 0;
   if (!in_corridor_) {
     in_corridor_ = place_.offset < 0.5 * corridor_ && misalignment_ < go_on.angle;
@@ -254,10 +254,10 @@ void Flight::proceed(double dt) {
     if (in_corridor_) waiting_ = 0;
   } else {
     to_go = place_.range - stops_.front().range + along_ - place_.along;
-    wanted = wanted_closing(to_go);
+    reference = reference_closing(to_go);
   }
   const double step = along_share * chaser_.greatest_acceleration() * dt;
-  const double change = std::clamp(wanted - closing_, -step, step);
+  const double change = std::clamp(reference - closing_, -step, step);
   closing_rate_ = dt > 0 ? change / dt : 0;
   closing_ += change;
   along_ -= closing_ * dt;
@@ -300,17 +300,19 @@ void Flight::settle() {
 }
 
 void Flight::fly(double dt, const Pose& model) {
-  const auto wanted = axis_.wanted(model, sight_.velocity, along_, -closing_, -closing_rate_);
+  const auto reference = axis_.reference(model, sight_.velocity, along_, -closing_, -closing_rate_);
   const GuidanceProfile::Tracking& tracking = profile_.tracking;
   const Velocity& velocity = chaser_.velocity();
   const Vector3d acceleration =
-      wanted.acceleration + correction(wanted.pose.position - chaser_.pose().position,
-                                       wanted.velocity.linear, velocity.linear, tracking.response,
-                                       tracking.speed, chaser_.greatest_acceleration());
+      reference.acceleration + correction(reference.pose.position - chaser_.pose().position,
+                                          reference.velocity.linear, velocity.linear,
+                                          tracking.response, tracking.speed,
+                                          chaser_.greatest_acceleration());
   const RelativeLimits& limits = chaser_.limits();
-  const Vector3d turn = rotation_vector(wanted.pose.rotation * chaser_.pose().rotation.conjugate());
+  const Vector3d turn =
+      rotation_vector(reference.pose.rotation * chaser_.pose().rotation.conjugate());
   const Vector3d turning =
-      correction(turn, wanted.velocity.angular, velocity.angular, tracking.response,
+      correction(turn, reference.velocity.angular, velocity.angular, tracking.response,
                  limits.angular_speed, limits.angular_acceleration);
   chaser_.step(dt, acceleration, turning);
 }
@@ -342,8 +344,8 @@ void Flight::retreat(double dt) {
 
 void Flight::tell(const Pose& model) {
   const Pose& target = phase_ == Phase::retreating ? retreat_model_ : model;
-  const auto rest = axis_.wanted(target, phase_ == Phase::retreating ? Velocity{} : sight_.velocity,
-                                 along_, 0, 0);
+  const auto rest = axis_.reference(
+      target, phase_ == Phase::retreating ? Velocity{} : sight_.velocity, along_, 0, 0);
   report_.profile = profile_.name;
   report_.law = name_of(profile_.law);
   report_.phase = phase_;
@@ -354,7 +356,7 @@ void Flight::tell(const Pose& model) {
   report_.range = place_.range;
   report_.closing_speed =
       -axis_.direction(target).dot(chaser_.velocity().linear - rest.velocity.linear);
-  report_.wanted_closing_speed = closing_;
+  report_.reference_closing_speed = closing_;
   report_.corridor_offset = place_.offset;
   report_.corridor_limit = corridor_;
   report_.misalignment = misalignment_;

@@ -73,7 +73,7 @@ class Flight final : public Steering {
   Sight sight(const Estimate& estimate, const Sight* last) const;
   std::string trouble(std::int64_t now) const;
   void look(std::int64_t now, double dt, const Pose& model);
-  double wanted_closing(double to_go) const;
+  double reference_closing(double to_go) const;
   void proceed(double dt);
   void wait_at_hold_point(double dt);
   void settle();
@@ -98,7 +98,7 @@ class Flight final : public Steering {
   double expected_ = 0;  // of flight, s
   Phase phase_ = Phase::approaching;
   std::string reason_;
-  double along_ = 0;  // wanted, m from the aim point
+  double along_ = 0;  // reference, m from the aim point
   double closing_ = 0;
   double closing_rate_ = 0;
   ApproachAxis::Place place_;

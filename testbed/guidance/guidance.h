@@ -77,7 +77,7 @@ class Guidance {
                                       const RelativeLimits& limits,
                                       const std::optional<Docking>& docking = std::nullopt);
   /// Begins to keep a pose by the estimate. @return why it cannot, or nothing.
-  std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& wanted,
+  std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& reference,
                                   const RelativeLimits& limits);
   /// Goes on as a copy of this that has begun a motion; estimates and commanded poses stay as they
   /// have come to this meanwhile.
@@ -106,7 +106,7 @@ class Guidance {
   std::string unusable(std::int64_t now) const;
   void correct(const Estimate& estimate);
   Pose reference(double travelled) const;
-  Pose uncorrected(const Pose& wanted) const;
+  Pose uncorrected(const Pose& reference) const;
   Pose seen_from(const Pose& commanded, const Estimate& estimate) const;
   double surface_distance(const Pose& pose) const;
   /// How far the end of the approach is from a pose, m.
@@ -123,7 +123,7 @@ class Guidance {
   bool keeping_ = false;
   bool held_ = false;
   double override_ = 1;
-  Pose wanted_start_;                        // by the estimate
+  Pose reference_start_;                     // by the estimate
   SmoothTravel travel_;                      // along the direction
   Vector3d direction_ = -Vector3d::UnitZ();  // of the approach, unit, sensor frame
   std::optional<Docking> docking_;

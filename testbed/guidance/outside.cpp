@@ -24,7 +24,7 @@ OutsideFlight::OutsideFlight(std::string commander, const RelativeLimits& limits
 
 Steering::Output OutsideFlight::step(std::int64_t now, double dt) {
   time_ += dt;
-  Velocity wanted;
+  Velocity reference;
   reason_.clear();
   if (setpoint_.utime_expires == 0) {
     reason_ = "no set-point of '" + commander_ + "' has come yet";
@@ -32,11 +32,11 @@ Steering::Output OutsideFlight::step(std::int64_t now, double dt) {
     reason_ = "the last set-point of '" + commander_ + "' has expired";
   } else {
     const Quaterniond& attitude = chaser_.pose().rotation;
-    wanted.linear = attitude * shortened(setpoint_.velocity.linear, limits_.speed);
-    wanted.angular = attitude * shortened(setpoint_.velocity.angular, limits_.angular_speed);
+    reference.linear = attitude * shortened(setpoint_.velocity.linear, limits_.speed);
+    reference.angular = attitude * shortened(setpoint_.velocity.angular, limits_.angular_speed);
   }
-  chaser_.step(dt, response * (wanted.linear - chaser_.velocity().linear),
-               response * (wanted.angular - chaser_.velocity().angular));
+  chaser_.step(dt, response * (reference.linear - chaser_.velocity().linear),
+               response * (reference.angular - chaser_.velocity().angular));
   Output output;
   output.commanded = chaser_.pose().inverse();
   output.phase = reason_.empty() ? Phase::flying : Phase::holding;

@@ -46,7 +46,7 @@ struct GuidanceReport {
   double orbit_time = 0;
   double range = -1;  ///< m; negative: not known
   double closing_speed = 0;
-  double wanted_closing_speed = 0;
+  double reference_closing_speed = 0;
   double corridor_offset = 0;
   double corridor_limit = -1;
   double misalignment = 0;

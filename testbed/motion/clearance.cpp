@@ -245,11 +245,11 @@ struct Clearance::Impl {
   }
 
   /// Nearest first by their boxes, until no other pair can be worse.
-  template <class Wanted>
-  Result search(double enough, bool subtract_limit, const Wanted& wanted) {
+  template <class Filter>
+  Result search(double enough, bool subtract_limit, const Filter& included) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (!wanted(pairs[i])) continue;
+      if (!included(pairs[i])) continue;
       const double bound = box_distance(bodies[pairs[i].a], bodies[pairs[i].b]) -
                            (subtract_limit ? pairs[i].limit : 0);
       if (bound < enough) order[count++] = {bound, i};

@@ -90,20 +90,20 @@ void TestbedNode::run_closed_loop(double dt) {
   scale_.set_target(rest ? 0 : rate());
   const double flown = scale_.advance(dt);
   task_.time += flown;
-  Pose wanted;
+  Pose reference;
   double progress = 0;
   Steering::Phase phase = Steering::Phase::flying;
   std::string why;
   if (task_.steering) {
     Steering::Output output = task_.steering->step(now(), flown);
-    wanted = output.commanded;
+    reference = output.commanded;
     progress = output.progress;
     phase = output.phase;
     why = std::move(output.reason);
   } else {
     guidance_.set_held(rest);
     Guidance::Output output = guidance_.step(now(), dt);
-    wanted = output.commanded;
+    reference = output.commanded;
     progress = output.progress;
     why = std::move(output.reason);
     if (output.phase == Guidance::Phase::holding) phase = Steering::Phase::holding;
@@ -114,12 +114,12 @@ void TestbedNode::run_closed_loop(double dt) {
       event(event_t::ERROR, "gave-up", why);
     }
   }
-  publish_chaser_motion(wanted);
-  wanted = wanted * target_at(task_.target_motion, task_.time);
+  publish_chaser_motion(reference);
+  reference = reference * target_at(task_.target_motion, task_.time);
   const Velocity velocity =
-      dt > 0 ? velocity_between(relative(commanded_), wanted, dt) : Velocity{};
+      dt > 0 ? velocity_between(relative(commanded_), reference, dt) : Velocity{};
   std::string reason;
-  const auto joints = task_.allocation->joints(wanted, progress, commanded_, &reason);
+  const auto joints = task_.allocation->joints(reference, progress, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
   if (largest_change(*joints, commanded_) > settings_.path.largest_step) {
     return stop_arms("motion-failed", "an arm would have to change its configuration");
@@ -128,7 +128,7 @@ void TestbedNode::run_closed_loop(double dt) {
   if (now() >= next_instant_check_) {
     next_instant_check_ = now() + instant_check_period;
     if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
-    end_retreat_within_reach(wanted, velocity, progress, *joints);
+    end_retreat_within_reach(reference, velocity, progress, *joints);
   }
   stream(*joints, settings_.setpoint_lifetime);
   trail_.add(*joints);
@@ -141,11 +141,11 @@ bool TestbedNode::retreats() const {
 
 /// A retreat was not checked beforehand and may lead out of the cell: it ends at rest where the
 /// arms would soon reach no further.
-void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& velocity,
+void TestbedNode::end_retreat_within_reach(const Pose& reference, const Velocity& velocity,
                                            double progress, const ArmPair& joints) {
   if (!retreats() || stopping_) return;
   const Pose ahead =
-      moved(wanted, velocity, settings_.hold_settling + seconds(instant_check_period));
+      moved(reference, velocity, settings_.hold_settling + seconds(instant_check_period));
   std::string beyond;
   const auto there = task_.allocation->joints(ahead, progress, joints, &beyond);
   if (there) beyond = check_.check(*there).value_or("");

@@ -123,7 +123,7 @@ class TestbedNode final : public Node {
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
   bool retreats() const;  // guidance has given the approach up
-  void end_retreat_within_reach(const Pose& wanted, const Velocity& velocity, double progress,
+  void end_retreat_within_reach(const Pose& reference, const Velocity& velocity, double progress,
                                 const testbed::ArmPair& joints);
   void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
   void end_task(bool finished);

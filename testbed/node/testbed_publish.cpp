@@ -46,7 +46,7 @@ void TestbedNode::publish_guidance(GuidanceReport report) {
   state.orbit_time_s = report.orbit_time;
   state.range_m = report.range;
   state.closing_speed_m_s = report.closing_speed;
-  state.wanted_closing_speed_m_s = report.wanted_closing_speed;
+  state.wanted_closing_speed_m_s = report.reference_closing_speed;
   state.corridor_offset_m = report.corridor_offset;
   state.corridor_limit_m = report.corridor_limit;
   state.misalignment_rad = report.misalignment;
