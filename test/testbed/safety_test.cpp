@@ -234,7 +234,7 @@ TEST_CASE("where arms would stand: a reaction further, and the way to brake") {
   ArmPair before{cell.replica.home, cell.sensor.home};
   ArmPair now = before;
   now.replica[0] += 0.02;
-  const ArmPair place = standing_place(cell, before, now, 0.1, 0.1);
+  const ArmPair place = stopping_place(cell, before, now, 0.1, 0.1);
   const double a = cell.replica.kinematics->limits()[0].acceleration;
   CHECK(place.replica[0] - now.replica[0] == Approx(0.2 * 0.1 + 0.2 * 0.2 / (2 * a)));
   CHECK(place.sensor == now.sensor);

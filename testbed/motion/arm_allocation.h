@@ -24,10 +24,11 @@ struct RedundancyResolution {
 };
 
 /// Turns relative poses T_sensor_model into joints of both arms, for one motion: it begins at the
-/// joints where the motion starts and glides over to the sharing chosen as the motion progresses.
+/// joints where the motion starts and goes over smoothly to the chosen redundancy resolution as the
+/// motion progresses.
 class ArmAllocation {
  public:
-  ArmAllocation(const Cell& cell, const RedundancyResolution& sharing, FrozenArm frozen,
+  ArmAllocation(const Cell& cell, const RedundancyResolution& resolution, FrozenArm frozen,
                 const ArmPair& start);
 
   /// progress: 0 at the start of the motion, 1 at its end. near: the joints just before; the branch
@@ -39,7 +40,7 @@ class ArmAllocation {
   Pose nominal_sensor(const Pose& relative, double progress) const;
 
   const Cell* cell_;
-  RedundancyResolution sharing_;
+  RedundancyResolution resolution_;
   FrozenArm frozen_;
   ArmPair start_;
   Pose start_sensor_;   // T_cell_sensor

@@ -31,7 +31,7 @@ inline ArmPair blend(const ArmPair& a, const ArmPair& b, double s) {
 }
 
 /// Largest change of any joint, rad or m.
-inline double largest_change(const ArmPair& a, const ArmPair& b) {
+inline double max_change(const ArmPair& a, const ArmPair& b) {
   double largest = 0;
   for (std::size_t i = 0; i < 6; ++i) {
     largest = std::max(
@@ -43,10 +43,10 @@ inline double largest_change(const ArmPair& a, const ArmPair& b) {
 /// As an operator reads it: "the replica arm".
 inline std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
-/// Where both arms would stand if they were told to now: they go on at the speed that took them
-/// from `before` to `now` (dt, s) for a reaction time (s), and brake with each joint's
-/// acceleration.
-inline ArmPair standing_place(const Cell& cell, const ArmPair& before, const ArmPair& now,
+/// Joints at which both arms would come to rest if they were stopped now: they go on at the speed
+/// that took them from `before` to `now` (dt, s) for a reaction time (s), and brake with each
+/// joint's acceleration.
+inline ArmPair stopping_place(const Cell& cell, const ArmPair& before, const ArmPair& now,
                               double dt, double reaction) {
   ArmPair place = now;
   for (const ArmRole role : both_arms) {

@@ -7,7 +7,7 @@
 namespace berth::testbed {
 namespace {
 
-/// Places of a path at which a sharing is judged, and steps between them that keep the branch.
+/// Places of a path at which a resolution is judged, and steps between them that keep the branch.
 constexpr int places = 12;
 constexpr int steps_between = 3;
 constexpr int clearance_every = 3;  // places
@@ -36,27 +36,27 @@ Point point_of(const RedundancyResolution& s) {
           s.bulge.y(), s.bulge.z(), s.turn.x(),  s.turn.y(),  s.turn.z()};
 }
 
-RedundancyResolution sharing_of(const Point& p) {
+RedundancyResolution resolution_of(const Point& p) {
   return {p[0], p[1], {p[2], p[3], p[4]}, {p[5], p[6], p[7]}, {p[8], p[9], p[10]}};
 }
 
-/// Where to begin besides the nominal sharing: both arms aside, up, down, along.
+/// Starting points of the search besides the nominal resolution: both arms aside, up, down, along.
 std::vector<RedundancyResolution> seeds(const RedundancyResolution& nominal) {
   std::vector<RedundancyResolution> list;
   for (const double side : {0.0, 0.3, -0.4, -0.8}) {
     for (const double up : {0.0, 0.25, -0.25}) {
       for (const double lateral : {0.0, 0.5}) {
-        RedundancyResolution sharing = nominal;
-        sharing.lateral = lateral;
-        sharing.shift = Vector3d(0, side, up);
-        list.push_back(sharing);
+        RedundancyResolution resolution = nominal;
+        resolution.lateral = lateral;
+        resolution.shift = Vector3d(0, side, up);
+        list.push_back(resolution);
       }
     }
   }
   return list;
 }
 
-/// Sharings that are checked closely besides the nominal one.
+/// Resolutions that are checked closely besides the nominal one.
 constexpr std::size_t max_checks = 5;
 
 }  // namespace
@@ -98,15 +98,15 @@ double RedundancySearch::margin(const ArmPair& before, const ArmPair& joints, do
 }
 
 double RedundancySearch::quality(const RelativePath& path, const ArmPair& start,
-                                 const RedundancyResolution& sharing) const {
-  const ArmAllocation allocation(cell_, sharing, FrozenArm::none, start);
+                                 const RedundancyResolution& resolution) const {
+  const ArmAllocation allocation(cell_, resolution, FrozenArm::none, start);
   const double dt = path.duration() / (places * steps_between);
   ArmPair near = start;
   double sum = 0;
   for (int k = 1; k <= places * steps_between; ++k) {
     const RelativePath::Point point = path.at(k * dt);
     const auto joints = allocation.joints(point.pose, point.progress, near, nullptr);
-    const bool can = joints && largest_change(near, *joints) < leap &&
+    const bool can = joints && max_change(near, *joints) < leap &&
                      cell_.replica.kinematics->limit_violation(joints->replica).empty() &&
                      cell_.sensor.kinematics->limit_violation(joints->sensor).empty();
     if (!can) return static_cast<double>(k) / (places * steps_between) - 1;
@@ -128,7 +128,7 @@ std::vector<RedundancySearch::Found> RedundancySearch::best(
   std::stable_sort(found.begin(), found.end(), better);
   int evaluations = 0;
   for (std::size_t n = 0; n < seeds_refined; ++n) {
-    Point here = point_of(found[n].sharing);
+    Point here = point_of(found[n].resolution);
     double quality_here = found[n].quality;
     for (double scale = 1; scale > 0.2 && quality_here < comfortable;) {
       bool improved = false;
@@ -138,7 +138,7 @@ std::vector<RedundancySearch::Found> RedundancySearch::best(
           next[i] = std::clamp(next[i] + sign * scale * first_steps[i], i < 2 ? 0 : -farthest[i],
                                farthest[i]);
           if (next[i] == here[i]) continue;
-          const double quality_next = quality(path, start, sharing_of(next));
+          const double quality_next = quality(path, start, resolution_of(next));
           ++evaluations;
           if (quality_next <= quality_here) continue;
           here = next;
@@ -150,7 +150,7 @@ std::vector<RedundancySearch::Found> RedundancySearch::best(
       if (!improved) scale /= 2;
       if (evaluations > max_evaluations * static_cast<int>(n + 1)) break;
     }
-    found.push_back({sharing_of(here), quality_here});
+    found.push_back({resolution_of(here), quality_here});
   }
   std::stable_sort(found.begin(), found.end(), better);
   return found;
@@ -159,10 +159,10 @@ std::vector<RedundancySearch::Found> RedundancySearch::best(
 MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> path,
                                           const ArmPair& start, FrozenArm frozen) const {
   std::optional<Refusal> refusal;
-  const auto attempt = [&](const RedundancyResolution& sharing) -> std::optional<Plan> {
-    Plan plan{
-        std::make_shared<const RelativeMotion>(path, ArmAllocation(cell_, sharing, frozen, start)),
-        sharing};
+  const auto attempt = [&](const RedundancyResolution& resolution) -> std::optional<Plan> {
+    Plan plan{std::make_shared<const RelativeMotion>(
+                  path, ArmAllocation(cell_, resolution, frozen, start)),
+              resolution};
     const auto wrong = check_.check(*plan.motion, start);
     if (!wrong) return plan;
     if (!refusal || wrong->passing_rate > refusal->passing_rate) refusal = wrong;
@@ -178,9 +178,9 @@ MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> pa
   }
   std::vector<RedundancySearch::Found> found = search_.best(*path, start, nominal);
   if (found.size() > max_checks) found.resize(max_checks);
-  for (const auto& [sharing, quality] : found) {
+  for (const auto& [resolution, quality] : found) {
     if (quality < 0) break;
-    if (auto plan = attempt(sharing)) return *std::move(plan);
+    if (auto plan = attempt(resolution)) return *std::move(plan);
   }
   if (auto plan = attempt(nominal)) return *std::move(plan);
   return *refusal;

@@ -254,7 +254,7 @@ std::optional<Refusal> PathCheck::sample_to(const ArmMotion& motion, double t, i
     // a branch ends where a joint would pass its limit
     if (path.size() >= 2) {
       const ArmPair& before = path[path.size() - 2].joints;
-      const double farther = fine_turn / std::max(largest_change(before, last.joints), 1e-9);
+      const double farther = fine_turn / std::max(max_change(before, last.joints), 1e-9);
       if (const auto beyond = check_joints(blend(before, last.joints, 1 + farther))) {
         text += "; " + *beyond;
       }

@@ -24,7 +24,7 @@ std::vector<double> spline_bends(const std::vector<double>& at, const std::vecto
   return bends;
 }
 
-/// Of the trail, in m of relative travel.
+/// Between the points of the history, m of relative travel.
 constexpr double spacing = 0.002;
 /// m of relative travel that a radian counts for.
 constexpr double lever = 1.5;
@@ -92,7 +92,7 @@ std::shared_ptr<const ArmMotion> TrajectoryHistory::way_back(const ArmPair& from
                                                              const RelativeLimits& limits) const {
   std::vector<ArmPair> points(points_.rbegin(), points_.rend());
   std::vector<double> lengths(lengths_.rbegin(), lengths_.rend());
-  if (largest_change(from, points.front()) > 1e-6) {
+  if (max_change(from, points.front()) > 1e-6) {
     lengths.insert(lengths.begin(), travel_between(from, points.front()));
     points.insert(points.begin(), from);
   }

@@ -36,12 +36,12 @@ class TrajectoryHistory {
   explicit TrajectoryHistory(const Cell& cell) : cell_(cell) {}
 
   void begin(const ArmPair& start);
-  /// Where the arms are told to be now; noted when it is far enough from the last place.
+  /// The commanded joints; noted when it is far enough from the last place.
   void add(const ArmPair& joints);
   void clear();
   /// Nothing has moved since the last retreat.
   bool empty() const { return points_.size() < 2; }
-  /// From where the arms stand to where the trail began.
+  /// From where the arms stand to where the history began.
   std::shared_ptr<const ArmMotion> way_back(const ArmPair& from,
                                             const RelativeLimits& limits) const;
 

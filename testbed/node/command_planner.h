@@ -41,9 +41,9 @@ class CommandPlanner {
   Result plan(const testbed_command2_t& command, const ArmPair& start, std::int64_t now,
               const Guidance& guidance) const;
 
-  /// A retreat along the trail. @return why there is none otherwise.
+  /// A retreat along the history. @return why there is none otherwise.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
-      const testbed_command2_t& command, const TrajectoryHistory& trail, const PathCheck& check,
+      const testbed_command2_t& command, const TrajectoryHistory& history, const PathCheck& check,
       const ArmPair& start) const;
 
   /// The rates that the command asks for. @return why they cannot be had; empty when they can.

@@ -88,7 +88,7 @@ void TestbedNode::run_start(double dt) {
     rejoining_ = true;
     rejoin_from_ = reported_;
     rejoin_time_ = 0;
-    const double away = largest_change(rejoin_from_, commanded_);
+    const double away = max_change(rejoin_from_, commanded_);
     rejoin_ = SmoothTravel(away, settings_.rejoin_speed, settings_.rejoin_speed,
                            4 * settings_.rejoin_speed);
     engaged_ = true;

@@ -121,7 +121,7 @@ void TestbedNode::run_closed_loop(double dt) {
   std::string reason;
   const auto joints = task_.allocation->joints(reference, progress, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
-  if (largest_change(*joints, commanded_) > settings_.path.largest_step) {
+  if (max_change(*joints, commanded_) > settings_.path.largest_step) {
     return stop_arms("motion-failed", "an arm would have to change its configuration");
   }
   // Where the estimate leads was not known when the path was checked.
@@ -131,7 +131,7 @@ void TestbedNode::run_closed_loop(double dt) {
     end_retreat_within_reach(reference, velocity, progress, *joints);
   }
   stream(*joints, settings_.setpoint_lifetime);
-  trail_.add(*joints);
+  trajectory_history_.add(*joints);
   follow_guidance(phase, why);
 }
 

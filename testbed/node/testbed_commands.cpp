@@ -226,15 +226,15 @@ std::string TestbedNode::begin_motion(const testbed_command2_t& command) {
     planned.task.steering = plan.steering;
     planned.task.target_motion = plan.target_motion;
     planned.task.allocation = std::make_shared<const ArmAllocation>(
-        cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+        cell_, plan.arms.resolution, static_cast<FrozenArm>(command.frozen_arm), start);
   });
 }
 
 std::string TestbedNode::retreat(const testbed_command2_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
   const ArmPair start = reference_joints();
-  return plan(command, start, [=, this, trail = trail_](Planned& planned) {
-    auto way_back = commands_.way_back(command, trail, planning_check_, start);
+  return plan(command, start, [=, this, history = trajectory_history_](Planned& planned) {
+    auto way_back = commands_.way_back(command, history, planning_check_, start);
     if (auto* wrong = std::get_if<std::string>(&way_back)) {
       planned.refusal = std::move(*wrong);
       return;
@@ -279,7 +279,7 @@ std::string TestbedNode::why_not_now(const Planning& planning, const Task& task)
   if (task.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
     return estimate_watch_.contradiction()->text;
   }
-  if (largest_change(planning.start, reference_joints()) > rest_angle) {
+  if (max_change(planning.start, reference_joints()) > rest_angle) {
     return "the arms have moved while their motion was planned";
   }
   return "";
@@ -315,7 +315,7 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
 
 void TestbedNode::start_task(Task task, const ArmPair& start) {
   commanded_ = start;
-  if (!task.retreat) trail_.begin(commanded_);
+  if (!task.retreat) trajectory_history_.begin(commanded_);
   task_ = std::move(task);
   held_ = stopping_ = paused_ = false;
   after_stop_.reset();

@@ -216,7 +216,7 @@ class TestbedNode final : public Node {
   testbed::SmoothTravel rejoin_;
   double rejoin_time_ = 0;
 
-  testbed::TrajectoryHistory trail_;  // of the motion under way or last done
+  testbed::TrajectoryHistory trajectory_history_;  // of the motion under way or last done
 
   std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
   std::int64_t command_seq_ = 0;

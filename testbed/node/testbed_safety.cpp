@@ -117,7 +117,7 @@ void TestbedNode::watch_clearance() {
   looked_ahead_ = now();
   looked_from_ = reported_;
   if (!engaged_ || since > 2 * look_ahead_period) return;
-  const ArmPair ahead = standing_place(cell_, before, reported_, seconds(since),
+  const ArmPair ahead = stopping_place(cell_, before, reported_, seconds(since),
                                        reaction + seconds(look_ahead_period));
   const Clearance::Result there = clearance_.nearest(ahead, settings_.min_clearance);
   if (there.a.empty()) return;
@@ -134,7 +134,7 @@ void TestbedNode::watch_rest() {
   if (!stands || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
   if (!rest_) rest_ = reported_;
   for (const ArmRole role : both_arms) {
-    if (largest_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
+    if (max_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
     stop_arms("arm-creeps",
               arm_name(role) + " moves although it was told to stand: press the emergency stop");
     return;

@@ -121,7 +121,7 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
   learned_ = t;
   const auto newest = commands.at(t);
   const auto oldest = commands.at(t - settings_.max_dead_time);
-  if (!newest || !oldest || largest_change(*newest, *oldest) < 1e-6) return;  // says nothing
+  if (!newest || !oldest || max_change(*newest, *oldest) < 1e-6) return;  // says nothing
   Joints limits{};
   for (std::size_t j = 0; j < 6; ++j) limits[j] = limit(j);
   for (std::size_t i = 0; i < misfit_.size(); ++i) {

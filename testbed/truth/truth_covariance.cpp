@@ -69,7 +69,7 @@ TruthCovariance::TruthCovariance(const Cell& calibrated, const Calibration& cali
 }
 
 void TruthCovariance::look(const ArmPair& joints) {
-  if (looked_ && largest_change(looked_at_, joints) < same_place) return;
+  if (looked_ && max_change(looked_at_, joints) < same_place) return;
   looked_ = true;
   looked_at_ = joints;
   CalibrationJacobian jacobian = calibration_jacobian(cell_, joints);

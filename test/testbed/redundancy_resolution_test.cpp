@@ -44,7 +44,7 @@ struct Figures {
     const Ease ease = bench.ease(*plan.motion);
     joint.push_back(degrees(ease.joint));
     manipulability.push_back(ease.manipulability);
-    speed.push_back(1e3 * bench.greatest_speed(goal, plan.sharing));
+    speed.push_back(1e3 * bench.greatest_speed(goal, plan.resolution));
   }
   void print(const char* how, double turn, int paths) const {
     std::printf(
@@ -55,13 +55,13 @@ struct Figures {
   }
 };
 
-TEST_CASE("what sharing gains over the nominal share", "[.benchmark]") {
+TEST_CASE("what resolution gains over the nominal share", "[.benchmark]") {
   std::printf(
-      "| sharing | turn <= deg | planned | least joint margin deg | manipulability | largest "
+      "| resolution | turn <= deg | planned | least joint margin deg | manipulability | largest "
       "passing speed mm/s | planning ms |\n");
   const Bench bench;
   for (const double turn : {15.0, 45.0, 75.0}) {
-    Random random(11, "sharing");
+    Random random(11, "resolution");
     Figures nominal;
     Figures searched;
     constexpr int paths = 60;
@@ -69,14 +69,14 @@ TEST_CASE("what sharing gains over the nominal share", "[.benchmark]") {
       const Pose goal = random_goal(bench, radians(turn), random);
       const auto path =
           std::make_shared<StraightPath>(bench.home_pose(), goal, bench.settings.motion);
-      RedundancyResolution sharing;
-      sharing.travel = bench.cell.sensor_share;
+      RedundancyResolution resolution;
+      resolution.travel = bench.cell.sensor_share;
       const auto motion = std::make_shared<RelativeMotion>(
-          path, ArmAllocation(bench.cell, sharing, FrozenArm::none, bench.home));
+          path, ArmAllocation(bench.cell, resolution, FrozenArm::none, bench.home));
       bool passes = false;
       nominal.milliseconds.push_back(
           milliseconds_of([&] { passes = !bench.check.check(*motion, bench.home); }));
-      if (passes) nominal.add(bench, goal, {motion, sharing});
+      if (passes) nominal.add(bench, goal, {motion, resolution});
       std::optional<MotionPlanner::Result> result;
       searched.milliseconds.push_back(
           milliseconds_of([&] { result = bench.planner.plan(path, bench.home, FrozenArm::none); }));
