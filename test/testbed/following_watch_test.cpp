@@ -139,7 +139,7 @@ TEST_CASE("a dead time that changes over seconds, or at rest, is followed") {
     INFO((seen ? seen->text : ""));
     CHECK_FALSE(seen);
     CHECK(std::abs(arm.watch.dead_time().best - arm.dead_time) <= 5000);
-    CHECK(arm.watch.dead_time().longest - arm.watch.dead_time().shortest <= 30000);
+    CHECK(arm.watch.dead_time().max - arm.watch.dead_time().min <= 30000);
   }
   // What has changed excuses nothing: an arm that strays is seen as before.
   REQUIRE_FALSE(arm.go(3));

@@ -28,7 +28,7 @@ class ChaserMotion {
   };
   std::int64_t utime_ = 0;
   std::optional<Pose> sensor_;
-  std::optional<Moving> told_;  // up to here
+  std::optional<Moving> reported_;  // up to here
 };
 
 }  // namespace berth::testbed

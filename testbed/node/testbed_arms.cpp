@@ -15,7 +15,7 @@ namespace {
 
 constexpr Utime order_period = 250 * millisecond;
 
-/// us between the shortest and the longest believable dead time for it to be known.
+/// us between the min and the max believable dead time for it to be known.
 constexpr Utime dead_time_known = 40 * millisecond;
 /// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
 constexpr Utime dead_time_off = 50 * millisecond;
@@ -109,8 +109,8 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
   reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
   if (state.valid == 0) return;
-  heed_override(role, state.speed_override);
-  look_at_report(role, state);
+  on_controller_override(role, state.speed_override);
+  check_report(role, state);
   JointSample sample;
   sample.utime = state.utime + utime_from_seconds(calibration_.arm_time(role));
   for (std::size_t i = 0; i < 6; ++i) {
@@ -123,8 +123,9 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
 
   if (!engaged_) return;
   FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
-  const auto strays = watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
-  if (strays) stop_arms(strays->code, strays->text);
+  const auto deviation =
+      watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
+  if (deviation) stop_arms(deviation->code, deviation->text);
   learn_dead_time();
 }
 
@@ -135,7 +136,7 @@ void TestbedNode::learn_dead_time() {
   int known = 0;
   for (const ArmRole role : both_arms) {
     const auto& found = following_watch_[role == ArmRole::replica ? 0 : 1].dead_time();
-    if (found.longest - found.shortest > dead_time_known) continue;
+    if (found.max - found.min > dead_time_known) continue;
     count("dead_time_" + std::string(name_of(role)) + "_ms", 1e3 * seconds(found.best));
     sum += static_cast<double>(found.best);
     ++known;

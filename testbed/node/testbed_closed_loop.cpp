@@ -56,7 +56,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
   guidance_.on_estimate(estimate);
   if (task_.steering) task_.steering->on_estimate(estimate);
-  look_at_estimate(message, estimate);
+  check_estimate(message, estimate);
 }
 
 /// Who may steer: the commander that the GUIDED command named, within its session and its time.

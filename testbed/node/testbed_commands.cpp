@@ -187,11 +187,11 @@ double TestbedNode::rate() const {
 }
 
 /// reported: 0..1; 0: the driver knows none.
-void TestbedNode::heed_override(ArmRole role, double reported) {
+void TestbedNode::on_controller_override(ArmRole role, double reported) {
   const double given = reported > 0 ? std::min(reported, 1.0) : 1;
-  double& heeded = controller_override_[role == ArmRole::replica ? 0 : 1];
-  if (given == heeded) return;
-  heeded = given;
+  double& known = controller_override_[role == ArmRole::replica ? 0 : 1];
+  if (given == known) return;
+  known = given;
   guidance_.set_override(rate());
   event(event_t::NOTICE, "controller-override",
         std::string("the ") + name_of(role) + " arm's controller runs at " + fixed(100 * given, 0) +
@@ -304,7 +304,7 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
               " s; forecast " + fixed(task.steering->remaining(), 0) + " s");
   } else if (task.mode == Mode::closed_loop) {
     event(event_t::INFO, "closed-loop",
-          "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
+          "the estimate at_rest " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
   }
   start_task(std::move(task), planning.start);

@@ -133,7 +133,7 @@ void TestbedNode::tick() {
   }
   supervise();
   go_on_when_good();
-  insist_on_standing();
+  repeat_hold_until_at_rest();
   watch_clearance();
   watch_rest();
   const Pose before = relative(commanded_);

@@ -55,7 +55,7 @@ class TestbedNode final : public Node {
   using Verdict = testbed::SafetySupervisor::Verdict;
   using Level = testbed::SafetySupervisor::Level;
 
-  /// rad or m: how far a joint of an arm that stands may yet settle.
+  /// rad or m: how far a joint of an arm that at_rest may yet settle.
   static constexpr double rest_angle = 5e-3;
 
   enum class Mode { idle, starting, moving, closed_loop };
@@ -109,7 +109,7 @@ class TestbedNode final : public Node {
   void reset(const std::string& reason);
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
-  void heed_override(ArmRole role, double reported);
+  void on_controller_override(ArmRole role, double reported);
   /// Of time along a path: the commander's override, but no more than that of either controller,
   /// whose joints would fall behind.
   double rate() const;
@@ -143,14 +143,14 @@ class TestbedNode final : public Node {
   /// At rest before a retreat, and held.
   bool waits_to_retreat() const;
   void go_on_when_good();
-  void insist_on_standing();
+  void repeat_hold_until_at_rest();
   bool both_reported() const;
   void watch_clearance();
   void watch_rest();
   void learn_dead_time();
   void publish_latency();
-  void look_at_report(ArmRole role, const arm_state_t& state);
-  void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
+  void check_report(ArmRole role, const arm_state_t& state);
+  void check_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
   void publish_truth(const testbed::Truth& truth);
   void publish_state(bool if_changed);
@@ -196,8 +196,8 @@ class TestbedNode final : public Node {
   bool paused_ = false;  // stopped, goes on when all are heard again
   Utime good_since_ = 0;
   Utime hold_ordered_ = 0;
-  Utime looked_ahead_ = 0;
-  testbed::ArmPair looked_from_;
+  Utime clearance_checked_ = 0;
+  testbed::ArmPair clearance_checked_from_;
   std::optional<testbed::ArmPair> rest_;          // where the arms came to rest
   bool stopping_ = false;                         // comes to rest to be abandoned
   std::optional<testbed_command2_t> after_stop_;  // STOP to finish or RETREAT to begin

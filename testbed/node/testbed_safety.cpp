@@ -89,8 +89,8 @@ void TestbedNode::go_on_when_good() {
 }
 
 /// A controller that runs on has not heard, and of one that is not seen nobody knows: HOLD is sent
-/// until each reports that it stands.
-void TestbedNode::insist_on_standing() {
+/// until each reports that it at_rest.
+void TestbedNode::repeat_hold_until_at_rest() {
   if (engaged_ || mode_ == Mode::starting || hold_ordered_ == 0) return;
   const Utime since = now() - hold_ordered_;
   if (since < hold_repeat_period || since % hold_repeat_period >= settings_.setpoint_period) return;
@@ -111,11 +111,11 @@ bool TestbedNode::both_reported() const {
 
 /// By ground truth: where the arms would come to stand if they were stopped now.
 void TestbedNode::watch_clearance() {
-  const Utime since = now() - looked_ahead_;
+  const Utime since = now() - clearance_checked_;
   if (since < look_ahead_period || !both_reported()) return;
-  const ArmPair before = looked_from_;
-  looked_ahead_ = now();
-  looked_from_ = reported_;
+  const ArmPair before = clearance_checked_from_;
+  clearance_checked_ = now();
+  clearance_checked_from_ = reported_;
   if (!engaged_ || since > 2 * look_ahead_period) return;
   const ArmPair ahead = stopping_place(cell_, before, reported_, seconds(since),
                                        reaction + seconds(look_ahead_period));
@@ -130,8 +130,8 @@ void TestbedNode::watch_clearance() {
 
 /// An arm that moves although it was told to stand is beyond this layer.
 void TestbedNode::watch_rest() {
-  const bool stands = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
-  if (!stands || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
+  const bool at_rest = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
+  if (!at_rest || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
   if (!rest_) rest_ = reported_;
   for (const ArmRole role : both_arms) {
     if (max_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
@@ -141,7 +141,7 @@ void TestbedNode::watch_rest() {
   }
 }
 
-void TestbedNode::look_at_report(ArmRole role, const arm_state_t& state) {
+void TestbedNode::check_report(ArmRole role, const arm_state_t& state) {
   ReportWatch::Report report;
   report.utime = state.utime;
   report.controller_time = state.controller_time_us;
@@ -155,7 +155,7 @@ void TestbedNode::look_at_report(ArmRole role, const arm_state_t& state) {
   event(event_t::WARNING, wrong->code, wrong->text);
 }
 
-void TestbedNode::look_at_estimate(const pose_estimate_t& message, const Estimate& estimate) {
+void TestbedNode::check_estimate(const pose_estimate_t& message, const Estimate& estimate) {
   if (!estimate.usable) return estimate_watch_.forget();
   EstimateWatch::Position position;
   position.utime = estimate.utime;

@@ -26,7 +26,7 @@ constexpr std::int64_t max_weight = 100000;
 /// s, of the second J.
 constexpr double recent_memory = 1;
 /// s times squared limits: see the class.
-constexpr double significant_misfit = 0.1 * 0.1 * 1.0;
+constexpr double significant_residual = 0.1 * 0.1 * 1.0;
 
 }  // namespace
 
@@ -69,8 +69,8 @@ FollowingWatch::FollowingWatch(ArmRole role, const ArmKinematics& arm, const Set
 }
 
 void FollowingWatch::begin() {
-  misfit_.assign(static_cast<std::size_t>(settings_.max_dead_time / delay_step) + 1, 0);
-  recent_ = misfit_;
+  residual_.assign(static_cast<std::size_t>(settings_.max_dead_time / delay_step) + 1, 0);
+  recent_ = residual_;
   dead_time_ = {0, 0, settings_.max_dead_time};
   learned_ = 0;
 }
@@ -88,15 +88,15 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
   double least = std::numeric_limits<double>::infinity();  // of the limit
   std::size_t joint = 0;
   double away = 0;
-  const std::int64_t longest = dead_time_.longest + margin;
-  for (std::int64_t d = dead_time_.shortest - margin; d <= longest && least > 1; d += delay_step) {
+  const std::int64_t longest = dead_time_.max + margin;
+  for (std::int64_t d = dead_time_.min - margin; d <= longest && least > 1; d += delay_step) {
     const auto commanded = commands.at(t - d);
     if (!commanded) return std::nullopt;
-    const Joints& told = commanded->of(role_);
+    const Joints& reference = commanded->of(role_);
     std::size_t worst = 0;
     double share = 0;
     for (std::size_t j = 0; j < 6; ++j) {
-      const double of_limit = std::abs(reported[j] - told[j]) / limit(j);
+      const double of_limit = std::abs(reported[j] - reference[j]) / limit(j);
       if (of_limit <= share) continue;
       share = of_limit;
       worst = j;
@@ -104,58 +104,59 @@ std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_si
     if (share >= least) continue;
     least = share;
     joint = worst;
-    away = std::abs(reported[worst] - told[worst]);
+    away = std::abs(reported[worst] - reference[worst]);
   }
   if (least <= 1) return std::nullopt;
   const bool linear = arm_.is_linear(static_cast<int>(joint));
   return Contradiction{
       "arm-strays", arm_name(role_) + "'s joint " + std::to_string(joint + 1) + " is " +
                         (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
-                        " away from where it was told to be"};
+                        " away from where it was reference to be"};
 }
 
 void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHistory& commands) {
   const double weight = 1e-6 * static_cast<double>(std::min(t - learned_, max_weight));
   const double fading = std::exp(-1e-6 * static_cast<double>(t - learned_) / recent_memory);
-  for (double& misfit : recent_) misfit *= fading;
+  for (double& residual : recent_) residual *= fading;
   learned_ = t;
   const auto newest = commands.at(t);
   const auto oldest = commands.at(t - settings_.max_dead_time);
   if (!newest || !oldest || max_change(*newest, *oldest) < 1e-6) return;  // says nothing
   Joints limits{};
   for (std::size_t j = 0; j < 6; ++j) limits[j] = limit(j);
-  for (std::size_t i = 0; i < misfit_.size(); ++i) {
+  for (std::size_t i = 0; i < residual_.size(); ++i) {
     const auto commanded = commands.at(t - static_cast<std::int64_t>(i) * delay_step);
-    const Joints& told = (commanded ? *commanded : *newest).of(role_);
+    const Joints& reference = (commanded ? *commanded : *newest).of(role_);
     double sum = 0;
     for (std::size_t j = 0; j < 6; ++j) {
-      const double of_limit = (reported[j] - told[j]) / limits[j];
+      const double of_limit = (reported[j] - reference[j]) / limits[j];
       sum += of_limit * of_limit;
     }
-    misfit_[i] += weight * sum;
+    residual_[i] += weight * sum;
     recent_[i] += weight * sum;
   }
-  auto best = std::min_element(misfit_.begin(), misfit_.end());
-  const double of_late = recent_[static_cast<std::size_t>(best - misfit_.begin())];
-  if (of_late > *std::min_element(recent_.begin(), recent_.end()) + significant_misfit) {
-    misfit_ = recent_;  // the delay has changed
-    best = std::min_element(misfit_.begin(), misfit_.end());
+  auto best = std::min_element(residual_.begin(), residual_.end());
+  const double of_late = recent_[static_cast<std::size_t>(best - residual_.begin())];
+  if (of_late > *std::min_element(recent_.begin(), recent_.end()) + significant_residual) {
+    residual_ = recent_;  // the delay has changed
+    best = std::min_element(residual_.begin(), residual_.end());
   }
-  const auto believable = [&](double misfit) { return misfit <= *best + significant_misfit; };
-  const auto first = std::find_if(misfit_.begin(), misfit_.end(), believable);
-  const auto last = std::prev(std::find_if(misfit_.rbegin(), misfit_.rend(), believable).base());
-  const auto delay = [&](auto place) { return (place - misfit_.begin()) * delay_step; };
-  dead_time_ = {delay(best) + beyond(static_cast<std::size_t>(best - misfit_.begin())),
+  const auto believable = [&](double residual) { return residual <= *best + significant_residual; };
+  const auto first = std::find_if(residual_.begin(), residual_.end(), believable);
+  const auto last =
+      std::prev(std::find_if(residual_.rbegin(), residual_.rend(), believable).base());
+  const auto delay = [&](auto place) { return (place - residual_.begin()) * delay_step; };
+  dead_time_ = {delay(best) + beyond(static_cast<std::size_t>(best - residual_.begin())),
                 delay(first), delay(last)};
 }
 
 /// us from the delay tried that fits best to the lowest place of the parabola through it and its
 /// neighbours.
 std::int64_t FollowingWatch::beyond(std::size_t best) const {
-  if (best == 0 || best + 1 == misfit_.size()) return 0;
-  const double before = misfit_[best - 1];
-  const double after = misfit_[best + 1];
-  const double curvature = before - 2 * misfit_[best] + after;
+  if (best == 0 || best + 1 == residual_.size()) return 0;
+  const double before = residual_[best - 1];
+  const double after = residual_[best + 1];
+  const double curvature = before - 2 * residual_[best] + after;
   if (!(curvature > 0)) return 0;
   return std::llround(0.5 * (before - after) / curvature * static_cast<double>(delay_step));
 }

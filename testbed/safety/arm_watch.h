@@ -65,8 +65,8 @@ class FollowingWatch {
   /// From a set-point to the motion that is reported for it, us.
   struct DeadTime {
     std::int64_t best = 0;
-    std::int64_t shortest = 0;  ///< that is believable
-    std::int64_t longest = 0;
+    std::int64_t min = 0;  ///< that is believable
+    std::int64_t max = 0;
   };
 
   FollowingWatch(ArmRole role, const ArmKinematics& arm, const Settings& settings);
@@ -88,8 +88,8 @@ class FollowingWatch {
   ArmRole role_;
   const ArmKinematics& arm_;
   Settings settings_;
-  std::vector<double> misfit_;  // J of each delay, s
-  std::vector<double> recent_;  // of the last second
+  std::vector<double> residual_;  // J of each delay, s
+  std::vector<double> recent_;    // of the last second
   DeadTime dead_time_;
   std::int64_t learned_ = 0;  // when last; 0: not yet
 };

@@ -138,11 +138,11 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_facility(std::i
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_nodes(
     std::int64_t now, const std::vector<std::string>& nodes) const {
   for (const std::string& node : nodes) {
-    const auto heard = heartbeats_.find(node);
-    if (heard == heartbeats_.end()) {
+    const auto heartbeat = heartbeats_.find(node);
+    if (heartbeat == heartbeats_.end()) {
       return Verdict{Level::not_ready, "heartbeat-unknown", node + " has not been heard yet"};
     }
-    const std::int64_t silence = now - heard->second;
+    const std::int64_t silence = now - heartbeat->second;
     if (silence <= settings_.heartbeat_silence) continue;
     return Verdict{Level::hold, "heartbeat-lost",
                    "no heartbeat of " + node + " for " + milliseconds(silence)};
