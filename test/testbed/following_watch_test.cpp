@@ -44,7 +44,7 @@ struct Follower {
     if (t % 8000 >= step) return std::nullopt;
     Joints reported = told(t - dead_time);
     reported[0] += astray;
-    return watch.look(t, 0.001, reported, commands);
+    return watch.check(t, 0.001, reported, commands);
   }
 
   /// @return what is seen first, within `s` seconds; meanwhile joint 1 drifts at `drift`, rad/s.
@@ -82,10 +82,10 @@ TEST_CASE("an arm that follows is believed whatever its controller's dead time, 
   CHECK_FALSE(seen);
   const auto& found = arm.watch.dead_time();
   CHECK(std::abs(found.best - dead_time) <= 10000);  // set-points, reports and delays have steps
-  CHECK(found.shortest <= dead_time);
-  CHECK(found.longest >= dead_time);
+  CHECK(found.min <= dead_time);
+  CHECK(found.max >= dead_time);
   if (speed < radians(5)) return;
-  CHECK(found.longest - found.shortest <= 30000);
+  CHECK(found.max - found.min <= 30000);
   CHECK(std::abs(found.best - dead_time) <= 2000);
 }
 

@@ -162,12 +162,12 @@ TEST_CASE("reports that cannot be") {
   ReportWatch watch("the arm", *arm);
   ReportWatch::Report report;
   report.utime = report.controller_time = 100 * second;
-  CHECK_FALSE(watch.look(report));
+  CHECK_FALSE(watch.check(report));
   const auto next = [&](Utime later, std::size_t joint, double step) {
     report.utime += later;
     report.controller_time += later;
     report.joints[joint] += step;
-    return watch.look(report);
+    return watch.check(report);
   };
   SECTION("as fast as the motors can is believed, on any grid of time") {
     for (const Utime later : {8 * millisecond, 16 * millisecond, 500 * millisecond}) {
@@ -191,7 +191,7 @@ TEST_CASE("reports that cannot be") {
   SECTION("a clock that goes back") {
     report.controller_time = 0;
     report.utime += 8 * millisecond;
-    const auto wrong = watch.look(report);
+    const auto wrong = watch.check(report);
     REQUIRE(wrong);
     CHECK(wrong->code == "arm-restarted");
     CHECK_FALSE(next(8 * millisecond, 0, 0));

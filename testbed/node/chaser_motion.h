@@ -9,9 +9,9 @@
 
 namespace berth::testbed {
 
-/// The chaser's own motion, as its instruments would tell it: the changes of velocity that guidance
-/// commands. Against the frame in which the target rests if it does not move by itself; no matter
-/// which arm carries the motion out.
+/// The chaser's own motion, as an inertial unit would measure it: the changes of velocity that
+/// guidance commands. Against the frame in which the target rests if it does not move by itself; no
+/// matter which arm carries the motion out.
 class ChaserMotion {
  public:
   /// One set-point after the other.

@@ -124,13 +124,13 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   if (!engaged_) return;
   FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
   const auto deviation =
-      watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
+      watch.check(state.utime, sample.time_sigma, sample.joints, command_history_);
   if (deviation) stop_arms(deviation->code, deviation->text);
   learn_dead_time();
 }
 
-/// Both arms' mean, of those whose motion has told; until then the nominal one, or what was known
-/// before the controllers were started anew.
+/// Mean dead time of the arms whose motion has determined it; until then the nominal one, or that
+/// of before the controllers were started anew.
 void TestbedNode::learn_dead_time() {
   double sum = 0;
   int known = 0;

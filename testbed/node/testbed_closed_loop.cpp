@@ -59,7 +59,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
   check_estimate(message, estimate);
 }
 
-/// Who may steer: the commander that the GUIDED command named, within its session and its time.
+/// May steer: the commander that the GUIDED command named, within its session and its time.
 void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
   const auto outside = std::dynamic_pointer_cast<OutsideFlight>(task_.steering);
   std::string wrong;
@@ -67,7 +67,7 @@ void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
   if (setpoint.session != session()) {
     wrong = "belongs to session " + std::to_string(setpoint.session);
   } else if (!outside) {
-    return;  // nobody asked
+    return;  // no GUIDED command is under way
   } else if (setpoint.commander != outside->commander()) {
     wrong = "is not from '" + outside->commander() + "', who steers";
   } else if (now() > setpoint.utime_expires) {
@@ -80,7 +80,7 @@ void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
   }
   count("setpoints_refused", ++setpoints_refused_);
   wrong = "a set-point of '" + setpoint.commander + "' " + wrong + " and moves nothing";
-  if (setpoint.commander == refused_setpoint_) return;  // said once
+  if (setpoint.commander == refused_setpoint_) return;  // reported once
   refused_setpoint_ = setpoint.commander;
   event(event_t::WARNING, "setpoint-refused", wrong);
 }
@@ -157,7 +157,7 @@ void TestbedNode::end_retreat_within_reach(const Pose& reference, const Velocity
   event(event_t::ERROR, "approach-aborted", why + "; the retreat ends early: " + beyond);
 }
 
-/// What guidance says of the closed loop: it holds by itself, is done, or has given it up.
+/// Follows the phase of guidance: it holds by itself, is done, or has given the approach up.
 void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
     const bool at_rest = scale_.at_rest() && (task_.steering || guidance_.at_rest());

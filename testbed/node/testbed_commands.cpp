@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TESTBED_COMMAND: who may ask for what, and how a motion begins.
+// TESTBED_COMMAND: which commander may request what, and how a motion begins.
 #include <algorithm>
 
 #include "common/core/text.h"
@@ -9,7 +9,7 @@ namespace berth {
 
 using namespace testbed;
 
-/// Whoever sends it. A repetition of one that was obeyed is answered, no more.
+/// HOLD and STOP of any commander. A repetition of one that was obeyed is only acknowledged.
 void TestbedNode::on_stop(const testbed_command2_t& command) {
   if (!seen_.add(command)) return publish_state(false);
   const bool own = command.session == session();
@@ -270,7 +270,7 @@ void TestbedNode::give_up_planning(const std::string& reason) {
   planning_.reset();
 }
 
-/// What has changed while the motion was planned; nothing: it may begin.
+/// Why a planned motion may not begin any more; empty: it may.
 std::string TestbedNode::why_not_now(const Planning& planning, const Task& task) const {
   if (!task.retreat && !lease_.held_by(planning.command.commander, now())) {
     return "the lease was lost while the motion was planned";
@@ -304,7 +304,7 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
               " s; forecast " + fixed(task.steering->remaining(), 0) + " s");
   } else if (task.mode == Mode::closed_loop) {
     event(event_t::INFO, "closed-loop",
-          "the estimate at_rest " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
+          "the estimate is " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
   }
   start_task(std::move(task), planning.start);

@@ -97,7 +97,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
   tick_timer_ = loop.every(settings_.setpoint_period, [this] { tick(); });
   state_timer_ = loop.every(state_period, [this] { publish_state(false); });
   latency_timer_ = loop.every(10 * second, [this] {
-    if (latency_.seq > 0) publish_latency();  // for those who join
+    if (latency_.seq > 0) publish_latency();  // for nodes that join later
   });
   report(node_status_t::STARTING, verdict_.reason);
   for (const std::string& note : target_notes(cell_.target)) {
@@ -141,7 +141,7 @@ void TestbedNode::tick() {
   switch (mode_) {
     case Mode::idle:
       if (engaged_ && !lease_.held(t)) {
-        // nobody is going to move them: let the controllers stand by themselves
+        // no commander: the controllers hold the arms by themselves
         order(arm_command_t::HOLD);
         engaged_ = false;
       }

@@ -30,21 +30,21 @@ namespace berth {
 
 /// The testbed controller: the only commander of the arms. It turns TESTBED_COMMANDs into
 /// set-points for both (ARM_COMMAND_*, streamed at the set-point rate from START to HOLD),
-/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell when the supervisor says so.
+/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell on the supervisor's verdict.
 ///
 /// How it stops:
 /// - HOLD, a lapsed lease, a stale or lost estimate: both arms come to rest on the path. The last
 ///   goes on by itself (HOLDING), the first two wait for RESUME (HELD).
-/// - Silent partners: ARM_COMMAND HOLD at once. When all are heard again the arms are started anew,
+/// - Silent partners: ARM_COMMAND HOLD at once. When none is silent the arms are started anew,
 ///   brought back to the path and go on by themselves (HOLDING).
 /// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
 ///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
 ///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
-/// HOLD and STOP are obeyed from anybody, of any session, however late, in any order, once each;
-/// everything else only from the lease holder of this session, whose KEEP_LEASE may also change the
-/// speed override of the motion under way.
-/// A motion is planned on the node's worker while the arms stand; the command is answered then. A
-/// HOLD meanwhile holds the motion at its start, a STOP abandons it.
+/// HOLD and STOP are obeyed from any commander, of any session, however late, in any order, once
+/// each; everything else only from the lease holder of this session, whose KEEP_LEASE may also
+/// change the speed override of the motion under way. A motion is planned on the node's worker
+/// while the arms stand; the command is answered then. A HOLD meanwhile holds the motion at its
+/// start, a STOP abandons it.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
@@ -55,7 +55,7 @@ class TestbedNode final : public Node {
   using Verdict = testbed::SafetySupervisor::Verdict;
   using Level = testbed::SafetySupervisor::Level;
 
-  /// rad or m: how far a joint of an arm that at_rest may yet settle.
+  /// rad or m: how far a joint of an arm at rest may yet settle.
   static constexpr double rest_angle = 5e-3;
 
   enum class Mode { idle, starting, moving, closed_loop };
@@ -71,7 +71,7 @@ class TestbedNode final : public Node {
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
     std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
     testbed::TargetMotion target_motion;                       // closed_loop
-    bool given_up = false;  // closed_loop: guidance backs off, and that was told
+    bool given_up = false;  // closed_loop: guidance retreats, and the event was published
   };
 
   /// A command whose motion is being planned.
@@ -80,7 +80,7 @@ class TestbedNode final : public Node {
     testbed::ArmPair start;
     std::string hold_reason;  // of a HOLD meanwhile
   };
-  /// What the worker makes of it.
+  /// The result of planning, from the worker.
   struct Planned {
     std::string refusal;  // empty: none
     Task task;
@@ -193,7 +193,7 @@ class TestbedNode final : public Node {
   std::optional<Planning> planning_;
   SeenCommands seen_;
   bool held_ = false;    // waits for RESUME
-  bool paused_ = false;  // stopped, goes on when all are heard again
+  bool paused_ = false;  // stopped, goes on when no partner is silent
   Utime good_since_ = 0;
   Utime hold_ordered_ = 0;
   Utime clearance_checked_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is told: GROUND_TRUTH, TESTBED_STATE, NODE_STATUS.
+// Publishes GROUND_TRUTH, TESTBED_STATE, NODE_STATUS.
 #include <berth/ground_truth_t.hpp>
 #include <berth/guidance_state_t.hpp>
 
@@ -105,7 +105,7 @@ testbed_state_t TestbedNode::current_state() const {
   return state;
 }
 
-/// At its period, or when something changed that somebody may wait for.
+/// Periodically, and at once on changes for which a commander may wait.
 void TestbedNode::publish_state(bool if_changed) {
   testbed_state_t state = current_state();
   if (if_changed && state.state == published_.state &&

@@ -20,7 +20,7 @@ constexpr Utime look_ahead_period = 100 * millisecond;
 constexpr double reaction = 0.06;
 /// m by which bodies must come nearer to be stopped: those that part may go. Beyond encoder noise.
 constexpr double nearing = 2e-5;
-/// Within which arms that were told to stand must stand.
+/// Within which arms must be at rest after a HOLD.
 constexpr Utime time_to_rest = second;
 
 }  // namespace
@@ -50,7 +50,7 @@ void TestbedNode::supervise() {
   }
 }
 
-/// Both controllers stop by themselves, at once; a person has to say RESUME.
+/// Both controllers stop at once; the operator has to RESUME.
 void TestbedNode::stop_arms(const std::string& code, const std::string& reason) {
   leave_motion();
   if (!code.empty()) event(event_t::ERROR, code, reason);
@@ -64,7 +64,7 @@ void TestbedNode::stop_arms(const std::string& code, const std::string& reason) 
   if (stopping_) end_task(false);
 }
 
-/// The same, until all are heard again.
+/// The same, until no partner is silent any more.
 void TestbedNode::pause_arms() {
   leave_motion();
   paused_ = true;
@@ -88,8 +88,8 @@ void TestbedNode::go_on_when_good() {
   begin_start();
 }
 
-/// A controller that runs on has not heard, and of one that is not seen nobody knows: HOLD is sent
-/// until each reports that it at_rest.
+/// A HOLD may be lost on the way: it is repeated until each controller reports that its arm is at
+/// rest, and to a controller that is offline, whose state is unknown.
 void TestbedNode::repeat_hold_until_at_rest() {
   if (engaged_ || mode_ == Mode::starting || hold_ordered_ == 0) return;
   const Utime since = now() - hold_ordered_;
@@ -109,7 +109,7 @@ bool TestbedNode::both_reported() const {
   return true;
 }
 
-/// By ground truth: where the arms would come to stand if they were stopped now.
+/// Clearance at the joints where the arms would come to rest if they were stopped now.
 void TestbedNode::watch_clearance() {
   const Utime since = now() - clearance_checked_;
   if (since < look_ahead_period || !both_reported()) return;
@@ -128,7 +128,7 @@ void TestbedNode::watch_clearance() {
                             fixed(1e3 * here, 0) + " mm");
 }
 
-/// An arm that moves although it was told to stand is beyond this layer.
+/// An arm that moves after a HOLD is beyond what this layer can stop.
 void TestbedNode::watch_rest() {
   const bool at_rest = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
   if (!at_rest || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
@@ -149,7 +149,7 @@ void TestbedNode::check_report(ArmRole role, const arm_state_t& state) {
     report.joints[i] = state.reported_joint[i];
     report.sigma[i] = state.reported_joint_sigma[i];
   }
-  const auto wrong = report_watch_[role == ArmRole::replica ? 0 : 1].look(report);
+  const auto wrong = report_watch_[role == ArmRole::replica ? 0 : 1].check(report);
   if (!wrong) return;
   if (mode_ != Mode::idle || engaged_) return stop_arms(wrong->code, wrong->text);
   event(event_t::WARNING, wrong->code, wrong->text);

@@ -30,7 +30,7 @@ constexpr double significant_residual = 0.1 * 0.1 * 1.0;
 
 }  // namespace
 
-std::optional<Contradiction> ReportWatch::look(const Report& report) {
+std::optional<Contradiction> ReportWatch::check(const Report& report) {
   const std::optional<Report> before = last_;
   last_ = report;
   if (!before) return std::nullopt;
@@ -80,16 +80,16 @@ double FollowingWatch::limit(std::size_t joint) const {
                                                  : settings_.largest_lag;
 }
 
-std::optional<Contradiction> FollowingWatch::look(std::int64_t t, double time_sigma,
-                                                  const Joints& reported,
-                                                  const JointHistory& commands) {
+std::optional<Contradiction> FollowingWatch::check(std::int64_t t, double time_sigma,
+                                                   const Joints& reported,
+                                                   const JointHistory& commands) {
   if (t - learned_ >= learning_period) learn(t, reported, commands);
   const auto margin = static_cast<std::int64_t>(std::ceil(3e6 * time_sigma)) + delay_step;
   double least = std::numeric_limits<double>::infinity();  // of the limit
   std::size_t joint = 0;
   double away = 0;
-  const std::int64_t longest = dead_time_.max + margin;
-  for (std::int64_t d = dead_time_.min - margin; d <= longest && least > 1; d += delay_step) {
+  const std::int64_t max_delay = dead_time_.max + margin;
+  for (std::int64_t d = dead_time_.min - margin; d <= max_delay && least > 1; d += delay_step) {
     const auto commanded = commands.at(t - d);
     if (!commanded) return std::nullopt;
     const Joints& reference = commanded->of(role_);
@@ -141,10 +141,9 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
     residual_ = recent_;  // the delay has changed
     best = std::min_element(residual_.begin(), residual_.end());
   }
-  const auto believable = [&](double residual) { return residual <= *best + significant_residual; };
-  const auto first = std::find_if(residual_.begin(), residual_.end(), believable);
-  const auto last =
-      std::prev(std::find_if(residual_.rbegin(), residual_.rend(), believable).base());
+  const auto plausible = [&](double residual) { return residual <= *best + significant_residual; };
+  const auto first = std::find_if(residual_.begin(), residual_.end(), plausible);
+  const auto last = std::prev(std::find_if(residual_.rbegin(), residual_.rend(), plausible).base());
   const auto delay = [&](auto place) { return (place - residual_.begin()) * delay_step; };
   dead_time_ = {delay(best) + beyond(static_cast<std::size_t>(best - residual_.begin())),
                 delay(first), delay(last)};

@@ -11,14 +11,14 @@
 
 namespace berth::testbed {
 
-/// What a device or the estimator says and cannot be so.
+/// A report or an estimate that is physically impossible.
 struct Contradiction {
   std::string code;  ///< stable name, for events
   std::string text;  ///< for the operator
 };
 
-/// Looks at what one controller reports, sample after sample: no joint is faster than its motor
-/// lets it, and a clock does not go back unless its controller was started anew.
+/// Plausibility of one controller's reports, sample after sample: no joint is faster than its motor
+/// allows, and a clock does not go back unless its controller was started anew.
 class ReportWatch {
  public:
   struct Report {
@@ -31,7 +31,7 @@ class ReportWatch {
   ReportWatch(std::string name, const ArmKinematics& arm) : name_(std::move(name)), arm_(arm) {}
 
   /// Valid reports only, in their order.
-  std::optional<Contradiction> look(const Report& report);
+  std::optional<Contradiction> check(const Report& report);
 
  private:
   std::string name_;
@@ -39,22 +39,22 @@ class ReportWatch {
   std::optional<Report> last_;
 };
 
-/// Looks whether one arm is where it was told to be a dead time before. How long that is each
-/// controller has for itself, and what its report lags besides; only the arm's own motion tells. So
-/// nothing is known of it when the controllers are started, and all six joints are explained by one
-/// delay: what no believable delay explains is an arm that does not follow.
+/// Whether one arm follows its commands: the joints reported now are those commanded a dead time
+/// ago. The dead time includes the lag of the reports and differs between controllers; it is
+/// identified from the arm's motion, unknown when the controllers are started, and common to all
+/// six joints. An arm whose joints no plausible dead time explains does not follow.
 ///
-/// A delay is believable while the error that it leaves,
+/// A delay is plausible while the residual that it leaves,
 ///   J(delay) = integral of the sum over joints of ((reported - commanded a delay before) /
 ///   limit)^2,
 /// is not significantly more than that of the best one: following errors of a tenth of the limit
-/// that last for a second say nothing of the delay.
+/// that last for a second do not determine the delay.
 ///
 /// A delay may change: a controller under load, another route of the network. A second J is of the
 /// last second (exponential weights, of time at rest too). Once the best delay of all is
 /// significantly worse in it than its own best one, what is older is forgotten. So a delay that
 /// changes over seconds, or at rest, is followed; one that jumps in the midst of a motion is not:
-/// until a second has told of it, the arm is not where it should be.
+/// for about a second the arm then counts as one that does not follow.
 class FollowingWatch {
  public:
   struct Settings {
@@ -65,7 +65,7 @@ class FollowingWatch {
   /// From a set-point to the motion that is reported for it, us.
   struct DeadTime {
     std::int64_t best = 0;
-    std::int64_t min = 0;  ///< that is believable
+    std::int64_t min = 0;  ///< plausible
     std::int64_t max = 0;
   };
 
@@ -74,10 +74,10 @@ class FollowingWatch {
   /// The controllers are started: what is commanded begins anew.
   void begin();
   /// Valid joints at t, us, whose time is known to time_sigma, s; commands: of both arms.
-  /// @return how it strays.
-  std::optional<Contradiction> look(std::int64_t t, double time_sigma, const Joints& reported,
-                                    const JointHistory& commands);
-  /// What the arm's motion has told; at first anything up to the longest.
+  /// @return how the arm deviates.
+  std::optional<Contradiction> check(std::int64_t t, double time_sigma, const Joints& reported,
+                                     const JointHistory& commands);
+  /// Identified from the arm's motion; at first any value up to the maximum.
   const DeadTime& dead_time() const { return dead_time_; }
 
  private:

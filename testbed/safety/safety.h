@@ -35,9 +35,9 @@ class SafetySupervisor {
   /// In rising order of what it takes to go on.
   enum class Level {
     good,
-    not_ready,  ///< not everybody has been heard yet
-    hold,       ///< somebody is silent: stop at once, go on by itself when he is back
-    held,       ///< arms are stopped; a person has to say RESUME
+    not_ready,  ///< a partner has not reported yet
+    hold,       ///< a partner is silent: stop at once, go on when it reports again
+    held,       ///< arms are stopped; the operator has to RESUME
     fault       ///< E-stop, fence, controller: to be put right first
   };
   struct Verdict {
