@@ -10,7 +10,7 @@
 
 namespace berth::testbed {
 
-/// What an approach has to do with its target: the surface that is come to, and the docking port.
+/// The target of an approach: its surface, and the docking port.
 struct ApproachTarget {
   const RayCaster* surface = nullptr;  ///< model frame; must outlive the flight
   std::optional<DockingPort> port = std::nullopt;

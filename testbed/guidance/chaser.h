@@ -17,7 +17,7 @@ inline Vector3d shortened(const Vector3d& v, double greatest) {
 /// target's at the start of the flight; it goes with the target's origin and does not turn against
 /// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by
 /// thrusters along its body axes, which give no less than their least impulse at a time; under
-/// `kinematic` it goes where it is told within its limits. Attitude is turned within limits in
+/// `kinematic` it follows its commands within its limits. Attitude is turned within limits in
 /// both. Units of the cell.
 class Chaser {
  public:
@@ -35,7 +35,7 @@ class Chaser {
   /// By thrusters, frame N, m/s^2.
   const Vector3d& thrust() const { return thrust_; }
   /// Greatest acceleration along each body axis, m/s^2.
-  double greatest_acceleration() const { return greatest_; }
+  double max_acceleration() const { return max_acceleration_; }
   const RelativeLimits& limits() const { return limits_; }
 
   /// Seconds of orbit since the start.
@@ -59,17 +59,17 @@ class Chaser {
   GuidanceProfile::Law law_;
   GuidanceProfile::Orbit orbit_;
   RelativeLimits limits_;
-  double greatest_;
+  double max_acceleration_;
   double specific_impulse_;
   double mass_;
   Quaterniond hill_from_n_;
   Pose pose_;
   Velocity velocity_;
-  double least_ = 0;                     // m/s of the cell that an axis gives at least at a time
-  Vector3d owed_ = Vector3d::Zero();     // not fired yet, m/s, body axes
-  Vector3d burning_ = Vector3d::Zero();  // left of burns that have begun, m/s, body axes
-  Vector3d thrust_ = Vector3d::Zero();   // acceleration, frame N
-  Vector3d turning_ = Vector3d::Zero();  // angular acceleration, frame N
+  double min_impulse_ = 0;  // m/s of the cell that an axis gives at least at a time
+  Vector3d pending_impulse_ = Vector3d::Zero();  // not fired yet, m/s, body axes
+  Vector3d burning_impulse_ = Vector3d::Zero();  // left of burns that have begun, m/s, body axes
+  Vector3d thrust_ = Vector3d::Zero();           // acceleration, frame N
+  Vector3d turning_ = Vector3d::Zero();          // angular acceleration, frame N
   double orbit_time_ = 0;
   Vector3d thrust_orbit_ = Vector3d::Zero();
   double delta_v_ = 0;

@@ -66,7 +66,7 @@ double nearest_share(const HillState& burnt, double n) {
 }  // namespace
 
 Vector3d passively_safe_burn(const HillState& state, double n, double min_speed,
-                             double greatest_acceleration) {
+                             double max_acceleration) {
   const Vector3d out = state.position.normalized();
   Vector3d best = min_speed * out - state.velocity;
   double best_burn = std::numeric_limits<double>::infinity();
@@ -79,7 +79,7 @@ Vector3d passively_safe_burn(const HillState& state, double n, double min_speed,
     for (const double factor : speeds) {
       const Vector3d velocity = factor * min_speed / direction.dot(out) * direction;
       const Vector3d burn = velocity - state.velocity;
-      const double time = burn.lpNorm<Eigen::Infinity>() / greatest_acceleration;
+      const double time = burn.lpNorm<Eigen::Infinity>() / max_acceleration;
       const HillState burnt = propagated(state, burn / std::max(time, 1e-6), n, time);
       const double share = nearest_share(burnt, n);
       const bool safe = share >= 1;

@@ -29,9 +29,9 @@ HillState propagated(const HillState& state, const Vector3d& acceleration, doubl
 /// the thrust there is, then free for two orbits.
 /// @param state of the chaser, Hill frame, orbit's units
 /// @param min_speed m/s away from the target at the burn's end
-/// @param greatest_acceleration m/s^2 along each axis
+/// @param max_acceleration m/s^2 along each axis
 /// @return the change of velocity, Hill frame, m/s
 Vector3d passively_safe_burn(const HillState& state, double mean_motion, double min_speed,
-                             double greatest_acceleration);
+                             double max_acceleration);
 
 }  // namespace berth::testbed

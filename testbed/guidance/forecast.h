@@ -10,7 +10,7 @@
 
 namespace berth::testbed {
 
-/// The target's own motion during a closed loop, which guidance is not told: T_start_model, the
+/// The target's own motion during a closed loop, unknown to guidance: T_start_model, the
 /// pose of the model in the frame that it had at the start. Null: it stays.
 using TargetMotion = std::shared_ptr<const WaypointPath>;
 

@@ -28,7 +28,7 @@ struct Docking {
 /// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
 /// interface is at its place; the attitude stays. An estimate, moved on by what was commanded since
 /// a dead time before its own time, says where the target is now; that is slewed into the command,
-/// whatever it is: where the arms were told to be says nothing against it. Arms,
+/// without comparison to the commanded pose. Arms,
 /// joints and ground truth are unknown here.
 class Guidance {
  public:
@@ -84,7 +84,7 @@ class Guidance {
   void go_on_as(Guidance begun);
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
-  /// How far the estimate stands from the commanded pose at the start: m and rad.
+  /// Distance of the estimate from the commanded pose at the start: m and rad.
   double initial_distance() const { return offset_.position.norm(); }
   double initial_angle() const { return angle_between(offset_, Pose()); }
 

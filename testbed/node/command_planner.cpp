@@ -6,8 +6,8 @@
 
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
+#include "testbed/guidance/external_guidance.h"
 #include "testbed/guidance/forecast.h"
-#include "testbed/guidance/outside.h"
 
 namespace berth::testbed {
 namespace {
@@ -209,7 +209,7 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command2_t& comma
     return std::make_shared<const MovingTargetPath>(std::move(path), plan.target_motion);
   };
   if (command.command == testbed_command2_t::GUIDED) {
-    plan.steering = std::make_shared<OutsideFlight>(
+    plan.steering = std::make_shared<ExternalFlight>(
         command.guidance.empty() ? command.commander : command.guidance, limits, commanded);
     return with_motion(std::make_shared<const HeldPath>(commanded));
   }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The closed loop: estimates and outside set-points in, guided poses out.
+// The closed loop: estimates and external set-points in, guided poses out.
 #include <cmath>
 
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
-#include "testbed/guidance/outside.h"
+#include "testbed/guidance/external_guidance.h"
 #include "testbed/node/testbed_node.h"
 
 namespace berth {
@@ -61,22 +61,22 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
 
 /// May steer: the commander that the GUIDED command named, within its session and its time.
 void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
-  const auto outside = std::dynamic_pointer_cast<OutsideFlight>(task_.steering);
+  const auto external = std::dynamic_pointer_cast<ExternalFlight>(task_.steering);
   std::string wrong;
-  OutsideSetpoint obeyed{setpoint.utime_expires, velocity_of(setpoint)};
+  ExternalSetpoint obeyed{setpoint.utime_expires, velocity_of(setpoint)};
   if (setpoint.session != session()) {
     wrong = "belongs to session " + std::to_string(setpoint.session);
-  } else if (!outside) {
+  } else if (!external) {
     return;  // no GUIDED command is under way
-  } else if (setpoint.commander != outside->commander()) {
-    wrong = "is not from '" + outside->commander() + "', who steers";
+  } else if (setpoint.commander != external->commander()) {
+    wrong = "is not from '" + external->commander() + "', who steers";
   } else if (now() > setpoint.utime_expires) {
     wrong = "came " + fixed(seconds(now() - setpoint.utime_expires), 1) + " s too late";
   } else if (!obeyed.velocity.linear.allFinite() || !obeyed.velocity.angular.allFinite()) {
     wrong = "has a velocity that is not a number";
   } else {
     refused_setpoint_.clear();
-    return outside->obey(obeyed);
+    return external->obey(obeyed);
   }
   count("setpoints_refused", ++setpoints_refused_);
   wrong = "a set-point of '" + setpoint.commander + "' " + wrong + " and moves nothing";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/guidance/outside.h"
+#include "testbed/guidance/external_guidance.h"
 
 #include <algorithm>
 
@@ -16,13 +16,13 @@ constexpr double glide = 30;
 
 }  // namespace
 
-OutsideFlight::OutsideFlight(std::string commander, const RelativeLimits& limits,
-                             const Pose& commanded)
+ExternalFlight::ExternalFlight(std::string commander, const RelativeLimits& limits,
+                               const Pose& commanded)
     : commander_(std::move(commander)),
       limits_(limits),
       chaser_(GuidanceProfile{}, limits, commanded.inverse()) {}
 
-Steering::Output OutsideFlight::step(std::int64_t now, double dt) {
+Steering::Output ExternalFlight::step(std::int64_t now, double dt) {
   time_ += dt;
   Velocity reference;
   reason_.clear();
@@ -46,7 +46,7 @@ Steering::Output OutsideFlight::step(std::int64_t now, double dt) {
   return output;
 }
 
-GuidanceReport OutsideFlight::report() const {
+GuidanceReport ExternalFlight::report() const {
   GuidanceReport report;
   report.profile = commander_;
   report.law = "outside";
