@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an arm is told: commands in, registers out.
+// ARM_COMMAND in, registers out.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -35,8 +35,8 @@ bool ArmNode::newer(const arm_command_t& command) {
 
 void ArmNode::on_hold(const arm_command_t& command) {
   const bool known = !holds_.add({"", command.session, command.utime, command.seq});
-  const bool stands = hold_requested_ && hold_written_ && state_.state != arm_state_t::RUNNING;
-  if (known && (following_ || stands)) return;  // superseded by START, or carried out
+  const bool at_rest = hold_requested_ && hold_written_ && state_.state != arm_state_t::RUNNING;
+  if (known && (following_ || at_rest)) return;  // superseded by START, or carried out
   const bool own = command.session == session();
   if (!known) {
     const std::string unusual =
@@ -122,7 +122,7 @@ void ArmNode::start() {
   }
   if (reason.empty()) reason = foreign_kinematics(report_, *arm_.kinematics);
   if (!reason.empty()) return warn("start-refused", "cannot start: " + reason);
-  // What the controller finds as its first set-point is where the arm stands.
+  // The first set-point that the controller reads is the arm's present joints.
   order_.joints = report_.joints;
   order_.sequence = (order_.sequence + 1) % adapter_->capabilities().sequence_wrap;
   order_.follow = true;
@@ -164,8 +164,7 @@ void ArmNode::write_setpoint() {
   if (!adapter_->ready() || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;
-    order_.joints =
-        report_.joints;  // nothing is followed yet, but let the register show no nonsense
+    order_.joints = report_.joints;  // not followed yet, but the registers show valid joints
     order_.sequence = report_.setpoint_taken;
     have_order_ = true;
   }

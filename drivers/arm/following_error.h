@@ -6,10 +6,10 @@
 
 namespace berth {
 
-/// By how much an arm's joints are behind the positions that its controller hands to the servos: of
-/// a servo with a proportional position loop, the error e of a joint that is told to go at v
-/// follows T de/dt = v T - e, T the loop's time constant (the reciprocal of its gain). At a steady
-/// speed e is v T, and after a stop it dies away with T.
+/// Following error of an arm's servos: how far the joints are behind the positions that the
+/// controller commands. Under proportional position control the error e of a joint commanded at the
+/// speed v obeys T de/dt = v T - e, T the loop's time constant (the reciprocal of its gain). At a
+/// steady speed e is v T, and after a stop it dies away with T.
 class FollowingError {
  public:
   /// lag: T, s; 0: positions are measured, and there is no such error.

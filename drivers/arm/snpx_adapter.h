@@ -22,7 +22,7 @@ class ControllerClock {
  public:
   explicit ControllerClock(int wrap) : wrap_(wrap) {}
 
-  /// tick_ms: as it stands in the registers. @return us, of the controller's clock
+  /// tick_ms: from the registers. @return us, of the controller's clock
   Utime add(int tick_ms) {
     const int step = ((tick_ms - tick_ms_) % wrap_ + wrap_) % wrap_;
     time_ = known_ ? time_ + step * millisecond : tick_ms * millisecond;
@@ -123,7 +123,7 @@ class SnpxAdapter final : public ArmAdapter {
   bool ready_ = false;  // connected and the map is right
   ControllerClock clock_;
   int heartbeat_ = 0;
-  int alarm_of_ = 0;                           // the error whose alarm was asked for
+  int alarm_of_ = 0;                           // the error whose alarm text was requested
   std::string alarm_;                          // its text, once read
   std::map<int, Loop::TimerId> pulse_timers_;  // by coil
 };

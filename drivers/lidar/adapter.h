@@ -13,8 +13,8 @@
 
 namespace berth::lidar {
 
-/// A scanning LIDAR as the driver's node has it, whatever is behind: a device, a recording,
-/// a folder of exports. Driven by a loop; never blocks.
+/// A scanning LIDAR as the driver's node uses it: a device, a recording, or a folder of exports.
+/// Driven by a loop; never blocks.
 class Adapter {
  public:
   struct Events {
@@ -34,7 +34,7 @@ class Adapter {
   virtual bool ready() const = 0;
   /// Why not, when not ready.
   virtual const std::string& reason() const = 0;
-  /// What it stands for: "127.0.0.1:15024".
+  /// For messages: "127.0.0.1:15024".
   virtual const std::string& name() const = 0;
   /// Known once ready.
   virtual const Identity& identity() const = 0;

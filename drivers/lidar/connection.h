@@ -18,8 +18,8 @@ namespace berth::lidar {
 class Connection {
  public:
   using OnMessage = std::function<void(const Message&)>;
-  /// Called once, from the loop, when the peer is gone or does not speak the protocol (then it can
-  /// still be told so); never after destruction. The connection may be destroyed in either
+  /// Called once, from the loop, when the peer is gone or does not speak the protocol (a
+  /// reason can still be sent); never after destruction. The connection may be destroyed in either
   /// callback.
   using OnClosed = std::function<void(const std::string& reason)>;
 
@@ -30,7 +30,7 @@ class Connection {
 
   /// Once, in the callback that has brought the connection.
   virtual void open(OnMessage on_message, OnClosed on_closed) = 0;
-  /// What both ends speak; until it is said, the newest.
+  /// Protocol version of both ends; until then the newest.
   virtual void speak(int version) = 0;
   virtual void send(const Message& message) = 0;
 };

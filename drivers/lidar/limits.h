@@ -10,7 +10,7 @@
 
 namespace berth::lidar {
 
-/// What a scanner of this profile says of itself.
+/// The Identity that a scanner of this profile sends.
 Identity identity_of(const LidarProfile& profile, const std::string& serial);
 
 /// A beam that lies so far outside its scan by the mapped clock is not believed.

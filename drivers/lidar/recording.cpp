@@ -122,7 +122,7 @@ void LogRecording::rewind() {
   }
   log_ = std::make_unique<lcm::LogFile>(name_, "r");
   if (!log_->good()) throw InputError(name_ + ": cannot be read");
-  asked_.clear();
+  requested_.clear();
   scan_ = {};
   ahead_.reset();
 }
@@ -136,7 +136,7 @@ std::optional<RecordedScan> LogRecording::next() {
   while (const lcm::LogEvent* event = log_->readNextEvent()) {
     if (event->channel == channels::scan_request) {
       const auto request = decode<scan_request_t>(*event);
-      if (request) asked_.try_emplace({request->session, request->scan_id}, event->timestamp);
+      if (request) requested_.try_emplace({request->session, request->scan_id}, event->timestamp);
     } else if (event->channel == channels::scan_data) {
       auto packet = decode<ScanPacket>(*event);
       if (!packet) continue;
@@ -173,10 +173,10 @@ std::optional<RecordedScan> LogRecording::finished(const std::string& failure) {
   scan.name = "scan " + std::to_string(key_.second);
   scan.timed = true;
   scan.failure = failure;
-  const auto asked = asked_.find(key_);
-  if (asked != asked_.end()) {
-    scan.delay = std::max<Utime>(0, scan.beams.front().utime - asked->second);
-    asked_.erase(asked_.begin(), std::next(asked));
+  const auto requested = requested_.find(key_);
+  if (requested != requested_.end()) {
+    scan.delay = std::max<Utime>(0, scan.beams.front().utime - requested->second);
+    requested_.erase(requested_.begin(), std::next(requested));
   }
   return scan;
 }

@@ -34,7 +34,7 @@ struct RecordedScan {
   std::string failure;              ///< why it ended early; empty: it is complete
 };
 
-/// Scans that somebody recorded, one by one.
+/// Recorded scans, one by one.
 class Recording {
  public:
   virtual ~Recording() = default;
@@ -73,7 +73,7 @@ class CloudRecording final : public Recording {
 };
 
 /// The scans of a log, in their order: SCAN_DATA, with what SCAN_REQUEST tells of when they were
-/// asked for. Scans without a beam (refused ones) are passed over.
+/// requested for. Scans without a beam (refused ones) are passed over.
 class LogRecording final : public Recording {
  public:
   /// A run directory, or a log file. @throws InputError when it holds no scan.
@@ -93,8 +93,8 @@ class LogRecording final : public Recording {
   std::filesystem::path file_;
   std::string name_;
   std::unique_ptr<lcm::LogFile> log_;
-  std::map<Key, Utime> asked_;  // when the request was recorded
-  Key key_{};                   // of the scan that is being read
+  std::map<Key, Utime> requested_;  // when the request was recorded
+  Key key_{};                       // of the scan that is being read
   RecordedScan scan_;
   std::optional<ScanPacket> ahead_;  // first of the next scan
 };

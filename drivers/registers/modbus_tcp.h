@@ -61,7 +61,7 @@ class ProcessLoop;
 
 /// Modbus TCP by libmodbus, which waits for its answers on a worker of the link's own. Transaction,
 /// function, size and count of an answer are checked there; its unit and the coil or register that
-/// a write's answer names are not: libmodbus shows them to nobody.
+/// a write's answer names are not: libmodbus does not return them.
 class ModbusTcpLink final : public RegisterLink {
  public:
   ModbusTcpLink(ProcessLoop& loop, Options options, ConnectionChanged changed);
@@ -95,8 +95,8 @@ struct RegisterAccess {
 RegisterAccess access_of(std::span<const std::uint8_t> request, const RegisterImage& image);
 
 /// Modbus TCP by libmodbus' server side: a thread a connection waits for its requests, one by one,
-/// and each is carried out and answered on the loop. Whoever sends anything but Modbus, or does not
-/// read, is cut off.
+/// and each is carried out and answered on the loop. A client that sends anything but Modbus, or
+/// does not read, is disconnected.
 class ModbusTcpServer final : public RegisterServer {
  public:
   /// @throws InputError when the address cannot be listened on.

@@ -53,7 +53,7 @@ class WorldTruthLog {
 class SimulatedCell final : public Node {
  public:
   struct Setup {
-    Cell cell;  ///< as everybody believes it to be
+    Cell cell;  ///< by its configuration files
     Devices devices;
     RegisterMap replica_map;
     RegisterMap sensor_map;

@@ -9,8 +9,8 @@
 namespace berth {
 namespace {
 
-/// Either side of a time whose velocity is asked for: as long as the controllers interpolate.
-constexpr Utime beside = 4 * millisecond;
+/// Half of the interval of a difference quotient: the controllers' interpolation period.
+constexpr Utime half_interval = 4 * millisecond;
 
 }  // namespace
 
@@ -30,14 +30,14 @@ SimulatedInertial::~SimulatedInertial() { loop_.cancel(timer_); }
 
 /// Of the sensor in the cell; angular velocity in the sensor's own axes.
 Velocity SimulatedInertial::true_velocity(Utime t) const {
-  const Pose before = sensor_(t - beside);
-  const Pose after = sensor_(t + beside);
-  const Velocity in_cell = velocity_between(before, after, seconds(2 * beside));
+  const Pose before = sensor_(t - half_interval);
+  const Pose after = sensor_(t + half_interval);
+  const Velocity in_cell = velocity_between(before, after, seconds(2 * half_interval));
   return {in_cell.linear, after.rotation.conjugate() * in_cell.angular};
 }
 
 void SimulatedInertial::measure() {
-  const Utime t = loop_.now() - beside;
+  const Utime t = loop_.now() - half_interval;
   const Velocity after = true_velocity(t);
   const Velocity before = last_velocity_;
   const std::optional<Utime> since = last_;

@@ -60,7 +60,7 @@ class SimulatedRobot {
   void start(Utime now);
   void hold(int error = robot_error::none);
   void reset();
-  /// What the PLC's chain says.
+  /// State of the PLC's E-stop chain.
   void set_safety(bool estop_closed, bool fence_closed);
 
   ControllerState state() const { return state_; }

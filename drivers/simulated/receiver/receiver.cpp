@@ -195,16 +195,16 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
   }
   Glare glare;
   if (!sun.dark()) {
-    const double chance = sun_random_.uniform();
+    const double draw = sun_random_.uniform();
     const double where = sun_random_.uniform();
     received.background =
         sun_background(settings.sun, sun, direction, echo != nullptr ? &echo->hit : nullptr);
     glare = glare_of(settings.sun, received.background, echo != nullptr ? echo->power : 0);
-    if (chance < glare.early + glare.lost) {
+    if (draw < glare.early + glare.lost) {
       received.status = BeamStatus::miss;
       received.power = 0;
     }
-    if (chance < glare.early) {  // noise before the surface is taken for it
+    if (draw < glare.early) {  // noise before the surface is taken for it
       const double nearest = beam.range_min_m;
       const double farthest = echo != nullptr ? std::max(nearest, echo->range) : beam.range_max_m;
       received.status = BeamStatus::hit;

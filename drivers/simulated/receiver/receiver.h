@@ -98,11 +98,11 @@ struct Received {
 
 /// The receiver of a scanning LIDAR: turns what rays meet into returns.
 ///
-/// Noise, as in the paper's Table 1: the mirror points where it was told to plus the angle errors,
-/// the device reports where it was told to; the range error is added to the range met. Returns
-/// nearer than the least range are too near, with range 0. A beam with a footprint may meet several
-/// surfaces (echoes.h). Then, in this order: sunlight, range bias and walk, steps, drop-out,
-/// outliers.
+/// Noise, as in the paper's Table 1: the mirror points to the commanded angles plus the angle
+/// errors, the device reports the commanded angles; the range error is added to the range met.
+/// Returns nearer than the least range are too near, with range 0. A beam with a footprint may meet
+/// several surfaces (echoes.h). Then, in this order: sunlight, range bias and walk, steps,
+/// drop-out, outliers.
 ///
 /// The same draws are made for each beam whatever it meets, so that two scenes with one seed see
 /// the same noise; glitter, sunlight and the scanner's errors have streams of their own, so that
