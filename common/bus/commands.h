@@ -32,7 +32,7 @@ bool same_command(const A& a, const B& b) {
          a.commander == b.commander;
 }
 
-/// The commands that a node has heard, by name: tells a repetition from a new one.
+/// The commands that a node has received, by name: distinguishes repetitions from new commands.
 class SeenCommands {
  public:
   struct Name {
@@ -54,7 +54,7 @@ class SeenCommands {
   std::set<Name> names_;
 };
 
-/// Stops (HOLD, STOP, ABORT) are obeyed whoever sends them: of any session, however late, in any
+/// Stops (HOLD, STOP, ABORT) of any sender are obeyed: of any session, however late, in any
 /// order. What is unusual about one, in words that follow "is obeyed, although it"; empty: nothing.
 /// @param now us
 /// @param overtaken a later command of the same sender has come before it
@@ -75,7 +75,7 @@ std::string unusual_stop(const Message& stop, std::int64_t session, std::int64_t
 
 }  // namespace berth
 
-/// Commands to a node, and what its state says of them.
+/// Commands to a node, and their acknowledgement in its state.
 namespace berth {
 
 /// Who commands, and in which run.
@@ -115,7 +115,7 @@ inline Utime repeat_period_of(const testbed_command2_t& command) {
 /// Where a command is on its way. unanswered: given up.
 enum class CommandStatus { none, pending, accepted, refused, finished, unanswered };
 
-/// What a node's message says of a command; none: nothing.
+/// The outcome of a command by a node's message; none: not answered yet.
 struct CommandReply {
   CommandStatus status = CommandStatus::none;
   std::string reason;  ///< of a refusal
@@ -170,7 +170,7 @@ class CommandClient {
     publish_(command_);
   }
 
-  /// A message of the node that answers. @return whether it says something new of the command.
+  /// A message of the node that answers. @return whether the command's outcome has changed.
   template <class State>
   bool on(const State& state) {
     if (status_ != CommandStatus::pending && status_ != CommandStatus::accepted) return false;

@@ -16,7 +16,7 @@ namespace berth {
 
 class SimulatedLoop;
 
-/// What a Simulation has still to run: by time, and of one time in the order it was asked for.
+/// Pending events of a Simulation: by time, those of one time in the order of their requests.
 class EventQueue {
  public:
   struct Event {
@@ -116,8 +116,8 @@ class Simulation {
   std::uint64_t events_run() const { return events_run_; }
   Utime wire_latency() const;
 
-  /// The one object of its type, made when it is asked for first: what drivers and devices of the
-  /// twin share beside the bus.
+  /// The one object of its type, made at the first call: state that drivers and devices of the
+  /// twin share apart from the bus.
   template <class T>
   T& shared() {
     std::shared_ptr<void>& object = shared_[typeid(T)];

@@ -260,9 +260,9 @@ void CloudBuilder::set_sigmas() {
 
 void CloudBuilder::set_times() {
   if (!columns_.time || times_.empty()) return;
-  const std::string who = "'" + columns_.time.name + "'";
+  const std::string column = "'" + columns_.time.name + "'";
   const auto unused = [&](const std::string& why) {
-    note("times are not used, all points are taken to be of one time: " + who + " " + why);
+    note("times are not used, all points are taken to be of one time: " + column + " " + why);
   };
   const auto missing =
       std::count_if(times_.begin(), times_.end(), [](double time) { return !std::isfinite(time); });
@@ -282,7 +282,7 @@ void CloudBuilder::set_times() {
                     " and its name says no unit: --time-unit says it");
     }
     us = unit->us;
-    note("times are read as " + std::string(unit->name) + ": " + who +
+    note("times are read as " + std::string(unit->name) + ": " + column +
          " says no unit, its values do; --time-unit says otherwise");
   }
   constexpr double max_utime = 9e18;  // what 64 bits hold

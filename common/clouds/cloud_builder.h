@@ -25,7 +25,7 @@ struct Columns {
   Column sigma;          ///< of the range
   Column return_number;  ///< 1, 2 ... of its beam
   Column time;
-  std::optional<double> us_per_time;  ///< the unit that the time's name says
+  std::optional<double> us_per_time;  ///< from the name of the time's column
 
   bool has_point() const { return x && y && z; }
   /// Without names: x y z are the first three.
@@ -33,7 +33,7 @@ struct Columns {
 };
 
 /// Looks for x, y, z (or one of the spellings that exports use, as "Points:0"), a time, a range
-/// sigma and a return_number. Case, quotes and blanks do not count; a unit may stand behind the
+/// sigma and a return_number. Case, quotes and blanks do not count; a unit may follow the
 /// name: "x (mm)", "y [m]", "time_us". Other names are ignored. where: for messages, "file:line" or
 /// "file".
 /// @throws InputError when a coordinate's name is there twice, or a length's unit is not known.
@@ -62,7 +62,7 @@ class CloudBuilder {
 
   /// Takes a row in as a hit, or counts why not.
   void add(const CloudRow& row);
-  /// An empty beam; direction: unit, nullptr where nothing tells it.
+  /// An empty beam; direction: unit, nullptr where it is unknown.
   void add_empty(const Vector3d* direction);
   void note(std::string text) { cloud_.notes.push_back(std::move(text)); }
   /// Empty places of an organised cloud were beams.

@@ -20,8 +20,8 @@ Cloud parse_ply(std::string_view bytes, const std::string& file, const CloudOpti
 /// One scan in Leica's PTX: columns, rows, the scanner's position and axes, a 4x4 matrix, then a
 /// beam a line, x y z intensity [r g b], column by column. Points are taken as they stand, in the
 /// scanner's own frame; the poses are not used. 0 0 0 is a beam that nothing came back from: a miss
-/// whose direction the grid of the other beams tells. A second scan in the file is an error: it was
-/// taken from another place. file: for messages. @throws InputError.
+/// whose direction follows from the grid of the other beams. A second scan in the file is an error:
+/// it was taken from another place. file: for messages. @throws InputError.
 Cloud parse_ptx(std::string_view text, const std::string& file, const CloudOptions& options);
 
 }  // namespace berth::clouds

@@ -76,7 +76,7 @@ void fill_gaps(std::vector<double>& values) {
 
 struct Fit {
   std::vector<double> longitude, latitude;
-  double misfit = 0;
+  double residual = 0;
 
   Fit(const std::vector<Vector3d>& points, std::size_t rows, bool about_z)
       : longitude(points.size() / rows, unknown), latitude(rows, unknown) {
@@ -112,7 +112,7 @@ struct Fit {
       const Vector3d found = to_pole_y(points[i].normalized(), about_z);
       off.push_back(std::atan2(expected.cross(found).norm(), expected.dot(found)));
     }
-    misfit = off.empty() ? turn : upper_median(off);
+    residual = off.empty() ? turn : upper_median(off);
   }
 };
 
@@ -135,17 +135,17 @@ class BeamGrid {
   /// points: column by column, zero or not finite where nothing came back; rows: of a column.
   BeamGrid(const std::vector<Vector3d>& points, std::size_t rows);
 
-  /// Unit. @return false when nothing tells it.
+  /// Unit. @return false when it is unknown.
   bool direction(std::size_t column, std::size_t row, Vector3d& direction) const;
   /// The returns do lie on such a grid.
   bool regular() const { return regular_; }
   /// Median angle between the returns and the grid, rad.
-  double misfit_rad() const { return misfit_; }
+  double residual_rad() const { return residual_; }
 
  private:
   bool about_z_ = false;
   bool regular_ = false;
-  double misfit_ = 0;
+  double residual_ = 0;
   std::vector<double> longitude_;  ///< of each column, rad; NaN: unknown
   std::vector<double> latitude_;   ///< of each row, rad; NaN: unknown
 };
@@ -153,14 +153,14 @@ class BeamGrid {
 BeamGrid::BeamGrid(const std::vector<Vector3d>& points, std::size_t rows) {
   const Fit about_y(points, rows, false);
   const Fit about_z(points, rows, true);
-  about_z_ = about_z.misfit < about_y.misfit;
+  about_z_ = about_z.residual < about_y.residual;
   const Fit& best = about_z_ ? about_z : about_y;
   longitude_ = best.longitude;
   latitude_ = best.latitude;
-  misfit_ = best.misfit;
+  residual_ = best.residual;
   // Beams may tremble by as much as a milliradian, or by half a step of the grid.
   const double step = std::max(step_of(longitude_), step_of(latitude_));
-  regular_ = misfit_ < std::max(1e-3, 0.5 * step);
+  regular_ = residual_ < std::max(1e-3, 0.5 * step);
   fill_gaps(longitude_);
   fill_gaps(latitude_);
 }
@@ -249,7 +249,7 @@ Cloud parse_ptx(std::string_view text, const std::string& file, const CloudOptio
   if (!all_directed) {
     cloud.note(grid.regular()
                    ? "the returns are too few to tell the direction of all empty beams"
-                   : "the beams are no regular grid (" + fixed(1e3 * grid.misfit_rad(), 1) +
+                   : "the beams are no regular grid (" + fixed(1e3 * grid.residual_rad(), 1) +
                          " mrad off): nothing tells the directions of the empty ones");
   }
   return cloud.finish();
