@@ -39,7 +39,7 @@ struct Calibration {
   double lidar_time() const { return values[lidar_time_index()]; }
 };
 
-/// The cell as the parameters say it is. Its kinematics take reported joints.
+/// The cell corrected by the parameters. Its kinematics take reported joints.
 Cell apply_calibration(const Cell& nominal, const Eigen::VectorXd& values);
 
 using CalibrationJacobian = Eigen::Matrix<double, 6, calibration_size>;

@@ -60,7 +60,7 @@ struct CalibrationRun {
   const JointTrack& arm(ArmRole role) const { return role == ArmRole::replica ? replica : sensor; }
 };
 
-/// How far one measurement is from what a cell says of it.
+/// Residual of one measurement against a cell.
 struct MeasurementResidual {
   std::string kind;                ///< "scans", "tracker in motion"
   std::string where;               ///< "pose 7"
@@ -71,8 +71,8 @@ struct MeasurementResidual {
 /// The kinds one after the other, in the order in which they are met, position and attitude apart.
 std::vector<CalibrationResidual> summarised(const std::vector<MeasurementResidual>& residuals);
 
-/// T_tracker_cell that lays the run's readings best over where the cell has the reflectors (Umeyama
-/// 1991); the identity where there are fewer than three.
+/// T_tracker_cell by a least-squares alignment of the run's readings with the cell's reflectors
+/// (Umeyama 1991); the identity for fewer than three readings.
 Pose place_tracker(const Cell& cell, const CalibrationRun& run);
 
 }  // namespace berth::testbed

@@ -45,14 +45,14 @@ class Search {
       : cell_(cell), samples_(samples), limits_(limits) {}
 
   std::optional<RateExcess> worst() {
-    for (const ArmRole role : both_arms) look_at(role);
+    for (const ArmRole role : both_arms) check_arm(role);
     return worst_;
   }
 
  private:
   enum class Kind { speed, acceleration, hold, jerk };
 
-  void look_at(ArmRole role) {
+  void check_arm(ArmRole role) {
     const ArmKinematics& arm = *cell_.arm(role).kinematics;
     const double frequency = TimeScale::frequency(limits_.hold_settling);
     constexpr double steepest = 0.3679;  // of x exp(-x)
@@ -289,7 +289,8 @@ std::optional<Refusal> PathCheck::check_singularities(const Path& path) const {
   return std::nullopt;
 }
 
-std::optional<Refusal> PathCheck::look(const PathSample& sample, double& spare) const {
+std::optional<Refusal> PathCheck::check_clearance_at(const PathSample& sample,
+                                                     double& spare) const {
   const Clearance::Result near = clearance_.worst(sample.joints, far);
   if (near.slack < 0) {
     return Refusal{place(sample.time, sample.joints) + too_near(near), sample.time, 0};
@@ -302,11 +303,11 @@ std::optional<Refusal> PathCheck::look(const PathSample& sample, double& spare) 
 /// spare, between samples too.
 std::optional<Refusal> PathCheck::check_clearance(const Path& path) const {
   double spare = 0;
-  if (auto refusal = look(path.front(), spare)) return refusal;
+  if (auto refusal = check_clearance_at(path.front(), spare)) return refusal;
   for (std::size_t k = 1; k < path.size(); ++k) {
     if (auto refusal = check_between(path[k - 1], path[k], spare)) return refusal;
   }
-  return path.size() > 1 ? look(path.back(), spare) : std::nullopt;
+  return path.size() > 1 ? check_clearance_at(path.back(), spare) : std::nullopt;
 }
 
 std::optional<Refusal> PathCheck::check_between(const PathSample& a, const PathSample& b,
@@ -316,12 +317,12 @@ std::optional<Refusal> PathCheck::check_between(const PathSample& a, const PathS
     spare -= approach;
     return std::nullopt;
   }
-  if (auto refusal = look(a, spare)) return refusal;
+  if (auto refusal = check_clearance_at(a, spare)) return refusal;
   if (approach < spare) {
     spare -= approach;
     return std::nullopt;
   }
-  if (approach < limits_.clearance_blind) return look(b, spare);
+  if (approach < limits_.clearance_blind) return check_clearance_at(b, spare);
   const PathSample middle{0.5 * (a.time + b.time), blend(a.joints, b.joints, 0.5)};
   if (auto refusal = check_between(a, middle, spare)) return refusal;
   return check_between(middle, b, spare);

@@ -25,7 +25,7 @@ struct RateLimits {
   double hold_settling = 0.8;  ///< s within which a hold brings the arms to rest
 };
 
-/// The joint that is asked for most, compared with its limit.
+/// The joint with the largest excess over its limit.
 struct RateExcess {
   double time = 0;
   ArmPair joints;
@@ -92,7 +92,7 @@ class PathCheck {
   /// Between two samples, of which the first one has so much to spare, m.
   std::optional<Refusal> check_between(const PathSample& a, const PathSample& b,
                                        double& spare) const;
-  std::optional<Refusal> look(const PathSample& sample, double& spare) const;
+  std::optional<Refusal> check_clearance_at(const PathSample& sample, double& spare) const;
   std::string place(double t, const ArmPair& joints) const;
   std::optional<std::string> check_joints(const ArmPair& joints) const;
   std::optional<std::string> check_singularity(const ArmPair& joints, double& value) const;

@@ -69,7 +69,7 @@ void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
   } else if (!external) {
     return;  // no GUIDED command is under way
   } else if (setpoint.commander != external->commander()) {
-    wrong = "is not from '" + external->commander() + "', who steers";
+    wrong = "is not from '" + external->commander() + "', which steers";
   } else if (now() > setpoint.utime_expires) {
     wrong = "came " + fixed(seconds(now() - setpoint.utime_expires), 1) + " s too late";
   } else if (!obeyed.velocity.linear.allFinite() || !obeyed.velocity.angular.allFinite()) {

@@ -7,7 +7,7 @@
 
 namespace berth::testbed {
 
-/// A trajectory of somebody else's: comma-separated text with the columns t,x,y,z,w,p,r in s, mm
+/// An external trajectory: comma-separated text with the columns t,x,y,z,w,p,r in s, mm
 /// and degrees (T_sensor_model), in any order, named in its first line; other columns are passed
 /// over, and so are empty lines and lines that begin with '#'. Times increase; the first is taken
 /// for the start. It may begin and end under way: `ramp` seconds bring it from rest and to rest.
