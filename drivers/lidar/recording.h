@@ -73,7 +73,7 @@ class CloudRecording final : public Recording {
 };
 
 /// The scans of a log, in their order: SCAN_DATA, with what SCAN_REQUEST tells of when they were
-/// requested for. Scans without a beam (refused ones) are passed over.
+/// requested. Scans without a beam (refused ones) are passed over.
 class LogRecording final : public Recording {
  public:
   /// A run directory, or a log file. @throws InputError when it holds no scan.
