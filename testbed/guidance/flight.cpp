@@ -110,7 +110,7 @@ std::string Flight::refusal() const {
   }
   const double off_axis = std::atan2(place_.offset, place_.along);
   if (const double cone = axis_.approach_cone(); off_axis > cone) {
-    return "by the estimate the sensor stands " + deg(off_axis) + " off the docking axis, limit " +
+    return "by the estimate the sensor is " + deg(off_axis) + " off the docking axis, limit " +
            deg(cone);
   }
   return "";

@@ -91,7 +91,7 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
         reference_start_.rotation * docking_->port.pose.rotation * Vector3d::UnitZ();
     const double off_axis = std::atan2(axis.cross(-point).norm(), axis.dot(-point));
     if (off_axis > docking_->port.approach_cone) {
-      return "by the estimate the sensor stands " + fixed(degrees(off_axis), 1) +
+      return "by the estimate the sensor is " + fixed(degrees(off_axis), 1) +
              " deg off the axis of docking port '" + docking_->port.name + "', limit " +
              fixed(degrees(docking_->port.approach_cone), 1) + " deg";
     }

@@ -70,7 +70,7 @@ bool TestbedNode::on_lease_command(const testbed_command2_t& command) {
       return true;
     case testbed_command2_t::RELEASE_LEASE:
       if (lease_.release(command.commander, now())) {
-        event(event_t::INFO, "lease-released", "nobody commands the testbed");
+        event(event_t::INFO, "lease-released", "no commander holds the lease");
       }
       break;
     default:
@@ -117,7 +117,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
   }
   if (!lease_.held_by(command.commander, now())) {
     return refuse(command, lease_.held(now()) ? "the lease is held by '" + lease_.holder() + "'"
-                                              : "nobody holds the lease: take it first");
+                                              : "no commander holds the lease: take it first");
   }
   std::string reason;
   if (is_motion(command)) {

@@ -81,8 +81,8 @@ testbed_state_t TestbedNode::current_state() const {
              (verdict_.level != Level::good || paused_ || !guidance_reason_.empty())) {
     state.state = testbed_state_t::HOLDING;
     state.reason = verdict_.level != Level::good ? verdict_.reason
-                   : paused_                     ? "all are heard again: going on in a moment"
-                                                 : guidance_reason_;
+                   : paused_ ? "no partner is silent any more: going on in a moment"
+                             : guidance_reason_;
   } else if (mode_ == Mode::idle) {
     state.state =
         verdict_.level == Level::good ? testbed_state_t::IDLE : testbed_state_t::NOT_READY;

@@ -135,8 +135,9 @@ void TestbedNode::watch_rest() {
   if (!rest_) rest_ = reported_;
   for (const ArmRole role : both_arms) {
     if (max_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
-    stop_arms("arm-creeps",
-              arm_name(role) + " moves although it was told to stand: press the emergency stop");
+    stop_arms(
+        "arm-creeps",
+        arm_name(role) + " moves although it was commanded to hold: press the emergency stop");
     return;
   }
 }

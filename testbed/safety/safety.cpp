@@ -51,7 +51,7 @@ SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
                                                   const Activity& activity) const {
   // What is put right by hand comes first: it stays true however silent the others are.
   if (const auto verdict = judge_by_hand()) return *verdict;
-  // Then who is gone altogether, before what he does not say.
+  // Then nodes that are gone altogether, before the messages that they no longer send.
   if (const auto verdict = judge_nodes(now, settings_.watched_nodes)) return *verdict;
   if (const auto verdict = judge_arms(now, activity.engaged)) return *verdict;
   if (const auto verdict = judge_facility(now)) return *verdict;
@@ -112,7 +112,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_arms(std::int64
     const std::string why = report && !report->reason.empty() ? ": " + report->reason : "";
     if (!report || report->received == 0) {
       return Verdict{Level::not_ready, "arm-unknown",
-                     arm_name(role) + " has not been heard yet" + why};
+                     arm_name(role) + " has not reported yet" + why};
     }
     const std::int64_t silence = now - report->received;
     if (silence > settings_.arm_silence) {
@@ -140,7 +140,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_nodes(
   for (const std::string& node : nodes) {
     const auto heartbeat = heartbeats_.find(node);
     if (heartbeat == heartbeats_.end()) {
-      return Verdict{Level::not_ready, "heartbeat-unknown", node + " has not been heard yet"};
+      return Verdict{Level::not_ready, "heartbeat-unknown", node + " has not reported yet"};
     }
     const std::int64_t silence = now - heartbeat->second;
     if (silence <= settings_.heartbeat_silence) continue;

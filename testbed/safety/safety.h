@@ -12,7 +12,7 @@
 namespace berth::testbed {
 
 /// The second layer of safety, above the PLC's and the controllers' own: judges from what the
-/// testbed hears whether the arms may move. Times are on the node's clock, us.
+/// testbed receives whether the arms may move. Times are on the node's clock, us.
 class SafetySupervisor {
  public:
   struct Settings {
@@ -93,7 +93,7 @@ class SafetySupervisor {
     bool motion_enabled = false;
   };
   std::optional<Facility> facility_;
-  std::string facility_reason_ = "the facility has not been heard yet";
+  std::string facility_reason_ = "the facility has not reported yet";
   std::map<std::string, std::int64_t> heartbeats_;
   std::map<std::string, std::string> node_faults_;
   std::string lidar_fault_;
