@@ -111,7 +111,7 @@ std::optional<Contradiction> FollowingWatch::check(std::int64_t t, double time_s
   return Contradiction{
       "arm-strays", arm_name(role_) + "'s joint " + std::to_string(joint + 1) + " is " +
                         (linear ? fixed(1e3 * away, 0) + " mm" : fixed(degrees(away), 1) + " deg") +
-                        " away from where it was reference to be"};
+                        " away from its commanded position"};
 }
 
 void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHistory& commands) {
