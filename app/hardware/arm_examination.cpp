@@ -6,7 +6,7 @@
 
 #include "app/hardware/clock_finding.h"
 #include "common/core/text.h"
-#include "drivers/arm/foreign_kinematics.h"
+#include "drivers/arm/report_evaluation.h"
 
 namespace berth {
 namespace {

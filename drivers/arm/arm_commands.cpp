@@ -7,7 +7,7 @@
 #include "common/core/text.h"
 #include "drivers/arm/arm_node.h"
 #include "drivers/arm/arm_wire.h"
-#include "drivers/arm/foreign_kinematics.h"
+#include "drivers/arm/report_evaluation.h"
 
 namespace berth {
 namespace {

@@ -13,7 +13,7 @@
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
 #include "drivers/arm/adapter.h"
-#include "drivers/arm/following_error.h"
+#include "drivers/arm/report_evaluation.h"
 #include "drivers/devices.h"
 
 namespace berth {

@@ -19,7 +19,7 @@
 #include "common/core/cell.h"
 #include "common/core/lease.h"
 #include "common/core/run_setup.h"
-#include "testbed/calibration/calibrated_cell.h"
+#include "testbed/calibration/calibration.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/trajectory_history.h"
 #include "testbed/node/chaser_motion.h"

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 #include "common/bus/loop.h"
 #include "common/core/arm_kinematics.h"
+#include "drivers/arm/adapter.h"
 
 namespace berth {
 
@@ -29,5 +32,12 @@ class FollowingError {
   Joints joints_{};
   Joints error_{};
 };
+
+/// m between the flange as the controller reports it and as the kinematics put it; nothing where
+/// the controller reports none.
+std::optional<double> flange_difference(const ArmReport& report, const ArmKinematics& kinematics);
+
+/// Empty, or how both disagree by more than rounding does.
+std::string foreign_kinematics(const ArmReport& report, const ArmKinematics& kinematics);
 
 }  // namespace berth

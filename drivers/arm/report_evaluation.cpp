@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/arm/foreign_kinematics.h"
+#include "drivers/arm/report_evaluation.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "common/core/text.h"
 
 namespace berth {
+
+void FollowingError::add(Utime time, const Joints& joints) {
+  const double dt = seconds(time - time_);
+  if (!known_) error_.fill(0);
+  if (known_ && lag_ > 0 && dt > 0) {
+    const double remains = std::exp(-dt / lag_);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const double speed = (joints[i] - joints_[i]) / dt;
+      error_[i] = remains * error_[i] + (1 - remains) * speed * lag_;
+    }
+  }
+  known_ = true;
+  time_ = time;
+  joints_ = joints;
+}
+
 namespace {
 
 /// m: rounding is less, another arm, another zero or a base frame of its own more.
