@@ -6,7 +6,7 @@
 
 #include "common/core/text.h"
 #include "drivers/arm/arm_node.h"
-#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/register_map.h"
 #include "drivers/arm/report_evaluation.h"
 
 namespace berth {

@@ -98,7 +98,7 @@ void AssignmentCheck::finish(Result result, const std::string& text) {
 
 SnpxAdapter::SnpxAdapter(const ArmDevice& device, const RegisterMap& map,
                          const ArmKinematics& kinematics, Loop& loop)
-    : wire_(map, linear_axes(kinematics)),
+    : codec_(map, linear_axes(kinematics)),
       options_{device.address, map.unit, device.timeout, device.dial_timeout},
       capabilities_{map.tick_period, map.counter_wrap},
       loop_(loop),
@@ -171,7 +171,7 @@ void SnpxAdapter::poll() {
 void SnpxAdapter::on_status(const RegisterAnswer& answer) {
   if (!answer.ok()) return events_.missed(answer.error, answer.exception != 0);
   int tick_ms = 0;
-  ArmReport report = wire_.decode(answer.words, tick_ms);
+  ArmReport report = codec_.decode(answer.words, tick_ms);
   report.controller_time = clock_.add(tick_ms);
   report.sent = answer.sent;
   report.received = answer.received;
@@ -201,7 +201,7 @@ void SnpxAdapter::read_alarm(int error) {
 void SnpxAdapter::send(const ArmOrder& order, Done done) {
   heartbeat_ = (heartbeat_ + 1) % map().counter_wrap;
   writer_->write_registers(
-      map().command.first, wire_.encode(order, heartbeat_),
+      map().command.first, codec_.encode(order, heartbeat_),
       [done = std::move(done)](const RegisterAnswer& answer) { done(answer.error); });
 }
 

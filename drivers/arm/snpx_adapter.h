@@ -10,7 +10,6 @@
 
 #include "common/bus/loop.h"
 #include "drivers/arm/adapter.h"
-#include "drivers/arm/arm_wire.h"
 #include "drivers/arm/register_map.h"
 #include "drivers/devices.h"
 #include "drivers/registers/register_link.h"
@@ -102,7 +101,7 @@ class SnpxAdapter final : public ArmAdapter {
   void reset() override { pulse(map().reset_coil, {}); }
 
  private:
-  const RegisterMap& map() const { return wire_.map(); }
+  const RegisterMap& map() const { return codec_.map(); }
   void on_connection(bool connected, const std::string& reason);
   void check_assignments();
   void on_checked(AssignmentCheck::Result result, const std::string& text);
@@ -111,7 +110,7 @@ class SnpxAdapter final : public ArmAdapter {
   int pulse(int coil, const Done& done);
   int write_coil(int coil, bool on, const Done& done);
 
-  ArmWire wire_;
+  ArmRegisterCodec codec_;
   RegisterLink::Options options_;
   Capabilities capabilities_;
   Loop& loop_;

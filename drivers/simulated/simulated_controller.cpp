@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/spherical_wrist.h"
-#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/register_map.h"
 
 namespace berth {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "common/bus/loop.h"
 #include "common/core/arm_kinematics.h"
-#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/register_map.h"
 #include "drivers/simulated/position_register_loop.h"
 
 namespace berth {
