@@ -13,12 +13,11 @@ inline Vector3d shortened(const Vector3d& v, double greatest) {
   return length <= greatest ? v : Vector3d(v * (greatest / length));
 }
 
-/// The vehicle that the cell stands in for, its sensor at its centre of mass, in the frame N: the
-/// target's at the start of the flight; it goes with the target's origin and does not turn against
-/// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by
-/// thrusters along its body axes, which give no less than their least impulse at a time; under
-/// `kinematic` it follows its commands within its limits. Attitude is turned within limits in
-/// both. Units of the cell.
+/// The chaser that the cell represents, its sensor at its centre of mass. Frame N: the target's
+/// frame at the start of the flight, which moves with the target's origin and does not rotate
+/// against the orbit's local vertical. Under the law `clohessy_wiltshire` it moves on its relative
+/// orbit, driven by thrusters along its body axes with a minimum impulse; under `kinematic` it
+/// follows its commands. Attitude is turned within limits under both. Units of the cell.
 class Chaser {
  public:
   /// start: T_N_sensor, at rest against the target.

@@ -11,12 +11,13 @@
 
 namespace berth::testbed {
 
-/// A flight by a profile: down a corridor to a standoff, or keeping a pose. It navigates in the
-/// frame N of the target at the start, where it knows its own motion from its own commands; every
-/// estimate, taken back to the command that was being carried out when the scan was made (dead
-/// time, scan time and computing are all in between), says where the target is in N and how it
-/// moves. What it flies by is the last one, the target going on at its velocity until the next
-/// command takes effect: estimates are not weighted here: their filtering is the estimator's task.
+/// Closed-loop flight by a guidance profile: an approach down a corridor to a standoff, or station
+/// keeping. Frame N is the target's frame at the start of the flight; the chaser's pose in N
+/// follows from its own commands. An estimate is referred to the command that was executed when its
+/// scan was made (dead time, scan time and computation lie in between) and so gives the target's
+/// pose and velocity in N. Guidance flies by the newest estimate, extrapolated at constant velocity
+/// to the time at which the next command takes effect. Estimates are not filtered here: that is the
+/// estimator's task.
 class Flight final : public Steering {
  public:
   struct Order {

@@ -134,7 +134,7 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
   return std::nullopt;
 }
 
-void Guidance::go_on_as(Guidance begun) {
+void Guidance::continue_as(Guidance begun) {
   begun.estimate_ = std::move(estimate_);
   begun.history_ = std::move(history_);
   begun.override_ = override_;

@@ -23,13 +23,12 @@ struct Docking {
   Vector3d place = Vector3d::Zero();
 };
 
-/// Closed loop by the estimate alone. It streams commanded relative poses: along the boresight
-/// until the nearest surface of the target, placed by the estimate, is at the standoff; attitude
-/// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
-/// interface is at its place; the attitude stays. An estimate, moved on by what was commanded since
-/// a dead time before its own time, says where the target is now; that is slewed into the command,
-/// without comparison to the commanded pose. Arms,
-/// joints and ground truth are unknown here.
+/// Closed-loop guidance without a profile, by the estimate alone. It streams commanded relative
+/// poses: either along the boresight until the nearest surface of the target is at the standoff,
+/// with the attitude and the lateral offset of the start; or straight to the pose at which the
+/// docking interface is at its place, with the attitude of the start. An estimate is propagated to
+/// the present by the commands since a dead time before its stamp; the correction that it asks for
+/// is applied to the command at a limited rate. Arms, joints and ground truth are unknown here.
 class Guidance {
  public:
   struct Settings {
@@ -81,7 +80,7 @@ class Guidance {
                                   const RelativeLimits& limits);
   /// Goes on as a copy of this that has begun a motion; estimates and commanded poses stay as they
   /// have come to this meanwhile.
-  void go_on_as(Guidance begun);
+  void continue_as(Guidance begun);
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
   /// Distance of the estimate from the commanded pose at the start: m and rad.

@@ -12,9 +12,10 @@ namespace berth::testbed {
 
 enum class FrozenArm { none, replica, sensor };
 
-/// How a relative motion is divided. Twelve joints serve six degrees of freedom: the sensor arm
-/// takes a share of the travel along and across the home line of sight, the replica arm the rest;
-/// where in the cell both do so together is free, and how the line of sight is turned.
+/// How the redundancy of both arms is resolved: twelve joints serve the six degrees of freedom of a
+/// relative motion. The sensor arm takes a share of the travel along and across the home line of
+/// sight, the replica arm the rest. Free besides are a displacement of both arms in the cell and a
+/// rotation of the line of sight.
 struct RedundancyResolution {
   double travel = 0.5;                ///< of the change of range, by the sensor arm
   double lateral = 0;                 ///< of the sideways change, by the sensor arm

@@ -9,9 +9,9 @@
 
 namespace berth::testbed {
 
-/// Shares a relative path out between the arms so that both stay far from the ends of their
-/// joints, from singularities, from their greatest speeds and from bodies in their way: a pattern
-/// search over the parameters of a RedundancyResolution. Deterministic.
+/// Redundancy resolution of a relative path by a deterministic pattern search (compass search with
+/// step halving) over the parameters of a RedundancyResolution. The objective is quality(): margins
+/// of both arms to joint limits, singularities, speed limits and obstacles.
 class RedundancySearch {
  public:
   RedundancySearch(const Cell& cell, const PathLimits& limits, Clearance& clearance)
@@ -42,9 +42,9 @@ class RedundancySearch {
   Clearance& clearance_;
 };
 
-/// Finds a motion of both arms for a motion of the replica in the sensor frame. The travel is
-/// shared out as the layout says where that is comfortable for both arms, else as a search finds
-/// best; a resolution that does not pass the check gives way to the next best.
+/// Plans a motion of both arms for a motion of the replica in the sensor frame. It takes the
+/// nominal resolution of the layout where its quality suffices, else the best of a search; after a
+/// resolution that does not pass the check it tries the next best.
 class MotionPlanner {
  public:
   MotionPlanner(const Cell& cell, const PathCheck& check, Clearance& clearance)

@@ -66,9 +66,10 @@ struct Refusal {
   double passing_rate = 0;  ///< of the speed asked for, at which it would pass; 0: at none
 };
 
-/// Looks at a whole motion before it starts: joints with the coupled one, singularities, changes of
-/// branch, clearance between all bodies, keep-outs among them, and what motors would have to do,
-/// also to hold anywhere. Nothing starts that cannot finish, or that cannot stop on its path.
+/// Checks a whole motion before it starts: joint limits including the coupled joint, singularities,
+/// changes of branch, clearance between all bodies and keep-outs, and speed, acceleration and jerk
+/// of the motors, also of a hold at any time. Nothing starts that cannot finish, or that cannot
+/// stop on its path.
 class PathCheck {
  public:
   PathCheck(const Cell& cell, const PathLimits& limits, Clearance& clearance)

@@ -11,7 +11,7 @@
 namespace berth::testbed {
 
 /// Along joints that the arms went through before, on a cubic spline whose velocity and
-/// acceleration are continuous: the way back is as free as the way there was.
+/// acceleration are continuous: the way back is as free of collisions as the way there.
 class RecordedMotion final : public ArmMotion {
  public:
   /// points: where to go through, beginning where the arms are; lengths: of relative travel between
@@ -29,7 +29,7 @@ class RecordedMotion final : public ArmMotion {
   SmoothTravel travel_;
 };
 
-/// The way that both arms came, for a retreat to go back on.
+/// The joints that both arms have passed, for a retreat along them.
 class TrajectoryHistory {
  public:
   /// cell must outlive this.

@@ -108,7 +108,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
   }
   if (what == testbed_command2_t::STOP) {
     accept(command);
-    give_up_planning("stopped by '" + command.commander + "' while its motion was planned");
+    abandon_planning("stopped by '" + command.commander + "' while its motion was planned");
     stopping_ = true;
     after_stop_.reset();
     if (command.session == session()) after_stop_ = command;
@@ -135,7 +135,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
       if (reason.empty()) return;
     }
   } else if (what == testbed_command2_t::RESET) {
-    reason = safety_.to_be_put_right();
+    reason = safety_.unresettable_fault();
     if (reason.empty()) reset("reset by '" + command.commander + "'");
   } else {
     reason = "command " + std::to_string(what) + " is not known";
@@ -149,7 +149,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
 
 /// The controllers' alarms. A motion stays where it was left, for RESUME or STOP.
 void TestbedNode::reset(const std::string& reason) {
-  give_up_planning(reason + " while its motion was planned");
+  abandon_planning(reason + " while its motion was planned");
   event(event_t::NOTICE, "reset", reason);
   stop_arms("", reason);
   order(arm_command_t::RESET);
@@ -264,14 +264,14 @@ std::string TestbedNode::plan(const testbed_command2_t& command, const ArmPair& 
   return "too many motions wait to be planned";
 }
 
-void TestbedNode::give_up_planning(const std::string& reason) {
+void TestbedNode::abandon_planning(const std::string& reason) {
   if (!planning_) return;
   refuse(planning_->command, reason);
   planning_.reset();
 }
 
 /// Why a planned motion may not begin any more; empty: it may.
-std::string TestbedNode::why_not_now(const Planning& planning, const Task& task) const {
+std::string TestbedNode::refusal_after_planning(const Planning& planning, const Task& task) const {
   if (!task.retreat && !lease_.held_by(planning.command.commander, now())) {
     return "the lease was lost while the motion was planned";
   }
@@ -289,10 +289,10 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
   const testbed_command2_t& command = planning.command;
   Task& task = planned.task;
   std::string reason = planned.refusal;
-  if (reason.empty()) reason = why_not_now(planning, task);
+  if (reason.empty()) reason = refusal_after_planning(planning, task);
   if (!reason.empty()) return refuse(command, reason);
   task.seq = command.seq;
-  if (planned.guidance) guidance_.go_on_as(std::move(*planned.guidance));
+  if (planned.guidance) guidance_.continue_as(std::move(*planned.guidance));
   if (task.retreat) set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   if (task.mode == Mode::closed_loop && task.steering) {
     const auto& estimate = guidance_.estimate();

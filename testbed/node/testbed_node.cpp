@@ -132,7 +132,7 @@ void TestbedNode::tick() {
     }
   }
   supervise();
-  go_on_when_good();
+  resume_when_good();
   repeat_hold_until_at_rest();
   watch_clearance();
   watch_rest();

@@ -104,8 +104,8 @@ class TestbedNode final : public Node {
   std::string plan(const testbed_command2_t& command, const testbed::ArmPair& start,
                    std::function<void(Planned&)> job);
   void begin_planned(const Planning& planning, Planned planned);
-  std::string why_not_now(const Planning& planning, const Task& task) const;
-  void give_up_planning(const std::string& reason);
+  std::string refusal_after_planning(const Planning& planning, const Task& task) const;
+  void abandon_planning(const std::string& reason);
   void reset(const std::string& reason);
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
@@ -142,7 +142,7 @@ class TestbedNode final : public Node {
   void leave_motion();
   /// At rest before a retreat, and held.
   bool waits_to_retreat() const;
-  void go_on_when_good();
+  void resume_when_good();
   void repeat_hold_until_at_rest();
   bool both_reported() const;
   void watch_clearance();

@@ -82,7 +82,7 @@ void TestbedNode::leave_motion() {
   if (mode_ != Mode::idle) mode_ = task_.mode;
 }
 
-void TestbedNode::go_on_when_good() {
+void TestbedNode::resume_when_good() {
   if (!paused_ || held_ || verdict_.level != Level::good || now() - good_since_ < good_for) return;
   event(event_t::NOTICE, "starts-again", "the arms are started again and go back to the path");
   begin_start();

@@ -50,7 +50,7 @@ void SafetySupervisor::on_scan(std::int64_t received, bool more) {
 SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
                                                   const Activity& activity) const {
   // What is put right by hand comes first: it stays true however silent the others are.
-  if (const auto verdict = judge_by_hand()) return *verdict;
+  if (const auto verdict = judge_manual_faults()) return *verdict;
   // Then nodes that are gone altogether, before the messages that they no longer send.
   if (const auto verdict = judge_nodes(now, settings_.watched_nodes)) return *verdict;
   if (const auto verdict = judge_arms(now, activity.engaged)) return *verdict;
@@ -70,7 +70,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_node_faults() c
   return std::nullopt;
 }
 
-std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_by_hand() const {
+std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_manual_faults() const {
   for (const ArmRole role : both_arms) {
     const std::optional<ArmReport>& report = arm(role);
     if (!report) continue;
@@ -98,11 +98,11 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_chain() const {
   return std::nullopt;
 }
 
-std::string SafetySupervisor::to_be_put_right() const {
-  const std::optional<Verdict> by_hand = judge_by_hand();
-  if (by_hand && by_hand->code == "arm-estop") return by_hand->reason;
+std::string SafetySupervisor::unresettable_fault() const {
+  const std::optional<Verdict> manual = judge_manual_faults();
+  if (manual && manual->code == "arm-estop") return manual->reason;
   // A controller says more of an open chain than the PLC.
-  return judge_chain() ? by_hand->reason : "";
+  return judge_chain() ? manual->reason : "";
 }
 
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_arms(std::int64_t now,

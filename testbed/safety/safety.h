@@ -67,14 +67,14 @@ class SafetySupervisor {
   void on_node(const std::string& node, const std::string& fault) { node_faults_[node] = fault; }
 
   Verdict judge(std::int64_t now, const Activity& activity) const;
-  /// What no controller's reset clears: an emergency stop, the fence. Empty: nothing of the kind.
-  std::string to_be_put_right() const;
+  /// Fault that no controller's reset clears: an emergency stop, the fence. Empty: none.
+  std::string unresettable_fault() const;
   const std::optional<ArmReport>& arm(ArmRole role) const {
     return role == ArmRole::replica ? replica_ : sensor_;
   }
 
  private:
-  std::optional<Verdict> judge_by_hand() const;
+  std::optional<Verdict> judge_manual_faults() const;
   std::optional<Verdict> judge_chain() const;
   std::optional<Verdict> judge_arms(std::int64_t now, bool engaged) const;
   std::optional<Verdict> judge_facility(std::int64_t now) const;
