@@ -2,6 +2,7 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "testbed/motion/arm_allocation.h"
+#include "testbed/motion/trajectory_history.h"
 
 namespace berth::testbed {
 namespace {
