@@ -3,7 +3,7 @@
 
 #include "common/core/config.h"
 #include "common/core/positive.h"
-#include "common/core/unit.h"
+#include "common/core/quantity.h"
 
 namespace berth {
 namespace {

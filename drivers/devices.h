@@ -37,7 +37,7 @@ struct PlcDevice {
   Utime dial_timeout = Sockets::dial_timeout;
 };
 
-/// What stands behind the LIDAR driver (docs/lidar.md).
+/// The LIDAR driver's source of scans (docs/lidar.md).
 struct LidarDevice {
   enum class Kind { tcp, files, log, folder };
   Kind adapter = Kind::tcp;

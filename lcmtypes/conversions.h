@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/core/arm_kinematics.h"
+#include "common/core/lidar_profile.h"
 #include "common/core/pose.h"
-#include "common/core/scan_window.h"
 
 /// What the programs compute with, to and from the fields of messages: metres, radians, seconds;
 /// quaternions w x y z; matrices row by row.

@@ -9,8 +9,8 @@
 #include "testbed/guidance/profile.h"
 #include "testbed/motion/clearance.h"
 #include "testbed/motion/path_check.h"
+#include "testbed/safety/arm_watch.h"
 #include "testbed/safety/estimate_watch.h"
-#include "testbed/safety/following_watch.h"
 #include "testbed/safety/safety.h"
 #include "testbed/truth/ground_truth.h"
 

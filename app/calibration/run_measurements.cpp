@@ -178,7 +178,7 @@ void add_scans(CalibrationRun& run, const Cell& cell, std::vector<Estimate> esti
     const auto before = fastest_between(run, estimate.first_return - calming, estimate.last_return);
     if (!before || *before > resting_rate) continue;
     constexpr double same = 5e-5;  // rad: the reports' steps
-    if (groups.empty() || testbed::largest_change(groups.back().joints, joints) > same) {
+    if (groups.empty() || testbed::max_change(groups.back().joints, joints) > same) {
       groups.push_back({joints, estimate.time, {}});
     }
     groups.back().measured.push_back(estimate.measured);
@@ -250,7 +250,7 @@ void add_readings(CalibrationRun& run, const std::vector<testbed::TrackerLine>& 
     }
     if (*rate > resting_rate) continue;
     const ArmPair joints = joints_at(run, t);
-    if (averages.empty() || testbed::largest_change(resting, joints) > 5e-5) {
+    if (averages.empty() || testbed::max_change(resting, joints) > 5e-5) {
       close();
       resting = joints;
       ++rests;

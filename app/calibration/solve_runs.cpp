@@ -6,7 +6,7 @@
 #include "app/calibration/run_measurements.h"
 #include "common/core/error.h"
 #include "common/core/text.h"
-#include "testbed/calibration/calibrated_cell.h"
+#include "testbed/calibration/calibration.h"
 #include "testbed/calibration/observability.h"
 
 namespace berth {

@@ -21,7 +21,7 @@
 #include "common/core/text.h"
 #include "common/core/utc.h"
 #include "procedures/check/rig.h"
-#include "testbed/calibration/calibration_file.h"
+#include "testbed/calibration/calibration.h"
 
 namespace berth::commands {
 namespace {

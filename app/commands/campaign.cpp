@@ -23,7 +23,7 @@
 #include "app/terminal/interruption.h"
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"
-#include "common/core/shipped_file.h"
+#include "common/core/shared_files.h"
 #include "common/core/statistics.h"
 #include "common/core/table.h"
 #include "common/core/text.h"

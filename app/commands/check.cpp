@@ -12,7 +12,7 @@
 #include "app/exit_code.h"
 #include "app/terminal/check_list.h"
 #include "common/core/error.h"
-#include "common/core/shipped_file.h"
+#include "common/core/shared_files.h"
 #include "common/core/valid_text.h"
 #include "procedures/language/schema.h"
 

@@ -9,7 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/renamed_keys.h"
-#include "common/core/yaml_files.h"
+#include "common/core/yaml.h"
 
 namespace berth::commands {
 namespace {

@@ -17,8 +17,8 @@
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
 #include "common/core/lidar_profile.h"
+#include "common/core/quantity.h"
 #include "common/core/text.h"
-#include "common/core/unit.h"
 #include "common/core/valid_text.h"
 #include "estimator/model/model_file.h"
 

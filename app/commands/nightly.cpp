@@ -8,7 +8,7 @@
 #include "app/exit_code.h"
 #include "app/runs/run_files.h"
 #include "common/core/error.h"
-#include "common/core/shipped_file.h"
+#include "common/core/shared_files.h"
 
 namespace berth::commands {
 

@@ -10,7 +10,7 @@
 #include "app/runs/arms_now.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
-#include "common/core/shipped_file.h"
+#include "common/core/shared_files.h"
 #include "common/core/valid_text.h"
 #include "procedures/check/check.h"
 

@@ -6,7 +6,7 @@
 
 #include "app/hardware/clock_finding.h"
 #include "common/core/text.h"
-#include "drivers/arm/foreign_kinematics.h"
+#include "drivers/arm/report_evaluation.h"
 
 namespace berth {
 namespace {
@@ -44,7 +44,7 @@ std::string entry_of(const SnpxAssignment& a) {
 ArmExamination::ArmExamination(Setup setup, Loop& loop)
     : setup_(std::move(setup)),
       name_(std::string(name_of(setup_.role)) + " arm"),
-      wire_(setup_.map, linear_axes(*setup_.kinematics)),
+      codec_(setup_.map, linear_axes(*setup_.kinematics)),
       controller_clock_(setup_.map.counter_wrap),
       clock_(setup_.map.tick_period),
       controller_({.device = name_,
@@ -72,7 +72,7 @@ void ArmExamination::on_status(const RegisterAnswer& answer) {
   const bool first = words_.empty();
   words_ = answer.words;
   int tick_ms = 0;
-  const ArmReport before = std::exchange(report_, wire_.decode(answer.words, tick_ms));
+  const ArmReport before = std::exchange(report_, codec_.decode(answer.words, tick_ms));
   report_.controller_time = controller_clock_.add(tick_ms);
   if (!first && report_.heartbeat != before.heartbeat) ++beats_;
   if (report_.error != 0) read_alarm();

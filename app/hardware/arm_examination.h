@@ -10,8 +10,8 @@
 #include "app/hardware/polled_registers.h"
 #include "common/bus/clock_map.h"
 #include "common/core/cell.h"
-#include "drivers/arm/arm_wire.h"
-#include "drivers/arm/controller_clock.h"
+#include "drivers/arm/register_map.h"
+#include "drivers/arm/snpx_adapter.h"
 #include "drivers/devices.h"
 
 namespace berth {
@@ -57,7 +57,7 @@ class ArmExamination {
 
   Setup setup_;
   std::string name_;
-  ArmWire wire_;
+  ArmRegisterCodec codec_;
   ControllerClock controller_clock_;
   ClockMap clock_;
   int reads_ = 0;

@@ -5,8 +5,8 @@
 
 #include "app/hardware/clock_finding.h"
 #include "common/core/text.h"
-#include "drivers/lidar/identity.h"
-#include "drivers/lidar/make_adapter.h"
+#include "drivers/lidar/adapter.h"
+#include "drivers/lidar/limits.h"
 
 namespace berth {
 namespace {

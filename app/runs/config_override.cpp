@@ -6,9 +6,9 @@
 #include <sstream>
 #include <vector>
 
-#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/shared_files.h"
 #include "common/core/text.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"

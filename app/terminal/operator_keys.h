@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/terminal/style.h"
-#include "common/bus/command_client.h"
+#include "common/bus/commands.h"
 
 namespace berth::terminal {
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "common/bus/bus.h"
-#include "common/bus/command_client.h"
+#include "common/bus/commands.h"
 
 namespace berth {
 

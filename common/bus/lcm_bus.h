@@ -25,7 +25,7 @@ class LcmBus final : public Bus {
   ~LcmBus() override;
 
   void start();
-  /// Every message of every channel, undecoded: for who shows them all.
+  /// Every message of every channel, undecoded: for displays.
   using AnyHandler = std::function<void(const std::string& channel, Bytes)>;
   void subscribe_all(Queue queue, AnyHandler handler);
   BusCounters counters() const override;

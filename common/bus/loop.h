@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -13,7 +14,7 @@ using Utime = std::int64_t;
 constexpr Utime millisecond = 1000;
 constexpr Utime second = 1000000;
 constexpr double seconds(Utime t) { return static_cast<double>(t) * 1e-6; }
-Utime utime_from_seconds(double s);
+inline Utime utime_from_seconds(double s) { return static_cast<Utime>(std::llround(s * 1e6)); }
 
 class Worker;
 

@@ -12,7 +12,7 @@
 
 namespace berth {
 
-/// What every node is told by the program that hosts it.
+/// Setup of a node, from the program that hosts it.
 struct NodeSetup {
   std::string name;                ///< "arm-driver-replica"
   std::int64_t session = 0;        ///< of the run: messages of another session move nothing
@@ -47,7 +47,7 @@ class Node {
   void event(std::int8_t severity, const std::string& code, const std::string& text);
   /// A figure shown with the status, e.g. count("read_rate_hz", 99.8).
   void count(const std::string& name, double value) { counters_[name] = value; }
-  /// Does what takes long beside the loop, after what was given before (Worker).
+  /// Queues long work for the node's Worker.
   /// @return false: so much waits that this is dropped, and counted as overflowed.
   bool work(Worker::Job job);
   /// A node that works calls it in its destructor: jobs touch what is destroyed then.

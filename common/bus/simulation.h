@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <typeindex>
 #include <vector>
@@ -12,6 +13,54 @@
 #include "common/bus/loop.h"
 
 namespace berth {
+
+class SimulatedLoop;
+
+/// Pending events of a Simulation: by time, those of one time in the order of their requests.
+class EventQueue {
+ public:
+  struct Event {
+    SimulatedLoop* loop = nullptr;  ///< null: of the simulation itself
+    Utime period = 0;               ///< 0: once
+    Loop::Task task;
+  };
+
+  /// @return its name for cancel(), never 0
+  Loop::TimerId add(Utime when, Event event);
+  /// Of one that is over or cancelled: does nothing.
+  void cancel(Loop::TimerId timer);
+  /// When the next event is due; nothing: there is none.
+  std::optional<Utime> next();
+  /// Takes the next event out. One that repeats stays, a period later. Only after next() named one.
+  Event take();
+
+ private:
+  struct Slot {
+    Event event;
+    std::uint32_t uses = 1;  // one more when it is free again: names of its past mean nothing
+  };
+  struct Entry {
+    Utime when;
+    std::uint64_t order;
+    std::uint32_t slot;
+    std::uint32_t uses;
+  };
+
+  struct Later {
+    bool operator()(const Entry& a, const Entry& b) const {
+      return a.when != b.when ? a.when > b.when : a.order > b.order;
+    }
+  };
+
+  void push(Utime when, std::uint32_t slot);
+  void pop();
+  void release(std::uint32_t slot);
+
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_;
+  std::vector<Entry> heap_;  // the next in front; those of cancelled events stay until they are due
+  std::uint64_t order_ = 0;
+};
 
 class SimulatedLoop;
 class SimulatedBus;
@@ -67,8 +116,8 @@ class Simulation {
   std::uint64_t events_run() const { return events_run_; }
   Utime wire_latency() const;
 
-  /// The one object of its type, made when it is asked for first: what drivers and devices of the
-  /// twin share beside the bus.
+  /// The one object of its type, made at the first call: state that drivers and devices of the
+  /// twin share apart from the bus.
   template <class T>
   T& shared() {
     std::shared_ptr<void>& object = shared_[typeid(T)];

@@ -64,7 +64,7 @@ class Sockets {
   Sockets& operator=(const Sockets&) = delete;
 
   /// Looks the name up and connects, without waiting; calls back with the socket, or with none
-  /// where nobody listens or nobody has answered within the time-out.
+  /// where no server listens or none has answered within the time-out.
   /// @throws InputError when the address is not of the form host:port.
   void dial(const std::string& address, Ready connected, Utime timeout = dial_timeout);
   /// Why the address cannot be reached by any patience: its name is not known, or nobody has

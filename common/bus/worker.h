@@ -16,15 +16,15 @@ namespace berth {
 
 class ProcessLoop;
 
-/// Long work of a node, beside its loop: jobs run one after another, in the order in which they
-/// were given. What a job touches is the worker's from give() until the job's `done` runs. Given by
-/// Loop::make_worker. Called from the loop only.
+/// Long work of a node, on a thread of its own: jobs run one after another, in the order in which
+/// they were given. What a job touches is the worker's from give() until the job's `done` runs.
+/// Given by Loop::make_worker. Called from the loop only.
 class Worker {
  public:
   struct Job {
     std::string name;            ///< for the operator, e.g. "planning command 12"
     Utime budget = 0;            ///< us from when it may begin; a longer job is a fault
-    std::function<void()> run;   ///< beside the loop
+    std::function<void()> run;   ///< on the worker's thread
     std::function<void()> done;  ///< then, on the loop
   };
   /// The job under way has taken longer than its budget.

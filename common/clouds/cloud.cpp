@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "common/clouds/pcd_cloud.h"
-#include "common/clouds/ply_cloud.h"
-#include "common/clouds/ptx_cloud.h"
+#include "common/clouds/cloud_formats.h"
 #include "common/clouds/text_lines.h"
 #include "common/clouds/text_table.h"
 #include "common/core/error.h"

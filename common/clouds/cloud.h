@@ -16,34 +16,34 @@ namespace berth::clouds {
 struct CloudCounts {
   std::size_t points = 0;  ///< rows of the file, empty beams included
   std::size_t hits = 0;
-  std::size_t misses = 0;         ///< empty beams whose direction the file's grid tells
-  std::size_t undirected = 0;     ///< empty beams whose direction nothing tells: dropped
+  std::size_t misses = 0;         ///< empty beams whose direction follows from the file's grid
+  std::size_t undirected = 0;     ///< empty beams of unknown direction: dropped
   std::size_t not_finite = 0;     ///< a coordinate that is missing or no number: dropped
   std::size_t at_sensor = 0;      ///< range zero: dropped
   std::size_t later_returns = 0;  ///< not the first of their beam (return_number > 1): dropped
 };
 
-/// One beam, as far as a cloud tells it.
+/// One beam, as far as a cloud file has it.
 struct CloudBeam {
   std::int64_t utime = 0;  ///< us; 0 where the file has no times
   bool hit = false;        ///< else nothing came back
   double range = 0;        ///< m; 0 unless hit
   double azimuth = 0;      ///< rad, to the right
   double elevation = 0;    ///< rad, up
-  double range_sigma = 0;  ///< m; 0: not said
+  double range_sigma = 0;  ///< m; 0: unknown
 };
 
 /// A cloud file as the beams that made it. Sensor frame, m.
 struct Cloud {
   std::vector<CloudBeam> beams;  ///< hits and misses, in the file's order
   CloudCounts counts;
-  bool has_misses = false;  ///< the format tells empty beams
+  bool has_misses = false;  ///< the format has empty beams
   bool has_times = false;   ///< else the scan is taken to be of one time
   bool has_sigmas = false;
   std::vector<std::string> notes;  ///< what a user should know of how the file was read
 };
 
-/// What a file cannot tell of itself.
+/// Options for information that files lack.
 struct CloudOptions {
   std::optional<double> us_per_time;  ///< unit of its times, whatever name and magnitude say
 };

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/clouds/pcd_cloud.h"
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -9,6 +7,7 @@
 #include <numeric>
 
 #include "common/clouds/cloud_builder.h"
+#include "common/clouds/cloud_formats.h"
 #include "common/clouds/text_lines.h"
 #include "common/clouds/text_table.h"
 #include "common/core/error.h"

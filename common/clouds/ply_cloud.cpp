@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/clouds/ply_cloud.h"
-
 #include "common/clouds/cloud_builder.h"
+#include "common/clouds/cloud_formats.h"
 #include "common/files/ply_reader.h"
 
 namespace berth::clouds {

@@ -292,7 +292,7 @@ class Reading {
   bool counts_from_1_ = true;
 };
 
-/// "sep=;" is how spreadsheets are told what parts the cells. @return the delimiter, or 0.
+/// "sep=;" declares the delimiter of a spreadsheet's cells. @return the delimiter, or 0.
 char declared_delimiter(std::string_view text) {
   std::string_view line = text.substr(0, text.find_first_of("\r\n"));
   if (line.size() > 1 && line.front() == '"' && line.back() == '"') {
@@ -310,8 +310,9 @@ Table read_text_table(std::string_view text, const std::string& file,
     if (declared == nullptr && text.find(c) != std::string_view::npos) delimiters += c;
   }
   delimiters += ' ';
-  if (const char told = declared == nullptr ? declared_delimiter(text) : '\0'; told != '\0') {
-    delimiters = told;
+  if (const char declared_character = declared == nullptr ? declared_delimiter(text) : '\0';
+      declared_character != '\0') {
+    delimiters = declared_character;
     text.remove_prefix(std::min(text.find_first_of("\r\n"), text.size()));
   }
   const bool has_comma = text.find(',') != std::string_view::npos;

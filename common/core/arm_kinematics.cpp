@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/arm_kinematics.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
 #include "common/core/body_shapes.h"
 #include "common/core/gantry.h"
 #include "common/core/spherical_wrist.h"
 
 namespace berth {
+
+double min_singular_value(const Matrix6d& jacobian) {
+  const Matrix6d square = jacobian * jacobian.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(square, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+}
 
 std::string ArmConfiguration::text() const {
   std::string text = std::string(flip ? "F" : "N") + (up ? " U" : " D") + (front ? " T" : " B");

@@ -13,6 +13,10 @@
 
 namespace berth {
 
+/// Of a Jacobian, to about 1e-8 of its greatest one (from the eigenvalues of J J^T: far quicker
+/// than a decomposition).
+double min_singular_value(const Matrix6d& jacobian);
+
 /// Six joints as the teach pendant counts them: rad for rotary axes, m for linear ones.
 using Joints = std::array<double, 6>;
 

@@ -14,7 +14,7 @@ namespace berth {
 enum class ArmRole { replica, sensor };
 const char* name_of(ArmRole role);
 
-/// One arm as it stands in the cell.
+/// One arm and its place in the cell.
 struct PlacedArm {
   ArmRole role = ArmRole::replica;
   std::shared_ptr<const ArmKinematics> kinematics;
@@ -33,7 +33,7 @@ struct RoomBody {
   bool keep_out = false;  ///< not there to be seen; only not to be entered
 };
 
-/// The cell as everybody believes it to be: a layout file (config/layouts) with the target mounted.
+/// The nominal cell: a layout file (config/layouts) with the target mounted.
 /// Cell frame: z up, floor at z = 0, x from the sensor arm's base to the replica arm's.
 struct Cell {
   std::string layout;
@@ -57,5 +57,27 @@ struct Cell {
 Cell load_cell(const std::filesystem::path& layout_file, const Target& target);
 /// Of a run, with its target.
 Cell load_cell(const RunSetup& run);
+
+/// Cell::relative_pose, cached: computed anew only when a joint has moved. For one thread.
+class RelativePose {
+ public:
+  /// The cell must outlive it.
+  explicit RelativePose(const Cell& cell) : cell_(cell) {}
+
+  const Pose& at(const Joints& replica, const Joints& sensor) {
+    if (known_ && replica == replica_ && sensor == sensor_) return pose_;
+    known_ = true;
+    replica_ = replica;
+    sensor_ = sensor;
+    return pose_ = cell_.relative_pose(replica, sensor);
+  }
+
+ private:
+  const Cell& cell_;
+  bool known_ = false;
+  Joints replica_{};
+  Joints sensor_{};
+  Pose pose_;
+};
 
 }  // namespace berth

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/core/singular_value.h"
+#include "common/core/arm_kinematics.h"
 #include "common/core/text.h"
 
 namespace berth {

@@ -6,19 +6,19 @@
 
 namespace berth {
 
-/// Who may command: one at a time, as long as he is heard. Times in us.
+/// The right to command: of one commander at a time, as long as it renews it. Times in us.
 class Lease {
  public:
   explicit Lease(std::int64_t lifetime) : lifetime_(lifetime) {}
 
-  /// @return false when somebody else holds it.
+  /// @return false when another commander holds it.
   bool take(const std::string& commander, std::int64_t now) {
     if (held(now) && holder_ != commander) return false;
     holder_ = commander;
     expires_ = now + lifetime_;
     return true;
   }
-  /// @return false when it is not his.
+  /// @return false when this commander does not hold it.
   bool keep(const std::string& commander, std::int64_t now) {
     return held_by(commander, now) && take(commander, now);
   }

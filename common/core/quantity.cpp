@@ -7,7 +7,6 @@
 
 #include "common/core/error.h"
 #include "common/core/pose.h"
-#include "common/core/unit.h"
 
 namespace berth {
 namespace {

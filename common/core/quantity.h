@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,5 +28,9 @@ double parse_quantity(std::string_view text, Dimension dimension);
 
 /// "a length such as '5.5 m'": for error messages and help.
 std::string describe(Dimension dimension);
+
+/// What the unit of this name is in SI units, as in quantities; nothing where the dimension has
+/// none of that name.
+std::optional<double> find_unit(std::string_view name, Dimension dimension);
 
 }  // namespace berth

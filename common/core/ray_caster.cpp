@@ -9,7 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/core/triangle.h"
+#include "common/core/mesh.h"
 
 namespace berth {
 namespace {

@@ -25,4 +25,22 @@ fs::path shared_files() {
   throw InputError("Berth's files (config/layouts) are not found; set BERTH_HOME to their place");
 }
 
+fs::path here_or_shipped(const fs::path& path) {
+  if (path.empty() || path.is_absolute() || fs::exists(path)) return path;
+  const fs::path shipped = shared_files() / path;
+  return fs::exists(shipped) ? shipped : path;
+}
+
+void copy_writable(const fs::path& from, const fs::path& to) {
+  if (fs::is_directory(from)) {
+    fs::create_directory(to);
+    for (const auto& entry : fs::directory_iterator(from)) {
+      copy_writable(entry.path(), to / entry.path().filename());
+    }
+    return;
+  }
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing);
+  fs::permissions(to, fs::perms::owner_write, fs::perm_options::add);
+}
+
 }  // namespace berth

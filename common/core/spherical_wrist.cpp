@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/core/singular_value.h"
+#include "common/core/arm_kinematics.h"
 #include "common/core/text.h"
 
 namespace berth {
@@ -188,12 +188,12 @@ void SphericalWristArm::place_wrist(const Vector3d& wrist, const Found& found,
 /// that is not open, where text() says why.
 template <class Found, class Closed>
 void SphericalWristArm::solve(const Pose& flange, const Found& found, const Closed& closed) const {
-  Matrix3d wanted = flange.rotation.toRotationMatrix();
-  wanted.rightCols<2>() *= -1;  // the last twist undone
+  Matrix3d reference = flange.rotation.toRotationMatrix();
+  reference.rightCols<2>() *= -1;  // the last twist undone
   const Vector3d wrist = flange.position - geometry_.d6 * (flange.rotation * Vector3d::UnitZ());
   const auto turn_wrist = [&](const Placement& placement) {
     // what is left for the wrist: Rz(J4) Ry(-J5) Rz(J6)
-    const Matrix3d m = forearm_frame(placement.joints).transpose() * wanted;
+    const Matrix3d m = forearm_frame(placement.joints).transpose() * reference;
     const double sine = std::hypot(m(0, 2), m(1, 2));
     for (const bool flip : {false, true}) {
       if (sine < singular_sine) {

@@ -18,15 +18,15 @@ namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
-/// The highest rank (from 1) whose value is above the quantile with no more than this chance: the
-/// number of values below the quantile is binomial. 0: there is none.
-std::size_t rank_below(std::size_t values, double share, double chance) {
+/// The highest rank (from 1) whose value is above the quantile with no more than this probability:
+/// the number of values below the quantile is binomial. 0: there is none.
+std::size_t rank_below(std::size_t values, double share, double probability) {
   using namespace boost::math::policies;
   using Down = policy<discrete_quantile<integer_round_down>>;
   if (values == 0) return 0;
   const boost::math::binomial_distribution<double, Down> below(static_cast<double>(values), share);
-  if (cdf(below, 0) > chance) return 0;
-  return static_cast<std::size_t>(quantile(below, chance)) + 1;
+  if (cdf(below, 0) > probability) return 0;
+  return static_cast<std::size_t>(quantile(below, probability)) + 1;
 }
 
 }  // namespace

@@ -373,4 +373,17 @@ YamlNode read_yaml(const std::string& bytes, const std::string& name) {
   return tree.root();
 }
 
+namespace fs = std::filesystem;
+
+std::vector<fs::path> yaml_files(const fs::path& directory) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file() && entry.path().extension() == ".yaml") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 }  // namespace berth

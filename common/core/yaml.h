@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -77,5 +78,9 @@ std::string clean_text(const std::string& bytes, const std::string& name);
 /// `max_yaml_levels` levels.
 /// @throws InputError "name:line: ..." for everything else.
 YamlNode read_yaml(const std::string& bytes, const std::string& name);
+
+/// All files *.yaml below a directory, in order of their names.
+/// @throws std::filesystem::filesystem_error
+std::vector<std::filesystem::path> yaml_files(const std::filesystem::path& directory);
 
 }  // namespace berth

@@ -11,8 +11,19 @@
 #include <vector>
 
 #include "common/core/mesh.h"
+#include "common/core/pose.h"
 
 namespace berth {
+
+/// Cuts a polygon, convex or not, into triangles of the polygon's winding by clipping ears
+/// (Meisters, "Polygons have ears", 1975), seen along its mean normal (Newell). Corners of a convex
+/// one are joined with its first, of one with a single concave corner with that one. Holes may be
+/// joined to the outline by an edge that is passed twice. Time grows with the square of the corners
+/// where it is concave.
+/// @param triangles indices of corners are added; none for a polygon without area.
+/// @return false when it crosses itself.
+bool triangulate(std::span<const Vector3d> corners,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 /// Makes a mesh from the vertices and faces of a file: vertices of one place become one, polygons
 /// triangles, faces without area are counted.

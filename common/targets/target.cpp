@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "common/core/copy_writable.h"
 #include "common/core/error.h"
 #include "common/core/shared_files.h"
 #include "common/core/text.h"
@@ -111,13 +110,13 @@ Mesh turned_mesh(const Target& target, const std::vector<double>& angles) {
     return target.parts[part].joint.has_value() && angles[part] != 0;
   };
   // Vertices as they lie between triangles of two parts are kept by one, and copied for the others.
-  constexpr std::uint16_t nobody = 0xFFFF;
-  std::vector<std::uint16_t> part_of_vertex(mesh.vertices.size(), nobody);
+  constexpr std::uint16_t no_part = 0xFFFF;
+  std::vector<std::uint16_t> part_of_vertex(mesh.vertices.size(), no_part);
   std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> copies;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const std::uint16_t part = target.part_index(i);
     for (std::uint32_t& v : mesh.triangles[i]) {
-      if (part_of_vertex[v] == nobody) part_of_vertex[v] = part;
+      if (part_of_vertex[v] == no_part) part_of_vertex[v] = part;
       const std::uint16_t of = part_of_vertex[v];
       if (of == part || (!turns(of) && !turns(part))) continue;
       const auto [copy, is_new] =
@@ -132,7 +131,7 @@ Mesh turned_mesh(const Target& target, const std::vector<double>& angles) {
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const std::uint16_t part = part_of_vertex[v];
-    if (part == nobody || !turns(part)) continue;
+    if (part == no_part || !turns(part)) continue;
     mesh.vertices[v] = turned(*target.parts[part].joint, angles[part]) * mesh.vertices[v];
   }
   return mesh;

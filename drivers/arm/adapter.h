@@ -10,12 +10,12 @@
 
 namespace berth {
 
-/// What a controller does, as it reports it.
+/// State of a controller, as reported.
 enum class ControllerState { idle = 1, running = 2, held = 3, fault = 4, emergency_stop = 5 };
 
 /// One report of a controller.
 struct ArmReport {
-  bool valid = false;  ///< the controller vouches for the joints
+  bool valid = false;  ///< the controller marks the joints as valid
   Joints joints{};     ///< rad, m
   /// m, where the controller has its flange in its World; none: of another tool, or not known.
   std::optional<Vector3d> flange{};
@@ -25,7 +25,7 @@ struct ArmReport {
   int setpoint_taken = 0;  ///< ArmOrder::sequence of the last set-point that it has taken
   int state = 0;           ///< a ControllerState
   int error = 0;
-  std::string alarm{};        ///< the controller's own words for the error, once they are known
+  std::string alarm{};        ///< the controller's text for the error, once it is read
   int program_state = 0;      ///< 0 aborted, 1 paused, 2 running
   double speed_override = 0;  ///< 0..1
   double tcp_speed = 0;       ///< m/s
@@ -33,17 +33,17 @@ struct ArmReport {
   Utime received = 0;         ///< host time, us: and of before it
 };
 
-/// What a controller is to follow.
+/// Set-point of a controller.
 struct ArmOrder {
   Joints joints{};         ///< rad, m
   int sequence = 0;        ///< the controller takes the joints when it changes
-  bool follow = false;     ///< false: stand
+  bool follow = false;     ///< false: stop
   double speed_limit = 1;  ///< 0..1 of the joints' own
   Utime time = 0;          ///< host time at which the joints should be reached, us
 };
 
-/// An arm's controller as the driver's node has it, whatever is spoken to it. It keeps its
-/// connections up by itself. Driven by a loop; never waits. The node calls poll() and send() at
+/// An arm's controller as the driver's node uses it, of any protocol. It keeps its connections up
+/// by itself. Driven by a loop; never waits. The node calls poll() and send() at
 /// their periods; a controller that reports by itself, or asks for its set-points, has no need of
 /// the call.
 class ArmAdapter {
@@ -56,7 +56,7 @@ class ArmAdapter {
     connected,
     ready,            ///< it reports from now on
     not_verified,     ///< before ready; the text says what could not be checked of its setup
-    wrong,            ///< it is set up otherwise than configured; told again and again
+    wrong,            ///< it is set up otherwise than configured; reported repeatedly
     lost,             ///< it reports no longer; the text says why, or why it cannot be reached
     setpoints_open,   ///< set-points come through
     setpoints_closed  ///< they do not; the text says why
@@ -74,7 +74,7 @@ class ArmAdapter {
 
   /// Once, before anything else.
   virtual void start(Events events) = 0;
-  /// What it stands for: "127.0.0.1:15021".
+  /// For messages: "127.0.0.1:15021".
   virtual const std::string& name() const = 0;
   virtual const Capabilities& capabilities() const = 0;
 

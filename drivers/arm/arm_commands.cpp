@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an arm is told: commands in, registers out.
+// ARM_COMMAND in, registers out.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "common/core/text.h"
 #include "drivers/arm/arm_node.h"
-#include "drivers/arm/arm_wire.h"
-#include "drivers/arm/foreign_kinematics.h"
+#include "drivers/arm/register_map.h"
+#include "drivers/arm/report_evaluation.h"
 
 namespace berth {
 namespace {
@@ -35,8 +35,8 @@ bool ArmNode::newer(const arm_command_t& command) {
 
 void ArmNode::on_hold(const arm_command_t& command) {
   const bool known = !holds_.add({"", command.session, command.utime, command.seq});
-  const bool stands = hold_wanted_ && hold_written_ && state_.state != arm_state_t::RUNNING;
-  if (known && (following_ || stands)) return;  // superseded by START, or carried out
+  const bool at_rest = hold_requested_ && hold_written_ && state_.state != arm_state_t::RUNNING;
+  if (known && (following_ || at_rest)) return;  // superseded by START, or carried out
   const bool own = command.session == session();
   if (!known) {
     const std::string unusual =
@@ -122,14 +122,14 @@ void ArmNode::start() {
   }
   if (reason.empty()) reason = foreign_kinematics(report_, *arm_.kinematics);
   if (!reason.empty()) return warn("start-refused", "cannot start: " + reason);
-  // What the controller finds as its first set-point is where the arm stands.
+  // The first set-point that the controller reads is the arm's present joints.
   order_.joints = report_.joints;
   order_.sequence = (order_.sequence + 1) % adapter_->capabilities().sequence_wrap;
   order_.follow = true;
   have_order_ = true;
   following_ = start_pending_ = true;
   start_pulsed_ = false;
-  streamed_ = hold_wanted_ = false;
+  streamed_ = hold_requested_ = false;
   started_ = setpoint_received_ = now();
   order_.time = started_;
   adapter_->release();
@@ -138,7 +138,7 @@ void ArmNode::start() {
 
 void ArmNode::hold() {
   stop_following();
-  hold_wanted_ = true;
+  hold_requested_ = true;
   hold_written_ = false;
   hold_repeated_ = now();
   hold_writes_under_way_ += adapter_->hold([this](const std::string& error) {
@@ -159,13 +159,12 @@ void ArmNode::stop_following() {
 }
 
 void ArmNode::write_setpoint() {
-  const bool unheard = hold_wanted_ && !hold_written_ && hold_writes_under_way_ == 0;
-  if (unheard && adapter_->reachable()) hold();
+  const bool unconfirmed = hold_requested_ && !hold_written_ && hold_writes_under_way_ == 0;
+  if (unconfirmed && adapter_->reachable()) hold();
   if (!adapter_->ready() || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;
-    order_.joints =
-        report_.joints;  // nothing is followed yet, but let the register show no nonsense
+    order_.joints = report_.joints;  // not followed yet, but the registers show valid joints
     order_.sequence = report_.setpoint_taken;
     have_order_ = true;
   }

@@ -222,7 +222,7 @@ void ArmNode::on_report(const ArmReport& report_now) {
           name_ + " stopped by itself" + (state.reason.empty() ? "" : ": " + state.reason));
     stop_following();
   }
-  if (hold_wanted_ && running && now() - hold_repeated_ > hold_repeat_period) hold();
+  if (hold_requested_ && running && now() - hold_repeated_ > hold_repeat_period) hold();
   const bool healthy = !stale && report_.valid && setpoints_closed_.empty();
   report(!healthy     ? node_status_t::DEGRADED
          : following_ ? node_status_t::RUNNING

@@ -8,12 +8,12 @@
 #include <string>
 
 #include "common/bus/clock_map.h"
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/run_setup.h"
-#include "common/core/seen_commands.h"
 #include "drivers/arm/adapter.h"
-#include "drivers/arm/following_error.h"
+#include "drivers/arm/report_evaluation.h"
 #include "drivers/devices.h"
 
 namespace berth {
@@ -24,11 +24,11 @@ namespace berth {
 /// A HOLD goes out again until the controller has acknowledged it; where the way for reports or
 /// that for set-points is lost the arm is held over the other. It moves nothing for a command of
 /// another session, one that has expired or one that came before a newer; it follows set-points
-/// only between a START and the next HOLD, the first of them near where the arm stands and each
+/// only between a START and the next HOLD, the first of them near the arm's present joints and each
 /// next one as near as the joints' speed allows; it holds the arm by itself when set-points stop
 /// coming.
 ///
-/// A HOLD is obeyed whoever sends it: of any session, expired, overtaken. START is sent behind a
+/// A HOLD of any sender is obeyed: of any session, expired, overtaken. START is sent behind a
 /// copy of the HOLD that it supersedes, which names it: that one and those obeyed before are not
 /// obeyed again when they are repeated, all others are. A HOLD of another session is superseded
 /// only after the testbed has answered it with a new one of its own.
@@ -94,14 +94,14 @@ class ArmNode final : public Node {
   ArmOrder order_;
   bool have_order_ = false;
   bool following_ = false;
-  bool start_pending_ = false;  // asked for, the controller does not run yet
+  bool start_pending_ = false;  // requested, the controller does not run yet
   bool start_pulsed_ = false;
   bool streamed_ = false;  // a set-point came since START
-  bool hold_wanted_ = false;
+  bool hold_requested_ = false;
   bool hold_written_ = false;      // the controller has acknowledged it
   int hold_writes_under_way_ = 0;  // and not answered yet
   SeenCommands holds_;
-  std::optional<std::int64_t> held_by_session_;  // another one, whose HOLD stands
+  std::optional<std::int64_t> held_by_session_;  // another one, whose HOLD is in force
   Utime started_ = 0;
   Utime hold_repeated_ = 0;
   Utime setpoint_received_ = 0;

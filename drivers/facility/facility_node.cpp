@@ -110,17 +110,18 @@ void FacilityNode::announce_changes(const facility_state_t& before) {
                              state_.motion_enabled || !closed};
   const SafetyChain seen = std::exchange(seen_, now_seen);
   const std::string unseen = before.valid ? "" : "; it changed while the PLC was not seen";
-  const auto tell = [&](bool was, bool is, const char* good, const std::string& good_text,
-                        const char* bad, const std::string& bad_text) {
+  const auto report_change = [&](bool was, bool is, const char* good, const std::string& good_text,
+                                 const char* bad, const std::string& bad_text) {
     if (was && !is) event(event_t::ERROR, bad, bad_text + (known_ ? unseen : ""));
     if (!was && is) event(event_t::NOTICE, good, good_text + unseen);
   };
-  tell(seen.estop_closed, now_seen.estop_closed, "estop-released",
-       "the E-stop chain is closed again", "estop", "the E-stop chain is open");
-  tell(seen.fence_closed, now_seen.fence_closed, "fence-closed", "the fence is closed again",
-       "fence-open", "the fence is open");
-  tell(seen.motion_enabled, now_seen.motion_enabled, "motion-enabled", "motion is enabled again",
-       "motion-disabled", "motion is not enabled although E-stop chain and fence are closed");
+  report_change(seen.estop_closed, now_seen.estop_closed, "estop-released",
+                "the E-stop chain is closed again", "estop", "the E-stop chain is open");
+  report_change(seen.fence_closed, now_seen.fence_closed, "fence-closed",
+                "the fence is closed again", "fence-open", "the fence is open");
+  report_change(seen.motion_enabled, now_seen.motion_enabled, "motion-enabled",
+                "motion is enabled again", "motion-disabled",
+                "motion is not enabled although E-stop chain and fence are closed");
   if (before.valid != state_.valid || before.estop_chain_closed != state_.estop_chain_closed ||
       before.fence_closed != state_.fence_closed ||
       before.motion_enabled != state_.motion_enabled) {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "common/bus/command_answers.h"
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
 #include "drivers/devices.h"

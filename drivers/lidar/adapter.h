@@ -2,16 +2,19 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/bus/clock_map.h"
+#include "common/core/lidar_profile.h"
+#include "drivers/devices.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
 
-/// A scanning LIDAR as the driver's node has it, whatever is behind: a device, a recording,
-/// a folder of exports. Driven by a loop; never blocks.
+/// A scanning LIDAR as the driver's node uses it: a device, a recording, or a folder of exports.
+/// Driven by a loop; never blocks.
 class Adapter {
  public:
   struct Events {
@@ -31,7 +34,7 @@ class Adapter {
   virtual bool ready() const = 0;
   /// Why not, when not ready.
   virtual const std::string& reason() const = 0;
-  /// What it stands for: "127.0.0.1:15024".
+  /// For messages: "127.0.0.1:15024".
   virtual const std::string& name() const = 0;
   /// Known once ready.
   virtual const Identity& identity() const = 0;
@@ -43,5 +46,10 @@ class Adapter {
   /// Gives up on what answers there: `lost` is called.
   virtual void drop(const std::string& reason) = 0;
 };
+
+/// The adapter that a device's configuration names. @throws InputError when there is nothing to
+/// play back.
+std::unique_ptr<Adapter> make_adapter(const LidarDevice& device, const LidarProfile& profile,
+                                      Loop& loop);
 
 }  // namespace berth::lidar

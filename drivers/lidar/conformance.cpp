@@ -16,7 +16,7 @@
 namespace berth::lidar {
 namespace {
 
-using Heard = ConformancePeer::Heard;
+using Received = ConformancePeer::Received;
 using Outcome = ConformanceCheck::Outcome;
 
 /// Before the driver's next StatusQuery.
@@ -38,12 +38,12 @@ struct ScanRecord {
   Utime sent = 0;
   std::optional<ScanAnswer> answer;
   Utime answer_took = 0;
-  std::vector<Heard> returns;
+  std::vector<Received> returns;
   std::optional<ScanEnd> end;
 
   std::uint32_t beams() const {
     std::uint32_t n = 0;
-    for (const Heard& h : returns) {
+    for (const Received& h : returns) {
       n += static_cast<std::uint32_t>(std::get<Returns>(h.message).beams.size());
     }
     return n;
@@ -136,14 +136,14 @@ class Conformance {
   bool test_greeting() {
     auto peer = connect();
     const Utime sent = peer->send(Hello{});
-    auto heard = peer->await<Identity>(0, silence);
-    if (!heard && peer->closed()) {
+    auto received = peer->await<Identity>(0, silence);
+    if (!received && peer->closed()) {
       peer = connect();
       peer->send(Hello{1});
-      heard = peer->await<Identity>(0, silence);
+      received = peer->await<Identity>(0, silence);
     }
     const char* mend = "answer Hello with Identity (0x81) at once";
-    if (!heard) {
+    if (!received) {
       failed("Hello",
              !peer->damage().empty() ? peer->damage()
              : peer->closed()        ? "the connection is closed"
@@ -151,7 +151,7 @@ class Conformance {
              mend);
       return false;
     }
-    identity_ = std::get<Identity>(heard->message);
+    identity_ = std::get<Identity>(received->message);
     version_ = identity_.version;
     check("Hello",
           version_ < 1 || version_ > protocol_version
@@ -159,7 +159,7 @@ class Conformance {
                     std::to_string(protocol_version)
               : "",
           identity_.model + " " + identity_.serial + ", " + version_text(version_) + ", after " +
-              ms(heard->at - sent),
+              ms(received->at - sent),
           "Identity's version is at most Hello's");
     version_ = std::clamp<int>(version_, 1, protocol_version);
     test_identity();
@@ -189,20 +189,20 @@ class Conformance {
   }
 
   void test_versions() {
-    for (const int asked : {1, 9}) {
+    for (const int requested : {1, 9}) {
       const auto peer = connect();
-      peer->send(Hello{static_cast<std::uint16_t>(asked)});
-      const auto heard = peer->await<Identity>(0, silence);
-      const int expected = std::min(asked, version_);
-      const int got = heard ? std::get<Identity>(heard->message).version : 0;
-      if (asked > protocol_version && !heard && peer->closed()) {
+      peer->send(Hello{static_cast<std::uint16_t>(requested)});
+      const auto received = peer->await<Identity>(0, silence);
+      const int expected = std::min(requested, version_);
+      const int got = received ? std::get<Identity>(received->message).version : 0;
+      if (requested > protocol_version && !received && peer->closed()) {
         skipped("Hello of version 9", "the connection is closed: no driver speaks it yet");
         continue;
       }
-      check("Hello of " + version_text(asked),
+      check("Hello of " + version_text(requested),
             got == expected
                 ? ""
-                : (heard ? "answered with " + version_text(got) : std::string("no Identity")) +
+                : (received ? "answered with " + version_text(got) : std::string("no Identity")) +
                       ", expected " + version_text(expected),
             "answered with " + version_text(got), "answer in the newest version that both speak");
     }
@@ -216,25 +216,25 @@ class Conformance {
     std::string unsteady;
     for (std::uint32_t i = 0; i < 9; ++i) {
       const std::uint32_t token = 0xfedcba90 + i;
-      const std::size_t from = peer.heard().size();
+      const std::size_t from = peer.received().size();
       const Utime sent = peer.send(StatusQuery{token});
-      const auto heard = peer.await<Status>(from, silence);
-      if (!heard) {
+      const auto received = peer.await<Status>(from, silence);
+      if (!received) {
         failed("StatusQuery", "no Status within " + ms(silence),
                "answer each StatusQuery at once with Status (0x85)");
         return;
       }
-      const Status& status = std::get<Status>(heard->message);
+      const Status& status = std::get<Status>(received->message);
       if (status.token != token) {
         content = "token " + std::to_string(status.token) + ", expected " + std::to_string(token);
       } else if (status.state != DeviceState::idle) {
         content = "not idle, though nothing was ordered: " + status.reason;
       }
-      round_trips.push_back(heard->at - sent);
-      if (!clock_.add(sent, status.device_time, heard->at)) {
+      round_trips.push_back(received->at - sent);
+      if (!clock_.add(sent, status.device_time, received->at)) {
         unsteady = "reading " + std::to_string(i + 1) + " of 9 fits no line through those before";
       }
-      peer.wait([&] { return peer.closed(); }, at_once - std::min(at_once, heard->at - sent));
+      peer.wait([&] { return peer.closed(); }, at_once - std::min(at_once, received->at - sent));
     }
     check("Status", content, "token comes back, idle", "return the query's token and your state");
     std::sort(round_trips.begin(), round_trips.end());
@@ -276,28 +276,28 @@ class Conformance {
   ScanRecord order(ConformancePeer& peer, std::vector<Window> windows) {
     ScanRecord scan;
     scan.order = {++scan_id_, std::move(windows)};
-    first_ = peer.heard().size();
+    first_ = peer.received().size();
     scan.sent = peer.send(scan.order);
-    if (const auto heard = peer.await<ScanAnswer>(first_, silence)) {
-      scan.answer = std::get<ScanAnswer>(heard->message);
-      scan.answer_took = heard->at - scan.sent;
+    if (const auto received = peer.await<ScanAnswer>(first_, silence)) {
+      scan.answer = std::get<ScanAnswer>(received->message);
+      scan.answer_took = received->at - scan.sent;
     }
     return scan;
   }
   /// Until it ends, or nothing comes for longer than the driver waits.
   void follow(ConformancePeer& peer, ScanRecord& scan) {
-    for (std::size_t known = 0; known != peer.heard().size();) {
+    for (std::size_t known = 0; known != peer.received().size();) {
       if (peer.find<ScanEnd>(first_)) break;
-      known = peer.heard().size();
-      peer.wait([&] { return peer.closed() || peer.heard().size() != known; }, silence);
+      known = peer.received().size();
+      peer.wait([&] { return peer.closed() || peer.received().size() != known; }, silence);
     }
     collect(peer, scan);
   }
   void collect(const ConformancePeer& peer, ScanRecord& scan) const {
     scan.returns.clear();
-    for (std::size_t i = first_; i < peer.heard().size(); ++i) {
-      const Message& message = peer.heard()[i].message;
-      if (std::holds_alternative<Returns>(message)) scan.returns.push_back(peer.heard()[i]);
+    for (std::size_t i = first_; i < peer.received().size(); ++i) {
+      const Message& message = peer.received()[i].message;
+      if (std::holds_alternative<Returns>(message)) scan.returns.push_back(peer.received()[i]);
       if (const auto* end = std::get_if<ScanEnd>(&message)) scan.end = *end;
     }
   }
@@ -375,7 +375,7 @@ class Conformance {
   void test_beams(const std::string& of, const ScanRecord& scan) {
     std::vector<float> ranges;
     std::string fault;
-    for (const Heard& h : scan.returns) {
+    for (const Received& h : scan.returns) {
       for (const BeamReturn& beam : std::get<Returns>(h.message).beams) {
         const bool hit = beam.status == BeamStatus::hit;
         if (hit != (beam.range_m > 0)) {
@@ -408,7 +408,7 @@ class Conformance {
       double azimuth = 0;
       double elevation = 0;
       std::size_t n = 0;
-      for (const Heard& h : scan.returns) {
+      for (const Received& h : scan.returns) {
         const Returns& returns = std::get<Returns>(h.message);
         if (returns.window != w) continue;
         for (const BeamReturn& beam : returns.beams) {
@@ -437,7 +437,7 @@ class Conformance {
     std::vector<Utime> ages;
     const ClockLine line = clock_.line();
     std::int64_t last = INT64_MIN;
-    for (const Heard& h : scan.returns) {
+    for (const Received& h : scan.returns) {
       const Returns& returns = std::get<Returns>(h.message);
       for (const BeamReturn& beam : returns.beams) {
         const std::int64_t device = returns.device_time + beam.after_us;
@@ -511,13 +511,13 @@ class Conformance {
              "send Returns while the scan runs");
       return give_up(peer, scan);
     }
-    std::size_t from = peer.heard().size();
+    std::size_t from = peer.received().size();
     Utime sent = peer.send(StatusQuery{77});
-    const auto heard = peer.await<Status>(from, silence);
+    const auto received = peer.await<Status>(from, silence);
     std::string status_fault;
-    if (!heard || heard->at - sent > at_once) {
-      status_fault = heard ? "Status took " + ms(heard->at - sent) : "no Status";
-    } else if (const Status& status = std::get<Status>(heard->message);
+    if (!received || received->at - sent > at_once) {
+      status_fault = received ? "Status took " + ms(received->at - sent) : "no Status";
+    } else if (const Status& status = std::get<Status>(received->message);
                status.state != DeviceState::scanning || status.scan_id != scan.order.scan_id) {
       status_fault = "Status says state " + std::to_string(static_cast<int>(status.state)) +
                      ", scan " + std::to_string(status.scan_id);
@@ -525,7 +525,7 @@ class Conformance {
     check("Status while scanning", status_fault, "at once, with the scan's id",
           "answer StatusQuery at once while a scan runs: state 1 and its id");
 
-    from = peer.heard().size();
+    from = peer.received().size();
     const ScanOrder second{++scan_id_, {window(0, 0, 0.1, 0.1, 0.05)}};
     peer.send(second);
     const auto answer = peer.await<ScanAnswer>(from, silence);
@@ -539,13 +539,13 @@ class Conformance {
     check("a second order", second_fault, "refused, with a reason",
           "refuse an order while a scan runs, with a reason");
 
-    from = peer.heard().size();
+    from = peer.received().size();
     peer.send(Cancel{scan.order.scan_id + 1000});
     const bool ended = peer.await<ScanEnd>(from, at_once).has_value();
     check("Cancel of another scan", ended ? "the running scan has ended" : "", "does nothing",
           "end a scan for a Cancel of its own id alone");
 
-    from = peer.heard().size();
+    from = peer.received().size();
     sent = peer.send(Cancel{scan.order.scan_id});
     const auto end =
         peer.find<ScanEnd>(first) ? peer.find<ScanEnd>(first) : peer.await<ScanEnd>(from, silence);
@@ -561,7 +561,7 @@ class Conformance {
       end_fault = "ScanEnd says " + std::to_string(scan.end->beams) + " beams, " +
                   std::to_string(scan.beams()) + " came";
     } else {
-      const std::size_t before = peer.heard().size();
+      const std::size_t before = peer.received().size();
       peer.wait([&] { return peer.closed(); }, at_once);
       if (peer.find<Returns>(before)) end_fault = "Returns come after ScanEnd";
     }

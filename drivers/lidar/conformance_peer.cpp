@@ -64,7 +64,7 @@ void ConformancePeer::take(std::span<const std::uint8_t> bytes, Utime at) {
   while (const auto message = decoder_.next()) {
     const std::size_t length = static_cast<std::size_t>(bytes_[8]) | bytes_[9] << 8 |
                                bytes_[10] << 16 | static_cast<std::size_t>(bytes_[11]) << 24;
-    heard_.push_back({*message, bytes_[5], at});
+    received_.push_back({*message, bytes_[5], at});
     bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(16 + length));
   }
 }

@@ -16,7 +16,7 @@ namespace berth::lidar {
 /// time of its arrival. Waiting runs the loop.
 class ConformancePeer {
  public:
-  struct Heard {
+  struct Received {
     Message message;
     std::uint8_t type = 0;
     Utime at = 0;
@@ -33,23 +33,23 @@ class ConformancePeer {
   bool closed() const { return closed_; }
   /// Why its bytes are not the protocol's; empty: they are.
   const std::string& damage() const { return decoder_.error(); }
-  const std::vector<Heard>& heard() const { return heard_; }
+  const std::vector<Received>& received() const { return received_; }
 
   /// @return when it was sent.
   Utime send(const Message& message);
   void send_bytes(std::span<const std::uint8_t> bytes);
   /// @return done(), no later than after the time-out.
   bool wait(const std::function<bool()>& done, Utime timeout);
-  /// The first message of its kind from index `from` of heard() on.
+  /// The first message of its kind from index `from` of received() on.
   template <class Kind>
-  std::optional<Heard> find(std::size_t from) const {
-    for (std::size_t i = from; i < heard_.size(); ++i) {
-      if (std::holds_alternative<Kind>(heard_[i].message)) return heard_[i];
+  std::optional<Received> find(std::size_t from) const {
+    for (std::size_t i = from; i < received_.size(); ++i) {
+      if (std::holds_alternative<Kind>(received_[i].message)) return received_[i];
     }
     return std::nullopt;
   }
   template <class Kind>
-  std::optional<Heard> await(std::size_t from, Utime timeout) {
+  std::optional<Received> await(std::size_t from, Utime timeout) {
     wait([&] { return closed_ || find<Kind>(from).has_value(); }, timeout);
     return find<Kind>(from);
   }
@@ -63,7 +63,7 @@ class ConformancePeer {
   bool closed_ = false;
   std::vector<std::uint8_t> bytes_;  // not decoded yet
   Decoder decoder_;
-  std::vector<Heard> heard_;
+  std::vector<Received> received_;
 };
 
 }  // namespace berth::lidar

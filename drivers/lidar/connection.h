@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/bus/loop.h"
+#include "common/bus/sockets.h"
 #include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
@@ -15,8 +18,8 @@ namespace berth::lidar {
 class Connection {
  public:
   using OnMessage = std::function<void(const Message&)>;
-  /// Called once, from the loop, when the peer is gone or does not speak the protocol (then it can
-  /// still be told so); never after destruction. The connection may be destroyed in either
+  /// Called once, from the loop, when the peer is gone or does not speak the protocol (a
+  /// reason can still be sent); never after destruction. The connection may be destroyed in either
   /// callback.
   using OnClosed = std::function<void(const std::string& reason)>;
 
@@ -27,7 +30,7 @@ class Connection {
 
   /// Once, in the callback that has brought the connection.
   virtual void open(OnMessage on_message, OnClosed on_closed) = 0;
-  /// What both ends speak; until it is said, the newest.
+  /// Protocol version of both ends; until then the newest.
   virtual void speak(int version) = 0;
   virtual void send(const Message& message) = 0;
 };
@@ -42,5 +45,35 @@ using Accepted = std::function<void(std::unique_ptr<Connection>)>;
 void dial(Loop& loop, const std::string& address, Connected connected, Utime timeout);
 /// Accepts until the loop ends. @throws InputError when the address cannot be listened on.
 void listen(Loop& loop, const std::string& address, Accepted accepted);
+
+/// The protocol's bytes on a socket (PROTOCOL.md). What the peer does not take yet is kept here, up
+/// to a bound.
+class TcpConnection final : public Connection {
+ public:
+  TcpConnection(ProcessLoop& loop, Socket socket);
+  ~TcpConnection() override;
+
+  void open(OnMessage on_message, OnClosed on_closed) override;
+  void speak(int version) override { version_ = version; }
+  void send(const Message& message) override;
+  /// Bytes as they are, whether the protocol has them or not.
+  void send_bytes(std::span<const std::uint8_t> bytes);
+
+ private:
+  void read();
+  void flush();
+  void fail(const std::string& reason);
+
+  ProcessLoop& loop_;
+  Socket socket_;
+  bool over_ = false;  // on_closed_ is due or has been called
+  OnMessage on_message_;
+  OnClosed on_closed_;
+  int version_ = protocol_version;
+  Decoder decoder_;
+  std::vector<std::uint8_t> outbox_;
+  Loop::TimerId retry_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
 
 }  // namespace berth::lidar

@@ -14,9 +14,8 @@
 
 #include "common/core/error.h"
 #include "common/core/text.h"
-#include "drivers/lidar/cloud_recording.h"
-#include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
+#include "drivers/lidar/recording.h"
 
 namespace berth::lidar {
 namespace {
@@ -50,10 +49,10 @@ std::optional<Utime> time_in(const std::string& name) {
   utc.tm_hour = number(4);
   utc.tm_min = number(5);
   utc.tm_sec = number(6);
-  const std::tm asked = utc;
+  const std::tm given = utc;
   const std::time_t s = timegm(&utc);
-  if (utc.tm_mon != asked.tm_mon || utc.tm_mday != asked.tm_mday || utc.tm_hour != asked.tm_hour ||
-      utc.tm_min != asked.tm_min) {
+  if (utc.tm_mon != given.tm_mon || utc.tm_mday != given.tm_mday || utc.tm_hour != given.tm_hour ||
+      utc.tm_min != given.tm_min) {
     return std::nullopt;  // no such day or hour
   }
   const double fraction = found[7].matched ? std::stod("0" + found[7].str()) : 0;

@@ -19,7 +19,7 @@
 
 namespace berth::lidar {
 
-/// When a file's scan was made, on the system's clock, as far as it tells.
+/// Time of a file's scan, on the system's clock, where the file has one.
 struct StatedTime {
   Utime first = 0;     ///< of the first beam, us since 1970
   std::string source;  ///< "the times of its beams", for messages
@@ -35,11 +35,11 @@ StatedTime state_time(RecordedScan& scan, Utime changed);
 
 /// A LIDAR that exports its scans as files into a folder (common/clouds), by whomever it is
 /// operated: a scan order is answered by the next file that is complete. Complete is a file that is
-/// renamed into the folder, or that is closed by whoever wrote it (inotify(7), nothing is polled).
+/// renamed into the folder, or that its writer has closed (inotify(7), without polling).
 /// A file that cannot be read, that comes without an order or whose scan began before its order is
 /// reported and passed over.
 ///
-/// Its clock is the system's. Files are read beside the loop; beams go out 400 messages a second.
+/// Its clock is the system's. Files are read on a worker; beams go out 400 messages a second.
 class FolderAdapter final : public Adapter {
  public:
   /// @throws InputError when the folder is none.
@@ -101,7 +101,7 @@ class FolderAdapter final : public Adapter {
   int watched_ = -1;
   std::string reason_ = "not started yet";
   std::optional<Pending> pending_;
-  /// By path. Whoever renames a file before closing it makes two events of it.
+  /// By path. A file that is renamed before it is closed causes two events.
   std::map<std::string, Version> seen_;
   Loop::TimerId timer_ = 0;
   Loop::TimerId watch_timer_ = 0;

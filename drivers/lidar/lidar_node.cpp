@@ -5,8 +5,8 @@
 #include <berth/lidar_state_t.hpp>
 
 #include "drivers/devices.h"
+#include "drivers/lidar/adapter.h"
 #include "drivers/lidar/limits.h"
-#include "drivers/lidar/make_adapter.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/conversions.h"
 

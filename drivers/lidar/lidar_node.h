@@ -25,7 +25,7 @@ struct LidarNodeConfig {
 /// made while the device is offline, is answered with one REFUSED packet that says why. A repeated
 /// request (same scan id) is not scanned again; a newer one takes the place of a scan that still
 /// runs, which ends as ABORTED. Every scan ends with an empty packet that is not RUNNING; while no
-/// scan runs it is published again every second, so that a lost datagram stalls nobody.
+/// scan runs it is published again every second, so that a lost datagram stalls no client.
 class LidarNode final : public Node {
  public:
   LidarNode(NodeSetup setup, LidarNodeConfig config, std::unique_ptr<lidar::Adapter> adapter,

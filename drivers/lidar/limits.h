@@ -6,9 +6,12 @@
 
 #include "common/bus/loop.h"
 #include "common/core/lidar_profile.h"
-#include "common/core/scan_window.h"
+#include "drivers/lidar/protocol.h"
 
 namespace berth::lidar {
+
+/// The Identity that a scanner of this profile sends.
+Identity identity_of(const LidarProfile& profile, const std::string& serial);
 
 /// A beam that lies so far outside its scan by the mapped clock is not believed.
 inline constexpr Utime clock_tolerance = 5 * millisecond;

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/core/error.h"
-#include "drivers/lidar/identity.h"
+#include "drivers/lidar/limits.h"
 
 namespace berth::lidar {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
-#include "common/core/scan_window.h"
+#include "common/core/lidar_profile.h"
 
 /// Berth's own protocol to a scanning LIDAR over TCP; PROTOCOL.md has every byte of it.
 namespace berth::lidar {
@@ -56,7 +56,7 @@ struct ScanAnswer {
 };
 
 /// A beam and what came back, as in scan_packet2_t. Of version 1: without origin, ambient light,
-/// sigma and second return. 0: not said.
+/// sigma and second return. 0: unknown.
 struct BeamReturn {
   std::uint32_t after_us = 0;  ///< after Returns::device_time
   float range_m = 0;           ///< from the origin; 0 unless hit
@@ -123,7 +123,7 @@ using Message = std::variant<Hello, Identity, ScanOrder, ScanAnswer, Returns, Sc
 
 /// One frame. Texts longer than 255 bytes are cut. @throws std::length_error when the message does
 /// not fit a frame, which is a bug of the caller.
-/// @param version that both ends speak: of Returns 1 leaves out what it cannot say
+/// @param version that both ends speak: of Returns, version 1 leaves out the fields that it has not
 std::vector<std::uint8_t> encode(const Message& message, int version = protocol_version);
 
 /// A payload as it stands in a frame of this type, whether it makes sense or not.

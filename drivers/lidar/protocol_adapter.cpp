@@ -32,7 +32,7 @@ void ProtocolAdapter::connected(std::unique_ptr<Connection> connection,
   if (!connection) {
     return drop(trouble.empty() ? "nobody answers at " + settings_.address : trouble);
   }
-  heard_ = loop_.now();
+  last_received_ = loop_.now();
   connection_ = std::move(connection);
   connection_->open([this](const Message& message) { receive(message); },
                     [this](const std::string& reason) { hung_up(reason); });
@@ -85,7 +85,7 @@ void ProtocolAdapter::poll() {
     return drop("no returns of a running scan for " +
                 std::to_string(settings_.returns_silence / millisecond) + " ms");
   }
-  if (loop_.now() - heard_ > settings_.silence) {
+  if (loop_.now() - last_received_ > settings_.silence) {
     return drop("nothing heard from the LIDAR for " + std::to_string(settings_.silence / second) +
                 " s");
   }
@@ -95,7 +95,7 @@ void ProtocolAdapter::poll() {
 }
 
 void ProtocolAdapter::receive(const Message& message) {
-  heard_ = loop_.now();
+  last_received_ = loop_.now();
   if (const auto* identity = std::get_if<Identity>(&message)) return greet(*identity);
   if (const auto* complaint = std::get_if<Complaint>(&message)) {
     return hung_up("the LIDAR complains: " + complaint->reason);

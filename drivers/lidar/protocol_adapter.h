@@ -66,9 +66,9 @@ class ProtocolAdapter final : public Adapter {
   ClockMap clock_;
   std::uint32_t token_ = 0;
   std::map<std::uint32_t, Utime> queries_;  // token: when it was sent
-  Utime heard_ = 0;
+  Utime last_received_ = 0;
   bool scanning_ = false;
-  Utime scan_news_ = 0;  // when the device last said anything of a scan
+  Utime scan_news_ = 0;  // when the last message about a scan came
   Loop::TimerId poll_timer_ = 0;
   Loop::TimerId redial_timer_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

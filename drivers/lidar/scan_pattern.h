@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "common/core/scan_window.h"
+#include "common/core/lidar_profile.h"
 
 namespace berth::lidar {
 

@@ -4,7 +4,7 @@
 #include "common/bus/process_loop.h"
 #include "common/bus/simulation.h"
 #include "drivers/registers/memory_link.h"
-#include "drivers/registers/modbus_tcp_server.h"
+#include "drivers/registers/modbus_tcp.h"
 
 namespace berth {
 

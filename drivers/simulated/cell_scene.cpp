@@ -140,12 +140,12 @@ bool CellScene::move(Arm& arm, Utime t, Utime next) {
       body.place_after = arm.base * (arm.next[body.frame] * body.centre);
     }
   }
-  const bool stands = t == before.time || before.joints == after.joints;
-  if (stands && arm.placed_once) return false;
-  arm.done =
-      stands ? 0
-             : static_cast<double>(t - before.time) / static_cast<double>(after.time - before.time);
-  arm.placed_once = stands;
+  const bool at_rest = t == before.time || before.joints == after.joints;
+  if (at_rest && arm.placed_once) return false;
+  arm.done = at_rest ? 0
+                     : static_cast<double>(t - before.time) /
+                           static_cast<double>(after.time - before.time);
+  arm.placed_once = at_rest;
   for (Body& body : arm.bodies) {
     body.place = body.place_before + arm.done * (body.place_after - body.place_before);
   }
@@ -202,15 +202,15 @@ void CellScene::cast_at(const Group& group, std::span<const Ray> rays, std::span
   for (const Body& body : group.bodies) {
     const Vector3d to_centre = body.place - middle.origin;
     const double along = to_centre.dot(middle.direction);
-    const double beside = apart + spread * (std::max(along, 0.0) + body.radius);
-    const double reach = body.radius + beside;
+    const double half_width = apart + spread * (std::max(along, 0.0) + body.radius);
+    const double reach = body.radius + half_width;
     if (along < -reach || along - reach > until) continue;
     if (to_centre.squaredNorm() - along * along > reach * reach) continue;
     see_from(group, body);
     const Matrix3d& turn = body.sensor_turn;
     const Vector3d origin = body.sensor_place + turn * rays[0].origin;
     if (passes(origin - body.centre, body.to_body * middle.direction,
-               body.half_size.array() + beside, until)) {
+               body.half_size.array() + half_width, until)) {
       continue;
     }
     const auto keep = [&](const RayHit& hit, Met& nearest) {

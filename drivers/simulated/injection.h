@@ -8,6 +8,10 @@
 
 #include "common/bus/loop.h"
 #include "common/core/fault_kind.h"
+#include "drivers/simulated/cell_scene.h"
+#include "drivers/simulated/lidar/simulated_lidar.h"
+#include "drivers/simulated/simulated_controller.h"
+#include "drivers/simulated/simulated_plc.h"
 
 namespace berth {
 
@@ -54,5 +58,10 @@ class FaultTable {
   std::vector<Effect> effects_ = std::vector<Effect>(fault_kinds().size());
   std::map<std::size_t, Active> active_;
 };
+
+/// All that a procedure can make go wrong in the simulated cell: docs/simulated_cell.md has the
+/// table. The devices must outlive it.
+FaultTable cell_faults(SimulatedController& replica, SimulatedController& sensor, SimulatedPlc& plc,
+                       SimulatedLidar& lidar, CellScene& scene);
 
 }  // namespace berth

@@ -1,30 +1,50 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/ground_truth_t.hpp>
 #include <berth/injection_t.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "common/bus/node.h"
 #include "common/core/cell.h"
 #include "common/core/lidar_profile.h"
-#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
 #include "drivers/arm/register_map.h"
 #include "drivers/devices.h"
 #include "drivers/facility/plc_map.h"
-#include "drivers/simulated/cell_faults.h"
 #include "drivers/simulated/cell_scene.h"
+#include "drivers/simulated/injection.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "drivers/simulated/simulated_controller.h"
-#include "drivers/simulated/simulated_inertial.h"
+#include "drivers/simulated/simulated_instruments.h"
 #include "drivers/simulated/simulated_plc.h"
 #include "drivers/simulated/simulation_settings.h"
-#include "drivers/simulated/world_truth.h"
+
+namespace lcm {
+class LogFile;
+}
 
 namespace berth {
+
+/// The log of where the replica really was: channel WORLD_TRUTH in stock LCM format, a file beside
+/// the run. Nothing of it goes over the bus.
+class WorldTruthLog {
+ public:
+  /// @throws InputError when the file cannot be written.
+  explicit WorldTruthLog(const std::filesystem::path& file);
+  ~WorldTruthLog();
+
+  void write(const ground_truth_t& truth);
+
+ private:
+  std::vector<char> unwritten_;  // the file's own buffer, which it needs until it is closed
+  std::unique_ptr<lcm::LogFile> log_;
+  std::vector<unsigned char> message_;
+};
 
 /// All hardware of the cell, simulated: one scene and one clock, two arm controllers, the PLC and
 /// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others: it
@@ -33,7 +53,7 @@ namespace berth {
 class SimulatedCell final : public Node {
  public:
   struct Setup {
-    Cell cell;  ///< as everybody believes it to be
+    Cell cell;  ///< by its configuration files
     Devices devices;
     RegisterMap replica_map;
     RegisterMap sensor_map;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/spherical_wrist.h"
-#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/register_map.h"
 
 namespace berth {
 namespace {
@@ -93,8 +93,8 @@ void SimulatedController::renew_variables() {
   const double since = seconds(robot_.tick() - renewed_tick_);
   const bool first = renewed_tick_ < 0;
   renewed_tick_ = robot_.tick();
-  const bool stands = !first && joints == renewed_joints_;
-  const double way = stands ? 0 : renew_position(joints);
+  const bool at_rest = !first && joints == renewed_joints_;
+  const double way = at_rest ? 0 : renew_position(joints);
   renewed_joints_ = joints;
   memory_.numbers[Number::tick] = tick_ms();
   memory_.numbers[Number::heartbeat] = static_cast<double>(robot_.ticks() % map_.counter_wrap);

@@ -38,7 +38,7 @@ class SimulatedController {
   /// The controller's clock at the start of its current period, ms, wrapped.
   int tick_ms() const;
 
-  /// What the PLC's chain says.
+  /// State of the PLC's E-stop chain.
   void set_safety(bool estop_closed, bool fence_closed);
 
   /// Its connections, and what is wrong with them.
@@ -50,7 +50,7 @@ class SimulatedController {
   void invalidate_joints(bool invalid) { joints_invalid_ = invalid; }
   /// The reported joints wander away from the true ones (rad/s, m/s per joint).
   void drift(const Joints& rate);
-  /// The reported joints stand beside the true ones by this much at once (rad, m).
+  /// A step of the reported joints against the true ones (rad, m).
   void offset(const Joints& offset) { offset_ = offset; }
   /// The arm itself creeps.
   void creep(const Joints& rate);

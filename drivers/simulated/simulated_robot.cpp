@@ -147,10 +147,10 @@ SimulatedRobot::Motors SimulatedRobot::follow(const Motors& desired_now,
   for (Eigen::Index i = 0; i < 6; ++i) {
     const double a = acceleration_[i];
     const double way = std::abs(behind[i]);
-    const double wanted = along[i] + std::copysign(brakable_speed(way, a, dt), behind[i]);
+    const double reference = along[i] + std::copysign(brakable_speed(way, a, dt), behind[i]);
     const double most = speed_[i] * speed_limit_ * override_;
-    velocity[i] =
-        std::clamp(std::clamp(wanted, -most, most), velocity_[i] - a * dt, velocity_[i] + a * dt);
+    velocity[i] = std::clamp(std::clamp(reference, -most, most), velocity_[i] - a * dt,
+                             velocity_[i] + a * dt);
   }
   return velocity;
 }

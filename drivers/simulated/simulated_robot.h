@@ -9,7 +9,7 @@
 
 #include "common/bus/loop.h"
 #include "common/core/arm_kinematics.h"
-#include "drivers/arm/arm_wire.h"
+#include "drivers/arm/register_map.h"
 #include "drivers/simulated/position_register_loop.h"
 
 namespace berth {
@@ -60,7 +60,7 @@ class SimulatedRobot {
   void start(Utime now);
   void hold(int error = robot_error::none);
   void reset();
-  /// What the PLC's chain says.
+  /// State of the PLC's E-stop chain.
   void set_safety(bool estop_closed, bool fence_closed);
 
   ControllerState state() const { return state_; }

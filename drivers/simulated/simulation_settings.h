@@ -4,9 +4,8 @@
 #include <filesystem>
 
 #include "drivers/simulated/simulated_controller.h"
-#include "drivers/simulated/simulated_inertial.h"
+#include "drivers/simulated/simulated_instruments.h"
 #include "drivers/simulated/simulated_plc.h"
-#include "drivers/simulated/simulated_tracker.h"
 #include "drivers/simulated/world.h"
 
 namespace berth {

@@ -11,7 +11,7 @@
 
 namespace berth {
 
-/// How the simulated world departs from what the cell's files say: a file of config/worlds. What it
+/// Deviations of the simulated world from the cell's files: a file of config/worlds. What it
 /// leaves out is exact.
 struct WorldSettings {
   PerturbationSizes cell;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/mesh.h"
 #include "common/core/ray_caster.h"
-#include "common/core/triangle.h"
 
 namespace berth::estimator {
 

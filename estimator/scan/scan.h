@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "common/core/beam_model.h"
-#include "common/core/scan_window.h"
+#include "common/core/lidar_profile.h"
 
 namespace berth::estimator {
 

@@ -7,8 +7,8 @@
 #include "common/core/beam_model.h"
 #include "common/core/mesh.h"
 #include "common/core/random.h"
-#include "drivers/simulated/receiver/mesh_scene.h"
 #include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/receiver/scene.h"
 #include "estimator/scan/scan.h"
 
 namespace berth::trials {

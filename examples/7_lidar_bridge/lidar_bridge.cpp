@@ -12,7 +12,6 @@
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
 #include "drivers/lidar/connection.h"
-#include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 #include "drivers/lidar/scan_pattern.h"
 #include "examples/7_lidar_bridge/vendor_sdk.h"

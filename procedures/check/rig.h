@@ -5,7 +5,7 @@
 #include "common/core/ray_caster.h"
 #include "common/core/run_setup.h"
 #include "estimator/estimator_options.h"
-#include "testbed/calibration/calibrated_cell.h"
+#include "testbed/calibration/calibration.h"
 #include "testbed/node/command_planner.h"
 
 namespace berth::procedures {

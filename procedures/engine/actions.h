@@ -8,7 +8,7 @@
 #include <berth/verdict_basis_t.hpp>
 #include <string>
 
-#include "common/bus/command_client.h"
+#include "common/bus/commands.h"
 
 namespace berth::procedures {
 

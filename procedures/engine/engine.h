@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/seen_commands.h"
+#include "common/bus/commands.h"
 #include "evaluation/run/run_record.h"
 #include "procedures/engine/limit_watch.h"
 #include "procedures/engine/node_watch.h"

@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "common/bus/command_answers.h"
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
 #include "procedures/engine/engine.h"

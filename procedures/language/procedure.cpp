@@ -6,7 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
-#include "common/core/yaml_files.h"
+#include "common/core/yaml.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/blocks.h"
 

@@ -6,8 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "common/core/lidar_profile.h"
 #include "common/core/pose.h"
-#include "common/core/scan_window.h"
 #include "procedures/language/condition.h"
 #include "procedures/language/trajectory.h"
 

@@ -8,10 +8,8 @@
 #include "common/core/positive.h"
 #include "procedures/language/attached_trajectory.h"
 #include "procedures/language/recorded_trajectory.h"
-#include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/recorded.h"
-#include "testbed/trajectories/trajectory_file.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::procedures {
 namespace {

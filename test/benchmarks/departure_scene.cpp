@@ -9,8 +9,8 @@
 #include "common/core/error.h"
 #include "common/core/lidar_profile.h"
 #include "drivers/simulated/cell_scene.h"
-#include "drivers/simulated/receiver/mesh_scene.h"
-#include "drivers/simulated/smooth_field.h"
+#include "drivers/simulated/receiver/scene.h"
+#include "drivers/simulated/true_target.h"
 #include "drivers/simulated/world.h"
 
 namespace berth::benchmark {

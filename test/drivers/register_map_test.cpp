@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "common/core/error.h"
-#include "drivers/arm/arm_wire.h"
 #include "test/catch.h"
 
 namespace berth {
@@ -76,7 +75,7 @@ TEST_CASE("a map that cannot work is refused with file, line and key") {
 
 TEST_CASE("status and command blocks in SI units, word by word") {
   RegisterMap map = RegisterMap::load(snpx);
-  ArmWire wire(map, {true, false, false, false, false, false});
+  ArmRegisterCodec codec(map, {true, false, false, false, false, false});
   std::vector<Word> words(100, 0);
   put_float(1250.5f, &words[26]);  // J1, here a linear axis: mm
   put_float(-90.0f, &words[28]);   // J2, deg
@@ -89,7 +88,7 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   put_float(1341.5f, &words[0]);  // X, mm
   words[25] = 1;                  // VALIDC
   int tick_ms = 0;
-  const ArmReport report = wire.decode(words, tick_ms);
+  const ArmReport report = codec.decode(words, tick_ms);
   CHECK(report.valid);
   CHECK(report.joints[0] == 1.2505);
   CHECK(report.joints[1] == Approx(radians(-90.0)));
@@ -101,9 +100,9 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   REQUIRE(report.flange);
   CHECK(*report.flange == Vector3d(1.3415, 0, 0));
   words[46] = 1;  // of a tool, not of the flange
-  CHECK_FALSE(wire.decode(words, tick_ms).flange);
+  CHECK_FALSE(codec.decode(words, tick_ms).flange);
   words[44] = 0;
-  CHECK_FALSE(wire.decode(words, tick_ms).valid);
+  CHECK_FALSE(codec.decode(words, tick_ms).valid);
 
   ArmOrder order;
   order.joints = {1.5, radians(45.0), 0, 0, 0, 0};
@@ -111,7 +110,7 @@ TEST_CASE("status and command blocks in SI units, word by word") {
   order.follow = true;
   order.speed_limit = 0.5;
   order.time = 1735689600 * second;
-  const auto block = wire.encode(order, 3);
+  const auto block = codec.encode(order, 3);
   REQUIRE(block.size() == 31);
   CHECK(block[0] == 0x8000);  // 1500.0 = 0x44bb8000
   CHECK(block[1] == 0x44bb);

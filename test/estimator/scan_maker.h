@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/core/random.h"
-#include "drivers/simulated/receiver/mesh_scene.h"
 #include "drivers/simulated/receiver/receiver.h"
+#include "drivers/simulated/receiver/scene.h"
 #include "estimator/model/target_model.h"
 #include "estimator/scan/scan.h"
 

@@ -10,8 +10,7 @@
 
 #include "common/bus/process_loop.h"
 #include "common/bus/sockets.h"
-#include "drivers/registers/modbus_tcp_link.h"
-#include "drivers/registers/modbus_tcp_server.h"
+#include "drivers/registers/modbus_tcp.h"
 
 using namespace berth;
 

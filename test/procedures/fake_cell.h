@@ -15,7 +15,7 @@
 #include <set>
 #include <vector>
 
-#include "common/bus/command_answers.h"
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
 #include "common/bus/simulation.h"
 #include "lcmtypes/channels.h"

@@ -43,7 +43,7 @@ struct Bench {
   }
 
   /// m/s of a straight path at which the motion just passes the check, so shared out.
-  double greatest_speed(const Pose& goal, const RedundancyResolution& sharing) const {
+  double greatest_speed(const Pose& goal, const RedundancyResolution& resolution) const {
     double low = 0;
     double high = 2;
     for (int i = 0; i < 10; ++i) {
@@ -52,7 +52,7 @@ struct Bench {
       limits.speed = speed;
       limits.acceleration = limits.angular_speed = limits.angular_acceleration = 10 * speed;
       const RelativeMotion motion(std::make_shared<StraightPath>(home_pose(), goal, limits),
-                                  ArmAllocation(cell, sharing, FrozenArm::none, home));
+                                  ArmAllocation(cell, resolution, FrozenArm::none, home));
       (check.check(motion, home) ? high : low) = speed;
     }
     return low;

@@ -8,8 +8,6 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
-#include "testbed/calibration/calibrated_cell.h"
-#include "testbed/calibration/calibration_file.h"
 
 namespace berth::testbed {
 namespace {

@@ -6,7 +6,6 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "testbed/guidance/chaser.h"
-#include "testbed/guidance/retreat.h"
 
 namespace berth::testbed {
 namespace {
@@ -128,7 +127,7 @@ TEST_CASE("a chaser has no more thrust than it has, along each axis of its own")
   const Pose start = pose_from_xyzwpr({100, 50, 5000, 20, 10, 30}).inverse();
   Chaser chaser(vehicle(40), limits, start);
   // 40 N on 800 kg, seen in the cell: 0.05 m/s^2 * 2^2 / 5
-  CHECK(chaser.greatest_acceleration() == Approx(0.04));
+  CHECK(chaser.max_acceleration() == Approx(0.04));
   double before = 0;
   for (int i = 0; i < 600; ++i) {
     chaser.step(1.0 / 60, Vector3d(0.5, -0.2, 0.001), Vector3d::Zero());

@@ -7,7 +7,7 @@
 #include "common/targets/target.h"
 #include "test/catch.h"
 #include "testbed/guidance/forecast.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::testbed {
 namespace {
@@ -180,7 +180,7 @@ TEST_CASE("a turning target is followed in front of its docking face") {
   }
 }
 
-TEST_CASE("on a line of sight the target's turning is seen, not followed") {
+TEST_CASE("on a line of target_state the target's turning is seen, not followed") {
   const Pose from = pose_from_xyzwpr({0, 0, 4600, 0, 0, 0});
   Flight::Order order = dock_at(3.6, 0.05);
   order.dock = false;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/safety/following_watch.h"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "common/bus/loop.h"
 #include "test/catch.h"
+#include "testbed/safety/arm_watch.h"
 
 namespace berth::testbed {
 namespace {
@@ -45,7 +44,7 @@ struct Follower {
     if (t % 8000 >= step) return std::nullopt;
     Joints reported = told(t - dead_time);
     reported[0] += astray;
-    return watch.look(t, 0.001, reported, commands);
+    return watch.check(t, 0.001, reported, commands);
   }
 
   /// @return what is seen first, within `s` seconds; meanwhile joint 1 drifts at `drift`, rad/s.
@@ -83,10 +82,10 @@ TEST_CASE("an arm that follows is believed whatever its controller's dead time, 
   CHECK_FALSE(seen);
   const auto& found = arm.watch.dead_time();
   CHECK(std::abs(found.best - dead_time) <= 10000);  // set-points, reports and delays have steps
-  CHECK(found.shortest <= dead_time);
-  CHECK(found.longest >= dead_time);
+  CHECK(found.min <= dead_time);
+  CHECK(found.max >= dead_time);
   if (speed < radians(5)) return;
-  CHECK(found.longest - found.shortest <= 30000);
+  CHECK(found.max - found.min <= 30000);
   CHECK(std::abs(found.best - dead_time) <= 2000);
 }
 
@@ -140,7 +139,7 @@ TEST_CASE("a dead time that changes over seconds, or at rest, is followed") {
     INFO((seen ? seen->text : ""));
     CHECK_FALSE(seen);
     CHECK(std::abs(arm.watch.dead_time().best - arm.dead_time) <= 5000);
-    CHECK(arm.watch.dead_time().longest - arm.watch.dead_time().shortest <= 30000);
+    CHECK(arm.watch.dead_time().max - arm.watch.dead_time().min <= 30000);
   }
   // What has changed excuses nothing: an arm that strays is seen as before.
   REQUIRE_FALSE(arm.go(3));

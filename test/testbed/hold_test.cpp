@@ -91,7 +91,7 @@ Result fly(const Bench& bench, const Pose& goal, double at, double override) {
     result.commanded = std::max(
         result.commanded, distance(bench.cell.relative_pose(commanded.replica, commanded.sensor),
                                    path->at(time).pose));
-    if (hold && largest_change(joints, before) > 1e-9) result.until_rest = seconds(now - held_at);
+    if (hold && max_change(joints, before) > 1e-9) result.until_rest = seconds(now - held_at);
     before = joints;
     result.end = distance(pose, goal);
     if (time >= path->duration() && result.end < 1e-4) break;

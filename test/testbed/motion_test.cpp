@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "testbed/motion/arm_motion.h"
+#include "testbed/motion/arm_allocation.h"
+#include "testbed/motion/trajectory_history.h"
 
 namespace berth::testbed {
 namespace {
@@ -114,7 +115,7 @@ TEST_CASE("two arms deliver the relative pose, smoothly, from the joints where t
     const ArmAllocation allocation(range_cell(), RedundancyResolution{}, frozen, home());
     const RelativeMotion motion(path, allocation);
     ArmPair near = home();
-    CHECK(largest_change(*motion.at(0, near, nullptr), home()) < 1e-9);
+    CHECK(max_change(*motion.at(0, near, nullptr), home()) < 1e-9);
     for (int i = 0; i <= 1000; ++i) {
       const double t = until * motion.duration() * i / 1000;
       std::string reason;
@@ -124,7 +125,7 @@ TEST_CASE("two arms deliver the relative pose, smoothly, from the joints where t
       const Pose reached = range_cell().relative_pose(joints->replica, joints->sensor);
       CHECK(distance(reached, path->at(t).pose) < 1e-9);
       CHECK(angle_between(reached, path->at(t).pose) < 1e-9);
-      CHECK(largest_change(near, *joints) < 0.02);
+      CHECK(max_change(near, *joints) < 0.02);
       near = *joints;
     }
     if (frozen == FrozenArm::replica) CHECK(near.replica == home().replica);
@@ -141,8 +142,8 @@ TEST_CASE("the way back is the way there") {
     points.push_back(next);
   }
   const RecordedMotion motion(points, {0.1, 0.2, 0.1, 0.3}, 0.1, 0.1, 0.4);
-  CHECK(largest_change(*motion.at(0, {}, nullptr), points.front()) < 1e-12);
-  CHECK(largest_change(*motion.at(motion.duration(), {}, nullptr), points.back()) < 1e-12);
+  CHECK(max_change(*motion.at(0, {}, nullptr), points.front()) < 1e-12);
+  CHECK(max_change(*motion.at(motion.duration(), {}, nullptr), points.back()) < 1e-12);
   const ArmPair middle = *motion.at(motion.duration() / 2, {}, nullptr);
   CHECK(middle.replica[0] > points[1].replica[0]);
   CHECK(middle.replica[0] < points[4].replica[0]);

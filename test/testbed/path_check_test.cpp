@@ -4,7 +4,7 @@
 #include "common/core/random.h"
 #include "test/catch.h"
 #include "test/testbed/bench.h"
-#include "testbed/motion/target_boxes.h"
+#include "testbed/motion/clearance.h"
 
 namespace berth::testbed {
 namespace {

@@ -4,8 +4,7 @@
 #include "test/catch.h"
 #include "test/testbed/bench.h"
 #include "testbed/motion/trajectory_history.h"
-#include "testbed/trajectories/lines.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 namespace berth::testbed {
 namespace {
@@ -22,7 +21,7 @@ struct Deviation {
 Deviation from_way(const Cell& cell, const std::vector<ArmPair>& way, const ArmPair& arms) {
   std::size_t nearest = 0;
   for (std::size_t i = 0; i < way.size(); ++i) {
-    if (largest_change(way[i], arms) < largest_change(way[nearest], arms)) nearest = i;
+    if (max_change(way[i], arms) < max_change(way[nearest], arms)) nearest = i;
   }
   const std::size_t first = nearest == 0 ? 0 : nearest - 1;
   const std::size_t last = std::min(nearest + 1, way.size() - 1);
@@ -30,7 +29,7 @@ Deviation from_way(const Cell& cell, const std::vector<ArmPair>& way, const ArmP
   for (std::size_t i = first; i < last; ++i) {
     for (int k = 0; k <= 50; ++k) {
       const ArmPair there = blend(way[i], way[i + 1], k / 50.0);
-      const double joint = largest_change(there, arms);
+      const double joint = max_change(there, arms);
       if (joint >= least.joint) continue;
       const Pose pose = cell.relative_pose(arms.replica, arms.sensor);
       const Pose flown = cell.relative_pose(there.replica, there.sensor);
@@ -95,7 +94,7 @@ TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
     const auto refused = bench.check.check(*back, way.back());
     CHECK((refused ? refused->text : "") == "");
     ArmPair arms = way.back();
-    CHECK(largest_change(back->at(0, arms, nullptr).value(), arms) < 1e-9);
+    CHECK(max_change(back->at(0, arms, nullptr).value(), arms) < 1e-9);
     for (double t = 0; t < back->duration(); t += 0.1) {
       arms = back->at(t, arms, nullptr).value();
       const Deviation deviation = from_way(bench.cell, way, arms);
@@ -103,7 +102,7 @@ TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
       worst.angle = std::max(worst.angle, deviation.angle);
       worst.joint = std::max(worst.joint, deviation.joint);
     }
-    CHECK(largest_change(back->at(back->duration(), arms, nullptr).value(), bench.home) < 1e-9);
+    CHECK(max_change(back->at(back->duration(), arms, nullptr).value(), bench.home) < 1e-9);
   }
   CHECK(flown >= 8);
   CHECK(worst.position < 0.5e-3);

@@ -4,9 +4,9 @@
 #include "common/bus/loop.h"
 #include "common/core/lease.h"
 #include "test/catch.h"
+#include "testbed/motion/arm_pair.h"
+#include "testbed/safety/arm_watch.h"
 #include "testbed/safety/estimate_watch.h"
-#include "testbed/safety/report_watch.h"
-#include "testbed/safety/stopping.h"
 
 namespace berth::testbed {
 namespace {
@@ -162,12 +162,12 @@ TEST_CASE("reports that cannot be") {
   ReportWatch watch("the arm", *arm);
   ReportWatch::Report report;
   report.utime = report.controller_time = 100 * second;
-  CHECK_FALSE(watch.look(report));
+  CHECK_FALSE(watch.check(report));
   const auto next = [&](Utime later, std::size_t joint, double step) {
     report.utime += later;
     report.controller_time += later;
     report.joints[joint] += step;
-    return watch.look(report);
+    return watch.check(report);
   };
   SECTION("as fast as the motors can is believed, on any grid of time") {
     for (const Utime later : {8 * millisecond, 16 * millisecond, 500 * millisecond}) {
@@ -191,7 +191,7 @@ TEST_CASE("reports that cannot be") {
   SECTION("a clock that goes back") {
     report.controller_time = 0;
     report.utime += 8 * millisecond;
-    const auto wrong = watch.look(report);
+    const auto wrong = watch.check(report);
     REQUIRE(wrong);
     CHECK(wrong->code == "arm-restarted");
     CHECK_FALSE(next(8 * millisecond, 0, 0));
@@ -234,7 +234,7 @@ TEST_CASE("where arms would stand: a reaction further, and the way to brake") {
   ArmPair before{cell.replica.home, cell.sensor.home};
   ArmPair now = before;
   now.replica[0] += 0.02;
-  const ArmPair place = standing_place(cell, before, now, 0.1, 0.1);
+  const ArmPair place = stopping_place(cell, before, now, 0.1, 0.1);
   const double a = cell.replica.kinematics->limits()[0].acceleration;
   CHECK(place.replica[0] - now.replica[0] == Approx(0.2 * 0.1 + 0.2 * 0.2 / (2 * a)));
   CHECK(place.sensor == now.sensor);

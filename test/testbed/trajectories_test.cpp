@@ -6,10 +6,8 @@
 #include "common/bus/bus.h"
 #include "common/core/random.h"
 #include "test/catch.h"
-#include "testbed/trajectories/lines.h"
 #include "testbed/trajectories/recorded.h"
-#include "testbed/trajectories/trajectory_file.h"
-#include "testbed/trajectories/turns.h"
+#include "testbed/trajectories/trajectory.h"
 
 using namespace berth;
 using namespace berth::testbed;

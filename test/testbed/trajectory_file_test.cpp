@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/trajectories/trajectory_file.h"
-
 #include "common/core/error.h"
 #include "test/catch.h"
+#include "testbed/trajectories/recorded.h"
 
 using namespace berth;
 using namespace berth::testbed;

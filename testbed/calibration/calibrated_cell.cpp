@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/calibration/calibrated_cell.h"
-
 #include "common/core/config.h"
 #include "common/core/sha256.h"
-#include "testbed/calibration/calibration_file.h"
+#include "testbed/calibration/calibration.h"
 
 namespace berth::testbed {
 namespace {

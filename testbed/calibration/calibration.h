@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
+
+#include "common/core/run_setup.h"
 #include "testbed/calibration/parameters.h"
 #include "testbed/motion/arm_pair.h"
 
@@ -39,7 +42,7 @@ struct Calibration {
   double lidar_time() const { return values[lidar_time_index()]; }
 };
 
-/// The cell as the parameters say it is. Its kinematics take reported joints.
+/// The cell corrected by the parameters. Its kinematics take reported joints.
 Cell apply_calibration(const Cell& nominal, const Eigen::VectorXd& values);
 
 using CalibrationJacobian = Eigen::Matrix<double, 6, calibration_size>;
@@ -58,5 +61,35 @@ PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints&
 /// Covariance of T_sensor_model that is the calibration's.
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates = {});
+
+/// The file's text: values and sigmas for people in mm, deg and ms, the covariance as the lower
+/// triangle of its factor L (L L^T, SI units), which loses nothing where parameters can hardly be
+/// told apart.
+std::string text_of(const Calibration& calibration);
+
+/// @throws InputError when it cannot be written.
+void write_calibration(const Calibration& calibration, const std::filesystem::path& file);
+/// @throws InputError.
+Calibration read_calibration(const std::filesystem::path& file);
+
+/// The cell as it is best known, and by which calibration.
+struct CalibratedCell {
+  Cell cell;  ///< takes reported joints
+  Calibration calibration;
+};
+
+/// Where a run's calibration is looked for: config/calibration/<layout>.yaml.
+std::filesystem::path calibration_file(const RunSetup& run);
+
+/// SHA-256 over the layout and arm files: a calibration is of these and no others.
+std::string geometry_hash(const RunSetup& run);
+
+/// Of a cell without a calibration file.
+Calibration nominal_calibration(const RunSetup& run, const Cell& nominal);
+
+/// The run's cell with its calibration, or the nominal one where there is no file. With another
+/// target than the calibration's, that target's mount is the nominal one again, and the basis says
+/// so. @throws InputError, also when the file is of another layout or other arm files.
+CalibratedCell load_calibrated_cell(const RunSetup& run);
 
 }  // namespace berth::testbed

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "testbed/calibration/calibration_file.h"
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +6,7 @@
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/sha256.h"
+#include "testbed/calibration/calibration.h"
 
 namespace berth::testbed {
 namespace {

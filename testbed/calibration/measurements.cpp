@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/calibration/measurements.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 namespace berth::testbed {
 
@@ -26,6 +29,60 @@ std::optional<JointTrack::State> JointTrack::at(double t) const {
     state.rates[k] = change / gap;
   }
   return state;
+}
+
+namespace {
+
+void note(std::vector<CalibrationResidual>& list, const std::string& kind, double size,
+          const std::string& where) {
+  auto found = std::find_if(list.begin(), list.end(),
+                            [&](const CalibrationResidual& r) { return r.kind == kind; });
+  if (found == list.end()) {
+    list.push_back({kind, 0, 0, -1, ""});
+    found = std::prev(list.end());
+  }
+  ++found->count;
+  found->rms += size * size;
+  if (size <= found->worst) return;
+  found->worst = size;
+  found->where = where;
+}
+
+}  // namespace
+
+std::vector<CalibrationResidual> summarised(const std::vector<MeasurementResidual>& residuals) {
+  std::vector<CalibrationResidual> list;
+  for (const MeasurementResidual& residual : residuals) {
+    note(list, residual.kind + ", position", residual.position, residual.where);
+    if (residual.attitude) {
+      note(list, residual.kind + ", attitude", *residual.attitude, residual.where);
+    }
+  }
+  for (CalibrationResidual& residual : list) {
+    residual.rms = std::sqrt(residual.rms / static_cast<double>(residual.count));
+  }
+  return list;
+}
+
+Pose place_tracker(const Cell& cell, const CalibrationRun& run) {
+  std::vector<Vector3d> in_cell;
+  std::vector<Vector3d> seen;
+  for (const CalibrationRun::Reading& reading : run.readings) {
+    const auto at = run.arm(reading.on).at(reading.time);
+    if (!at) continue;
+    in_cell.push_back(cell.arm(reading.on).tool_pose(at->joints) * reading.place);
+    seen.push_back(reading.point);
+  }
+  if (seen.size() < 3) return {};
+  Eigen::Matrix3Xd from(3, static_cast<Eigen::Index>(seen.size()));
+  Eigen::Matrix3Xd to = from;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = in_cell[i];
+    to.col(static_cast<Eigen::Index>(i)) = seen[i];
+  }
+  const Eigen::Matrix4d transform = Eigen::umeyama(from, to, false);
+  const Matrix3d rotation = transform.topLeftCorner<3, 3>();
+  return {transform.topRightCorner<3, 1>(), Quaterniond(rotation).normalized()};
 }
 
 }  // namespace berth::testbed

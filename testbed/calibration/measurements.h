@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/cell.h"
+#include "testbed/calibration/calibration.h"
 #include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
@@ -57,5 +59,20 @@ struct CalibrationRun {
 
   const JointTrack& arm(ArmRole role) const { return role == ArmRole::replica ? replica : sensor; }
 };
+
+/// Residual of one measurement against a cell.
+struct MeasurementResidual {
+  std::string kind;                ///< "scans", "tracker in motion"
+  std::string where;               ///< "pose 7"
+  double position = 0;             ///< m
+  std::optional<double> attitude;  ///< rad; a point has none
+};
+
+/// The kinds one after the other, in the order in which they are met, position and attitude apart.
+std::vector<CalibrationResidual> summarised(const std::vector<MeasurementResidual>& residuals);
+
+/// T_tracker_cell by a least-squares alignment of the run's readings with the cell's reflectors
+/// (Umeyama 1991); the identity for fewer than three readings.
+Pose place_tracker(const Cell& cell, const CalibrationRun& run);
 
 }  // namespace berth::testbed

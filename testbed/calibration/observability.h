@@ -14,7 +14,7 @@ struct Unobservable {
   std::string text;                     ///< for a person
 };
 
-/// What measurements tell nothing of: the directions in which they know less than the prior,
+/// Unobservable directions: those in which the measurements have less information than the prior,
 /// brought to a form in which each names few parameters.
 /// @param information of the measurements alone
 /// @param prior covariance

@@ -52,7 +52,7 @@ class Selector {
       const CalibrationJacobian& jacobian = workspace_.back();
       mean += jacobian.transpose() * weight_ * jacobian / workspace_samples;
     }
-    wanted_ = mean;
+    criterion_ = mean;
   }
 
   PoseSelection select(double fast_speed, const std::function<void(int)>& progress) {
@@ -119,8 +119,8 @@ class Selector {
     const CalibrationJacobian jacobian = calibration_jacobian(cell_, joints);
     const Eigen::Matrix<double, calibration_size, 6> spread = covariance_ * jacobian.transpose();
     const Matrix6d innovation = noise_ + jacobian * spread;
-    const Matrix6d wanted = spread.transpose() * wanted_ * spread;
-    return innovation.llt().solve(wanted).trace();
+    const Matrix6d criterion = spread.transpose() * criterion_ * spread;
+    return innovation.llt().solve(criterion).trace();
   }
 
   void learn(const ArmPair& joints) {
@@ -248,7 +248,7 @@ class Selector {
   SelectionOptions options_;
   Random random_;
   MatrixXd covariance_;
-  MatrixXd wanted_;
+  MatrixXd criterion_;
   Matrix6d noise_;
   Matrix6d weight_;
   std::vector<CalibrationJacobian> workspace_;

@@ -9,7 +9,7 @@
 
 #include "common/core/error.h"
 #include "common/core/statistics.h"
-#include "testbed/calibration/tracker_place.h"
+#include "testbed/calibration/measurements.h"
 
 namespace berth::testbed {
 namespace {

@@ -3,7 +3,6 @@
 
 #include "testbed/calibration/calibration.h"
 #include "testbed/calibration/measurements.h"
-#include "testbed/calibration/residuals.h"
 
 namespace berth::testbed {
 

@@ -71,10 +71,10 @@ class Parser {
   static constexpr const char* names[] = {"time", "point", "x", "y", "z"};
 
   void take_header(const std::vector<std::string_view>& cells) {
-    for (const char* wanted : names) {
-      const auto found = std::find(cells.begin(), cells.end(), wanted);
+    for (const char* name : names) {
+      const auto found = std::find(cells.begin(), cells.end(), name);
       if (found == cells.end()) {
-        throw error(std::string("found no column '") + wanted +
+        throw error(std::string("found no column '") + name +
                     "', expected a header with time,point,x,y,z");
       }
       columns_.push_back(static_cast<std::size_t>(found - cells.begin()));

@@ -29,24 +29,24 @@ Vector3d ApproachAxis::direction(const Pose& model) const {
   return turning() ? Vector3d(model.rotation * axis_) : axis_;
 }
 
-ApproachAxis::Reference ApproachAxis::wanted(const Pose& model, const Velocity& moving,
-                                             double along, double speed,
-                                             double acceleration) const {
+ApproachAxis::Reference ApproachAxis::reference(const Pose& model, const Velocity& moving,
+                                                double along, double speed,
+                                                double acceleration) const {
   const Vector3d out = direction(model);
   const Vector3d lever = model.rotation * aim_;
-  Reference wanted;
-  wanted.pose.position = model.position + lever + along * out;
-  wanted.pose.rotation = attitude_;
-  wanted.velocity.linear = moving.linear + moving.angular.cross(lever) + speed * out;
-  wanted.acceleration = acceleration * out + moving.angular.cross(moving.angular.cross(lever));
+  Reference reference;
+  reference.pose.position = model.position + lever + along * out;
+  reference.pose.rotation = attitude_;
+  reference.velocity.linear = moving.linear + moving.angular.cross(lever) + speed * out;
+  reference.acceleration = acceleration * out + moving.angular.cross(moving.angular.cross(lever));
   if (turning()) {
     const Vector3d& w = moving.angular;
-    wanted.pose.rotation = (model.rotation * attitude_).normalized();
-    wanted.velocity.linear += along * w.cross(out);
-    wanted.velocity.angular = w;
-    wanted.acceleration += 2 * speed * w.cross(out) + along * w.cross(w.cross(out));
+    reference.pose.rotation = (model.rotation * attitude_).normalized();
+    reference.velocity.linear += along * w.cross(out);
+    reference.velocity.angular = w;
+    reference.acceleration += 2 * speed * w.cross(out) + along * w.cross(w.cross(out));
   }
-  return wanted;
+  return reference;
 }
 
 ApproachAxis::Place ApproachAxis::place(const Pose& sensor, const Pose& model) const {

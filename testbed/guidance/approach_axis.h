@@ -10,13 +10,13 @@
 
 namespace berth::testbed {
 
-/// What an approach has to do with its target: the surface that is come to, and the docking port.
+/// The target of an approach: its surface, and the docking port.
 struct ApproachTarget {
   const RayCaster* surface = nullptr;  ///< model frame; must outlive the flight
   std::optional<DockingPort> port = std::nullopt;
 };
 
-/// The line along which a target is approached, and the pose wanted at a distance along it.
+/// The line along which a target is approached, and the reference pose at a distance along it.
 class ApproachAxis {
  public:
   /// dock: ranges are of the docking interface, otherwise of the nearest surface.
@@ -24,15 +24,15 @@ class ApproachAxis {
   ApproachAxis(const ApproachTarget& target, GuidanceProfile::Align align, bool dock,
                const Pose& sensor, const Pose& model);
 
-  /// Where and how fast the sensor is wanted, all in frame N.
+  /// Reference motion of the sensor, frame N.
   struct Reference {
     Pose pose;  ///< T_N_sensor
     Velocity velocity;
     Vector3d acceleration = Vector3d::Zero();
   };
   /// along: m from the aim point; speed, acceleration: its rates.
-  Reference wanted(const Pose& model, const Velocity& moving, double along, double speed,
-                   double acceleration) const;
+  Reference reference(const Pose& model, const Velocity& moving, double along, double speed,
+                      double acceleration) const;
   /// For a pose that is kept against the target. @return its distance from the aim point, m
   double keep(const Pose& sensor, const Pose& model);
 

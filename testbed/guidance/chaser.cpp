@@ -5,8 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "testbed/guidance/retreat.h"
-#include "testbed/guidance/shortened.h"
+#include "testbed/guidance/clohessy_wiltshire.h"
 
 namespace berth::testbed {
 namespace {
@@ -33,7 +32,7 @@ Chaser::Chaser(const GuidanceProfile& profile, const RelativeLimits& limits, con
     : law_(profile.law),
       orbit_(profile.orbit),
       limits_(limits),
-      greatest_(limits.acceleration),
+      max_acceleration_(limits.acceleration),
       specific_impulse_(profile.vehicle.specific_impulse),
       mass_(profile.vehicle.mass),
       hill_from_n_(hill_from_sensor(profile.orbit.bar) * start.rotation.conjugate()),
@@ -41,8 +40,8 @@ Chaser::Chaser(const GuidanceProfile& profile, const RelativeLimits& limits, con
   if (law_ == Law::clohessy_wiltshire) {
     const double of_orbit = profile.vehicle.thrust / profile.vehicle.mass;
     const double scale = orbit_.time_scale * orbit_.time_scale / orbit_.length_scale;
-    greatest_ = std::min(of_orbit * scale, limits.acceleration);
-    least_ = of_orbit * scale * profile.vehicle.shortest_burn / orbit_.time_scale;
+    max_acceleration_ = std::min(of_orbit * scale, limits.acceleration);
+    min_impulse_ = of_orbit * scale * profile.vehicle.shortest_burn / orbit_.time_scale;
   }
 }
 
@@ -60,7 +59,7 @@ Vector3d Chaser::natural() const {
 Vector3d Chaser::safe_burn(double min_speed) const {
   const double scale = orbit_.length_scale / orbit_.time_scale;
   const Vector3d burn = passively_safe_burn(hill(), orbit_.mean_motion, scale * min_speed,
-                                            scale / orbit_.time_scale * greatest_);
+                                            scale / orbit_.time_scale * max_acceleration_);
   return from_hill(burn) / scale;
 }
 
@@ -70,30 +69,32 @@ void Chaser::step(double dt, const Vector3d& acceleration, const Vector3d& angul
 
 void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration) {
   if (dt <= 0) return;
-  Vector3d wanted = thrust;
+  Vector3d requested = thrust;
   if (law_ == Law::kinematic) {
-    wanted = shortened(thrust, greatest_);
+    requested = shortened(thrust, max_acceleration_);
   } else {
     const Vector3d body = pose_.rotation.conjugate() * thrust;
-    wanted = pose_.rotation * fired(dt, body.cwiseMax(-greatest_).cwiseMin(greatest_));
+    requested =
+        pose_.rotation * fired(dt, body.cwiseMax(-max_acceleration_).cwiseMin(max_acceleration_));
   }
   // neither thrusters nor arms change their acceleration at once
   const double share = 1 - std::exp(-3 * dt / limits_.rise_time);
-  thrust_ += share * (wanted - thrust_);
+  thrust_ += share * (requested - thrust_);
   turning_ += share * (shortened(angular_acceleration, limits_.angular_acceleration) - turning_);
   push(dt, thrust_, turning_);
 }
 
-/// What the thrusters give of it: each axis collects what is wanted until that is its least
-/// impulse, then burns all of it.
-Vector3d Chaser::fired(double dt, const Vector3d& wanted) {
-  owed_ += dt * wanted;
+/// What the thrusters give of it: each axis accumulates the requested impulse until that is its
+/// least impulse, then burns all of it.
+Vector3d Chaser::fired(double dt, const Vector3d& requested) {
+  pending_impulse_ += dt * requested;
   Vector3d given;
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(owed_[axis]) >= least_) burning_[axis] += std::exchange(owed_[axis], 0);
-    given[axis] = std::clamp(burning_[axis] / dt, -greatest_, greatest_);
+    if (std::abs(pending_impulse_[axis]) >= min_impulse_)
+      burning_impulse_[axis] += std::exchange(pending_impulse_[axis], 0);
+    given[axis] = std::clamp(burning_impulse_[axis] / dt, -max_acceleration_, max_acceleration_);
   }
-  burning_ -= dt * given;
+  burning_impulse_ -= dt * given;
   return given;
 }
 

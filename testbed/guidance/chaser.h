@@ -7,12 +7,17 @@
 
 namespace berth::testbed {
 
-/// The vehicle that the cell stands in for, its sensor at its centre of mass, in the frame N: the
-/// target's at the start of the flight; it goes with the target's origin and does not turn against
-/// the orbit's local vertical. Under `clohessy_wiltshire` it moves as orbits do, pushed by
-/// thrusters along its body axes, which give no less than their least impulse at a time; under
-/// `kinematic` it goes where it is told within its limits. Attitude is turned within limits in
-/// both. Units of the cell.
+/// The vector, no longer than `greatest`; its direction is kept.
+inline Vector3d shortened(const Vector3d& v, double greatest) {
+  const double length = v.norm();
+  return length <= greatest ? v : Vector3d(v * (greatest / length));
+}
+
+/// The chaser that the cell represents, its sensor at its centre of mass. Frame N: the target's
+/// frame at the start of the flight, which moves with the target's origin and does not rotate
+/// against the orbit's local vertical. Under the law `clohessy_wiltshire` it moves on its relative
+/// orbit, driven by thrusters along its body axes with a minimum impulse; under `kinematic` it
+/// follows its commands. Attitude is turned within limits under both. Units of the cell.
 class Chaser {
  public:
   /// start: T_N_sensor, at rest against the target.
@@ -29,7 +34,7 @@ class Chaser {
   /// By thrusters, frame N, m/s^2.
   const Vector3d& thrust() const { return thrust_; }
   /// Greatest acceleration along each body axis, m/s^2.
-  double greatest_acceleration() const { return greatest_; }
+  double max_acceleration() const { return max_acceleration_; }
   const RelativeLimits& limits() const { return limits_; }
 
   /// Seconds of orbit since the start.
@@ -47,23 +52,23 @@ class Chaser {
 
  private:
   Vector3d natural() const;  // acceleration without thrust, frame N, m/s^2
-  Vector3d fired(double dt, const Vector3d& wanted);
+  Vector3d fired(double dt, const Vector3d& requested);
   void push(double dt, const Vector3d& thrust, const Vector3d& angular_acceleration);
 
   GuidanceProfile::Law law_;
   GuidanceProfile::Orbit orbit_;
   RelativeLimits limits_;
-  double greatest_;
+  double max_acceleration_;
   double specific_impulse_;
   double mass_;
   Quaterniond hill_from_n_;
   Pose pose_;
   Velocity velocity_;
-  double least_ = 0;                     // m/s of the cell that an axis gives at least at a time
-  Vector3d owed_ = Vector3d::Zero();     // not fired yet, m/s, body axes
-  Vector3d burning_ = Vector3d::Zero();  // left of burns that have begun, m/s, body axes
-  Vector3d thrust_ = Vector3d::Zero();   // acceleration, frame N
-  Vector3d turning_ = Vector3d::Zero();  // angular acceleration, frame N
+  double min_impulse_ = 0;  // m/s of the cell that an axis gives at least at a time
+  Vector3d pending_impulse_ = Vector3d::Zero();  // not fired yet, m/s, body axes
+  Vector3d burning_impulse_ = Vector3d::Zero();  // left of burns that have begun, m/s, body axes
+  Vector3d thrust_ = Vector3d::Zero();           // acceleration, frame N
+  Vector3d turning_ = Vector3d::Zero();          // angular acceleration, frame N
   double orbit_time_ = 0;
   Vector3d thrust_orbit_ = Vector3d::Zero();
   double delta_v_ = 0;

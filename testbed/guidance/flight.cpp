@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "testbed/guidance/shortened.h"
+#include "testbed/guidance/chaser.h"
 
 namespace berth::testbed {
 namespace {
@@ -19,12 +19,12 @@ constexpr double slow = 0.003;
 constexpr std::int64_t chaser_velocity_over = 100000;
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
-Vector3d correction(const Vector3d& offset, const Vector3d& rate_wanted, const Vector3d& rate,
+Vector3d correction(const Vector3d& offset, const Vector3d& reference_rate, const Vector3d& rate,
                     double response, double speed, double acceleration) {
   const double length = offset.norm();
   const double greatest = std::min(speed, std::sqrt(acceleration * length));
-  const Vector3d wanted = rate_wanted + shortened(offset / response, greatest);
-  return 4 / response * (wanted - rate);
+  const Vector3d reference = reference_rate + shortened(offset / response, greatest);
+  return 4 / response * (reference - rate);
 }
 
 std::string mm(double m) { return fixed(1e3 * m, 0) + " mm"; }
@@ -49,10 +49,10 @@ Flight::Result Flight::begin(const GuidanceProfile& profile, const ApproachTarge
   std::shared_ptr<Flight> flight(
       new Flight(profile, target, settings, order, now, commanded, before, *estimate));
   flight->good_in_a_row_ = settings.good_estimates;
-  std::string reason = flight->trouble(now);
+  std::string reason = flight->interruption(now);
   if (reason.empty()) reason = flight->refusal();
   if (!reason.empty()) return reason;
-  flight->tell(flight->first_sight_);
+  flight->update_report(flight->first_target_pose_);
   return flight;
 }
 
@@ -71,16 +71,16 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
         return history;
       }()),
       estimate_(estimate),
-      sight_(sight(estimate, nullptr)),
-      first_sight_(sight_.at(0)),
-      axis_(target, profile.align, order.dock, chaser_.pose(), first_sight_) {
+      target_state_(target_state(estimate, nullptr)),
+      first_target_pose_(target_state_.at(0)),
+      axis_(target, profile.align, order.dock, chaser_.pose(), first_target_pose_) {
   if (order_.keep) {
-    along_ = axis_.keep(first_sight_ * order_.pose.inverse(), first_sight_);
-    place_ = axis_.place(chaser_.pose(), first_sight_);
+    along_ = axis_.keep(first_target_pose_ * order_.pose.inverse(), first_target_pose_);
+    place_ = axis_.place(chaser_.pose(), first_target_pose_);
     phase_ = Phase::station_keeping;
     return;
   }
-  place_ = axis_.place(chaser_.pose(), first_sight_);
+  place_ = axis_.place(chaser_.pose(), first_target_pose_);
   along_ = std::hypot(place_.along, place_.offset);
   for (const GuidanceProfile::HoldPoint& point : profile_.hold_points) {
     if (point.range > place_.range - at_stop) {
@@ -95,9 +95,9 @@ Flight::Flight(const GuidanceProfile& profile, const ApproachTarget& target,
 std::string Flight::refusal() const {
   if (order_.keep) {
     const double limit = settings_.correction_limit(estimate_.pose);
-    const Pose wanted = first_sight_ * order_.pose.inverse();
-    const double off = distance(wanted, chaser_.pose());
-    const double turned = angle_between(wanted, chaser_.pose());
+    const Pose reference = first_target_pose_ * order_.pose.inverse();
+    const double off = distance(reference, chaser_.pose());
+    const double turned = angle_between(reference, chaser_.pose());
     if (off > limit || turned > settings_.largest_angular_correction) {
       return "the estimate is " + mm(off) + " and " + deg(turned) +
              " away from the pose to keep; move there first";
@@ -110,34 +110,35 @@ std::string Flight::refusal() const {
   }
   const double off_axis = std::atan2(place_.offset, place_.along);
   if (const double cone = axis_.approach_cone(); off_axis > cone) {
-    return "by the estimate the sensor stands " + deg(off_axis) + " off the docking axis, limit " +
+    return "by the estimate the sensor is " + deg(off_axis) + " off the docking axis, limit " +
            deg(cone);
   }
   return "";
 }
 
 /// The estimate in frame N, at the time of flight of what was being carried out at the scan.
-/// @param last what the estimate does not say is as that has it
-Flight::Sight Flight::sight(const Estimate& estimate, const Sight* last) const {
+/// @param last its attitude and velocity are kept where the estimate has none
+Flight::TargetState Flight::target_state(const Estimate& estimate, const TargetState* last) const {
   const std::int64_t until = estimate.commanded();
   const Command before = *commands_.at(until - chaser_velocity_over);
   const Command command = *commands_.at(until);
-  Sight sight{command.time, command.pose * estimate.pose, last ? last->velocity : Velocity{}};
+  TargetState target_state{command.time, command.pose * estimate.pose,
+                           last ? last->velocity : Velocity{}};
   const double flown = command.time - before.time;
   const double slowed = flown / (1e-6 * static_cast<double>(chaser_velocity_over));
   // While the flight is held, a second of it is long: the velocity stays what it was.
   if (estimate.velocity && slowed > 0.5) {
     const Velocity chaser = velocity_between(before.pose, command.pose, flown);
     const Quaterniond& turned = command.pose.rotation;
-    sight.velocity = {chaser.linear + chaser.angular.cross(turned * estimate.pose.position) +
-                          turned * estimate.velocity->linear / slowed,
-                      chaser.angular + turned * estimate.velocity->angular / slowed};
+    target_state.velocity = {chaser.linear + chaser.angular.cross(turned * estimate.pose.position) +
+                                 turned * estimate.velocity->linear / slowed,
+                             chaser.angular + turned * estimate.velocity->angular / slowed};
   }
   if (!estimate.attitude_known && last) {
-    sight.pose.rotation = last->at(sight.time).rotation;
-    sight.velocity.angular = last->velocity.angular;
+    target_state.pose.rotation = last->at(target_state.time).rotation;
+    target_state.velocity.angular = last->velocity.angular;
   }
-  return sight;
+  return target_state;
 }
 
 void Flight::on_estimate(const Estimate& estimate) {
@@ -145,28 +146,28 @@ void Flight::on_estimate(const Estimate& estimate) {
   estimate_ = estimate;
   good_in_a_row_ = estimate.usable ? good_in_a_row_ + 1 : 0;
   if (!estimate.usable) return;
-  const Sight seen = sight(estimate, &sight_);
-  const Vector6d away = difference(sight_.at(seen.time), seen.pose);
+  const TargetState seen = target_state(estimate, &target_state_);
+  const Vector6d away = difference(target_state_.at(seen.time), seen.pose);
   const double limit = settings_.correction_limit(estimate.pose);
   if (away.head<3>().norm() > limit ||
       away.tail<3>().norm() > settings_.largest_angular_correction) {
-    disbelief_ = "the estimate is " + mm(away.head<3>().norm()) + " and " +
+    rejection_ = "the estimate is " + mm(away.head<3>().norm()) + " and " +
                  deg(away.tail<3>().norm()) + " away from where the target was expected";
     good_in_a_row_ = 0;
     return;
   }
-  disbelief_.clear();
-  sight_ = seen;
+  rejection_.clear();
+  target_state_ = seen;
 }
 
-std::string Flight::trouble(std::int64_t now) const {
+std::string Flight::interruption(std::int64_t now) const {
   if (!estimate_.usable) return "the estimate is " + estimate_.status;
   const std::int64_t age = now - estimate_.utime;
   if (age > settings_.stale_after) {
     return "the estimate is " + fixed(static_cast<double>(age) * 1e-6, 1) + " s old";
   }
-  if (!disbelief_.empty()) return disbelief_;
-  if (troubled_ > 0 && good_in_a_row_ < settings_.good_estimates) {
+  if (!rejection_.empty()) return rejection_;
+  if (interrupted_for_ > 0 && good_in_a_row_ < settings_.good_estimates) {
     return "waiting for " + std::to_string(settings_.good_estimates) + " good estimates";
   }
   return "";
@@ -174,15 +175,15 @@ std::string Flight::trouble(std::int64_t now) const {
 
 Steering::Output Flight::step(std::int64_t now, double dt) {
   time_ += dt;
-  const Pose model = sight_.at(time_);
+  const Pose model = target_state_.at(time_);
   if (phase_ == Phase::retreating) {
     retreat(dt);
   } else {
-    look(now, dt, model);
+    update_phase(now, dt, model);
     if (phase_ != Phase::retreating) fly(dt, model);
   }
   commands_.add(now, {time_, chaser_.pose()});
-  tell(model);
+  update_report(model);
   Output output;
   output.commanded = chaser_.pose().inverse();
   output.reason = reason_;
@@ -194,27 +195,28 @@ Steering::Output Flight::step(std::int64_t now, double dt) {
   return output;
 }
 
-/// Decides what to do in the next dt.
-void Flight::look(std::int64_t now, double dt, const Pose& model) {
+/// Decides the phase and the reference closing speed of the next dt.
+void Flight::update_phase(std::int64_t now, double dt, const Pose& model) {
   place_ = axis_.place(chaser_.pose(), model);
-  const auto wanted = axis_.wanted(model, {}, along_, 0, 0);
-  misalignment_ = angle_between(wanted.pose, chaser_.pose());
+  const auto reference = axis_.reference(model, {}, along_, 0, 0);
+  misalignment_ = angle_between(reference.pose, chaser_.pose());
   corridor_ = order_.keep ? -1
                           : profile_.corridor.radius +
                                 place_.range * std::tan(profile_.corridor.half_angle);
-  reason_ = trouble(now);
+  reason_ = interruption(now);
   if (!reason_.empty()) {
-    troubled_ += dt;
+    interrupted_for_ += dt;
     const bool too_near = !order_.keep && place_.range < profile_.final.range;
-    if (troubled_ > profile_.abort.after || (too_near && dt > 0)) return start_retreat(reason_);
+    if (interrupted_for_ > profile_.abort.after || (too_near && dt > 0))
+      return start_retreat(reason_);
     phase_ = Phase::holding;
-    const double brake = along_share * chaser_.greatest_acceleration() * dt;
+    const double brake = along_share * chaser_.max_acceleration() * dt;
     closing_ = closing_ > 0 ? std::max(0.0, closing_ - brake) : std::min(0.0, closing_ + brake);
     closing_rate_ = 0;
     along_ -= closing_ * dt;
     return;
   }
-  troubled_ = 0;
+  interrupted_for_ = 0;
   if (order_.keep) {
     phase_ = Phase::station_keeping;
     return;
@@ -227,8 +229,8 @@ void Flight::look(std::int64_t now, double dt, const Pose& model) {
 }
 
 /// m/s along the axis at so many m before the next stop.
-double Flight::wanted_closing(double to_go) const {
-  const double acceleration = along_share * chaser_.greatest_acceleration();
+double Flight::reference_closing(double to_go) const {
+  const double acceleration = along_share * chaser_.max_acceleration();
   const double distance = std::abs(to_go);
   double speed = std::min({order_.limits.speed, std::sqrt(2 * acceleration * distance),
                            distance / profile_.tracking.response});
@@ -242,7 +244,7 @@ double Flight::wanted_closing(double to_go) const {
 void Flight::proceed(double dt) {
   const GuidanceProfile::GoOn& go_on = profile_.go_on;
   phase_ = place_.range < profile_.final.range ? Phase::final : Phase::approaching;
-  double wanted = 0;
+  double reference = 0;
   double to_go = 0;
   if (!in_corridor_) {
     in_corridor_ = place_.offset < 0.5 * corridor_ && misalignment_ < go_on.angle;
@@ -254,10 +256,10 @@ void Flight::proceed(double dt) {
     if (in_corridor_) waiting_ = 0;
   } else {
     to_go = place_.range - stops_.front().range + along_ - place_.along;
-    wanted = wanted_closing(to_go);
+    reference = reference_closing(to_go);
   }
-  const double step = along_share * chaser_.greatest_acceleration() * dt;
-  const double change = std::clamp(wanted - closing_, -step, step);
+  const double step = along_share * chaser_.max_acceleration() * dt;
+  const double change = std::clamp(reference - closing_, -step, step);
   closing_rate_ = dt > 0 ? change / dt : 0;
   closing_ += change;
   along_ -= closing_ * dt;
@@ -300,17 +302,19 @@ void Flight::settle() {
 }
 
 void Flight::fly(double dt, const Pose& model) {
-  const auto wanted = axis_.wanted(model, sight_.velocity, along_, -closing_, -closing_rate_);
+  const auto reference =
+      axis_.reference(model, target_state_.velocity, along_, -closing_, -closing_rate_);
   const GuidanceProfile::Tracking& tracking = profile_.tracking;
   const Velocity& velocity = chaser_.velocity();
   const Vector3d acceleration =
-      wanted.acceleration + correction(wanted.pose.position - chaser_.pose().position,
-                                       wanted.velocity.linear, velocity.linear, tracking.response,
-                                       tracking.speed, chaser_.greatest_acceleration());
+      reference.acceleration +
+      correction(reference.pose.position - chaser_.pose().position, reference.velocity.linear,
+                 velocity.linear, tracking.response, tracking.speed, chaser_.max_acceleration());
   const RelativeLimits& limits = chaser_.limits();
-  const Vector3d turn = rotation_vector(wanted.pose.rotation * chaser_.pose().rotation.conjugate());
+  const Vector3d turn =
+      rotation_vector(reference.pose.rotation * chaser_.pose().rotation.conjugate());
   const Vector3d turning =
-      correction(turn, wanted.velocity.angular, velocity.angular, tracking.response,
+      correction(turn, reference.velocity.angular, velocity.angular, tracking.response,
                  limits.angular_speed, limits.angular_acceleration);
   chaser_.step(dt, acceleration, turning);
 }
@@ -318,7 +322,7 @@ void Flight::fly(double dt, const Pose& model) {
 void Flight::start_retreat(const std::string& reason) {
   phase_ = Phase::retreating;
   reason_ = reason;
-  retreat_model_ = sight_.at(time_);
+  retreat_model_ = target_state_.at(time_);
   retreat_out_ = (chaser_.pose().position - retreat_model_.position).normalized();
   retreat_time_ = 0;
   closing_ = closing_rate_ = 0;
@@ -340,10 +344,10 @@ void Flight::retreat(double dt) {
   }
 }
 
-void Flight::tell(const Pose& model) {
+void Flight::update_report(const Pose& model) {
   const Pose& target = phase_ == Phase::retreating ? retreat_model_ : model;
-  const auto rest = axis_.wanted(target, phase_ == Phase::retreating ? Velocity{} : sight_.velocity,
-                                 along_, 0, 0);
+  const auto rest = axis_.reference(
+      target, phase_ == Phase::retreating ? Velocity{} : target_state_.velocity, along_, 0, 0);
   report_.profile = profile_.name;
   report_.law = name_of(profile_.law);
   report_.phase = phase_;
@@ -354,7 +358,7 @@ void Flight::tell(const Pose& model) {
   report_.range = place_.range;
   report_.closing_speed =
       -axis_.direction(target).dot(chaser_.velocity().linear - rest.velocity.linear);
-  report_.wanted_closing_speed = closing_;
+  report_.reference_closing_speed = closing_;
   report_.corridor_offset = place_.offset;
   report_.corridor_limit = corridor_;
   report_.misalignment = misalignment_;

@@ -11,12 +11,13 @@
 
 namespace berth::testbed {
 
-/// A flight by a profile: down a corridor to a standoff, or keeping a pose. It navigates in the
-/// frame N of the target at the start, where it knows its own motion from its own commands; every
-/// estimate, taken back to the command that was being carried out when the scan was made (dead
-/// time, scan time and computing are all in between), says where the target is in N and how it
-/// moves. What it flies by is the last one, the target going on at its velocity until the next
-/// command takes effect: how far an estimate is to be trusted is the estimator's to say.
+/// Closed-loop flight by a guidance profile: an approach down a corridor to a standoff, or station
+/// keeping. Frame N is the target's frame at the start of the flight; the chaser's pose in N
+/// follows from its own commands. An estimate is referred to the command that was executed when its
+/// scan was made (dead time, scan time and computation lie in between) and so gives the target's
+/// pose and velocity in N. Guidance flies by the newest estimate, extrapolated at constant velocity
+/// to the time at which the next command takes effect. Estimates are not filtered here: that is the
+/// estimator's task.
 class Flight final : public Steering {
  public:
   struct Order {
@@ -43,8 +44,8 @@ class Flight final : public Steering {
   bool keeps() const { return order_.keep; }
   /// T_sensor_model, had the target not moved by itself.
   Pose commanded() const { return chaser_.pose().inverse(); }
-  /// What the estimate said at the start against what was commanded.
-  const Pose& first_sight() const { return first_sight_; }
+  /// T_N_model by the estimate at the start.
+  const Pose& first_target_pose() const { return first_target_pose_; }
 
  private:
   using Phase = GuidanceReport::Phase;
@@ -58,7 +59,7 @@ class Flight final : public Steering {
   }
 
   /// The target in frame N at a time of flight; its velocity in a second of flight.
-  struct Sight {
+  struct TargetState {
     double time = 0;
     Pose pose;
     Velocity velocity;
@@ -70,17 +71,17 @@ class Flight final : public Steering {
          const Pose& commanded, const PoseHistory& before, const Estimate& estimate);
 
   std::string refusal() const;
-  Sight sight(const Estimate& estimate, const Sight* last) const;
-  std::string trouble(std::int64_t now) const;
-  void look(std::int64_t now, double dt, const Pose& model);
-  double wanted_closing(double to_go) const;
+  TargetState target_state(const Estimate& estimate, const TargetState* last) const;
+  std::string interruption(std::int64_t now) const;
+  void update_phase(std::int64_t now, double dt, const Pose& model);
+  double reference_closing(double to_go) const;
   void proceed(double dt);
   void wait_at_hold_point(double dt);
   void settle();
   void fly(double dt, const Pose& model);
   void start_retreat(const std::string& reason);
   void retreat(double dt);
-  void tell(const Pose& model);
+  void update_report(const Pose& model);
 
   GuidanceProfile profile_;
   Guidance::Settings settings_;
@@ -88,8 +89,8 @@ class Flight final : public Steering {
   Chaser chaser_;
   CommandHistory<Command> commands_;
   Estimate estimate_;
-  Sight sight_;       // by the last estimate that was believed
-  Pose first_sight_;  // T_N_model
+  TargetState target_state_;  // by the last estimate that was accepted
+  Pose first_target_pose_;    // T_N_model
   ApproachAxis axis_;
   std::vector<GuidanceProfile::HoldPoint> stops_;  // still ahead
   int passed_stops_ = 0;                           // of the profile's
@@ -98,18 +99,18 @@ class Flight final : public Steering {
   double expected_ = 0;  // of flight, s
   Phase phase_ = Phase::approaching;
   std::string reason_;
-  double along_ = 0;  // wanted, m from the aim point
+  double along_ = 0;  // reference, m from the aim point
   double closing_ = 0;
   double closing_rate_ = 0;
   ApproachAxis::Place place_;
   double misalignment_ = 0;
   double corridor_ = -1;  // half width here
   bool in_corridor_ = false;
-  double waiting_ = 0;   // s for the conditions of going on
-  double dwelt_ = 0;     // s within them
-  double troubled_ = 0;  // s
+  double waiting_ = 0;          // s for the conditions of going on
+  double dwelt_ = 0;            // s within them
+  double interrupted_for_ = 0;  // s
   int good_in_a_row_ = 0;
-  std::string disbelief_;
+  std::string rejection_;
   std::optional<double> arrived_;  // time of flight
   bool done_ = false;
   bool aborted_ = false;

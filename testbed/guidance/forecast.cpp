@@ -46,7 +46,7 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
                                                                         std::int64_t dead_time) {
   Flight twin = flight;
   // the same error, fixed to the target, goes on as the first estimate had it
-  const Pose& seen_as = flight.first_sight();
+  const Pose& seen_as = flight.first_target_pose();
   const double keep_until = (motion ? motion->duration() : 0) + keep_on;
   const double dt = 1e-6 * static_cast<double>(forecast_step);
   std::vector<Pose> poses{twin.commanded()};

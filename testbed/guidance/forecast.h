@@ -6,9 +6,35 @@
 #include <variant>
 
 #include "testbed/guidance/flight.h"
-#include "testbed/guidance/target_motion.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
+
+/// The target's own motion during a closed loop, unknown to guidance: T_start_model, the
+/// pose of the model in the frame that it had at the start. Null: it stays.
+using TargetMotion = std::shared_ptr<const WaypointPath>;
+
+/// Where the model is t seconds after the start; at the motion's end it stays.
+inline Pose target_at(const TargetMotion& motion, double t) {
+  return motion ? motion->at(t).pose : Pose{};
+}
+
+/// What a path for a target at rest becomes when the target moves: what the arms have to deliver.
+class MovingTargetPath final : public RelativePath {
+ public:
+  MovingTargetPath(std::shared_ptr<const RelativePath> path, TargetMotion motion)
+      : path_(std::move(path)), motion_(std::move(motion)) {}
+  double duration() const override { return std::max(path_->duration(), motion_->duration()); }
+  Point at(double t) const override {
+    Point point = path_->at(t);
+    point.pose = point.pose * motion_->at(t).pose;
+    return point;
+  }
+
+ private:
+  std::shared_ptr<const RelativePath> path_;
+  TargetMotion motion_;
+};
 
 /// The flight as it goes with an estimator that is right and on time: what the arms will have to
 /// deliver (T_sensor_model over time), or why it would not reach its end. A pose is kept for as

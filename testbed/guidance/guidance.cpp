@@ -20,7 +20,7 @@ double Guidance::surface_distance(const Pose& pose) const {
 }
 
 Pose Guidance::reference(double travelled) const {
-  Pose pose = wanted_start_;
+  Pose pose = reference_start_;
   pose.position += travelled * direction_;
   return pose;
 }
@@ -30,8 +30,8 @@ double Guidance::distance_to_go(const Pose& pose) const {
   return surface_distance(pose) - standoff_;
 }
 
-/// The commanded pose at which the estimate is expected to be as wanted.
-Pose Guidance::uncorrected(const Pose& wanted) const { return wanted * offset_.inverse(); }
+/// The commanded pose at which the estimate is expected at the reference.
+Pose Guidance::uncorrected(const Pose& reference) const { return reference * offset_.inverse(); }
 
 void Guidance::note_target_moved(const Pose& moved) {
   history_ = history_.mapped([&](std::int64_t, const Pose& pose) { return pose * moved; });
@@ -58,8 +58,8 @@ std::optional<std::string> Guidance::begin(std::int64_t now, const Pose& command
   const Pose before = history_.at(estimate_->commanded()).value_or(commanded);
   seen_ = Pose();
   offset_ = seen_ = seen_from(before, *estimate_);
-  // what is wanted begins where the command is, seen as the estimate sees it
-  wanted_start_ = commanded * offset_;
+  // the reference begins at the commanded pose, as the estimate measures it
+  reference_start_ = commanded * offset_;
   time_ = 0;
   holding_since_ = arrived_ = 0;
   held_ = false;
@@ -86,11 +86,12 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
     return std::nullopt;
   };
   if (docking_) {
-    const Vector3d point = wanted_start_ * docking_->port.pose.position;
-    const Vector3d axis = wanted_start_.rotation * docking_->port.pose.rotation * Vector3d::UnitZ();
+    const Vector3d point = reference_start_ * docking_->port.pose.position;
+    const Vector3d axis =
+        reference_start_.rotation * docking_->port.pose.rotation * Vector3d::UnitZ();
     const double off_axis = std::atan2(axis.cross(-point).norm(), axis.dot(-point));
     if (off_axis > docking_->port.approach_cone) {
-      return "by the estimate the sensor stands " + fixed(degrees(off_axis), 1) +
+      return "by the estimate the sensor is " + fixed(degrees(off_axis), 1) +
              " deg off the axis of docking port '" + docking_->port.name + "', limit " +
              fixed(degrees(docking_->port.approach_cone), 1) + " deg";
     }
@@ -98,12 +99,12 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
     if (way.norm() > 0) direction_ = way.normalized();
     return set_off(way.norm());
   }
-  if (surface_distance(wanted_start_) < standoff - settings_.settle_tolerance) {
-    return "the nearest surface is at " + fixed(surface_distance(wanted_start_), 3) +
+  if (surface_distance(reference_start_) < standoff - settings_.settle_tolerance) {
+    return "the nearest surface is at " + fixed(surface_distance(reference_start_), 3) +
            " m already, nearer than the standoff of " + fixed(standoff, 3) + " m";
   }
   double low = 0;
-  double high = std::max(0.0, wanted_start_.position.z());
+  double high = std::max(0.0, reference_start_.position.z());
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     (surface_distance(reference(middle)) > standoff ? low : high) = middle;
@@ -112,11 +113,11 @@ std::optional<std::string> Guidance::approach(std::int64_t now, const Pose& comm
 }
 
 std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commanded,
-                                          const Pose& wanted, const RelativeLimits& limits) {
+                                          const Pose& reference, const RelativeLimits& limits) {
   active_ = false;
   if (auto reason = begin(now, commanded)) return reason;
   active_ = false;
-  const Vector6d away = difference(wanted_start_, wanted);
+  const Vector6d away = difference(reference_start_, reference);
   if (away.head<3>().norm() > settings_.largest_correction ||
       away.tail<3>().norm() > settings_.largest_angular_correction) {
     return "the estimate is " + fixed(1e3 * away.head<3>().norm(), 0) + " mm and " +
@@ -124,8 +125,8 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
            " deg away from the pose to keep; move there first";
   }
   // the difference is worked off as a correction is
-  wanted_start_ = wanted;
-  offset_ = commanded.inverse() * wanted;
+  reference_start_ = reference;
+  offset_ = commanded.inverse() * reference;
   travel_ = SmoothTravel(0, limits.speed, limits.acceleration, limits.acceleration);
   docking_.reset();
   keeping_ = true;
@@ -133,7 +134,7 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
   return std::nullopt;
 }
 
-void Guidance::go_on_as(Guidance begun) {
+void Guidance::continue_as(Guidance begun) {
   begun.estimate_ = std::move(estimate_);
   begun.history_ = std::move(history_);
   begun.override_ = override_;
@@ -187,8 +188,8 @@ GuidanceReport Guidance::report() const {
                                   : Does::approaching;
   report.reason = reason_;
   report.range = keeping_ ? surface_distance(expected) : distance_to_go(expected) + standoff_;
-  report.wanted_closing_speed = travel_.speed(time_);
-  report.closing_speed = scale_.rate() * report.wanted_closing_speed;
+  report.reference_closing_speed = travel_.speed(time_);
+  report.closing_speed = scale_.rate() * report.reference_closing_speed;
   report.misalignment = angle_between(seen_, offset_);
   report.orbit_time = time_;
   return report;

@@ -23,13 +23,12 @@ struct Docking {
   Vector3d place = Vector3d::Zero();
 };
 
-/// Closed loop by the estimate alone. It streams commanded relative poses: along the boresight
-/// until the nearest surface of the target, placed by the estimate, is at the standoff; attitude
-/// and sideways offset stay as the estimate had them at the start. Or straight to where the docking
-/// interface is at its place; the attitude stays. An estimate, moved on by what was commanded since
-/// a dead time before its own time, says where the target is now; that is slewed into the command,
-/// whatever it is: where the arms were told to be says nothing against it. Arms,
-/// joints and ground truth are unknown here.
+/// Closed-loop guidance without a profile, by the estimate alone. It streams commanded relative
+/// poses: either along the boresight until the nearest surface of the target is at the standoff,
+/// with the attitude and the lateral offset of the start; or straight to the pose at which the
+/// docking interface is at its place, with the attitude of the start. An estimate is propagated to
+/// the present by the commands since a dead time before its stamp; the correction that it asks for
+/// is applied to the command at a limited rate. Arms, joints and ground truth are unknown here.
 class Guidance {
  public:
   struct Settings {
@@ -77,14 +76,14 @@ class Guidance {
                                       const RelativeLimits& limits,
                                       const std::optional<Docking>& docking = std::nullopt);
   /// Begins to keep a pose by the estimate. @return why it cannot, or nothing.
-  std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& wanted,
+  std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& reference,
                                   const RelativeLimits& limits);
   /// Goes on as a copy of this that has begun a motion; estimates and commanded poses stay as they
   /// have come to this meanwhile.
-  void go_on_as(Guidance begun);
+  void continue_as(Guidance begun);
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
-  /// How far the estimate stands from the commanded pose at the start: m and rad.
+  /// Distance of the estimate from the commanded pose at the start: m and rad.
   double initial_distance() const { return offset_.position.norm(); }
   double initial_angle() const { return angle_between(offset_, Pose()); }
 
@@ -106,7 +105,7 @@ class Guidance {
   std::string unusable(std::int64_t now) const;
   void correct(const Estimate& estimate);
   Pose reference(double travelled) const;
-  Pose uncorrected(const Pose& wanted) const;
+  Pose uncorrected(const Pose& reference) const;
   Pose seen_from(const Pose& commanded, const Estimate& estimate) const;
   double surface_distance(const Pose& pose) const;
   /// How far the end of the approach is from a pose, m.
@@ -123,7 +122,7 @@ class Guidance {
   bool keeping_ = false;
   bool held_ = false;
   double override_ = 1;
-  Pose wanted_start_;                        // by the estimate
+  Pose reference_start_;                     // by the estimate
   SmoothTravel travel_;                      // along the direction
   Vector3d direction_ = -Vector3d::UnitZ();  // of the approach, unit, sensor frame
   std::optional<Docking> docking_;

@@ -41,7 +41,7 @@ struct GuidanceProfile {
   /// What has to be so for motion along the corridor.
   struct GoOn {
     double offset = 0.05;  ///< m from the axis
-    double angle = 0.05;   ///< rad from the wanted attitude
+    double angle = 0.05;   ///< rad from the reference attitude
     double patience = 60;  ///< s at a hold point without it: then retreat
   };
   struct Final {
@@ -57,7 +57,7 @@ struct GuidanceProfile {
   /// How fast the chaser answers.
   struct Tracking {
     double response = 2.5;  ///< s to 1/e of an offset
-    double speed = 0.3;     ///< m/s, greatest against the wanted motion
+    double speed = 0.3;     ///< m/s, greatest against the reference motion
   };
 
   std::string name;  ///< of the file, without its ending

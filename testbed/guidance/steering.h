@@ -9,14 +9,14 @@
 
 namespace berth::testbed {
 
-/// What the estimator says, as far as guidance cares.
+/// An estimate as guidance uses it.
 struct Estimate {
   std::int64_t utime = 0;
   Pose pose;                   ///< T_sensor_model
   bool usable = false;         ///< status OK
   std::string status;          ///< why not, for the operator
   bool attitude_known = true;  ///< well enough to be steered by
-  /// Of the model, sensor frame; nothing where the estimator does not say how well it knows it.
+  /// Of the model, sensor frame; none where its covariance is unknown.
   std::optional<Velocity> velocity = std::nullopt;
   std::int64_t dead_time = 0;  ///< us from a command to its motion, as far as is known
 
@@ -24,7 +24,7 @@ struct Estimate {
   std::int64_t commanded() const { return utime - dead_time; }
 };
 
-/// What a closed loop does just now, for GUIDANCE_STATE (guidance_state_t has the meanings).
+/// State of a closed loop, for GUIDANCE_STATE (guidance_state_t has the meanings).
 struct GuidanceReport {
   enum class Phase {
     inactive,
@@ -46,7 +46,7 @@ struct GuidanceReport {
   double orbit_time = 0;
   double range = -1;  ///< m; negative: not known
   double closing_speed = 0;
-  double wanted_closing_speed = 0;
+  double reference_closing_speed = 0;
   double corridor_offset = 0;
   double corridor_limit = -1;
   double misalignment = 0;
@@ -56,7 +56,7 @@ struct GuidanceReport {
   double propellant = 0;
 };
 
-/// Steers the chaser in closed loop, by what the estimator says alone. Commands the pose of the
+/// Steers the chaser in closed loop, by the estimates alone. Commands the pose of the
 /// target in the sensor frame as it would be had the target not moved by itself since the start.
 class Steering {
  public:

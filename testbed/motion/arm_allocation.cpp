@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 
@@ -32,10 +32,10 @@ std::optional<Joints> nearest_solution(const ArmKinematics& arm, const Pose& fla
   return best;
 }
 
-ArmAllocation::ArmAllocation(const Cell& cell, const RedundancyResolution& sharing,
+ArmAllocation::ArmAllocation(const Cell& cell, const RedundancyResolution& resolution,
                              FrozenArm frozen, const ArmPair& start)
     : cell_(&cell),
-      sharing_(sharing),
+      resolution_(resolution),
       frozen_(frozen),
       start_(start),
       start_sensor_(cell.sensor.tool_pose(start.sensor)),
@@ -49,12 +49,12 @@ ArmAllocation::ArmAllocation(const Cell& cell, const RedundancyResolution& shari
 
 Pose ArmAllocation::nominal_sensor(const Pose& relative, double progress) const {
   const Vector3d closer = home_relative_.position - relative.position;
-  const Vector3d moved(sharing_.lateral * closer.x(), sharing_.lateral * closer.y(),
-                       sharing_.travel * closer.z());
+  const Vector3d moved(resolution_.lateral * closer.x(), resolution_.lateral * closer.y(),
+                       resolution_.travel * closer.z());
   const double half_way = 4 * progress * (1 - progress);
-  const Quaterniond turn = rotation_from_vector(sharing_.turn);
+  const Quaterniond turn = rotation_from_vector(resolution_.turn);
   const Vector3d sensor = home_sensor_.position + home_sensor_.rotation * moved;
-  return {middle_ + turn * (sensor - middle_) + sharing_.shift + half_way * sharing_.bulge,
+  return {middle_ + turn * (sensor - middle_) + resolution_.shift + half_way * resolution_.bulge,
           turn * home_sensor_.rotation};
 }
 

@@ -4,10 +4,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "common/core/mesh.h"
 #include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
+
+/// Boxes that together cover a mesh: it is sliced across its longest side, each slice is boxed.
+/// Slices with nothing in them are left out.
+std::vector<Box> cover_with_boxes(const Mesh& mesh, int slices);
 
 /// How near the bodies of the cell come to each other: arms, mount, target, sensor housing, room
 /// and keep-outs. Bodies are convex; the target is covered by boxes, a slice of it each. Links of

@@ -14,14 +14,14 @@ namespace berth::testbed {
 
 inline Pose blend(const Pose& a, const Pose& b, double s) { return interpolate(a, b, s); }
 
-/// What was commanded in the last seconds: arms' joints, a relative pose, whatever there is a
-/// blend(a, b, share) of. Times in us.
+/// Commands of the last seconds, interpolated in time: of any type with a blend(a, b, share), such
+/// as the joints of both arms or a relative pose. Times in us.
 template <class Commanded>
 class CommandHistory {
  public:
   using Entry = std::pair<std::int64_t, Commanded>;
 
-  /// What is older than so many us is forgotten.
+  /// Commands older than `length`, us, are dropped.
   explicit CommandHistory(std::int64_t length = 20000000) : length_(length) {}
 
   /// t: later than those before.
@@ -47,7 +47,7 @@ class CommandHistory {
   /// Oldest first.
   const std::deque<Entry>& entries() const { return entries_; }
 
-  /// Every command put in other terms: change(utime, commanded).
+  /// Every command transformed: change(utime, commanded).
   template <class Change>
   auto mapped(Change change) const {
     CommandHistory<decltype(change(std::int64_t{}, std::declval<Commanded>()))> other(length_);

@@ -4,11 +4,41 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "testbed/motion/arm_pair.h"
 #include "testbed/motion/clearance.h"
-#include "testbed/motion/path_rates.h"
 
 namespace berth::testbed {
+
+/// Where both arms are at one time of a motion.
+struct PathSample {
+  double time = 0;  ///< s after its start
+  ArmPair joints;
+};
+
+/// Parts of the joints' own limits that a motion may use.
+struct RateLimits {
+  double speed = 0.8;
+  double acceleration = 0.8;
+  double rise_time = 0.05;     ///< s from no to full acceleration of a joint: the limit of its jerk
+  double hold_settling = 0.8;  ///< s within which a hold brings the arms to rest
+};
+
+/// The joint with the largest excess over its limit.
+struct RateExcess {
+  double time = 0;
+  ArmPair joints;
+  std::string text;         ///< arm, joint, what it would need and its limit
+  double passing_rate = 1;  ///< of the speed planned, at which it would be within its limit
+};
+
+/// Compares speed, acceleration and jerk of every joint, and of the motor of J3, with its limits,
+/// and the acceleration that a hold needs: whatever is started must be able to stop on its path.
+/// samples: close enough for differences, their times increasing. @return the worst, if any is
+/// beyond its limit.
+std::optional<RateExcess> excess_of(const Cell& cell, const std::vector<PathSample>& samples,
+                                    const RateLimits& limits);
 
 /// A motion of both arms over its own time, from rest to rest.
 class ArmMotion {
@@ -36,9 +66,10 @@ struct Refusal {
   double passing_rate = 0;  ///< of the speed asked for, at which it would pass; 0: at none
 };
 
-/// Looks at a whole motion before it starts: joints with the coupled one, singularities, changes of
-/// branch, clearance between all bodies, keep-outs among them, and what motors would have to do,
-/// also to hold anywhere. Nothing starts that cannot finish, or that cannot stop on its path.
+/// Checks a whole motion before it starts: joint limits including the coupled joint, singularities,
+/// changes of branch, clearance between all bodies and keep-outs, and speed, acceleration and jerk
+/// of the motors, also of a hold at any time. Nothing starts that cannot finish, or that cannot
+/// stop on its path.
 class PathCheck {
  public:
   PathCheck(const Cell& cell, const PathLimits& limits, Clearance& clearance)
@@ -62,7 +93,7 @@ class PathCheck {
   /// Between two samples, of which the first one has so much to spare, m.
   std::optional<Refusal> check_between(const PathSample& a, const PathSample& b,
                                        double& spare) const;
-  std::optional<Refusal> look(const PathSample& sample, double& spare) const;
+  std::optional<Refusal> check_clearance_at(const PathSample& sample, double& spare) const;
   std::string place(double t, const ArmPair& joints) const;
   std::optional<std::string> check_joints(const ArmPair& joints) const;
   std::optional<std::string> check_singularity(const ArmPair& joints, double& value) const;

@@ -4,23 +4,44 @@
 #include <memory>
 #include <vector>
 
-#include "testbed/motion/arm_motion.h"
+#include "testbed/motion/motion_profile.h"
+#include "testbed/motion/path_check.h"
+#include "testbed/motion/relative_path.h"
 
 namespace berth::testbed {
 
-/// The way that both arms came, for a retreat to go back on.
+/// Along joints that the arms went through before, on a cubic spline whose velocity and
+/// acceleration are continuous: the way back is as free of collisions as the way there.
+class RecordedMotion final : public ArmMotion {
+ public:
+  /// points: where to go through, beginning where the arms are; lengths: of relative travel between
+  /// them (one less), in the unit that `travel` counts.
+  RecordedMotion(std::vector<ArmPair> points, const std::vector<double>& lengths, double speed,
+                 double acceleration, double jerk);
+
+  double duration() const override { return travel_.duration(); }
+  std::optional<ArmPair> at(double t, const ArmPair& near, std::string* reason) const override;
+
+ private:
+  std::vector<ArmPair> points_;
+  std::vector<double> position_;  // of each point along the way
+  std::vector<ArmPair> bend_;     // second derivative at each point
+  SmoothTravel travel_;
+};
+
+/// The joints that both arms have passed, for a retreat along them.
 class TrajectoryHistory {
  public:
   /// cell must outlive this.
   explicit TrajectoryHistory(const Cell& cell) : cell_(cell) {}
 
   void begin(const ArmPair& start);
-  /// Where the arms are told to be now; noted when it is far enough from the last place.
+  /// The commanded joints; noted when it is far enough from the last place.
   void add(const ArmPair& joints);
   void clear();
   /// Nothing has moved since the last retreat.
   bool empty() const { return points_.size() < 2; }
-  /// From where the arms stand to where the trail began.
+  /// From where the arms stand to where the history began.
   std::shared_ptr<const ArmMotion> way_back(const ArmPair& from,
                                             const RelativeLimits& limits) const;
 

@@ -22,30 +22,30 @@ std::optional<inertial_motion_t> ChaserMotion::add(std::int64_t utime, const Pos
   utime_ = utime;
   sensor_ = sensor;
   if (!before || utime <= since || utime - since > largest_gap) {
-    told_.reset();
+    reported_.reset();
     return std::nullopt;
   }
   const Velocity mean =
       velocity_between(*before, sensor, 1e-6 * static_cast<double>(utime - since));
   const Quaterniond to_sensor = sensor.rotation.conjugate();
   const Moving now{since + (utime - since) / 2, {mean.linear, to_sensor * mean.angular}};
-  if (!told_) {
-    told_ = now;
+  if (!reported_) {
+    reported_ = now;
     return std::nullopt;
   }
-  if (now.utime - told_->utime < interval) return std::nullopt;
+  if (now.utime - reported_->utime < interval) return std::nullopt;
   inertial_motion_t message{};
   message.utime = now.utime;
-  message.interval_us = now.utime - told_->utime;
+  message.interval_us = now.utime - reported_->utime;
   const double root = std::sqrt(1e-6 * static_cast<double>(message.interval_us));
   Eigen::Map<Vector3d>(message.velocity_change_m_s) =
-      to_sensor * (now.velocity.linear - told_->velocity.linear);
+      to_sensor * (now.velocity.linear - reported_->velocity.linear);
   Eigen::Map<Vector3d>(message.angular_velocity_rad_s) = now.velocity.angular;
   Eigen::Map<Vector3d>(message.angular_velocity_change_rad_s) =
-      now.velocity.angular - told_->velocity.angular;
+      now.velocity.angular - reported_->velocity.angular;
   message.velocity_change_sigma_m_s = root * velocity_sigma;
   message.angular_velocity_change_sigma_rad_s = root * angular_velocity_sigma;
-  told_ = now;
+  reported_ = now;
   return message;
 }
 

@@ -9,9 +9,9 @@
 
 namespace berth::testbed {
 
-/// The chaser's own motion, as its instruments would tell it: the changes of velocity that guidance
-/// commands. Against the frame in which the target rests if it does not move by itself; no matter
-/// which arm carries the motion out.
+/// The chaser's own motion, as an inertial unit would measure it: the changes of velocity that
+/// guidance commands. Against the frame in which the target rests if it does not move by itself; no
+/// matter which arm carries the motion out.
 class ChaserMotion {
  public:
   /// One set-point after the other.
@@ -28,7 +28,7 @@ class ChaserMotion {
   };
   std::int64_t utime_ = 0;
   std::optional<Pose> sensor_;
-  std::optional<Moving> told_;  // up to here
+  std::optional<Moving> reported_;  // up to here
 };
 
 }  // namespace berth::testbed

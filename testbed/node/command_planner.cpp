@@ -6,8 +6,8 @@
 
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
+#include "testbed/guidance/external_guidance.h"
 #include "testbed/guidance/forecast.h"
-#include "testbed/guidance/outside.h"
 
 namespace berth::testbed {
 namespace {
@@ -98,15 +98,15 @@ std::string CommandPlanner::limits_of(const testbed_command2_t& command,
 }
 
 std::variant<std::shared_ptr<const ArmMotion>, std::string> CommandPlanner::way_back(
-    const testbed_command2_t& command, const TrajectoryHistory& trail, const PathCheck& check,
+    const testbed_command2_t& command, const TrajectoryHistory& history, const PathCheck& check,
     const ArmPair& start) const {
-  if (trail.empty()) return "there is no way back: nothing has moved since the last retreat";
+  if (history.empty()) return "there is no way back: nothing has moved since the last retreat";
   RelativeLimits limits;
   testbed_command2_t with_speed = command;
   if (with_speed.speed_m_s == 0) with_speed.speed_m_s = settings_.retreat_speed;
   std::string wrong = limits_of(with_speed, limits);
   if (!wrong.empty()) return wrong;
-  auto motion = trail.way_back(start, limits);
+  auto motion = history.way_back(start, limits);
   if (const auto refusal = check.check(*motion, start)) return refusal->text;
   return motion;
 }
@@ -209,7 +209,7 @@ CommandPlanner::Path CommandPlanner::closed_loop(const testbed_command2_t& comma
     return std::make_shared<const MovingTargetPath>(std::move(path), plan.target_motion);
   };
   if (command.command == testbed_command2_t::GUIDED) {
-    plan.steering = std::make_shared<OutsideFlight>(
+    plan.steering = std::make_shared<ExternalFlight>(
         command.guidance.empty() ? command.commander : command.guidance, limits, commanded);
     return with_motion(std::make_shared<const HeldPath>(commanded));
   }

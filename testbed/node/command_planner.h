@@ -7,9 +7,9 @@
 #include <string>
 #include <variant>
 
+#include "testbed/guidance/forecast.h"
 #include "testbed/guidance/guidance.h"
 #include "testbed/guidance/steering.h"
-#include "testbed/guidance/target_motion.h"
 #include "testbed/motion/motion_planner.h"
 #include "testbed/motion/trajectory_history.h"
 #include "testbed/settings.h"
@@ -18,7 +18,8 @@ namespace berth::testbed {
 
 /// Turns a TESTBED_COMMAND that moves the arms into a checked motion, or into the sentence that
 /// refuses it. The testbed node does so before it moves, `berth check` long before.
-/// Planning takes up to seconds: path_check's clearance is used by nobody else meanwhile.
+/// Planning takes up to seconds: path_check's clearance must not be used by other threads
+/// meanwhile.
 class CommandPlanner {
  public:
   /// surface: of the target, model frame. All must outlive this.
@@ -41,23 +42,23 @@ class CommandPlanner {
   Result plan(const testbed_command2_t& command, const ArmPair& start, std::int64_t now,
               const Guidance& guidance) const;
 
-  /// A retreat along the trail. @return why there is none otherwise.
+  /// A retreat along the trajectory history. @return why there is none otherwise.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
-      const testbed_command2_t& command, const TrajectoryHistory& trail, const PathCheck& check,
+      const testbed_command2_t& command, const TrajectoryHistory& history, const PathCheck& check,
       const ArmPair& start) const;
 
   /// The rates that the command asks for. @return why they cannot be had; empty when they can.
   std::string limits_of(const testbed_command2_t& command, RelativeLimits& limits) const;
 
  private:
-  /// What is said of a docking port that is not there.
+  /// Refusal of an unknown docking port.
   std::string no_port(const std::string& name) const;
   using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
 
   /// Where the command leads: the path that it asks for, or why there is none.
   Path path_of(const testbed_command2_t& command, const Pose& from, std::int64_t now,
                Guidance& guidance, Plan& plan) const;
-  /// What is said of a speed at which the refused command would pass; empty where there is none.
+  /// Names the speed at which the refused command would pass; empty where there is none.
   std::string passing_speed(const testbed_command2_t& command, const ArmPair& start,
                             std::int64_t now, Guidance& guidance, double rate) const;
   Path move(const testbed_command2_t& command, const Pose& from) const;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the arms and the facility say, and whether the arms follow.
+// The arms: what their controllers report, how they are started and brought back to the path.
 #include <cmath>
 
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
+#include "testbed/motion/arm_pair.h"
 #include "testbed/node/testbed_node.h"
 
 namespace berth {
@@ -12,7 +13,9 @@ using namespace testbed;
 
 namespace {
 
-/// us between the shortest and the longest believable dead time for it to be known.
+constexpr Utime order_period = 250 * millisecond;
+
+/// us between the min and the max believable dead time for it to be known.
 constexpr Utime dead_time_known = 40 * millisecond;
 /// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
 constexpr Utime dead_time_off = 50 * millisecond;
@@ -46,13 +49,68 @@ double time_sigma_of(const arm_state_t& state) {
 
 }  // namespace
 
+void TestbedNode::begin_start() {
+  mode_ = Mode::starting;
+  start_begun_ = now();
+  order_sent_ = 0;
+  rejoining_ = paused_ = false;
+}
+
+void TestbedNode::run_start(double dt) {
+  const Utime t = now();
+  if (stopping_) return end_task(false);
+  if (held_ && rejoining_) return stop_arms("", hold_reason_);
+  if (held_) return;
+  if (!rejoining_) {
+    bool running = true;
+    for (const ArmRole role : both_arms) {
+      const auto& arm = safety_.arm(role);
+      running = running && arm && arm->state == SafetySupervisor::ArmState::running;
+    }
+    if (!running || order_sent_ == 0 || t - order_sent_ < order_period / 2) {
+      if (t - start_begun_ > settings_.start_time_limit) {
+        std::string reason = "the arms' controllers did not start";
+        for (const ArmRole role : both_arms) {
+          const auto& arm = safety_.arm(role);
+          if (arm && !arm->reason.empty()) reason += "; " + arm_name(role) + ": " + arm->reason;
+        }
+        stop_arms("start-failed", reason);
+      } else if (order_sent_ == 0 || (!running && t - order_sent_ >= order_period)) {
+        // Named before it: the HOLD that it supersedes, whose repetitions are duplicates then.
+        if (hold_ordered_ != 0) {
+          for (const ArmRole role : both_arms) repeat_hold(role);
+        }
+        order(arm_command_t::START);
+        order_sent_ = t;
+      }
+      return;
+    }
+    rejoining_ = true;
+    rejoin_from_ = reported_;
+    rejoin_time_ = 0;
+    const double away = max_change(rejoin_from_, commanded_);
+    rejoin_ = SmoothTravel(away, settings_.rejoin_speed, settings_.rejoin_speed,
+                           4 * settings_.rejoin_speed);
+    engaged_ = true;
+    command_history_.clear();
+    for (FollowingWatch& watch : following_watch_) watch.begin();
+  }
+  rejoin_time_ += dt;
+  const double s = rejoin_.length() > 0 ? rejoin_.position(rejoin_time_) / rejoin_.length() : 1.0;
+  stream(blend(rejoin_from_, commanded_, s), settings_.setpoint_lifetime);
+  if (rejoin_time_ < rejoin_.duration()) return;
+  rejoining_ = false;
+  mode_ = task_.mode;
+  guidance_.set_held(held_);
+}
+
 void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   if (state.session != session()) return;
   safety_.on_arm(role, {now(), state.valid != 0, arm_state_of(state.state), state.reason});
   reported_valid_[role == ArmRole::replica ? 0 : 1] = state.valid != 0;
   if (state.valid == 0) return;
-  heed_override(role, state.speed_override);
-  look_at_report(role, state);
+  on_controller_override(role, state.speed_override);
+  check_report(role, state);
   JointSample sample;
   sample.utime = state.utime + utime_from_seconds(calibration_.arm_time(role));
   for (std::size_t i = 0; i < 6; ++i) {
@@ -65,19 +123,20 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
 
   if (!engaged_) return;
   FollowingWatch& watch = following_watch_[role == ArmRole::replica ? 0 : 1];
-  const auto strays = watch.look(state.utime, sample.time_sigma, sample.joints, command_history_);
-  if (strays) stop_arms(strays->code, strays->text);
+  const auto deviation =
+      watch.check(state.utime, sample.time_sigma, sample.joints, command_history_);
+  if (deviation) stop_arms(deviation->code, deviation->text);
   learn_dead_time();
 }
 
-/// Both arms' mean, of those whose motion has told; until then the nominal one, or what was known
-/// before the controllers were started anew.
+/// Mean dead time of the arms whose motion has determined it; until then the nominal one, or that
+/// of before the controllers were started anew.
 void TestbedNode::learn_dead_time() {
   double sum = 0;
   int known = 0;
   for (const ArmRole role : both_arms) {
     const auto& found = following_watch_[role == ArmRole::replica ? 0 : 1].dead_time();
-    if (found.longest - found.shortest > dead_time_known) continue;
+    if (found.max - found.min > dead_time_known) continue;
     count("dead_time_" + std::string(name_of(role)) + "_ms", 1e3 * seconds(found.best));
     sum += static_cast<double>(found.best);
     ++known;

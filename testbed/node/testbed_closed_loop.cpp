@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The closed loop: estimates and outside set-points in, guided poses out.
+// The closed loop: estimates and external set-points in, guided poses out.
 #include <cmath>
 
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
-#include "testbed/guidance/outside.h"
+#include "testbed/guidance/external_guidance.h"
 #include "testbed/node/testbed_node.h"
 
 namespace berth {
@@ -56,31 +56,31 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
       std::sqrt(variance) < 0.5 * settings_.guidance.largest_angular_correction;
   guidance_.on_estimate(estimate);
   if (task_.steering) task_.steering->on_estimate(estimate);
-  look_at_estimate(message, estimate);
+  check_estimate(message, estimate);
 }
 
-/// Who may steer: the commander that the GUIDED command named, within its session and its time.
+/// May steer: the commander that the GUIDED command named, within its session and its time.
 void TestbedNode::on_setpoint(const guidance_setpoint_t& setpoint) {
-  const auto outside = std::dynamic_pointer_cast<OutsideFlight>(task_.steering);
+  const auto external = std::dynamic_pointer_cast<ExternalFlight>(task_.steering);
   std::string wrong;
-  OutsideSetpoint obeyed{setpoint.utime_expires, velocity_of(setpoint)};
+  ExternalSetpoint obeyed{setpoint.utime_expires, velocity_of(setpoint)};
   if (setpoint.session != session()) {
     wrong = "belongs to session " + std::to_string(setpoint.session);
-  } else if (!outside) {
-    return;  // nobody asked
-  } else if (setpoint.commander != outside->commander()) {
-    wrong = "is not from '" + outside->commander() + "', who steers";
+  } else if (!external) {
+    return;  // no GUIDED command is under way
+  } else if (setpoint.commander != external->commander()) {
+    wrong = "is not from '" + external->commander() + "', which steers";
   } else if (now() > setpoint.utime_expires) {
     wrong = "came " + fixed(seconds(now() - setpoint.utime_expires), 1) + " s too late";
   } else if (!obeyed.velocity.linear.allFinite() || !obeyed.velocity.angular.allFinite()) {
     wrong = "has a velocity that is not a number";
   } else {
     refused_setpoint_.clear();
-    return outside->obey(obeyed);
+    return external->obey(obeyed);
   }
   count("setpoints_refused", ++setpoints_refused_);
   wrong = "a set-point of '" + setpoint.commander + "' " + wrong + " and moves nothing";
-  if (setpoint.commander == refused_setpoint_) return;  // said once
+  if (setpoint.commander == refused_setpoint_) return;  // reported once
   refused_setpoint_ = setpoint.commander;
   event(event_t::WARNING, "setpoint-refused", wrong);
 }
@@ -90,20 +90,20 @@ void TestbedNode::run_closed_loop(double dt) {
   scale_.set_target(rest ? 0 : rate());
   const double flown = scale_.advance(dt);
   task_.time += flown;
-  Pose wanted;
+  Pose reference;
   double progress = 0;
   Steering::Phase phase = Steering::Phase::flying;
   std::string why;
   if (task_.steering) {
     Steering::Output output = task_.steering->step(now(), flown);
-    wanted = output.commanded;
+    reference = output.commanded;
     progress = output.progress;
     phase = output.phase;
     why = std::move(output.reason);
   } else {
     guidance_.set_held(rest);
     Guidance::Output output = guidance_.step(now(), dt);
-    wanted = output.commanded;
+    reference = output.commanded;
     progress = output.progress;
     why = std::move(output.reason);
     if (output.phase == Guidance::Phase::holding) phase = Steering::Phase::holding;
@@ -114,24 +114,24 @@ void TestbedNode::run_closed_loop(double dt) {
       event(event_t::ERROR, "gave-up", why);
     }
   }
-  publish_chaser_motion(wanted);
-  wanted = wanted * target_at(task_.target_motion, task_.time);
+  publish_chaser_motion(reference);
+  reference = reference * target_at(task_.target_motion, task_.time);
   const Velocity velocity =
-      dt > 0 ? velocity_between(relative(commanded_), wanted, dt) : Velocity{};
+      dt > 0 ? velocity_between(relative(commanded_), reference, dt) : Velocity{};
   std::string reason;
-  const auto joints = task_.allocation->joints(wanted, progress, commanded_, &reason);
+  const auto joints = task_.allocation->joints(reference, progress, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
-  if (largest_change(*joints, commanded_) > settings_.path.largest_step) {
+  if (max_change(*joints, commanded_) > settings_.path.largest_step) {
     return stop_arms("motion-failed", "an arm would have to change its configuration");
   }
   // Where the estimate leads was not known when the path was checked.
   if (now() >= next_instant_check_) {
     next_instant_check_ = now() + instant_check_period;
     if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
-    end_retreat_within_reach(wanted, velocity, progress, *joints);
+    end_retreat_within_reach(reference, velocity, progress, *joints);
   }
   stream(*joints, settings_.setpoint_lifetime);
-  trail_.add(*joints);
+  trajectory_history_.add(*joints);
   follow_guidance(phase, why);
 }
 
@@ -141,11 +141,11 @@ bool TestbedNode::retreats() const {
 
 /// A retreat was not checked beforehand and may lead out of the cell: it ends at rest where the
 /// arms would soon reach no further.
-void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& velocity,
+void TestbedNode::end_retreat_within_reach(const Pose& reference, const Velocity& velocity,
                                            double progress, const ArmPair& joints) {
   if (!retreats() || stopping_) return;
   const Pose ahead =
-      moved(wanted, velocity, settings_.hold_settling + seconds(instant_check_period));
+      moved(reference, velocity, settings_.hold_settling + seconds(instant_check_period));
   std::string beyond;
   const auto there = task_.allocation->joints(ahead, progress, joints, &beyond);
   if (there) beyond = check_.check(*there).value_or("");
@@ -157,7 +157,7 @@ void TestbedNode::end_retreat_within_reach(const Pose& wanted, const Velocity& v
   event(event_t::ERROR, "approach-aborted", why + "; the retreat ends early: " + beyond);
 }
 
-/// What guidance says of the closed loop: it holds by itself, is done, or has given it up.
+/// Follows the phase of guidance: it holds by itself, is done, or has given the approach up.
 void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
     const bool at_rest = scale_.at_rest() && (task_.steering || guidance_.at_rest());

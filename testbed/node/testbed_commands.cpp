@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TESTBED_COMMAND: who may ask for what, and how a motion begins.
+// TESTBED_COMMAND: which commander may request what, and how a motion begins.
 #include <algorithm>
 
 #include "common/core/text.h"
@@ -9,7 +9,7 @@ namespace berth {
 
 using namespace testbed;
 
-/// Whoever sends it. A repetition of one that was obeyed is answered, no more.
+/// HOLD and STOP of any commander. A repetition of one that was obeyed is only acknowledged.
 void TestbedNode::on_stop(const testbed_command2_t& command) {
   if (!seen_.add(command)) return publish_state(false);
   const bool own = command.session == session();
@@ -70,7 +70,7 @@ bool TestbedNode::on_lease_command(const testbed_command2_t& command) {
       return true;
     case testbed_command2_t::RELEASE_LEASE:
       if (lease_.release(command.commander, now())) {
-        event(event_t::INFO, "lease-released", "nobody commands the testbed");
+        event(event_t::INFO, "lease-released", "no commander holds the lease");
       }
       break;
     default:
@@ -108,7 +108,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
   }
   if (what == testbed_command2_t::STOP) {
     accept(command);
-    give_up_planning("stopped by '" + command.commander + "' while its motion was planned");
+    abandon_planning("stopped by '" + command.commander + "' while its motion was planned");
     stopping_ = true;
     after_stop_.reset();
     if (command.session == session()) after_stop_ = command;
@@ -117,7 +117,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
   }
   if (!lease_.held_by(command.commander, now())) {
     return refuse(command, lease_.held(now()) ? "the lease is held by '" + lease_.holder() + "'"
-                                              : "nobody holds the lease: take it first");
+                                              : "no commander holds the lease: take it first");
   }
   std::string reason;
   if (is_motion(command)) {
@@ -135,7 +135,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
       if (reason.empty()) return;
     }
   } else if (what == testbed_command2_t::RESET) {
-    reason = safety_.to_be_put_right();
+    reason = safety_.unresettable_fault();
     if (reason.empty()) reset("reset by '" + command.commander + "'");
   } else {
     reason = "command " + std::to_string(what) + " is not known";
@@ -149,7 +149,7 @@ void TestbedNode::begin(const testbed_command2_t& command) {
 
 /// The controllers' alarms. A motion stays where it was left, for RESUME or STOP.
 void TestbedNode::reset(const std::string& reason) {
-  give_up_planning(reason + " while its motion was planned");
+  abandon_planning(reason + " while its motion was planned");
   event(event_t::NOTICE, "reset", reason);
   stop_arms("", reason);
   order(arm_command_t::RESET);
@@ -187,11 +187,11 @@ double TestbedNode::rate() const {
 }
 
 /// reported: 0..1; 0: the driver knows none.
-void TestbedNode::heed_override(ArmRole role, double reported) {
+void TestbedNode::on_controller_override(ArmRole role, double reported) {
   const double given = reported > 0 ? std::min(reported, 1.0) : 1;
-  double& heeded = controller_override_[role == ArmRole::replica ? 0 : 1];
-  if (given == heeded) return;
-  heeded = given;
+  double& known = controller_override_[role == ArmRole::replica ? 0 : 1];
+  if (given == known) return;
+  known = given;
   guidance_.set_override(rate());
   event(event_t::NOTICE, "controller-override",
         std::string("the ") + name_of(role) + " arm's controller runs at " + fixed(100 * given, 0) +
@@ -226,15 +226,15 @@ std::string TestbedNode::begin_motion(const testbed_command2_t& command) {
     planned.task.steering = plan.steering;
     planned.task.target_motion = plan.target_motion;
     planned.task.allocation = std::make_shared<const ArmAllocation>(
-        cell_, plan.arms.sharing, static_cast<FrozenArm>(command.frozen_arm), start);
+        cell_, plan.arms.resolution, static_cast<FrozenArm>(command.frozen_arm), start);
   });
 }
 
 std::string TestbedNode::retreat(const testbed_command2_t& command) {
   if (verdict_.level != Level::good) return verdict_.reason;
   const ArmPair start = reference_joints();
-  return plan(command, start, [=, this, trail = trail_](Planned& planned) {
-    auto way_back = commands_.way_back(command, trail, planning_check_, start);
+  return plan(command, start, [=, this, history = trajectory_history_](Planned& planned) {
+    auto way_back = commands_.way_back(command, history, planning_check_, start);
     if (auto* wrong = std::get_if<std::string>(&way_back)) {
       planned.refusal = std::move(*wrong);
       return;
@@ -264,14 +264,14 @@ std::string TestbedNode::plan(const testbed_command2_t& command, const ArmPair& 
   return "too many motions wait to be planned";
 }
 
-void TestbedNode::give_up_planning(const std::string& reason) {
+void TestbedNode::abandon_planning(const std::string& reason) {
   if (!planning_) return;
   refuse(planning_->command, reason);
   planning_.reset();
 }
 
-/// What has changed while the motion was planned; nothing: it may begin.
-std::string TestbedNode::why_not_now(const Planning& planning, const Task& task) const {
+/// Why a planned motion may not begin any more; empty: it may.
+std::string TestbedNode::refusal_after_planning(const Planning& planning, const Task& task) const {
   if (!task.retreat && !lease_.held_by(planning.command.commander, now())) {
     return "the lease was lost while the motion was planned";
   }
@@ -279,7 +279,7 @@ std::string TestbedNode::why_not_now(const Planning& planning, const Task& task)
   if (task.mode == Mode::closed_loop && estimate_watch_.contradiction()) {
     return estimate_watch_.contradiction()->text;
   }
-  if (largest_change(planning.start, reference_joints()) > rest_angle) {
+  if (max_change(planning.start, reference_joints()) > rest_angle) {
     return "the arms have moved while their motion was planned";
   }
   return "";
@@ -289,10 +289,10 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
   const testbed_command2_t& command = planning.command;
   Task& task = planned.task;
   std::string reason = planned.refusal;
-  if (reason.empty()) reason = why_not_now(planning, task);
+  if (reason.empty()) reason = refusal_after_planning(planning, task);
   if (!reason.empty()) return refuse(command, reason);
   task.seq = command.seq;
-  if (planned.guidance) guidance_.go_on_as(std::move(*planned.guidance));
+  if (planned.guidance) guidance_.continue_as(std::move(*planned.guidance));
   if (task.retreat) set_override(command.speed_override > 0 ? command.speed_override : 1.0);
   if (task.mode == Mode::closed_loop && task.steering) {
     const auto& estimate = guidance_.estimate();
@@ -304,7 +304,7 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
               " s; forecast " + fixed(task.steering->remaining(), 0) + " s");
   } else if (task.mode == Mode::closed_loop) {
     event(event_t::INFO, "closed-loop",
-          "the estimate stands " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
+          "the estimate is " + fixed(1e3 * guidance_.initial_distance(), 1) + " mm and " +
               fixed(degrees(guidance_.initial_angle()), 2) + " deg from the commanded pose");
   }
   start_task(std::move(task), planning.start);
@@ -315,7 +315,7 @@ void TestbedNode::begin_planned(const Planning& planning, Planned planned) {
 
 void TestbedNode::start_task(Task task, const ArmPair& start) {
   commanded_ = start;
-  if (!task.retreat) trail_.begin(commanded_);
+  if (!task.retreat) trajectory_history_.begin(commanded_);
   task_ = std::move(task);
   held_ = stopping_ = paused_ = false;
   after_stop_.reset();

@@ -49,7 +49,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
       scale_(settings_.hold_settling),
       command_history_(settings_.following_watch.max_dead_time + second),
       last_tick_(loop.now()),
-      trail_(cell_) {
+      trajectory_history_(cell_) {
   verdict_ = safety_.judge(now(), {});
   bus.subscribe<arm_state_t>(
       channels::arm_state_replica, Queue::fifo(),
@@ -97,7 +97,7 @@ TestbedNode::TestbedNode(NodeSetup setup, CalibratedCell cell, Settings settings
   tick_timer_ = loop.every(settings_.setpoint_period, [this] { tick(); });
   state_timer_ = loop.every(state_period, [this] { publish_state(false); });
   latency_timer_ = loop.every(10 * second, [this] {
-    if (latency_.seq > 0) publish_latency();  // for those who join
+    if (latency_.seq > 0) publish_latency();  // for nodes that join later
   });
   report(node_status_t::STARTING, verdict_.reason);
   for (const std::string& note : target_notes(cell_.target)) {
@@ -132,8 +132,8 @@ void TestbedNode::tick() {
     }
   }
   supervise();
-  go_on_when_good();
-  insist_on_standing();
+  resume_when_good();
+  repeat_hold_until_at_rest();
   watch_clearance();
   watch_rest();
   const Pose before = relative(commanded_);
@@ -141,7 +141,7 @@ void TestbedNode::tick() {
   switch (mode_) {
     case Mode::idle:
       if (engaged_ && !lease_.held(t)) {
-        // nobody is going to move them: let the controllers stand by themselves
+        // no commander: the controllers hold the arms by themselves
         order(arm_command_t::HOLD);
         engaged_ = false;
       }
@@ -173,7 +173,7 @@ void TestbedNode::run_motion(double dt, bool wait) {
   const auto joints = task_.motion->at(task_.time, commanded_, &reason);
   if (!joints) return stop_arms("motion-failed", reason);
   stream(*joints, settings_.setpoint_lifetime);
-  if (!task_.retreat) trail_.add(*joints);
+  if (!task_.retreat) trajectory_history_.add(*joints);
   if (stopping_ && scale_.at_rest() && !waits_to_retreat()) return end_task(false);
   if (task_.time >= task_.motion->duration()) end_task(!stopping_);
 }
@@ -200,7 +200,7 @@ void TestbedNode::end_task(bool finished) {
     if (finished) finished_seq_ = task_.seq;
     event(event_t::INFO, finished ? "motion-finished" : "motion-abandoned",
           "command " + std::to_string(task_.seq));
-    if (task_.retreat && finished) trail_.clear();
+    if (task_.retreat && finished) trajectory_history_.clear();
   }
   mode_ = Mode::idle;
   task_ = {};

@@ -14,37 +14,37 @@
 #include <memory>
 #include <optional>
 
+#include "common/bus/commands.h"
 #include "common/bus/node.h"
+#include "common/core/cell.h"
 #include "common/core/lease.h"
-#include "common/core/relative_pose.h"
 #include "common/core/run_setup.h"
-#include "common/core/seen_commands.h"
-#include "testbed/calibration/calibrated_cell.h"
+#include "testbed/calibration/calibration.h"
 #include "testbed/motion/command_history.h"
 #include "testbed/motion/trajectory_history.h"
 #include "testbed/node/chaser_motion.h"
 #include "testbed/node/command_planner.h"
-#include "testbed/safety/report_watch.h"
+#include "testbed/safety/arm_watch.h"
 
 namespace berth {
 
 /// The testbed controller: the only commander of the arms. It turns TESTBED_COMMANDs into
 /// set-points for both (ARM_COMMAND_*, streamed at the set-point rate from START to HOLD),
-/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell when the supervisor says so.
+/// publishes GROUND_TRUTH and TESTBED_STATE, and stops the cell on the supervisor's verdict.
 ///
 /// How it stops:
 /// - HOLD, a lapsed lease, a stale or lost estimate: both arms come to rest on the path. The last
 ///   goes on by itself (HOLDING), the first two wait for RESUME (HELD).
-/// - Silent partners: ARM_COMMAND HOLD at once. When all are heard again the arms are started anew,
+/// - Silent partners: ARM_COMMAND HOLD at once. When none is silent the arms are started anew,
 ///   brought back to the path and go on by themselves (HOLDING).
 /// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
 ///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
 ///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
-/// HOLD and STOP are obeyed from anybody, of any session, however late, in any order, once each;
-/// everything else only from the lease holder of this session, whose KEEP_LEASE may also change the
-/// speed override of the motion under way.
-/// A motion is planned on the node's worker while the arms stand; the command is answered then. A
-/// HOLD meanwhile holds the motion at its start, a STOP abandons it.
+/// HOLD and STOP are obeyed from any commander, of any session, however late, in any order, once
+/// each; everything else only from the lease holder of this session, whose KEEP_LEASE may also
+/// change the speed override of the motion under way. A motion is planned on the node's worker
+/// while the arms stand; the command is answered then. A HOLD meanwhile holds the motion at its
+/// start, a STOP abandons it.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,
@@ -55,7 +55,7 @@ class TestbedNode final : public Node {
   using Verdict = testbed::SafetySupervisor::Verdict;
   using Level = testbed::SafetySupervisor::Level;
 
-  /// rad or m: how far a joint of an arm that stands may yet settle.
+  /// rad or m: how far a joint of an arm at rest may yet settle.
   static constexpr double rest_angle = 5e-3;
 
   enum class Mode { idle, starting, moving, closed_loop };
@@ -71,7 +71,7 @@ class TestbedNode final : public Node {
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
     std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
     testbed::TargetMotion target_motion;                       // closed_loop
-    bool given_up = false;  // closed_loop: guidance backs off, and that was told
+    bool given_up = false;  // closed_loop: guidance retreats, and the event was published
   };
 
   /// A command whose motion is being planned.
@@ -80,7 +80,7 @@ class TestbedNode final : public Node {
     testbed::ArmPair start;
     std::string hold_reason;  // of a HOLD meanwhile
   };
-  /// What the worker makes of it.
+  /// The result of planning, from the worker.
   struct Planned {
     std::string refusal;  // empty: none
     Task task;
@@ -104,12 +104,12 @@ class TestbedNode final : public Node {
   std::string plan(const testbed_command2_t& command, const testbed::ArmPair& start,
                    std::function<void(Planned&)> job);
   void begin_planned(const Planning& planning, Planned planned);
-  std::string why_not_now(const Planning& planning, const Task& task) const;
-  void give_up_planning(const std::string& reason);
+  std::string refusal_after_planning(const Planning& planning, const Task& task) const;
+  void abandon_planning(const std::string& reason);
   void reset(const std::string& reason);
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
-  void heed_override(ArmRole role, double reported);
+  void on_controller_override(ArmRole role, double reported);
   /// Of time along a path: the commander's override, but no more than that of either controller,
   /// whose joints would fall behind.
   double rate() const;
@@ -123,7 +123,7 @@ class TestbedNode final : public Node {
   void run_motion(double dt, bool wait);
   void run_closed_loop(double dt);
   bool retreats() const;  // guidance has given the approach up
-  void end_retreat_within_reach(const Pose& wanted, const Velocity& velocity, double progress,
+  void end_retreat_within_reach(const Pose& reference, const Velocity& velocity, double progress,
                                 const testbed::ArmPair& joints);
   void follow_guidance(testbed::Steering::Phase phase, const std::string& reason);
   void end_task(bool finished);
@@ -142,15 +142,15 @@ class TestbedNode final : public Node {
   void leave_motion();
   /// At rest before a retreat, and held.
   bool waits_to_retreat() const;
-  void go_on_when_good();
-  void insist_on_standing();
+  void resume_when_good();
+  void repeat_hold_until_at_rest();
   bool both_reported() const;
   void watch_clearance();
   void watch_rest();
   void learn_dead_time();
   void publish_latency();
-  void look_at_report(ArmRole role, const arm_state_t& state);
-  void look_at_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
+  void check_report(ArmRole role, const arm_state_t& state);
+  void check_estimate(const pose_estimate_t& message, const testbed::Estimate& estimate);
 
   void publish_truth(const testbed::Truth& truth);
   void publish_state(bool if_changed);
@@ -193,11 +193,11 @@ class TestbedNode final : public Node {
   std::optional<Planning> planning_;
   SeenCommands seen_;
   bool held_ = false;    // waits for RESUME
-  bool paused_ = false;  // stopped, goes on when all are heard again
+  bool paused_ = false;  // stopped, goes on when no partner is silent
   Utime good_since_ = 0;
   Utime hold_ordered_ = 0;
-  Utime looked_ahead_ = 0;
-  testbed::ArmPair looked_from_;
+  Utime clearance_checked_ = 0;
+  testbed::ArmPair clearance_checked_from_;
   std::optional<testbed::ArmPair> rest_;          // where the arms came to rest
   bool stopping_ = false;                         // comes to rest to be abandoned
   std::optional<testbed_command2_t> after_stop_;  // STOP to finish or RETREAT to begin
@@ -216,7 +216,7 @@ class TestbedNode final : public Node {
   testbed::SmoothTravel rejoin_;
   double rejoin_time_ = 0;
 
-  testbed::TrajectoryHistory trail_;  // of the motion under way or last done
+  testbed::TrajectoryHistory trajectory_history_;  // of the motion under way or last done
 
   std::map<std::string, std::int64_t> last_seq_;  // of each commander's orders
   std::int64_t command_seq_ = 0;

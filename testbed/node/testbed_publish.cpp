@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is told: GROUND_TRUTH, TESTBED_STATE, NODE_STATUS.
+// Publishes GROUND_TRUTH, TESTBED_STATE, NODE_STATUS.
 #include <berth/ground_truth_t.hpp>
 #include <berth/guidance_state_t.hpp>
 
@@ -46,7 +46,7 @@ void TestbedNode::publish_guidance(GuidanceReport report) {
   state.orbit_time_s = report.orbit_time;
   state.range_m = report.range;
   state.closing_speed_m_s = report.closing_speed;
-  state.wanted_closing_speed_m_s = report.wanted_closing_speed;
+  state.wanted_closing_speed_m_s = report.reference_closing_speed;
   state.corridor_offset_m = report.corridor_offset;
   state.corridor_limit_m = report.corridor_limit;
   state.misalignment_rad = report.misalignment;
@@ -81,8 +81,8 @@ testbed_state_t TestbedNode::current_state() const {
              (verdict_.level != Level::good || paused_ || !guidance_reason_.empty())) {
     state.state = testbed_state_t::HOLDING;
     state.reason = verdict_.level != Level::good ? verdict_.reason
-                   : paused_                     ? "all are heard again: going on in a moment"
-                                                 : guidance_reason_;
+                   : paused_ ? "no partner is silent any more: going on in a moment"
+                             : guidance_reason_;
   } else if (mode_ == Mode::idle) {
     state.state =
         verdict_.level == Level::good ? testbed_state_t::IDLE : testbed_state_t::NOT_READY;
@@ -105,7 +105,7 @@ testbed_state_t TestbedNode::current_state() const {
   return state;
 }
 
-/// At its period, or when something changed that somebody may wait for.
+/// Periodically, and at once on changes for which a commander may wait.
 void TestbedNode::publish_state(bool if_changed) {
   testbed_state_t state = current_state();
   if (if_changed && state.state == published_.state &&

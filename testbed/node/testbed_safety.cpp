@@ -2,9 +2,8 @@
 // What stops the arms, and what lets them go on.
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 #include "testbed/node/testbed_node.h"
-#include "testbed/safety/stopping.h"
 
 namespace berth {
 
@@ -21,7 +20,7 @@ constexpr Utime look_ahead_period = 100 * millisecond;
 constexpr double reaction = 0.06;
 /// m by which bodies must come nearer to be stopped: those that part may go. Beyond encoder noise.
 constexpr double nearing = 2e-5;
-/// Within which arms that were told to stand must stand.
+/// Within which arms must be at rest after a HOLD.
 constexpr Utime time_to_rest = second;
 
 }  // namespace
@@ -51,7 +50,7 @@ void TestbedNode::supervise() {
   }
 }
 
-/// Both controllers stop by themselves, at once; a person has to say RESUME.
+/// Both controllers stop at once; the operator has to RESUME.
 void TestbedNode::stop_arms(const std::string& code, const std::string& reason) {
   leave_motion();
   if (!code.empty()) event(event_t::ERROR, code, reason);
@@ -65,7 +64,7 @@ void TestbedNode::stop_arms(const std::string& code, const std::string& reason) 
   if (stopping_) end_task(false);
 }
 
-/// The same, until all are heard again.
+/// The same, until no partner is silent any more.
 void TestbedNode::pause_arms() {
   leave_motion();
   paused_ = true;
@@ -83,15 +82,15 @@ void TestbedNode::leave_motion() {
   if (mode_ != Mode::idle) mode_ = task_.mode;
 }
 
-void TestbedNode::go_on_when_good() {
+void TestbedNode::resume_when_good() {
   if (!paused_ || held_ || verdict_.level != Level::good || now() - good_since_ < good_for) return;
   event(event_t::NOTICE, "starts-again", "the arms are started again and go back to the path");
   begin_start();
 }
 
-/// A controller that runs on has not heard, and of one that is not seen nobody knows: HOLD is sent
-/// until each reports that it stands.
-void TestbedNode::insist_on_standing() {
+/// A HOLD may be lost on the way: it is repeated until each controller reports that its arm is at
+/// rest, and to a controller that is offline, whose state is unknown.
+void TestbedNode::repeat_hold_until_at_rest() {
   if (engaged_ || mode_ == Mode::starting || hold_ordered_ == 0) return;
   const Utime since = now() - hold_ordered_;
   if (since < hold_repeat_period || since % hold_repeat_period >= settings_.setpoint_period) return;
@@ -110,15 +109,15 @@ bool TestbedNode::both_reported() const {
   return true;
 }
 
-/// By ground truth: where the arms would come to stand if they were stopped now.
+/// Clearance at the joints where the arms would come to rest if they were stopped now.
 void TestbedNode::watch_clearance() {
-  const Utime since = now() - looked_ahead_;
+  const Utime since = now() - clearance_checked_;
   if (since < look_ahead_period || !both_reported()) return;
-  const ArmPair before = looked_from_;
-  looked_ahead_ = now();
-  looked_from_ = reported_;
+  const ArmPair before = clearance_checked_from_;
+  clearance_checked_ = now();
+  clearance_checked_from_ = reported_;
   if (!engaged_ || since > 2 * look_ahead_period) return;
-  const ArmPair ahead = standing_place(cell_, before, reported_, seconds(since),
+  const ArmPair ahead = stopping_place(cell_, before, reported_, seconds(since),
                                        reaction + seconds(look_ahead_period));
   const Clearance::Result there = clearance_.nearest(ahead, settings_.min_clearance);
   if (there.a.empty()) return;
@@ -129,20 +128,21 @@ void TestbedNode::watch_clearance() {
                             fixed(1e3 * here, 0) + " mm");
 }
 
-/// An arm that moves although it was told to stand is beyond this layer.
+/// An arm that moves after a HOLD is beyond what this layer can stop.
 void TestbedNode::watch_rest() {
-  const bool stands = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
-  if (!stands || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
+  const bool at_rest = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
+  if (!at_rest || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();
   if (!rest_) rest_ = reported_;
   for (const ArmRole role : both_arms) {
-    if (largest_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
-    stop_arms("arm-creeps",
-              arm_name(role) + " moves although it was told to stand: press the emergency stop");
+    if (max_change({rest_->of(role), {}}, {reported_.of(role), {}}) < rest_angle) continue;
+    stop_arms(
+        "arm-creeps",
+        arm_name(role) + " moves although it was commanded to hold: press the emergency stop");
     return;
   }
 }
 
-void TestbedNode::look_at_report(ArmRole role, const arm_state_t& state) {
+void TestbedNode::check_report(ArmRole role, const arm_state_t& state) {
   ReportWatch::Report report;
   report.utime = state.utime;
   report.controller_time = state.controller_time_us;
@@ -150,13 +150,13 @@ void TestbedNode::look_at_report(ArmRole role, const arm_state_t& state) {
     report.joints[i] = state.reported_joint[i];
     report.sigma[i] = state.reported_joint_sigma[i];
   }
-  const auto wrong = report_watch_[role == ArmRole::replica ? 0 : 1].look(report);
+  const auto wrong = report_watch_[role == ArmRole::replica ? 0 : 1].check(report);
   if (!wrong) return;
   if (mode_ != Mode::idle || engaged_) return stop_arms(wrong->code, wrong->text);
   event(event_t::WARNING, wrong->code, wrong->text);
 }
 
-void TestbedNode::look_at_estimate(const pose_estimate_t& message, const Estimate& estimate) {
+void TestbedNode::check_estimate(const pose_estimate_t& message, const Estimate& estimate) {
   if (!estimate.usable) return estimate_watch_.forget();
   EstimateWatch::Position position;
   position.utime = estimate.utime;

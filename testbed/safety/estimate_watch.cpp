@@ -40,7 +40,7 @@ void EstimateWatch::on_estimate(const Position& estimate) {
   contradiction_.reset();
   if (away <= allowed) return;  // not a number is not believed
   contradiction_ = Contradiction{"estimate-wrong",
-                                 "the estimate stands " + fixed(1e3 * away, 0) +
+                                 "the estimate is " + fixed(1e3 * away, 0) +
                                      " mm away from ground truth; with the uncertainty of both " +
                                      fixed(1e3 * allowed, 0) + " mm are allowed"};
 }

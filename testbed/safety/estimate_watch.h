@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <deque>
 
-#include "testbed/safety/report_watch.h"
+#include "testbed/safety/arm_watch.h"
 #include "testbed/truth/ground_truth.h"
 
 namespace berth::testbed {
@@ -30,9 +30,9 @@ class EstimateWatch {
   explicit EstimateWatch(Settings settings) : settings_(settings) {}
 
   void on_truth(const Truth& truth);
-  /// Of a usable estimate. What truth says nothing of is not judged.
+  /// Of a usable estimate. One without ground truth near its time is not judged.
   void on_estimate(const Position& estimate);
-  /// An estimate that nobody may use says nothing.
+  /// After an estimate that is not usable.
   void forget() { contradiction_.reset(); }
   /// Whether the newest estimate is believed.
   const std::optional<Contradiction>& contradiction() const { return contradiction_; }

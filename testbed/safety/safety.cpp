@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "testbed/motion/arm_name.h"
+#include "testbed/motion/arm_pair.h"
 
 namespace berth::testbed {
 namespace {
@@ -50,8 +50,8 @@ void SafetySupervisor::on_scan(std::int64_t received, bool more) {
 SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
                                                   const Activity& activity) const {
   // What is put right by hand comes first: it stays true however silent the others are.
-  if (const auto verdict = judge_by_hand()) return *verdict;
-  // Then who is gone altogether, before what he does not say.
+  if (const auto verdict = judge_manual_faults()) return *verdict;
+  // Then nodes that are gone altogether, before the messages that they no longer send.
   if (const auto verdict = judge_nodes(now, settings_.watched_nodes)) return *verdict;
   if (const auto verdict = judge_arms(now, activity.engaged)) return *verdict;
   if (const auto verdict = judge_facility(now)) return *verdict;
@@ -70,7 +70,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_node_faults() c
   return std::nullopt;
 }
 
-std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_by_hand() const {
+std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_manual_faults() const {
   for (const ArmRole role : both_arms) {
     const std::optional<ArmReport>& report = arm(role);
     if (!report) continue;
@@ -98,11 +98,11 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_chain() const {
   return std::nullopt;
 }
 
-std::string SafetySupervisor::to_be_put_right() const {
-  const std::optional<Verdict> by_hand = judge_by_hand();
-  if (by_hand && by_hand->code == "arm-estop") return by_hand->reason;
+std::string SafetySupervisor::unresettable_fault() const {
+  const std::optional<Verdict> manual = judge_manual_faults();
+  if (manual && manual->code == "arm-estop") return manual->reason;
   // A controller says more of an open chain than the PLC.
-  return judge_chain() ? by_hand->reason : "";
+  return judge_chain() ? manual->reason : "";
 }
 
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_arms(std::int64_t now,
@@ -112,7 +112,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_arms(std::int64
     const std::string why = report && !report->reason.empty() ? ": " + report->reason : "";
     if (!report || report->received == 0) {
       return Verdict{Level::not_ready, "arm-unknown",
-                     arm_name(role) + " has not been heard yet" + why};
+                     arm_name(role) + " has not reported yet" + why};
     }
     const std::int64_t silence = now - report->received;
     if (silence > settings_.arm_silence) {
@@ -138,11 +138,11 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_facility(std::i
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_nodes(
     std::int64_t now, const std::vector<std::string>& nodes) const {
   for (const std::string& node : nodes) {
-    const auto heard = heartbeats_.find(node);
-    if (heard == heartbeats_.end()) {
-      return Verdict{Level::not_ready, "heartbeat-unknown", node + " has not been heard yet"};
+    const auto heartbeat = heartbeats_.find(node);
+    if (heartbeat == heartbeats_.end()) {
+      return Verdict{Level::not_ready, "heartbeat-unknown", node + " has not reported yet"};
     }
-    const std::int64_t silence = now - heard->second;
+    const std::int64_t silence = now - heartbeat->second;
     if (silence <= settings_.heartbeat_silence) continue;
     return Verdict{Level::hold, "heartbeat-lost",
                    "no heartbeat of " + node + " for " + milliseconds(silence)};

@@ -12,7 +12,7 @@
 namespace berth::testbed {
 
 /// The second layer of safety, above the PLC's and the controllers' own: judges from what the
-/// testbed hears whether the arms may move. Times are on the node's clock, us.
+/// testbed receives whether the arms may move. Times are on the node's clock, us.
 class SafetySupervisor {
  public:
   struct Settings {
@@ -35,9 +35,9 @@ class SafetySupervisor {
   /// In rising order of what it takes to go on.
   enum class Level {
     good,
-    not_ready,  ///< not everybody has been heard yet
-    hold,       ///< somebody is silent: stop at once, go on by itself when he is back
-    held,       ///< arms are stopped; a person has to say RESUME
+    not_ready,  ///< a partner has not reported yet
+    hold,       ///< a partner is silent: stop at once, go on when it reports again
+    held,       ///< arms are stopped; the operator has to RESUME
     fault       ///< E-stop, fence, controller: to be put right first
   };
   struct Verdict {
@@ -67,14 +67,14 @@ class SafetySupervisor {
   void on_node(const std::string& node, const std::string& fault) { node_faults_[node] = fault; }
 
   Verdict judge(std::int64_t now, const Activity& activity) const;
-  /// What no controller's reset clears: an emergency stop, the fence. Empty: nothing of the kind.
-  std::string to_be_put_right() const;
+  /// Fault that no controller's reset clears: an emergency stop, the fence. Empty: none.
+  std::string unresettable_fault() const;
   const std::optional<ArmReport>& arm(ArmRole role) const {
     return role == ArmRole::replica ? replica_ : sensor_;
   }
 
  private:
-  std::optional<Verdict> judge_by_hand() const;
+  std::optional<Verdict> judge_manual_faults() const;
   std::optional<Verdict> judge_chain() const;
   std::optional<Verdict> judge_arms(std::int64_t now, bool engaged) const;
   std::optional<Verdict> judge_facility(std::int64_t now) const;
@@ -93,7 +93,7 @@ class SafetySupervisor {
     bool motion_enabled = false;
   };
   std::optional<Facility> facility_;
-  std::string facility_reason_ = "the facility has not been heard yet";
+  std::string facility_reason_ = "the facility has not reported yet";
   std::map<std::string, std::int64_t> heartbeats_;
   std::map<std::string, std::string> node_faults_;
   std::string lidar_fault_;

@@ -1,9 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 #include "testbed/trajectories/trajectory.h"
 
 namespace berth::testbed {
+
+/// An external trajectory: comma-separated text with the columns t,x,y,z,w,p,r in s, mm
+/// and degrees (T_sensor_model), in any order, named in its first line; other columns are passed
+/// over, and so are empty lines and lines that begin with '#'. Times increase; the first is taken
+/// for the start. It may begin and end under way: `ramp` seconds bring it from rest and to rest.
+struct TrajectoryFile {
+  double ramp = 2;  ///< s; 0: it begins and ends at rest by itself
+};
+
+/// Times as in the text, the first 0; with a ramp sampled anew. name: of the file, in messages.
+/// @throws InputError "NAME:LINE: ...".
+Waypoints read_trajectory_text(const std::string& text, const std::string& name,
+                               const TrajectoryFile& options);
+
+/// The poses as they stand there, the first at 0 s; at least two. @throws InputError, as above.
+Waypoints read_poses(const std::string& text, const std::string& name);
+/// What read_poses reads.
+std::string trajectory_text(const Waypoints& waypoints);
 
 /// A relative motion that was flown before, flown again.
 struct Recorded {

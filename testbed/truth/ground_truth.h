@@ -5,7 +5,7 @@
 #include <deque>
 #include <functional>
 
-#include "common/core/relative_pose.h"
+#include "common/core/cell.h"
 #include "testbed/truth/truth_covariance.h"
 
 namespace berth::testbed {

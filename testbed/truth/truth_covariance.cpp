@@ -68,10 +68,10 @@ TruthCovariance::TruthCovariance(const Cell& calibrated, const Calibration& cali
   }
 }
 
-void TruthCovariance::look(const ArmPair& joints) {
-  if (looked_ && largest_change(looked_at_, joints) < same_place) return;
-  looked_ = true;
-  looked_at_ = joints;
+void TruthCovariance::update_geometry(const ArmPair& joints) {
+  if (geometry_known_ && max_change(geometry_at_, joints) < same_place) return;
+  geometry_known_ = true;
+  geometry_at_ = joints;
   CalibrationJacobian jacobian = calibration_jacobian(cell_, joints);
   jacobian.col(lidar_time_index()).setZero();  // says when a scan was, not where the target was
   const Eigen::Matrix<double, 6, calibration_size> spread = jacobian * calibration_.covariance;
@@ -91,7 +91,7 @@ const RelativeJacobian& TruthCovariance::jacobian_at(const ArmPair& joints) {
 
 Matrix6d TruthCovariance::at(const ArmMoment& replica, const ArmMoment& sensor) {
   const ArmPair joints{replica.joints, sensor.joints};
-  look(joints);
+  update_geometry(joints);
   const RelativeJacobian& jacobian = jacobian_at(joints);
   // stamped later by the offset: at a given time the arm is where it was so much earlier
   ByTime by_time;

@@ -37,15 +37,15 @@ class TruthCovariance {
 
  private:
   using ByTime = Eigen::Matrix<double, 6, 2>;  // replica, sensor
-  void look(const ArmPair& joints);
-  /// Worked out anew only when a joint has moved: arms stand still most of the time.
+  void update_geometry(const ArmPair& joints);
+  /// Computed anew only when a joint has moved.
   const RelativeJacobian& jacobian_at(const ArmPair& joints);
 
   const Cell& cell_;
   const Calibration& calibration_;
   Eigen::Matrix2d time_;
-  bool looked_ = false;
-  ArmPair looked_at_;
+  bool geometry_known_ = false;
+  ArmPair geometry_at_;
   bool derived_ = false;
   ArmPair derived_at_;
   RelativeJacobian jacobian_;

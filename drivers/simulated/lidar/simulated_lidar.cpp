@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/core/positive.h"
-#include "drivers/lidar/identity.h"
 #include "drivers/lidar/limits.h"
 
 namespace berth {

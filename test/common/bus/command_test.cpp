@@ -5,8 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/bus/command_answers.h"
-#include "common/bus/command_client.h"
+#include "common/bus/commands.h"
 #include "common/bus/simulation.h"
 #include "test/catch.h"
 

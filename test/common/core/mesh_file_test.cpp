@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/core/error.h"
-#include "common/meshes/polygon.h"
+#include "common/meshes/mesh_builder.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/core/shipped_file.h"
-
-#include "common/core/copy_writable.h"
 #include "common/core/file.h"
 #include "common/core/shared_files.h"
 #include "test/catch.h"

@@ -8,7 +8,7 @@
 
 #include "common/bus/process_loop.h"
 #include "common/core/error.h"
-#include "drivers/lidar/tcp_connection.h"
+#include "drivers/lidar/connection.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "test/catch.h"
 #include "test/drivers/lidar/lidar_fixture.h"

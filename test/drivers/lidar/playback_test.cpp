@@ -7,7 +7,7 @@
 #include "common/bus/simulation.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "drivers/lidar/make_adapter.h"
+#include "drivers/lidar/adapter.h"
 #include "drivers/lidar/playback_adapter.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/scan_packet.h"

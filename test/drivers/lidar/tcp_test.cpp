@@ -2,8 +2,8 @@
 // The LIDAR over real TCP: the driver's end and the device's, and peers whose every byte the test
 // chooses.
 #include "common/bus/process_loop.h"
+#include "drivers/lidar/connection.h"
 #include "drivers/lidar/protocol_adapter.h"
-#include "drivers/lidar/tcp_connection.h"
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "test/catch.h"
 #include "test/drivers/lidar/lidar_fixture.h"
