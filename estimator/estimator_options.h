@@ -2,19 +2,23 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "estimator/acquire/acquisition.h"
 #include "estimator/acquire/hypothesis_acquisition.h"
+#include "estimator/beam/noise_scale.h"
 #include "estimator/filter/pose_filter.h"
+#include "estimator/filter/target_tracker.h"
+#include "estimator/plan/operating_range.h"
 #include "estimator/plan/scan_planner.h"
 #include "estimator/published/alpha_beta_tracker.h"
-#include "estimator/published/bounded_hough_tracking.h"
-#include "estimator/published/icp_tracking.h"
+#include "estimator/published/bounded_hough.h"
+#include "estimator/published/icp.h"
 #include "estimator/published/voxel_template_acquisition.h"
-#include "estimator/ranges/operating_range.h"
-#include "estimator/scan/noise_scale.h"
 #include "estimator/track/likelihood_tracking.h"
+#include "estimator/track/tracking.h"
 
 namespace berth::estimator {
 
@@ -68,5 +72,13 @@ const std::vector<std::string>& tracker_names();
 
 /// @throws InputError naming file, line and key.
 EstimatorOptions load_estimator_options(const std::filesystem::path& path);
+
+/// The methods that the options name. What is passed in must outlive what is made.
+std::unique_ptr<Acquisition> make_acquisition(const EstimatorOptions& options,
+                                              const TargetModel& model,
+                                              const BeamModel& beam_model);
+std::unique_ptr<Tracking> make_tracking(const EstimatorOptions& options, const TargetModel& model,
+                                        const BeamModel& beam_model);
+std::unique_ptr<TargetTracker> make_tracker(const EstimatorOptions& options);
 
 }  // namespace berth::estimator

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/verification.h"
+#include "estimator/track/validation.h"
 
 namespace berth::estimator {
 

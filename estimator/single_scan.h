@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/methods.h"
+#include "estimator/estimator_options.h"
 
 namespace berth::estimator {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/scan/preprocessing.h"
+#include "estimator/beam/scan.h"
 
 namespace berth::estimator {
 

@@ -14,11 +14,11 @@ namespace {
 
 constexpr int raster = 64;      // beams along each side of what is looked at
 constexpr int window_side = 8;  // of a window, in beams of the raster
-constexpr double nothing = std::numeric_limits<double>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Rectangle {
-  double low[2] = {nothing, nothing};  // azimuth, elevation
-  double high[2] = {-nothing, -nothing};
+  double low[2] = {infinity, infinity};  // azimuth, elevation
+  double high[2] = {-infinity, -infinity};
 };
 
 /// Around the model in all poses, within the field of view.

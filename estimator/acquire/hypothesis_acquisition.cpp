@@ -11,9 +11,8 @@
 #include <utility>
 
 #include "common/core/text.h"
-#include "estimator/acquire/image_regions.h"
-#include "estimator/acquire/large_planes.h"
-#include "estimator/model/point_fit.h"
+#include "estimator/acquire/segmentation.h"
+#include "estimator/model/align_points.h"
 
 namespace berth::estimator {
 namespace {

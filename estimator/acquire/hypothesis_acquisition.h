@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "estimator/acquire/acquisition.h"
-#include "estimator/acquire/large_planes.h"
-#include "estimator/acquire/plane_segments.h"
 #include "estimator/acquire/pose_odds.h"
+#include "estimator/acquire/segmentation.h"
 #include "estimator/acquire/template_match.h"
 
 namespace berth::estimator {

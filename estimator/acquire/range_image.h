@@ -7,7 +7,7 @@
 
 #include "common/core/beam_model.h"
 #include "common/core/mesh.h"
-#include "estimator/scan/preprocessing.h"
+#include "estimator/beam/scan.h"
 
 namespace berth::estimator {
 

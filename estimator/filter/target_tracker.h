@@ -2,13 +2,73 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 
 #include "common/core/pose.h"
-#include "estimator/filter/motion_information.h"
-#include "estimator/filter/sensor_motion.h"
 
 namespace berth::estimator {
+
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+
+/// The target's motion at one time: pose T_sensor_model and velocity, sensor frame.
+struct Motion {
+  Pose pose;
+  Velocity velocity;
+};
+
+/// By d = [translation; rotation vector (as berth::perturbed); linear; angular velocity].
+Motion perturbed(const Motion& motion, const Vector12d& d);
+/// The d of perturbed() that leads from one to the other.
+Vector12d difference(const Motion& from, const Motion& to);
+
+/// What a batch of returns says of the motion at a reference time: their log-likelihood to second
+/// order about a linearisation point, log L(d) = gradient.d - d.information.d / 2, in the d of
+/// perturbed().
+struct MotionInformation {
+  Matrix12d information = Matrix12d::Zero();
+  Vector12d gradient = Vector12d::Zero();
+  int returns = 0;  ///< that said something
+};
+
+/// What the returns of one time say of the motion then, and about which motion that is linearised.
+struct MeasuredMotion {
+  Motion about;
+  MotionInformation said;
+  /// Of the covariance of said.gradient at the true motion, which is said.information, the part of
+  /// errors that the next scan has, too: of the surface, of the range's bias. Zero: none.
+  Matrix12d systematic = Matrix12d::Zero();
+};
+
+class TargetTracker;
+
+/// How the sensor itself moved between two times (us), against a frame that neither turns nor
+/// accelerates, in the sensor's own axes: means over the interval.
+struct SensorMotion {
+  std::int64_t begin = 0;
+  std::int64_t end = 0;
+  Vector3d acceleration = Vector3d::Zero();          ///< m/s^2, of its origin
+  Vector3d angular_velocity = Vector3d::Zero();      ///< rad/s
+  Vector3d angular_acceleration = Vector3d::Zero();  ///< rad/s^2
+  /// 1 sigma, each axis, of the velocities' changes over the interval.
+  double velocity_sigma = 0;          ///< m/s
+  double angular_velocity_sigma = 0;  ///< rad/s
+};
+
+/// The sensor's motion, one interval after the other, as far as it was told and is still needed.
+class SensorMotions {
+ public:
+  /// Intervals that are empty, or begin before the end of one that is known, are passed over.
+  void take(const SensorMotion& motion);
+  /// Carries a tracker from its own time on to another. @return seconds of that way that are known.
+  double carry(TargetTracker& tracker, std::int64_t until) const;
+  /// Nobody will ask for what was before.
+  void forget_before(std::int64_t utime);
+
+ private:
+  std::deque<SensorMotion> motions_;  // in the order of their times, none touching another
+};
 
 /// Seconds between two times in us.
 inline double elapsed(std::int64_t from, std::int64_t to) {

@@ -3,13 +3,55 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <tuple>
+#include <vector>
 
-#include "estimator/model/point_index.h"
+#include "common/core/pose.h"
 
 namespace berth::estimator {
 
 namespace {
+
+/// Points sorted into cubes, for neighbour queries of one fixed radius. Deterministic order.
+class PointIndex {
+ public:
+  PointIndex(const std::vector<Vector3d>& points, double cell) : points_(points), cell_(cell) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      cells_[key(points[i])].push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  /// Calls visit(index) for every point within radius <= cell of the query.
+  template <class Visit>
+  void for_neighbours(const Vector3d& query, double radius, Visit visit) const {
+    const auto [x, y, z] = key(query);
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const auto found = cells_.find({x + dx, y + dy, z + dz});
+          if (found == cells_.end()) continue;
+          for (const std::uint32_t i : found->second) {
+            if ((points_[i] - query).squaredNorm() <= radius * radius) visit(i);
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  using Key = std::tuple<int, int, int>;
+  Key key(const Vector3d& p) const {
+    return {static_cast<int>(std::floor(p.x() / cell_)),
+            static_cast<int>(std::floor(p.y() / cell_)),
+            static_cast<int>(std::floor(p.z() / cell_))};
+  }
+
+  const std::vector<Vector3d>& points_;
+  double cell_;
+  std::map<Key, std::vector<std::uint32_t>> cells_;
+};
 
 // How far the centroid of a neighbourhood of radius 1 stands off, by integration: inside a face 0,
 // edge of a box 0.30, rim of a thin panel 0.42, corner of a box 0.49, corner of a panel 0.60.
@@ -63,20 +105,6 @@ std::vector<std::uint32_t> spread_out(const std::vector<Vector3d>& points,
 }
 
 }  // namespace
-
-const std::vector<std::string>& scan_strategy_names() {
-  static const std::vector<std::string> names = {
-      "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information"};
-  return names;
-}
-
-bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy) {
-  const auto& names = scan_strategy_names();
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) return false;
-  strategy = static_cast<ScanStrategy>(found - names.begin());
-  return true;
-}
 
 std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samples,
                                           double radius) {

@@ -8,23 +8,6 @@
 
 namespace berth::estimator {
 
-/// The scan strategies of the paper's section 5.3.1, and windows chosen by what they would add to
-/// the information about the pose (estimator/plan/information_planner.h).
-enum class ScanStrategy {
-  dense,
-  sparse,
-  corners,
-  edges,
-  corners_sparse,
-  edges_sparse,
-  information
-};
-
-/// "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information".
-const std::vector<std::string>& scan_strategy_names();
-/// @return false for a name that is none of them.
-bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy);
-
 /// A piece of the surface worth scanning, chosen when the model is compiled.
 struct ScanRegion {
   enum class Kind : std::uint32_t { corner, edge, surface };

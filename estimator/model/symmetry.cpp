@@ -3,15 +3,75 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "common/core/ray_caster.h"
-#include "estimator/model/directions.h"
-#include "estimator/model/point_fit.h"
+#include "estimator/model/align_points.h"
+#include "estimator/model/closest_point_grid.h"
+#include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {
 
 namespace {
+
+/// Distances to the visible surface, cut off and stored in a byte a voxel: to be read some hundred
+/// thousand times while a pose is searched, it has to fit into the processor's cache. Model frame.
+class DistanceTable {
+ public:
+  static constexpr int most = 255;  ///< the value at and beyond the cut-off
+
+  /// cut_off: m.
+  DistanceTable(const ClosestPointGrid& grid, double cut_off);
+
+  /// Of a point of the model frame, in units of cut_off / 255.
+  int value(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f place = (point - low_) / cell_;
+    return values_[static_cast<std::size_t>(index(place.x(), place.y(), place.z()))];
+  }
+
+ private:
+  /// Index of the voxel at this place; any place outside is at the rim, which is far from all.
+  int index(float x, float y, float z) const {
+    const auto clamped = [](float v, float top) {
+      v = v < 0.0F ? 0.0F : v;  // not std::clamp: this becomes two vector instructions
+      return static_cast<int>(v > top ? top : v);
+    };
+    return clamped(x, top_[0]) + size_[0] * (clamped(y, top_[1]) + size_[1] * clamped(z, top_[2]));
+  }
+  Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
+  float cell_ = 1;
+  std::array<int, 3> size_{1, 1, 1};
+  std::array<float, 3> top_{};
+  std::vector<std::uint8_t> values_{std::uint8_t{most}};
+};
+
+DistanceTable::DistanceTable(const ClosestPointGrid& grid, double cut_off)
+    : cell_(static_cast<float>(grid.cell())) {
+  // One more voxel on each side: the rim.
+  low_ = (grid.low() - Vector3d::Constant(grid.cell())).cast<float>();
+  for (std::size_t i = 0; i < 3; ++i) {
+    size_[i] = static_cast<int>(grid.size()[i]) + 2;
+    top_[i] = static_cast<float>(size_[i] - 1);
+  }
+  const auto wide = [](int v) { return static_cast<std::size_t>(v); };
+  const auto index_of = [&](int x, int y, int z) {
+    return wide(x) + wide(size_[0]) * (wide(y) + wide(size_[1]) * wide(z));
+  };
+  values_.assign(index_of(0, 0, size_[2]), std::uint8_t{most});
+  const double scale = most / cut_off;
+  for (int z = 1; z + 1 < size_[2]; ++z) {
+    for (int y = 1; y + 1 < size_[1]; ++y) {
+      for (int x = 1; x + 1 < size_[0]; ++x) {
+        const double distance = grid.distance_at(x - 1, y - 1, z - 1);
+        values_[index_of(x, y, z)] =
+            static_cast<std::uint8_t>(std::min<double>(most, std::lround(distance * scale)));
+      }
+    }
+  }
+}
 
 constexpr double exact_rms = 0.001;     // of the length
 constexpr double exact_most = 0.003;    // of the length; the samples farther off
@@ -198,9 +258,10 @@ double Symmetries::distance(const Pose& pose, const Pose& reference) const {
 }
 
 Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
-                              const ClosestPointGrid& grid, const DistanceTable& distances,
-                              double length) {
+                              const ClosestPointGrid& grid, double length) {
   constexpr int max_near = 24;
+  constexpr double cut_off = 0.1;  // of the length
+  const DistanceTable distances(grid, cut_off * length);
   const Measurement measurement(mesh, surface, length);
   Symmetries result;
   for (const SurfaceSample& s : surface.samples) result.centre += s.position.cast<double>();

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "estimator/model/distance_table.h"
 #include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {
@@ -42,7 +41,6 @@ struct Symmetries {
 /// is laid on exactly, then the deviation is measured. mesh: the target's. length: of the target,
 /// m.
 Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
-                              const ClosestPointGrid& grid, const DistanceTable& distances,
-                              double length);
+                              const ClosestPointGrid& grid, double length);
 
 }  // namespace berth::estimator

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/model/directions.h"
+#include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {
 namespace {

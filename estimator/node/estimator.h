@@ -14,11 +14,10 @@
 #include <optional>
 
 #include "common/core/lidar_profile.h"
-#include "estimator/filter/sensor_motion.h"
-#include "estimator/methods.h"
-#include "estimator/ranges/long_range.h"
-#include "estimator/ranges/operating_range.h"
-#include "estimator/ranges/short_range.h"
+#include "estimator/estimator_options.h"
+#include "estimator/filter/target_tracker.h"
+#include "estimator/plan/operating_range.h"
+#include "estimator/track/long_range.h"
 #include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {

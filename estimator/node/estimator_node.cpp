@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/node/estimator_node.h"
 
-#include "estimator/ranges/short_range.h"
+#include "estimator/plan/operating_range.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {

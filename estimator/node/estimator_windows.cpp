@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "estimator/acquire/large_planes.h"
+#include "estimator/acquire/segmentation.h"
 #include "estimator/node/estimator.h"
 
 namespace berth::estimator {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "estimator/acquire/acquisition.h"
-#include "estimator/filter/sensor_motion.h"
+#include "estimator/beam/scan.h"
+#include "estimator/filter/target_tracker.h"
 #include "estimator/plan/scan_planner.h"
-#include "estimator/scan/scan.h"
 #include "estimator/track/tracking.h"
 #include "lcmtypes/scan_packet.h"
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "estimator/plan/optimal_design.h"
-#include "estimator/plan/planner_options.h"
 #include "estimator/plan/pose_information.h"
+#include "estimator/plan/windows.h"
 
 namespace berth::estimator {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "estimator/optimise/surface_effects.h"
+#include "estimator/optimise/random_effects.h"
 #include "estimator/plan/optimal_design.h"
 
 namespace berth::estimator {
@@ -108,29 +108,6 @@ Matrix6d PoseView::pose_covariance(const Matrix6d& scaled) const {
   to_sensor.topLeftCorner<3, 3>() = rotation_.transpose();
   to_sensor.bottomRightCorner<3, 3>() = rotation_.transpose() / model_.canonical.half_length;
   return to_sensor * scaled * to_sensor.transpose();
-}
-
-void append_raster(const Window& window, std::vector<Vector3d>& directions) {
-  const int n = window.count;
-  if (n < 1) return;
-  int rows = n;
-  if (window.height <= 0) {
-    rows = 1;
-  } else if (window.width > 0) {
-    rows = std::clamp(static_cast<int>(std::lround(std::sqrt(n * window.height / window.width))), 1,
-                      n);
-  }
-  const auto first_of = [&](int row) {
-    return static_cast<int>(static_cast<std::int64_t>(row) * n / rows);
-  };
-  for (int row = 0; row < rows; ++row) {
-    const int in_row = first_of(row + 1) - first_of(row);
-    const double elevation = window.elevation - ((row + 0.5) / rows - 0.5) * window.height;
-    for (int i = 0; i < in_row; ++i) {
-      const double across = ((i + 0.5) / in_row - 0.5) * (row % 2 == 0 ? 1 : -1);
-      directions.push_back(beam_direction(window.azimuth + across * window.width, elevation));
-    }
-  }
 }
 
 Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windows, int* returns) {

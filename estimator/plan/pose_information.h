@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
+#include "estimator/beam/scan.h"
 #include "estimator/beam/target_scene.h"
 #include "estimator/model/target_model.h"
-#include "estimator/plan/planner_options.h"
-#include "estimator/scan/scan.h"
+#include "estimator/plan/windows.h"
 
 namespace berth::estimator {
 
@@ -95,11 +95,6 @@ class PoseView {
   std::vector<EdgePiece> edges_;
   std::vector<std::array<double, 2>> edge_angles_;  // azimuth and elevation
 };
-
-/// Directions (unit, sensor axes) of a window's beams, swept as a raster (as drivers/lidar does):
-/// rows from the top, to and fro, each beam in the middle of a cell of its own. Appends
-/// window.count.
-void append_raster(const Window& window, std::vector<Vector3d>& directions);
 
 /// Fisher information of the windows' beams together, the surface's patches marginalised. returns:
 /// how many come back.

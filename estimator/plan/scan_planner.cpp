@@ -44,16 +44,18 @@ std::vector<const ScanRegion*> spread(const std::vector<const ScanRegion*>& regi
 
 }  // namespace
 
-Window window_between(double left, double right, double low, double high, int beams,
-                      const std::string& name) {
-  return {0.5 * (left + right),
-          0.5 * (low + high),
-          right - left,
-          high - low,
-          Pattern::raster,
-          beams,
-          0,
-          name};
+const std::vector<std::string>& scan_strategy_names() {
+  static const std::vector<std::string> names = {
+      "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information"};
+  return names;
+}
+
+bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy) {
+  const auto& names = scan_strategy_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return false;
+  strategy = static_cast<ScanStrategy>(found - names.begin());
+  return true;
 }
 
 std::vector<const ScanRegion*> ScanPlanner::visible(const Pose& pose, ScanRegion::Kind kind) const {

@@ -4,16 +4,29 @@
 #include <string>
 #include <vector>
 
+#include "estimator/beam/scan.h"
 #include "estimator/beam/target_scene.h"
 #include "estimator/model/target_model.h"
-#include "estimator/plan/planner_options.h"
-#include "estimator/scan/scan.h"
+#include "estimator/plan/windows.h"
 
 namespace berth::estimator {
 
-/// A raster between these angles, rad.
-Window window_between(double left, double right, double low, double high, int beams,
-                      const std::string& name);
+/// The scan strategies of the paper's section 5.3.1, and windows chosen by what they would add to
+/// the information about the pose (estimator/plan/information_planner.h).
+enum class ScanStrategy {
+  dense,
+  sparse,
+  corners,
+  edges,
+  corners_sparse,
+  edges_sparse,
+  information
+};
+
+/// "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information".
+const std::vector<std::string>& scan_strategy_names();
+/// @return false for a name that is none of them.
+bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy);
 
 /// Chooses scan windows (paper, section 4.5): the model is placed in the pose predicted for the
 /// next scan, and those of its regions that are visible there share the beams.

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace berth::estimator {
+#include "estimator/beam/scan.h"
 
+namespace berth::estimator {
 namespace {
 
 int cube(int n) { return n * n * n; }
@@ -160,6 +161,14 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
   const Pose motion{model_.centre + shift - q * model_.centre, q};
   result.pose = expected * motion.inverse();
   return result;
+}
+
+TrackingResult BoundedHoughTracking::track(const CleanScan& scan,
+                                           const Prediction& predicted) const {
+  Prediction voted = predicted;
+  const CleanScan still = at_mean_time(scan, predicted.velocity, predicted.pose.position);
+  voted.pose = hough_.vote(still.points, predicted.pose).pose;
+  return refinement_.track(scan, voted);
 }
 
 }  // namespace berth::estimator

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estimator/model/target_model.h"
+#include "estimator/published/icp.h"
 
 namespace berth::estimator {
 
@@ -63,6 +64,22 @@ class BoundedHough {
   BoundedHoughOptions options_;
   double lever_ = 1;  // m that a rotation moves the surface by, per radian
   std::vector<Level> levels_;
+};
+
+/// Tracking by votes: the Bounded Hough Transform finds the pose to about half of its finest voxel,
+/// point registration from there refines and judges it.
+class BoundedHoughTracking final : public Tracking {
+ public:
+  BoundedHoughTracking(const TargetModel& model, const BeamModel& beam_model,
+                       const BoundedHoughOptions& options, const IcpTrackingOptions& refinement)
+      : hough_(model, options), refinement_(model, beam_model, refinement) {}
+
+  std::string name() const override { return "bounded_hough"; }
+  TrackingResult track(const CleanScan& scan, const Prediction& predicted) const override;
+
+ private:
+  BoundedHough hough_;
+  IcpTracking refinement_;
 };
 
 }  // namespace berth::estimator

@@ -6,6 +6,8 @@
 
 #include "common/core/beam_model.h"
 #include "estimator/model/target_model.h"
+#include "estimator/published/beam_registration.h"
+#include "estimator/track/tracking.h"
 
 namespace berth::estimator {
 
@@ -44,5 +46,47 @@ struct IcpResult {
 /// m.
 IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, const Pose& start,
                 const IcpOptions& options);
+
+struct IcpTrackingOptions {
+  IcpOptions icp;
+  int beam_steps = 0;              ///< after ICP, steps on the beams' range residuals
+  bool deskew = true;              ///< move every return to the scan's mean time first
+  std::size_t max_points = 60000;  ///< of a scan; more are thinned
+  // When the target counts as lost in this scan.
+  int min_used = 30;
+  double min_inlier_share = 0.6;
+  double max_residual_m = 0.04;
+  double max_shift_m = 0.30;  ///< of the measured pose from the predicted one
+  double max_turn_rad = radians(12);
+  double min_explained = 0.6;  ///< share of the beams predicted to meet the target that do
+  double max_through = 0.35;   ///< share of them that go through it
+  // Covariance: from the measured spread of the ranges, never better than the beam model's noise.
+  double covariance_scale = 1.0;  ///< of the variance
+  double floor_m = 0.0005;
+  double floor_rad = 0.0003;
+  LikelihoodOptions likelihood;
+};
+
+/// Measures the pose from one scan, starting from a prediction (paper, section 4.4), and judges
+/// itself: by inliers, residual, step, and by casting beams at the result.
+class IcpTracking final : public Tracking {
+ public:
+  IcpTracking(const TargetModel& model, const BeamModel& beam_model,
+              const IcpTrackingOptions& options)
+      : model_(model), beam_model_(beam_model), options_(options) {}
+
+  /// "icp point_to_point" or "icp point_to_plane".
+  std::string name() const override;
+  TrackingResult track(const CleanScan& scan, const Prediction& predicted) const override;
+
+ private:
+  std::vector<Vector3d> points_of(const CleanScan& still) const;
+  std::string judge(const TrackingResult& result, const IcpResult& icp, const Likelihood& fit,
+                    const Pose& predicted) const;
+
+  const TargetModel& model_;
+  const BeamModel& beam_model_;
+  const IcpTrackingOptions& options_;
+};
 
 }  // namespace berth::estimator

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/acquire/acquisition.h"
-#include "estimator/published/beam_likelihood.h"
+#include "estimator/published/beam_registration.h"
 #include "estimator/published/icp.h"
 #include "estimator/published/point_sets.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/track/scan_fit.h"
+#include "estimator/track/scan_likelihood.h"
 #include "estimator/track/tracking.h"
 
 namespace berth::estimator {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "estimator/filter/motion_information.h"
+#include "estimator/beam/scan.h"
+#include "estimator/filter/target_tracker.h"
 #include "estimator/model/target_model.h"
-#include "estimator/scan/preprocessing.h"
 
 namespace berth::estimator {
 

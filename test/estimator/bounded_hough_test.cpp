@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/published/bounded_hough.h"
+
 #include "estimator/plan/scan_planner.h"
-#include "estimator/published/bounded_hough_tracking.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

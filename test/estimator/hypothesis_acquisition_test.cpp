@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "estimator/acquire/large_planes.h"
+#include "estimator/acquire/segmentation.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "estimator/track/scan_fit.h"
+#include "estimator/track/scan_likelihood.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

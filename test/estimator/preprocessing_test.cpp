@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/scan/preprocessing.h"
-
 #include <cmath>
 
+#include "estimator/beam/scan.h"
 #include "test/catch.h"
 
 using namespace berth;

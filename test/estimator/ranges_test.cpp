@@ -2,9 +2,8 @@
 // The paper's long, medium and short ranges, each by itself and in the fold.
 #include <Eigen/Cholesky>
 
-#include "estimator/ranges/long_range.h"
-#include "estimator/ranges/operating_range.h"
-#include "estimator/ranges/short_range.h"
+#include "estimator/plan/operating_range.h"
+#include "estimator/track/long_range.h"
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 

@@ -8,7 +8,7 @@
 #include "app/runs/config_override.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
-#include "estimator/methods.h"
+#include "estimator/estimator_options.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
