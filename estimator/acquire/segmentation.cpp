@@ -13,13 +13,14 @@
 namespace berth::estimator {
 namespace {
 
+/// Large planes.
 constexpr int max_planes = 8;
 constexpr int draws = 150;
 constexpr std::size_t min_returns = 20;
-constexpr std::size_t max_compared = 2000;  // returns, by which planes are compared: cost alone
+constexpr std::size_t max_compared = 2000;  // returns that score a plane: computing time only
 constexpr double min_filled = 0.15;         // of width^2
 
-/// m^2, square to a beam, of what was scanned there for it alone.
+/// m^2, normal to the beam, per beam of its pixel.
 double area_at(const RangeImage& image, int b) {
   const auto [from, to] = image.beams_at(image.pixel_of(b));
   const double side =
@@ -27,8 +28,8 @@ double area_at(const RangeImage& image, int b) {
   return side * side / static_cast<double>(to - from);
 }
 
-/// Whether all returns are too near each other for any plane to be so wide.
-bool all_within(const RangeImage& image, double width) {
+/// Whether the returns' bounding box is smaller than the width of a large plane.
+bool fits_within(const RangeImage& image, double width) {
   constexpr double far = std::numeric_limits<double>::max();
   Box box{Vector3d::Constant(far), Vector3d::Constant(-far)};
   for (const Beam& beam : image.beams()) {
@@ -56,9 +57,10 @@ bool is_large(const RangeImage& image, const std::vector<int>& members, const Fi
   return extent > width && area > min_filled * extent * extent;
 }
 
-constexpr double off_sigmas = 3;   // of a return, from its plane
-constexpr double min_slope = 0.1;  // cosine: flatter than that, nothing is on it
-constexpr int seed_steps = 2;      // to each side of where a plane begins
+/// Planar segments.
+constexpr double off_sigmas = 3;   // distance of a return from its plane
+constexpr double min_slope = 0.1;  // cosine of incidence
+constexpr int seed_steps = 2;      // to each side of a seed
 constexpr std::size_t min_seed = 8;
 
 }  // namespace
@@ -80,19 +82,18 @@ LargePlanes large_planes(const RangeImage& image, double width) {
   struct Return {
     int beam;
     Vector3d point;  // m
-    double area;     // m^2, of it and those before it
+    double area;     // m^2, cumulative
   };
   LargePlanes found;
   found.of_beam.assign(image.beams().size(), -1);
-  if (all_within(image, width)) return found;
+  if (fits_within(image, width)) return found;
   std::vector<Return> rest;
   for (std::size_t b = 0; b < image.beams().size(); ++b) {
     if (image.beams()[b].hit()) rest.push_back({static_cast<int>(b), image.beams()[b].point(), 0});
   }
   const double slack = 3 * image.noise().range_sigma_m + 0.005;
   Random random(1, "large planes");
-  // What is scanned densely is not the larger for it: places are drawn, and planes compared, by
-  // area.
+  // Points are drawn and planes scored by area: dense scanning does not make a plane larger.
   for (int plane = 0; plane < max_planes && rest.size() > min_returns; ++plane) {
     double area = 0;
     for (Return& r : rest) r.area = area += area_at(image, r.beam);
@@ -147,11 +148,11 @@ std::vector<double> log_background(const RangeImage& image, const LargePlanes& p
   constexpr double prior_beams = 20;
   constexpr int steps = 8;
   std::vector<double> result = image.log_background();
-  struct Foretold {
+  struct Predicted {
     std::size_t beam;
     double by_plane, by_neighbours;  // 1/m
   };
-  std::vector<Foretold> foretold;
+  std::vector<Predicted> predicted;
   for (std::size_t b = 0; b < result.size(); ++b) {
     const Beam& beam = image.beams()[b];
     if (!beam.hit()) continue;
@@ -164,28 +165,28 @@ std::vector<double> log_background(const RangeImage& image, const LargePlanes& p
                                       std::sqrt(2 * std::numbers::pi * variance));
     }
     if (density * image.depth() < 1) continue;
-    foretold.push_back({b, density, std::exp(result[b])});
+    predicted.push_back({b, density, std::exp(result[b])});
   }
   double share = 0.5;
-  const auto mixed = [&share](const Foretold& f) {
+  const auto mixed = [&share](const Predicted& f) {
     return share * f.by_plane + (1 - share) * f.by_neighbours;
   };
   for (int step = 0; step < steps; ++step) {
     double right = 0.5 * prior_beams;
-    for (const Foretold& f : foretold) right += share * f.by_plane / mixed(f);
-    share = right / (static_cast<double>(foretold.size()) + prior_beams);
+    for (const Predicted& f : predicted) right += share * f.by_plane / mixed(f);
+    share = right / (static_cast<double>(predicted.size()) + prior_beams);
   }
-  for (const Foretold& f : foretold) result[f.beam] = std::log(mixed(f));
+  for (const Predicted& f : predicted) result[f.beam] = std::log(mixed(f));
   return result;
 }
 
-PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& among) {
+PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& candidates) {
   const auto& beams = image.beams();
   PlaneSegments result;
   result.of_beam.assign(beams.size(), -1);
-  const auto free = [&](int b) {
+  const auto unassigned = [&](int b) {
     const auto at = static_cast<std::size_t>(b);
-    return among[at] != 0 && beams[at].hit() && result.of_beam[at] < 0;
+    return candidates[at] != 0 && beams[at].hit() && result.of_beam[at] < 0;
   };
   const auto on = [&](int b, const FittedPlane& plane) {
     const Beam& beam = beams[static_cast<std::size_t>(b)];
@@ -197,29 +198,30 @@ PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& a
     return std::abs(off) < off_sigmas * std::sqrt(variance);
   };
   for (int start = 0; start < static_cast<int>(beams.size()); ++start) {
-    if (!free(start)) continue;
+    if (!unassigned(start)) continue;
     std::vector<int> members;
     for_each_about(image, start, seed_steps, [&](int b) {
-      if (free(b)) members.push_back(b);
+      if (unassigned(b)) members.push_back(b);
     });
     if (members.size() < min_seed) continue;
     FittedPlane plane = plane_through(image, members);
     if (!std::all_of(members.begin(), members.end(), [&](int b) { return on(b, plane); })) continue;
-    // A plane through few beams is turned by their noise: by those that it then holds, again.
+    // A plane through few beams is tilted by their noise: refitted to the returns it gains.
     for (std::size_t before = 0;; before = members.size()) {
       std::vector<char> marked(beams.size());
-      for (std::size_t b = 0; b < marked.size(); ++b) marked[b] = free(static_cast<int>(b)) ? 1 : 0;
+      for (std::size_t b = 0; b < marked.size(); ++b)
+        marked[b] = unassigned(static_cast<int>(b)) ? 1 : 0;
       members = connected(image, marked, start, 1, [&](int, int b) { return on(b, plane); });
       if (members.size() < min_seed || 10 * members.size() < 11 * before) break;
       plane = plane_through(image, members);
     }
     if (members.size() < 3 * min_seed) continue;
     for (const int b : members) {
-      result.of_beam[static_cast<std::size_t>(b)] = static_cast<int>(result.nats.size());
+      result.of_beam[static_cast<std::size_t>(b)] = static_cast<int>(result.code_length.size());
     }
     const double known =
         image.noise().range_sigma_m * std::sqrt(3 / static_cast<double>(members.size()));
-    result.nats.push_back(
+    result.code_length.push_back(
         std::max(0.0, 3 * std::log(image.depth() / known) - 1.5 * std::log(2 * std::numbers::pi)));
   }
   return result;

@@ -8,8 +8,7 @@
 
 namespace berth::estimator {
 
-/// Calls use(beam) for the beams that are at most so many steps to each side of a beam, itself too.
-/// A step is as far as beams are apart there.
+/// Calls use(beam) for all beams at most `steps` spacings to each side of a beam, itself included.
 template <typename Use>
 void for_each_about(const RangeImage& image, int beam, int steps, const Use& use) {
   const int x = image.pixel_of(beam) % image.width();
@@ -23,8 +22,8 @@ void for_each_about(const RangeImage& image, int beam, int steps, const Use& use
   }
 }
 
-/// Of beams that are marked, those connected with one of them in the image, by steps from beam to
-/// beam (at most so many, as for_each_about) that `joined(a, b)`. Takes their marks.
+/// Region growing: the marked beams connected with `start` in the image by steps (at most `steps`
+/// spacings) for which joined(a, b) holds. Clears their marks.
 template <typename Joined>
 std::vector<int> connected(const RangeImage& image, std::vector<char>& marked, int start, int steps,
                            const Joined& joined) {
@@ -42,8 +41,8 @@ std::vector<int> connected(const RangeImage& image, std::vector<char>& marked, i
   return found;
 }
 
-/// The connected regions that marked beams consist of. Those where beams are far apart come first:
-/// from them it is a step to where they are dense, not the other way.
+/// Connected components of the marked beams. Sparsely scanned beams come first: their steps reach
+/// dense ones, not the reverse.
 template <typename Joined>
 std::vector<std::vector<int>> regions(const RangeImage& image, std::vector<char> marked, int steps,
                                       const Joined& joined) {
@@ -61,42 +60,42 @@ std::vector<std::vector<int>> regions(const RangeImage& image, std::vector<char>
   return found;
 }
 
-/// The plane of least squares through the returns of beams.
+/// The least-squares plane through returns.
 struct FittedPlane {
   Vector3d mean;  ///< m, sensor frame
-  Matrix3d axes;  ///< columns: its normal, then the directions of less and of most spread
+  Matrix3d axes;  ///< columns: normal, direction of less spread, direction of most spread
 };
 FittedPlane plane_through(const RangeImage& image, const std::vector<int>& beams);
 
-/// Planes that are wider than this, in radii of the target's sphere, cannot be the target's.
-constexpr double too_wide = 2.15;
+/// A plane wider than this, in radii of the target's sphere, is not the target's.
+constexpr double max_plane_radii = 2.15;
 
-/// Planes that are wider than the target can be (m) and mostly there: floors, walls. Connected in
-/// the image, so that a panel in line with the floor is not of it.
+/// Planes wider than the target, such as floors and walls, connected in the image: a panel coplanar
+/// with the floor but separate from it is not included.
 struct LargePlanes {
-  std::vector<int> of_beam;         ///< which, of each of the image's beams; -1: none
+  std::vector<int> of_beam;         ///< index of each beam's segment; -1: none
   std::vector<FittedPlane> planes;  ///< through all of their returns
 
   bool holds(std::size_t beam) const { return of_beam[beam] >= 0; }
 };
+/// Found by RANSAC [Fischler, Bolles 1981], weighted by area. width: m.
 LargePlanes large_planes(const RangeImage& image, double width);
 
-/// RangeImage::log_background, but a return near a large plane is foretold by that, too, whatever
-/// is scanned beside it and hides a part of it: by N(z; range of the plane, s^2), where that is
-/// more than anywhere, with the share that is most probable of all of them (expectation
-/// maximisation).
+/// RangeImage::log_background with large planes as another predictor: a return near a plane is
+/// predicted by N(z; range of the plane, s^2), with the weight estimated by expectation
+/// maximisation.
 std::vector<double> log_background(const RangeImage& image, const LargePlanes& planes);
 
-/// Returns that lie on one plane, connected in the image.
+/// Planar segments: returns on one plane, connected in the image.
 struct PlaneSegments {
-  std::vector<int> of_beam;  ///< which, of each beam; -1: none
-  std::vector<double> nats;  ///< of each: what it costs to say where it is
+  std::vector<int> of_beam;         ///< which, of each beam; -1: none
+  std::vector<double> code_length;  ///< nats: description length of each segment's plane
 };
 
-/// The planes that those returns of a scan (of each beam, whether) consist of, where they do: grown
-/// from beam to beam. Faces that are curved are several. Its three parameters, the ranges at three
-/// places, are known to s sqrt(3 / n) each by n returns, of anything that was possible; so it costs
+/// Planar segments of the marked beams, by region growing; curved faces are divided. n returns
+/// determine the plane's three parameters, the ranges at three points, to s sqrt(3 / n) each,
+/// within the depth; the description length is
 ///   3 log(depth / (s sqrt(3 / n))) - 1.5 log(2 pi)  nats.
-PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& among);
+PlaneSegments plane_segments(const RangeImage& image, const std::vector<char>& candidates);
 
 }  // namespace berth::estimator

@@ -5,42 +5,43 @@
 
 namespace berth::estimator {
 
-/// How far the noise may differ from what the scanner says of itself, as a factor on its sigmas.
-/// Both 1: it is believed.
+/// Limits of the factor on the scanner's specified sigmas. Both 1: the specification is used as it
+/// is.
 struct NoiseOptions {
   double min = 0.3;
   double max = 5;
 };
 
-/// The noise of the beams as the returns themselves show it: what the scanner says, times a factor
-/// on its three sigmas. (Returns tell of the noise along the beam; that of the angles is taken to
-/// differ likewise.)
+/// Scale of the scanner's noise, estimated from residuals: a factor on the three sigmas of its
+/// specification. Residuals determine the noise along the beam; the angular noise is assumed to
+/// scale alike. The estimate is a variance averaged over returns, with 200 returns of the
+/// specification as prior and a memory of 5000 returns.
 class NoiseScale {
  public:
-  NoiseScale(const BeamModel& said, const NoiseOptions& options);
+  NoiseScale(const BeamModel& nominal, const NoiseOptions& options);
 
-  /// As it is believed now; the same object always.
+  /// The specification times the current factor; always the same object.
   const BeamModel& beam() const { return beam_; }
   double factor() const { return factor_; }
 
-  /// As the scanner says.
-  void forget() { become(1, 0); }
-  /// The factor that an acquisition needed to explain its scan.
-  void start_at(double factor) { become(factor, 0); }
-  /// Returns that fit a measured pose.
-  /// @param spread their variance over that of beam(); 0: not known
-  /// @return whether they are so far off that what was believed before is worth nothing.
-  bool learn(double spread, int returns);
+  /// Back to the specification.
+  void reset() { set(1, 0); }
+  /// From the factor that an acquisition estimated.
+  void start_at(double factor) { set(factor, 0); }
+  /// Updates with returns that fit a measured pose.
+  /// @param spread variance of their residuals over that of beam(); 0: unknown
+  /// @return whether the variance differs so much that the earlier estimate was discarded.
+  bool update(double spread, int returns);
 
  private:
-  void become(double learnt, double returns);
+  void set(double learnt, double returns);
 
-  BeamModel said_;
+  BeamModel nominal_;
   NoiseOptions options_;
   BeamModel beam_;
   double learnt_ = 1;
-  double factor_ = 1;   // so, but the scanner is believed while it is nearly right
-  double returns_ = 0;  // that they rest on
+  double factor_ = 1;   // 1 while the estimate is within the dead band about the specification
+  double returns_ = 0;  // weight of the estimate
 };
 
 }  // namespace berth::estimator

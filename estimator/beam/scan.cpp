@@ -10,13 +10,14 @@ namespace {
 
 constexpr double no_return = std::numeric_limits<double>::infinity();
 
-/// Finds beams that repeat one before: a hash table with open addressing.
+/// Finds repeated beams: a hash table with open addressing.
 class Repetitions {
  public:
   explicit Repetitions(const std::vector<Beam>& beams, std::size_t most)
       : beams_(beams), table_(std::bit_ceil(2 * most + 1)) {}
 
-  /// Whether a beam of this direction and range is there; if not, it is the next one of the beams.
+  /// Whether a beam of this direction and range was seen; if not, it is registered as the next one
+  /// of `beams`.
   bool take(const Beam& beam) {
     const std::size_t mask = table_.size() - 1;
     for (std::size_t i = hash(beam) & mask;; i = (i + 1) & mask) {
@@ -46,9 +47,9 @@ class Repetitions {
 
 }  // namespace
 
-CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
-                     const BeamModel& beam_model) {
-  CleanScan clean;
+PreprocessedScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
+                            const BeamModel& beam_model) {
+  PreprocessedScan clean;
   clean.received = static_cast<int>(scan.size());
   clean.beams.reserve(scan.size());
   Repetitions repetitions(clean.beams, (beam_model.second_returns ? 2 : 1) * scan.size());
@@ -117,8 +118,9 @@ CleanScan preprocess(const std::vector<RawBeam>& scan, const RangeGate& gate,
   return clean;
 }
 
-CleanScan at_mean_time(const CleanScan& scan, const Velocity& velocity, const Vector3d& origin) {
-  CleanScan still = scan;
+PreprocessedScan at_mean_time(const PreprocessedScan& scan, const Velocity& velocity,
+                              const Vector3d& origin) {
+  PreprocessedScan still = scan;
   if (scan.points.empty() || (velocity.linear.isZero(0) && velocity.angular.isZero(0))) {
     return still;
   }

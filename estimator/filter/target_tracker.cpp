@@ -20,21 +20,21 @@ Vector12d difference(const Motion& from, const Motion& to) {
   return d;
 }
 
-void SensorMotions::take(const SensorMotion& motion) {
+void SensorMotions::add(const SensorMotion& motion) {
   if (motion.begin >= motion.end) return;
   if (!motions_.empty() && motion.begin < motions_.back().end) return;
-  constexpr std::size_t most = 100000;  // nobody tracks, nobody forgets
+  constexpr std::size_t most = 100000;  // bounds the memory while no scans come
   if (motions_.size() == most) motions_.pop_front();
   motions_.push_back(motion);
 }
 
-double SensorMotions::carry(TargetTracker& tracker, std::int64_t until) const {
+double SensorMotions::propagate(TargetTracker& tracker, std::int64_t until) const {
   double known = 0;
   for (const SensorMotion& motion : motions_) {
     const std::int64_t from = std::max(tracker.utime(), motion.begin);
     const std::int64_t to = std::min(until, motion.end);
     if (from >= to) continue;
-    tracker.carry(motion, until);
+    tracker.propagate(motion, until);
     known += elapsed(from, to);
   }
   return known;

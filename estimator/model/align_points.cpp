@@ -15,8 +15,8 @@
 namespace berth::estimator {
 namespace {
 
-/// Sums of Gauss-Newton rows, w J J^T and w r J, a few rows at a time in vector registers. The
-/// order of summation is fixed: the same bits every time.
+/// Sums of Gauss-Newton rows, w J J^T and w r J, four rows at a time in vector registers. The order
+/// of summation is fixed: the same bits every time.
 class NormalSums {
  public:
   NormalSums() {
@@ -63,7 +63,7 @@ class NormalSums {
   std::array<Lane, 6> residuals_;
 };
 
-/// Those of the points that a pose puts within the grid, by fours: the last four are filled up. m.
+/// The points that a pose places inside the grid, in groups of four; the last group is padded. m.
 class TurnedPoints {
  public:
   static constexpr std::size_t lanes = 4;
@@ -72,7 +72,7 @@ class TurnedPoints {
     for (std::vector<double>& axis : axes_) axis.resize(most + lanes);
   }
 
-  /// @return how many they are.
+  /// @return their number.
   std::size_t turn(const ClosestPointGrid& grid, std::span<const Vector3d> points,
                    const Pose& pose) {
     const Matrix3d rotation = pose.rotation.toRotationMatrix();
@@ -89,11 +89,11 @@ class TurnedPoints {
     for (std::size_t i = count; i < count + lanes; ++i) put_at(i, Vector3d::Zero(), 0);
     return count;
   }
-  /// Turned as the pose turns them, but not shifted.
+  /// Rotated as by the pose, without translation.
   Four3 arms(std::size_t from) const {
     return {four_at(&axes_[0][from]), four_at(&axes_[1][from]), four_at(&axes_[2][from])};
   }
-  /// Where the pose puts them.
+  /// Transformed by the pose.
   Four3 places(std::size_t from) const { return arms(from) + shift_; }
   const std::int64_t* voxels_at(std::size_t from) const { return &voxels_[from]; }
 
@@ -110,8 +110,16 @@ class TurnedPoints {
 
 }  // namespace
 
-Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
-                const Pose& to_model, double first_gate, double last_gate, int iterations) {
+std::vector<Vector3d> sampled_evenly(std::span<const Vector3d> points, std::size_t max) {
+  const std::size_t count = std::min(max, points.size());
+  std::vector<Vector3d> sample;
+  sample.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
+  return sample;
+}
+
+Pose align_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
+                  const Pose& to_model, double first_gate, double last_gate, int iterations) {
   Pose pose = to_model;
   TurnedPoints turned(points.size());
   for (int i = 0; i < iterations; ++i) {
@@ -127,7 +135,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
       const ClosestPointGrid::FourMatches match = grid.refined(place, turned.voxels_at(from));
       const Four3 off = match.point - place;
       const Four distance = root(off.dot(off));
-      // Off the rim of a panel the way back is not along its normal.
+      // Beyond the edge of a panel the direction to the closest point is not its normal.
       const Four3 along = chosen(distance > 1e-6, off / distance, match.normal);
       const Four ratio = distance / gate;
       const Four spread = 1 + ratio * ratio;
@@ -140,7 +148,7 @@ Pose lay_points(const ClosestPointGrid& grid, std::span<const Vector3d> points,
       for (std::size_t n = 0; n < TurnedPoints::lanes; ++n) inertia += pull[n];
     }
     Matrix6d a = sums.products();
-    // What no surface holds stays where it is.
+    // Regularisation of unobservable directions.
     const double trace = a.diagonal().head<3>().sum();
     a.diagonal().head<3>().array() += 1e-3 * trace + 1e-12;
     a.diagonal().tail<3>().array() += 1e-3 * inertia + 1e-12;

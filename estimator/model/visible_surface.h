@@ -14,10 +14,10 @@ namespace berth::estimator {
 /// Unit vectors spread evenly over the sphere (Fibonacci lattice).
 std::vector<Vector3d> spread_directions(int count);
 
-/// View directions spread evenly over the sphere (Fibonacci lattice); about 18 degrees apart.
+/// View directions on a Fibonacci lattice, about 18 degrees apart.
 constexpr int direction_count = 128;
 
-/// From which of the directions something is seen; direction i points from the thing to the viewer.
+/// A set of the view directions; direction i points from the surface to the viewer.
 struct DirectionSet {
   std::array<std::uint64_t, 2> bits{};
 
@@ -31,21 +31,21 @@ const std::array<Vector3d, direction_count>& view_directions();
 /// Index of the nearest of them to a direction of any length.
 int nearest_direction(const Vector3d& direction);
 
-/// A point of the surface that can be seen from outside.
+/// A point of the surface that is visible from outside.
 struct SurfaceSample {
   Eigen::Vector3f position;  ///< m, model frame
-  Eigen::Vector3f normal;    ///< unit, towards the side from which it is seen more
+  Eigen::Vector3f normal;    ///< unit, towards the side from which it is visible more
   std::uint32_t triangle = 0;
   DirectionSet visible_from;
 };
 
 struct VisibleSurface {
   std::vector<SurfaceSample> samples;    ///< uniform over the visible area
-  std::vector<std::uint32_t> triangles;  ///< indices of those that are seen, ascending
+  std::vector<std::uint32_t> triangles;  ///< indices of visible triangles, ascending
 };
 
-/// Finds what can be seen of a mesh by casting rays to far viewpoints: winding, closedness and
-/// inner walls do not matter. Deterministic. About `count` candidate points over the whole area.
+/// The visible surface of a mesh, by casting rays to distant viewpoints: winding, closedness and
+/// interior walls do not matter. Deterministic. About `count` candidate points over the whole area.
 VisibleSurface find_visible_surface(const Mesh& mesh, const RayCaster& caster, int count);
 
 }  // namespace berth::estimator

@@ -8,31 +8,32 @@
 namespace berth::estimator {
 namespace {
 
-OffsetCovariance::Field decomposed(SurfaceField field, const std::vector<SurfacePatch>& patches,
-                                   const Eigen::VectorXd& information, double share) {
+OffsetCovariance::Field pivoted_cholesky(SurfaceField field,
+                                         const std::vector<SurfacePatch>& patches,
+                                         const Eigen::VectorXd& information, double tolerance) {
   const auto n = static_cast<Eigen::Index>(patches.size());
   OffsetCovariance::Field result;
   Eigen::MatrixXd& factor = result.factor;
   factor.resize(n, n);
-  result.rest.resize(n);
+  result.residual.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurfacePatch& patch = patches[static_cast<std::size_t>(i)];
-    result.rest[i] = offset_covariance(field, patch, patch);
+    result.residual[i] = offset_covariance(field, patch, patch);
   }
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    if (!(result.rest.cwiseProduct(information).maxCoeff(&pivot) > 0)) break;
+    if (!(result.residual.cwiseProduct(information).maxCoeff(&pivot) > 0)) break;
     auto column = factor.col(rank);
     const SurfacePatch& p = patches[static_cast<std::size_t>(pivot)];
     for (Eigen::Index i = 0; i < n; ++i) {
       column[i] = offset_covariance(field, patches[static_cast<std::size_t>(i)], p);
     }
     column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
-    column /= std::sqrt(result.rest[pivot]);
-    if (!(column.cwiseAbs2().dot(information) > share)) break;
-    result.rest = (result.rest - column.cwiseAbs2()).cwiseMax(0);
-    result.rest[pivot] = 0;
+    column /= std::sqrt(result.residual[pivot]);
+    if (!(column.cwiseAbs2().dot(information) > tolerance)) break;
+    result.residual = (result.residual - column.cwiseAbs2()).cwiseMax(0);
+    result.residual[pivot] = 0;
   }
   factor.conservativeResize(n, rank);
   return result;
@@ -64,8 +65,8 @@ NormalEquations Observations::sums(const std::vector<double>& piece_weights,
   Eigen::VectorXd residuals(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Observation& o = observations_[static_cast<std::size_t>(k)];
-    const double share = o.piece < 0 ? 1.0 : piece_weights[static_cast<std::size_t>(o.piece)];
-    const double w = o.weight * share;
+    const double factor = o.piece < 0 ? 1.0 : piece_weights[static_cast<std::size_t>(o.piece)];
+    const double w = o.weight * factor;
     weights[k] = w;
     residuals[k] = o.residual;
     if (o.patch < 0) continue;
@@ -108,17 +109,17 @@ double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const
   const double la = a.correlation_length;
   const double lb = b.correlation_length;
   const double l2 = la * la + lb * lb;
-  const double alike = std::exp(-(a.place - b.place).squaredNorm() / l2);
+  const double correlation = std::exp(-(a.place - b.place).squaredNorm() / l2);
   const double scale = la == lb ? 1 : std::pow(2 * la * lb / l2, 1.5);
-  return a.sigma * b.sigma * scale * alike * fields;
+  return a.sigma * b.sigma * scale * correlation * fields;
 }
 
 OffsetCovariance::OffsetCovariance(const std::vector<SurfacePatch>& patches,
                                    const NormalEquations& equations, const FieldScales& scales,
-                                   double share) {
+                                   double tolerance) {
   for (std::size_t f = 0; f < fields.size(); ++f) {
-    fields[f] = decomposed(surface_fields[f], patches,
-                           scales[f] * scales[f] * equations.patch_information, share);
+    fields[f] = pivoted_cholesky(surface_fields[f], patches,
+                                 scales[f] * scales[f] * equations.patch_information, tolerance);
   }
 }
 
@@ -134,22 +135,22 @@ MarginalisedEquations::MarginalisedEquations(NormalEquations equations,
     rank += ranks_[f];
   }
   l_.resize(n.size(), rank);
-  Eigen::VectorXd rest = Eigen::VectorXd::Zero(n.size());
+  Eigen::VectorXd residual = Eigen::VectorXd::Zero(n.size());
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < scales.size(); ++f) {
     if (n.size() == 0) break;
     l_.middleCols(at, ranks_[f]) = covariance.fields[f].factor;
-    rest += scales[f] * scales[f] * covariance.fields[f].rest;
+    residual += scales[f] * scales[f] * covariance.fields[f].residual;
     at += ranks_[f];
   }
-  const Eigen::VectorXd kept = (1 + n.array() * rest.array()).inverse();
-  own_ = rest.cwiseProduct(kept);
+  const Eigen::VectorXd kept = (1 + n.array() * residual.array()).inverse();
+  independent_ = residual.cwiseProduct(kept);
   const Eigen::MatrixXd root = n.cwiseProduct(kept).cwiseSqrt().asDiagonal() * l_;
-  between_ = Eigen::MatrixXd::Zero(rank, rank);
-  between_.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
+  gram_ = Eigen::MatrixXd::Zero(rank, rank);
+  gram_.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   h_ = l_.transpose() * (kept.asDiagonal() * h);
   g_ = l_.transpose() * kept.cwiseProduct(equations_.patch_gradient);
-  const Eigen::MatrixXd own_h = own_.asDiagonal() * h;
+  const Eigen::MatrixXd own_h = independent_.asDiagonal() * h;
   rigid_ = equations_.information - h.transpose() * own_h;
   rigid_gradient_ = equations_.gradient - own_h.transpose() * equations_.patch_gradient;
   rescale(scales);
@@ -162,7 +163,7 @@ void MarginalisedEquations::rescale(const FieldScales& scales) {
     scale_.segment(at, ranks_[f]).setConstant(scales[f]);
     at += ranks_[f];
   }
-  Eigen::MatrixXd b = scale_.asDiagonal() * between_ * scale_.asDiagonal();
+  Eigen::MatrixXd b = scale_.asDiagonal() * gram_ * scale_.asDiagonal();
   b.diagonal().array() += 1;
   factor_.compute(b);
   coupling_ = scale_.asDiagonal() * h_;
@@ -181,20 +182,20 @@ Eigen::VectorXd MarginalisedEquations::coordinates(const Eigen::VectorXd& x) con
   return factor_.solve(patch_gradient_ - coupling_ * x);
 }
 
-Eigen::MatrixXd MarginalisedEquations::offsets_share() const {
+Eigen::MatrixXd MarginalisedEquations::systematic_score_covariance() const {
   const Eigen::MatrixXd& h = equations_.coupling;
   const auto n = equations_.patch_information.asDiagonal();
   const Eigen::MatrixXd common = l_ * (scale_.asDiagonal() * factor_.solve(coupling_));
-  const Eigen::MatrixXd sh = common + own_.asDiagonal() * (h - n * common);
-  const Eigen::MatrixXd share = h.transpose() * sh - sh.transpose() * (n * sh);
-  return 0.5 * (share + share.transpose());
+  const Eigen::MatrixXd sh = common + independent_.asDiagonal() * (h - n * common);
+  const Eigen::MatrixXd covariance = h.transpose() * sh - sh.transpose() * (n * sh);
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 Eigen::VectorXd MarginalisedEquations::offsets(const Eigen::VectorXd& x) const {
   const Eigen::VectorXd common = l_ * scale_.cwiseProduct(coordinates(x));
-  const Eigen::VectorXd left = equations_.patch_gradient - equations_.coupling * x -
-                               equations_.patch_information.cwiseProduct(common);
-  return common + own_.cwiseProduct(left);
+  const Eigen::VectorXd remaining = equations_.patch_gradient - equations_.coupling * x -
+                                    equations_.patch_information.cwiseProduct(common);
+  return common + independent_.cwiseProduct(remaining);
 }
 
 double MarginalisedEquations::offsets_squared(const Eigen::VectorXd& x) const {
@@ -208,15 +209,16 @@ MarginalisedEquations::evidence(const Eigen::MatrixXd& p, const Eigen::VectorXd&
   const Eigen::VectorXd z = coordinates(x);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(z.size(), z.size());
   factor_.matrixL().solveInPlace(inverse);
-  const Eigen::VectorXd left = inverse.colwise().squaredNorm();  // diagonal of (1 + L' N L)^-1
+  const Eigen::VectorXd remaining = inverse.colwise().squaredNorm();  // diagonal of (1 + L' N L)^-1
   const Eigen::MatrixXd solved = factor_.solve(coupling_);
   const Eigen::VectorXd by_x = (solved * p).cwiseProduct(solved).rowwise().sum();
   std::array<FieldEvidence, surface_fields.size()> result;
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < result.size(); ++f) {
     result[f].squared = z.segment(at, ranks_[f]).squaredNorm();
-    result[f].determined = static_cast<double>(ranks_[f]) - left.segment(at, ranks_[f]).sum() -
-                           by_x.segment(at, ranks_[f]).sum();
+    result[f].well_determined = static_cast<double>(ranks_[f]) -
+                                remaining.segment(at, ranks_[f]).sum() -
+                                by_x.segment(at, ranks_[f]).sum();
     at += ranks_[f];
   }
   return result;

@@ -12,29 +12,28 @@
 
 namespace berth::estimator {
 
-/// The paper's operating ranges (Figure 1, section 3.1), as pose_estimate_t numbers them. Long:
-/// only a centroid, a coarse axis at best. Medium: the full pose. Short: the target no longer fits
-/// in the field of view, and its docking interface is looked at.
+/// The paper's operating ranges (Figure 1, section 3.1), as numbered in pose_estimate_t. Long:
+/// centroid and at best a coarse axis. Medium: the full pose. Short: the target exceeds the field
+/// of view, and its docking interface is scanned.
 enum class OperatingRange : std::int8_t { long_range, medium_range, short_range };
 
 struct RangeOptions {
-  double medium_beams = 100;  ///< that fit side by side along the target, for its full pose
-  double hysteresis = 0.1;    ///< of a boundary, half to either side
-  int axis_returns = 60;      ///< for the moments of a target in long range; fewer: a point
-  int search_growth = 4;      ///< times the beams of the next search after one that told too little
-  double docking_share = 0.12;  ///< radius of what is scanned about the docking interface, of the
-                                ///< target's length
-  std::string docking_port;     ///< its name; empty: the nearest to the sensor
+  double medium_beams = 100;    ///< beams side by side along the target, needed for its full pose
+  double hysteresis = 0.1;      ///< of a boundary, half of it to either side
+  int axis_returns = 60;        ///< minimum number of returns for moments in long range
+  int search_growth = 4;        ///< factor on the beams of a search after an inconclusive one
+  double docking_share = 0.12;  ///< radius of the scanned docking region over the target's length
+  std::string docking_port;     ///< its name; empty: the port nearest to the sensor
 };
 
-/// Which range a distance belongs to, with hysteresis about the boundaries.
+/// The operating range of a distance, with hysteresis at the boundaries.
 class RangeSwitch {
  public:
   RangeSwitch(const TargetModel& model, const LidarProfile& lidar, const RangeOptions& options);
 
-  /// What is suited to a distance (m) from the sensor to the target's centre, when `now` is in use.
+  /// For a distance (m) from the sensor to the target's centre, given the current range `now`.
   OperatingRange suited(double distance, OperatingRange now) const;
-  /// Farther than this, m, the target is too small; nearer than that, too large.
+  /// Boundaries, m, of long and of short range.
   double far() const { return far_; }
   double near() const { return near_; }
 
@@ -44,13 +43,12 @@ class RangeSwitch {
   double half_width_ = 0;  // of the hysteresis
 };
 
-/// What is looked at when the whole target no longer fits in the field of view: a sphere about the
-/// docking port of the options, or that which is nearest to the sensor. Nothing when the target has
-/// none.
+/// The region scanned in short range: a sphere about the docking port of the options, or the one
+/// nearest to the sensor. Empty for a target without ports.
 /// @param pose T_sensor_model
 std::optional<ModelSphere> docking_region(const TargetModel& model, const RangeOptions& options,
                                           const Pose& pose);
-/// @throws InputError where the options name a docking port that the target has not.
+/// @throws InputError where the options name a docking port that the target lacks.
 void require_port(const Target& target, const RangeOptions& options);
 
 }  // namespace berth::estimator

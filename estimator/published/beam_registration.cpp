@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/statistics.h"
+
 namespace berth::estimator {
 
 Likelihood beam_likelihood(const TargetModel& model, const BeamModel& beam_model,
@@ -64,7 +66,7 @@ Likelihood beam_likelihood(const TargetModel& model, const BeamModel& beam_model
 
 BeamStep beam_step(const TargetModel& model, const std::vector<Beam>& beams, const Pose& pose,
                    double gate, std::size_t max_beams) {
-  constexpr double grazing = 0.1;  // cosine: below it a range says little of the surface
+  constexpr double grazing = 0.1;  // cosine of incidence below which ranges are too uncertain
   const Pose to_model = pose.inverse();
   const Matrix3d rotation = to_model.rotation.toRotationMatrix();
   const Matrix3d back = rotation.transpose();
@@ -95,11 +97,9 @@ BeamStep beam_step(const TargetModel& model, const std::vector<Beam>& beams, con
   }
   result.used = static_cast<int>(residuals.size());
   if (result.used < 12) return result;
-  a.diagonal().array() += 1e-4 * result.used;  // what no surface holds stays where it is
+  a.diagonal().array() += 1e-4 * result.used;  // regularisation of unobservable directions
   result.step = a.ldlt().solve(b);
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  result.sigma = 1.4826 * *middle;
+  result.sigma = 1.4826 * upper_median(std::move(residuals));
   return result;
 }
 

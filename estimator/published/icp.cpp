@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/statistics.h"
 #include "common/core/text.h"
 #include "estimator/beam/scan.h"
 #include "estimator/published/beam_registration.h"
@@ -20,8 +21,8 @@ struct Pair {
   double squared_distance;
 };
 
-/// Closed-form motion that best carries the data onto the model points (Horn's unit quaternion: the
-/// eigenvector of a 4x4 matrix of their correlations).
+/// Closed-form registration of point pairs (Horn's unit quaternion: the eigenvector of a 4x4 matrix
+/// of correlations).
 Pose register_points(const std::vector<Pair>& pairs) {
   Vector3d data_centre = Vector3d::Zero();
   Vector3d model_centre = Vector3d::Zero();
@@ -48,13 +49,13 @@ Pose register_points(const std::vector<Pair>& pairs) {
   return {model_centre - rotation * data_centre, rotation};
 }
 
-/// Point pairs slide along surfaces in ever smaller steps of one direction. Where two steps agree,
-/// as far again as the series of such steps would lead (the acceleration of Besl and McKay 1992).
+/// Point-to-point steps slide along surfaces in ever smaller steps of one direction. Where two
+/// steps agree, extrapolates their geometric series (the acceleration of Besl and McKay 1992).
 class Accelerator {
  public:
   explicit Accelerator(double radius) { scale_ << 1, 1, 1, Vector3d::Constant(radius); }
 
-  Pose stretched(const Pose& motion) {
+  Pose extrapolated(const Pose& motion) {
     const Vector6d step = difference(Pose{}, motion);
     const Vector6d scaled = step.cwiseProduct(scale_);
     const double length = scaled.norm();
@@ -77,7 +78,7 @@ class Accelerator {
   Vector6d last_ = Vector6d::Zero();
 };
 
-/// Small motion of the data that brings it onto the tangent planes.
+/// Linearised point-to-plane registration.
 Pose register_planes(const std::vector<Pair>& pairs) {
   Matrix6d a = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
@@ -87,7 +88,7 @@ Pose register_planes(const std::vector<Pair>& pairs) {
     a.noalias() += j * j.transpose();
     b += j * p.normal.dot(p.model - p.data);
   }
-  // What no plane holds stays where it is.
+  // Regularisation of unobservable directions.
   a.diagonal().array() += 1e-6 * static_cast<double>(pairs.size());
   return perturbed(Pose{}, a.ldlt().solve(b));
 }
@@ -99,7 +100,7 @@ class Matcher {
     pairs_.reserve(points.size());
   }
 
-  /// Pairs every point that lies in the grid with the model, then keeps those inside the gate.
+  /// Pairs every point inside the grid with the model, then removes pairs outside the gate.
   void match(const Pose& pose) {
     const Pose to_model = pose.inverse();
     const Matrix3d rotation = to_model.rotation.toRotationMatrix();
@@ -126,8 +127,8 @@ class Matcher {
   int near() const { return near_; }
 
  private:
-  /// Whether a return lies farther along its beam than the model next to it: an arm or a mount
-  /// behind the target contradicts nothing; a return beside or before it does.
+  /// Whether a return lies behind the model along its beam, as of a mount: not an outlier of the
+  /// target.
   static bool is_behind(const Pair& p, const Vector3d& eye) {
     constexpr double min_cosine = 0.3;
     const Vector3d beam = p.data - eye;
@@ -135,7 +136,7 @@ class Matcher {
     return from_model.dot(beam) > min_cosine * from_model.norm() * beam.norm();
   }
 
-  /// The gate follows the spread of the pairs inside the last one: it closes as the fit improves.
+  /// The gate follows the robust scatter of its pairs: it shrinks as the fit improves.
   void adapt_gate() {
     const double limit = gate_ * gate_;
     distances_.clear();
@@ -143,10 +144,8 @@ class Matcher {
       if (p.squared_distance <= limit) distances_.push_back(p.squared_distance);
     }
     if (distances_.empty()) return;
-    const auto middle = distances_.begin() + static_cast<std::ptrdiff_t>(distances_.size() / 2);
-    std::nth_element(distances_.begin(), middle, distances_.end());
     constexpr double sigma_of_median = 1.4826;
-    gate_ = std::clamp(options_.gate_sigmas * sigma_of_median * std::sqrt(*middle),
+    gate_ = std::clamp(options_.gate_sigmas * sigma_of_median * std::sqrt(upper_median(distances_)),
                        options_.min_gate_m, options_.start_gate_m);
   }
 
@@ -171,11 +170,11 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
   matcher.match(result.pose);
   for (int i = 0; i < options.max_iterations && matcher.pairs().size() >= min_pairs; ++i) {
     ++result.iterations;
-    // The motion is of the data in the model frame; the model moves the other way.
+    // The motion is of the data in the model frame; the model moves inversely.
     const bool points_only = options.registration == Registration::point_to_point;
     const Pose motion =
         points_only ? register_points(matcher.pairs()) : register_planes(matcher.pairs());
-    const Pose applied = points_only ? accelerator.stretched(motion) : motion;
+    const Pose applied = points_only ? accelerator.extrapolated(motion) : motion;
     result.pose = result.pose * applied.inverse();
     matcher.match(result.pose);
     const Vector6d step = difference(Pose{}, motion);
@@ -203,7 +202,7 @@ IcpResult align(const TargetModel& model, const std::vector<Vector3d>& points, c
   if (result.used > 0) result.residual_rms = std::sqrt(sum / result.used);
   if (result.used >= static_cast<int>(min_pairs)) {
     // In units in which a radian counts as the model's half length, so that eigenvalues compare.
-    // The weakest direction must be known to a hundredth of the target's length.
+    // The weakest direction must be determined to a hundredth of the target's length.
     Vector6d scale;
     scale << 1, 1, 1, Vector3d::Constant(1 / model.canonical.half_length);
     const Matrix6d scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
@@ -221,7 +220,7 @@ std::string IcpTracking::name() const {
                                                                    : "icp point_to_plane";
 }
 
-std::vector<Vector3d> IcpTracking::points_of(const CleanScan& still) const {
+std::vector<Vector3d> IcpTracking::points_of(const PreprocessedScan& still) const {
   const std::size_t stride = 1 + still.points.size() / (options_.max_points + 1);
   std::vector<Vector3d> points;
   points.reserve(still.points.size() / stride + 1);
@@ -244,8 +243,8 @@ std::string IcpTracking::judge(const TrackingResult& result, const IcpResult& ic
     return "residual " + fixed(1e3 * icp.residual_rms, 1) + " mm, at most " +
            fixed(1e3 * options_.max_residual_m, 1) + " mm is trusted";
   }
-  const std::string far =
-      why_too_far(model_, predicted, result.pose, options_.max_shift_m, options_.max_turn_rad);
+  const std::string far = prediction_mismatch(model_, predicted, result.pose, options_.max_shift_m,
+                                              options_.max_turn_rad);
   if (!far.empty()) return far;
   const double predicted_beams = std::max(1, fit.predicted);
   if (fit.explained < options_.min_explained * predicted_beams) {
@@ -259,8 +258,9 @@ std::string IcpTracking::judge(const TrackingResult& result, const IcpResult& ic
   return "";
 }
 
-TrackingResult IcpTracking::track(const CleanScan& skewed, const Prediction& predicted) const {
-  const CleanScan scan =
+TrackingResult IcpTracking::track(const PreprocessedScan& skewed,
+                                  const Prediction& predicted) const {
+  const PreprocessedScan scan =
       options_.deskew ? at_mean_time(skewed, predicted.velocity, predicted.pose.position) : skewed;
   TrackingResult result;
   const IcpResult icp = align(model_, points_of(scan), predicted.pose, options_.icp);
@@ -282,14 +282,13 @@ TrackingResult IcpTracking::track(const CleanScan& skewed, const Prediction& pre
       beam_likelihood(model_, beam_model_, scan.beams, result.pose, stride, options_.likelihood);
   result.confidence = icp.inlier_share() * fit.explained / std::max(1, fit.predicted);
 
-  // Residuals to closest points hide noise: a return that the noise carries through a panel is
-  // close to its other side. Beams show it, and what they would still correct is a systematic
-  // error.
+  // Distances to closest points underestimate the noise: a return displaced through a panel is
+  // close to its other side. Range residuals do not; the step that they still suggest is a
+  // systematic error.
   const BeamStep against =
       beam_step(model_, scan.beams, result.pose, 3 * options_.icp.min_gate_m, max_beams);
   const double sigma = std::max({icp.residual_rms, against.sigma, beam_model_.range_sigma_m});
-  // Directions that the returns do not hold stay as uncertain as the prediction; its own covariance
-  // is only used, three sigma wide, to bound them.
+  // Unobservable directions are bounded by the prediction's covariance, at three sigma.
   const Matrix6d bound = (9 * predicted.covariance).ldlt().solve(Matrix6d::Identity());
   const Matrix6d information =
       icp.information / (options_.covariance_scale * sigma * sigma) + bound;

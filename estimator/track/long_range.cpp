@@ -10,7 +10,7 @@ namespace berth::estimator {
 namespace {
 
 constexpr int min_returns = 3;
-// The views stand 18 degrees apart: a true one lies between them.
+// Half of the views' spacing.
 constexpr double view_spacing = radians(9);
 constexpr double unknown_rotation = radians(180);
 
@@ -19,7 +19,7 @@ Quaterniond turn_between(const Vector3d& a, const Vector3d& b) {
   return Quaterniond::FromTwoVectors(a, b);
 }
 
-/// Coordinates one axis after the other, so that the compiler makes vector code of the loop.
+/// Coordinates by axis, for vectorised loops.
 class PointColumns {
  public:
   explicit PointColumns(const std::vector<Vector3d>& points) {
@@ -50,8 +50,8 @@ class PointColumns {
   std::vector<double> x_, y_, z_;
 };
 
-/// For all view directions from which anything is seen: each visible sample of the surface counts
-/// as the beams see it, by its area across the beam.
+/// Of all view directions from which anything is visible; samples are weighted by their projected
+/// area.
 std::vector<ViewMoments> view_moments(const TargetModel& model) {
   std::vector<ViewMoments> views;
   for (int i = 0; i < direction_count; ++i) {
@@ -83,13 +83,13 @@ LongRange::LongRange(const TargetModel& model, const BeamModel& beam_model, int 
       axis_returns_(axis_returns),
       views_(view_moments(model)) {}
 
-LongRangeFix LongRange::find(const CleanScan& scan) const {
+LongRangeFix LongRange::find(const PreprocessedScan& scan) const {
   LongRangeFix none;
   if (scan.points.empty()) {
     none.reason = "no returns inside the range gate";
     return none;
   }
-  // The return with the most others within the target's size.
+  // The return with the most neighbours within the target's size.
   constexpr std::size_t max_centres = 300;
   const std::size_t stride = 1 + scan.points.size() / max_centres;
   const double reach = 2 * model_.radius;
@@ -111,7 +111,7 @@ LongRangeFix LongRange::find(const CleanScan& scan) const {
   return fix(returns, nullptr);
 }
 
-LongRangeFix LongRange::track(const CleanScan& scan, const Prediction& predicted) const {
+LongRangeFix LongRange::track(const PreprocessedScan& scan, const Prediction& predicted) const {
   const double sigma = std::sqrt(predicted.covariance.diagonal().head<3>().maxCoeff());
   const Vector3d centre = predicted.pose.position;
   const double reach = model_.radius + (model_.centre).norm() + 4 * sigma;
@@ -161,7 +161,7 @@ std::vector<LongRange::Attitude> LongRange::attitudes(const Vector3d& line_of_si
       a.centroid = rotation * view.centroid;
       if (moments) {
         const Matrix3d expected = rotation * view.scatter * rotation.transpose() + noise;
-        // A view and a roll between those tried change the moments by about a tenth.
+        // The discretisation of views and rolls changes the moments by about a tenth.
         const double coarse = 0.1 * expected.trace();
         for (int i = 0; i < 3; ++i) {
           for (int j = i; j < 3; ++j) {
@@ -213,7 +213,7 @@ LongRangeFix LongRange::fix(const std::vector<Vector3d>& returns,
     if (a.weight > best->weight) best = &a;
   }
   result.pose = {mean - offset, best->rotation};
-  // Of attitudes that are nearly as likely, the one that is nearest to the prediction: no flips.
+  // Of attitudes of comparable weight the nearest to the prediction: no flips.
   if (predicted != nullptr) {
     constexpr double nearly = 0.3;
     double nearest = std::numeric_limits<double>::infinity();
@@ -233,7 +233,7 @@ LongRangeFix LongRange::fix(const std::vector<Vector3d>& returns,
   }
   result.systematic.diagonal().tail<3>().array() += view_spacing * view_spacing;
 
-  // The mean of returns that lie where chance put them on the target.
+  // Covariance of the mean of randomly placed returns.
   const double variance =
       beam_model_.range_variance(range, 0) +
       std::pow(range * std::max(beam_model_.azimuth_sigma_rad, beam_model_.divergence_rad), 2);

@@ -8,7 +8,7 @@
 
 namespace berth::estimator {
 
-/// What evenly spread beams from one direction see of a target: where, and how it is spread. Model
+/// Moments of the surface visible from one direction, as sampled by evenly spread beams. Model
 /// frame, m.
 struct ViewMoments {
   Vector3d to_viewer = Vector3d::UnitZ();  ///< unit
@@ -16,41 +16,40 @@ struct ViewMoments {
   Matrix3d scatter = Matrix3d::Zero();  ///< about the centroid, m^2
 };
 
-/// What can be said of a target that is too far for its pose (paper, section 3.1: bearing and
+/// Position and coarse attitude of a target too far for its pose (paper, section 3.1: bearing and
 /// range).
 struct LongRangeFix {
   bool ok = false;
   std::string reason;  ///< why not
-  /// Position: the returns' centroid, corrected by how far the seen surface lies from the model's
-  /// origin. Attitude: the likeliest, or the predicted one where nothing is known.
+  /// Position: the returns' centroid, corrected by the visible surface's centroid in the model
+  /// frame. Attitude: the most probable, or the predicted one.
   Pose pose;
-  /// Of this scan's own, independent errors; in rotation nothing is measured: as good as infinite.
+  /// Of this scan's independent errors; the rotation is not measured: variance of a half turn.
   Matrix6d covariance = Matrix6d::Identity();
-  /// What stays the same in every scan as long as the attitude is not known: it does not average
-  /// out. Of pose, as berth::perturbed.
+  /// Covariance of errors constant while the attitude is unknown. Of pose, as berth::perturbed.
   Matrix6d systematic = Matrix6d::Zero();
-  bool axis = false;  ///< the returns were enough for their moments to tell of the attitude
+  bool axis = false;  ///< the moments of the returns determined the attitude
   int used = 0;       ///< returns of the target
 };
 
-/// Bearing and range from the centroid of the returns; with about a hundred of them, their moments
-/// against those of the model from every side give a coarse axis. const and deterministic; the
-/// model must outlive it.
+/// Bearing and range from the centroid of the returns; with about a hundred returns, their second
+/// moments are compared with those of the model's views for a coarse axis. const and deterministic;
+/// the model must outlive it.
 class LongRange {
  public:
   LongRange(const TargetModel& model, const BeamModel& beam_model, int axis_returns);
 
-  /// The target anywhere in the scan: the densest place of the size of the target.
-  LongRangeFix find(const CleanScan& scan) const;
-  /// The target where it is predicted to be. A prediction whose attitude is known weighs in.
-  LongRangeFix track(const CleanScan& scan, const Prediction& predicted) const;
+  /// The target anywhere in the scan: the densest region of the target's size.
+  LongRangeFix find(const PreprocessedScan& scan) const;
+  /// The target at its prediction, whose attitude is a prior where known.
+  LongRangeFix track(const PreprocessedScan& scan, const Prediction& predicted) const;
 
  private:
   LongRangeFix fix(const std::vector<Vector3d>& returns, const Prediction* predicted) const;
-  /// Poses' share of belief: view and roll about the line of sight.
+  /// A sampled attitude (view and roll about the line of sight) and its posterior weight.
   struct Attitude {
     Quaterniond rotation;  // R_sensor_model
-    Vector3d centroid;     // of what is seen, sensor axes, from the model's origin
+    Vector3d centroid;     // of the visible surface, sensor axes, from the model's origin
     double weight = 0;
   };
   std::vector<Attitude> attitudes(const Vector3d& line_of_sight, const Matrix3d& scatter, int count,

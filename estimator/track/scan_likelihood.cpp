@@ -7,13 +7,15 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/core/statistics.h"
+
 namespace berth::estimator {
 namespace {
 
 constexpr auto displacement = static_cast<std::size_t>(SurfaceField::displacement);
-constexpr double grazing = 0.03;  // cosine, below which a range's slope is taken for this
+constexpr double grazing = 0.03;  // minimum cosine of incidence
 
-/// A number of the side that a direction faces.
+/// Key of a quantised direction.
 std::uint64_t side_of(const Vector3d& direction) {
   std::uint64_t key = 0;
   for (int i = 0; i < 3; ++i) {
@@ -22,7 +24,7 @@ std::uint64_t side_of(const Vector3d& direction) {
   return key;
 }
 
-/// Bits of two numbers in turn: near numbers are near in the order.
+/// Morton code: interleaved bits of two numbers.
 std::uint64_t interleaved(std::uint32_t x, std::uint32_t y) {
   const auto spread = [](std::uint64_t v) {
     v = (v | (v << 16)) & 0x0000ffff0000ffffULL;
@@ -34,8 +36,7 @@ std::uint64_t interleaved(std::uint32_t x, std::uint32_t y) {
   return spread(x) | (spread(y) << 1);
 }
 
-/// Whether the range of a face changes by more than what a ray moves aside: past the edge of such a
-/// face its plane is not what is met.
+/// Whether a face's incidence exceeds 45 degrees: its plane is then not extended past an edge.
 bool is_oblique(const Vector3d& normal, const Vector3d& sight) {
   return !(-normal.dot(sight) > 0.7071067811865476);
 }
@@ -43,7 +44,7 @@ bool is_oblique(const Vector3d& normal, const Vector3d& sight) {
 double normal_below(double x) { return 0.5 * std::erfc(-x * 0.7071067811865476); }
 double normal_at(double x) { return 0.3989422804014327 * std::exp(-0.5 * x * x); }
 
-bool stands_still(const ScanState& state) {
+bool is_static(const ScanState& state) {
   return state.motion.velocity.linear.isZero(0) && state.motion.velocity.angular.isZero(0);
 }
 
@@ -56,7 +57,7 @@ bool same(const ScanState& a, const ScanState& b) {
          a.motion.velocity.angular == b.motion.velocity.angular && a.angles == b.angles;
 }
 
-/// Places in a plane, found again by where they are.
+/// A grid of points in a plane, for neighbour queries.
 class PlaneGrid {
  public:
   PlaneGrid(const std::vector<std::array<double, 2>>& places, double cell) : cell_(cell) {
@@ -86,7 +87,7 @@ class PlaneGrid {
     }
   }
 
-  /// Places of the cell and of those about it, among them all nearer than a cell.
+  /// Points of the cell and its neighbours, which include all nearer than a cell.
   std::array<std::span<const int>, 3> near(double x, double y) const {
     std::array<std::span<const int>, 3> rows;
     const int first = std::max(0, column(x, 0) - 1);
@@ -119,7 +120,7 @@ class PlaneGrid {
   std::vector<int> members_;
 };
 
-/// Two directions across another.
+/// Two orthonormal directions normal to `axis`.
 std::pair<Vector3d, Vector3d> across(const Vector3d& axis) {
   const Vector3d x = axis.unitOrthogonal();
   return {x, axis.cross(x)};
@@ -141,8 +142,9 @@ ScanState ScanStateLayout::moved(const ScanState& state, const Eigen::VectorXd& 
   return result;
 }
 
-ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const CleanScan& scan,
-                 const ScanStateLayout& layout, const Options& options)
+ScanLikelihood::ScanLikelihood(const TargetScene& scene, const BeamModel& beam_model,
+                               const PreprocessedScan& scan, const ScanStateLayout& layout,
+                               const Options& options)
     : scene_(scene), beam_model_(beam_model), layout_(layout), options_(options) {
   Vector3d sum = Vector3d::Zero();
   for (const Beam& beam : scan.beams) sum += beam.direction;
@@ -174,12 +176,10 @@ ScanFit::ScanFit(const TargetScene& scene, const BeamModel& beam_model, const Cl
     half_duration_ = std::max(half_duration_, std::abs(beams_.back().tau));
   }
   if (steps.empty()) return;
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
-                   steps.end());
-  spacing_ = std::sqrt(options.thinning) * steps[steps.size() / 2];
+  spacing_ = std::sqrt(options.thinning) * upper_median(std::move(steps));
 }
 
-double ScanFit::moved_between(const ScanState& a, const ScanState& b) const {
+double ScanLikelihood::max_displacement(const ScanState& a, const ScanState& b) const {
   const double radius = 0.5 * options_.extent + options_.centre.norm();
   double moved =
       distance(a.motion.pose, b.motion.pose) + radius * angle_between(a.motion.pose, b.motion.pose);
@@ -193,7 +193,7 @@ double ScanFit::moved_between(const ScanState& a, const ScanState& b) const {
   return moved;
 }
 
-double ScanFit::turned_between(const ScanState& a, const ScanState& b) const {
+double ScanLikelihood::max_view_change(const ScanState& a, const ScanState& b) const {
   const Vector3d from_a = a.motion.pose.inverse().position;
   const Vector3d from_b = b.motion.pose.inverse().position;
   double turned = std::atan2(from_a.cross(from_b).norm(), from_a.dot(from_b));
@@ -201,17 +201,17 @@ double ScanFit::turned_between(const ScanState& a, const ScanState& b) const {
   return turned;
 }
 
-Pose ScanFit::pose_of(const FitBeam& beam, const ScanState& state) const {
-  if (stands_still(state)) return state.motion.pose;
+Pose ScanLikelihood::pose_of(const UsedBeam& beam, const ScanState& state) const {
+  if (is_static(state)) return state.motion.pose;
   return berth::moved(state.motion.pose, state.motion.velocity, beam.tau);
 }
 
-Ray ScanFit::ray_of(const FitBeam& beam, const Pose& model_sensor) const {
+Ray ScanLikelihood::ray_of(const UsedBeam& beam, const Pose& model_sensor) const {
   return {model_sensor.position, model_sensor.rotation * beam.direction};
 }
 
-SurfaceHit ScanFit::continued(const RimSample& rim, const Vector3d& rim_point, const Ray& ray,
-                              const ScanState& state) const {
+SurfaceHit ScanLikelihood::extended_face(const RimSample& rim, const Vector3d& rim_point,
+                                         const Ray& ray, const ScanState& state) const {
   SurfaceHit front = scene_.meet(state.angles, ray, rim.front.face);
   const Vector3d to = rim_point - ray.origin;
   const double along = to.dot(ray.direction);
@@ -222,12 +222,12 @@ SurfaceHit ScanFit::continued(const RimSample& rim, const Vector3d& rim_point, c
   return front;
 }
 
-void ScanFit::prepare(const ScanState& state, const Stage& stage,
-                      const std::vector<Surface>& surface_of_face) {
+void ScanLikelihood::prepare(const ScanState& state, const Stage& stage,
+                             const std::vector<Surface>& surface_of_face) {
   stage_ = stage;
   surface_of_face_ = surface_of_face;
   patches_.clear();
-  active_.clear();
+  associations_.clear();
   pieces_ = 0;
 
   // Occluding edges.
@@ -237,10 +237,9 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   const double step = std::max(0.5 * spacing, 1e-5);
   rim_width_ =
       std::sqrt(beam_model_.edge_variance(range) + stage.annealing.rim * stage.annealing.rim);
-  // A round body's outline, seen from an angle farther, is inside the new one by radius angle^2
-  // / 2.
+  // After a view change by an angle, a round body's old outline is inside by radius angle^2 / 2.
   if (rims_thinning_ != stage.thinning ||
-      0.25 * options_.extent * std::pow(turned_between(rims_at_, state), 2) > 0.1 * rim_width_) {
+      0.25 * options_.extent * std::pow(max_view_change(rims_at_, state), 2) > 0.1 * rim_width_) {
     rims_ = scene_.rims(state.angles, model_sensor.position, model_sensor.rotation * middle_,
                         std::cos(std::acos(cone_cosine_) + 4 * spacing), step, options_.depth);
     rims_at_ = state;
@@ -255,10 +254,10 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   }
   rim_reach_ = 3 * std::hypot(rim_width_, rim_sigma);
 
-  // Beams that may meet them or the target. One that ends before its sphere met what hides it.
-  const bool still = stands_still(state);
+  // Beams that may meet edges or the target. Beams that end before its sphere met an occluder.
+  const bool still = is_static(state);
   if (candidates_thinning_ != stage.thinning ||
-      !(moved_between(candidates_at_, state) + rim_reach_ <= candidates_reach_)) {
+      !(max_displacement(candidates_at_, state) + rim_reach_ <= candidates_reach_)) {
     const double reach = options_.radius + rim_reach_;
     candidates_.clear();
     const auto thinning = static_cast<std::uint32_t>(stage.thinning);
@@ -273,7 +272,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   std::vector<Ray> rays(candidates_.size());
   std::vector<SurfaceHit> hits(candidates_.size());
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
-    const FitBeam& beam = beams_[candidates_[i]];
+    const UsedBeam& beam = beams_[candidates_[i]];
     rays[i] = ray_of(beam, still ? model_sensor : pose_of(beam, state).inverse());
   }
   scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
@@ -317,7 +316,7 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
   rim_patches_.assign(rims_.size(), {});
 
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
-    Active active{candidates_[i], -1, -1, -1, -1, hits[i]};
+    Association association{candidates_[i], -1, -1, -1, -1, hits[i]};
     const Ray& ray = rays[i];
     const Vector3d& direction = beams_[candidates_[i]].direction;
     const double x = direction.dot(right);
@@ -343,12 +342,12 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
         if (!offset(r, away, distance)) continue;
         if (std::abs(away) < nearest) {
           nearest = std::abs(away);
-          active.near = r;
+          association.near = r;
         }
       }
     }
-    if (active.near >= 0) {
-      const RimSample& near = rims_[static_cast<std::size_t>(active.near)];
+    if (association.near >= 0) {
+      const RimSample& near = rims_[static_cast<std::size_t>(association.near)];
       for (const std::span<const int> row : near_by) {
         for (const int r : row) {
           double away = 0;
@@ -360,16 +359,16 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
           }
           if (std::abs(away) < nearest_across) {
             nearest_across = std::abs(away);
-            active.across = r;
+            association.across = r;
           }
         }
       }
     }
-    if (!hits[i].met() && active.near < 0) continue;
+    if (!hits[i].met() && association.near < 0) continue;
     const Vector3d place = hits[i].met() ? Vector3d(ray.origin + hits[i].range * ray.direction)
-                                         : rims_[static_cast<std::size_t>(active.near)].point;
-    if (hits[i].met()) active.patch = patch_at(place, hits[i].normal, hits[i].face, false);
-    for (const int r : {active.near, active.across}) {
+                                         : rims_[static_cast<std::size_t>(association.near)].point;
+    if (hits[i].met()) association.patch = patch_at(place, hits[i].normal, hits[i].face, false);
+    for (const int r : {association.near, association.across}) {
       if (r < 0 || rim_patches_[static_cast<std::size_t>(r)].made) continue;
       const RimSample& rim = rims_[static_cast<std::size_t>(r)];
       RimPatches& of_rim = rim_patches_[static_cast<std::size_t>(r)];
@@ -387,13 +386,13 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
       const auto [entry, fresh] =
           piece_index.try_emplace(cell_of(place, options_.part_cell), pieces_);
       if (fresh) ++pieces_;
-      active.piece = entry->second;
+      association.piece = entry->second;
     }
-    active_.push_back(active);
+    associations_.push_back(association);
   }
   if (candidates_reach_ < 0) {
     candidates_.clear();
-    for (const Active& active : active_) candidates_.push_back(active.beam);
+    for (const Association& association : associations_) candidates_.push_back(association.beam);
     candidates_at_ = state;
     candidates_reach_ = rim_reach_;
     candidates_thinning_ = stage.thinning;
@@ -407,28 +406,29 @@ void ScanFit::prepare(const ScanState& state, const Stage& stage,
     patches_[p].slant /= n;
   }
   prepared_at_ = state;
-  if (stage.annealing.range == 0) look_at_footprints(state);
+  if (stage.annealing.range == 0) sample_footprints(state);
 }
 
-/// Rays about each beam's own: what a wide beam that meets several faces reads.
-void ScanFit::look_at_footprints(const ScanState& state) {
+/// Casts rays about each beam's axis: the mean range of a wide beam that meets several faces.
+void ScanLikelihood::sample_footprints(const ScanState& state) {
   const double radius = 0.5 * beam_model_.footprint(state.motion.pose.position.norm());
   if (!(radius > 0)) return;
-  if (!(moved_between(footprints_at_, state) < radius)) {
-    for (FitBeam& beam : beams_) beam.footprint_known = false;
+  if (!(max_displacement(footprints_at_, state) < radius)) {
+    for (UsedBeam& beam : beams_) beam.footprint_known = false;
     footprints_at_ = state;
   }
   constexpr int about = 6;
-  std::vector<const Active*> unknown;
+  std::vector<const Association*> unknown;
   std::vector<Ray> middles;
   std::vector<Ray> rays;
-  rays.reserve(about * active_.size());
-  for (const Active& active : active_) {
-    FitBeam& beam = beams_[active.beam];
+  rays.reserve(about * associations_.size());
+  for (const Association& association : associations_) {
+    UsedBeam& beam = beams_[association.beam];
     if (beam.footprint_known) continue;
     beam.footprint_known = true;
-    unknown.push_back(&active);
-    const double range = active.hit.met() ? active.hit.range : state.motion.pose.position.norm();
+    unknown.push_back(&association);
+    const double range =
+        association.hit.met() ? association.hit.range : state.motion.pose.position.norm();
     const double aside = 0.35 * beam_model_.footprint(range) / range;
     const Pose model_sensor = pose_of(beam, state).inverse();
     middles.push_back(ray_of(beam, model_sensor));
@@ -443,31 +443,32 @@ void ScanFit::look_at_footprints(const ScanState& state) {
   std::vector<SurfaceHit> met(rays.size());
   scene_.cast(state.angles, rays, beam_model_.range_max_m, met);
   for (std::size_t i = 0; i < unknown.size(); ++i) {
-    const Active& active = *unknown[i];
+    const Association& association = *unknown[i];
     const std::span<const SurfaceHit> ring(met.data() + about * i, about);
-    // Of those about a range, the mean beyond it; `count` that are at it count, too.
-    const auto mean_about = [&](double range, int count) {
+    // Mean difference of the hits about a range from it, with `count` more hits at it.
+    const auto mean_about = [&](double range, int estimate_shares) {
       double sum = 0;
       for (const SurfaceHit& hit : ring) {
         const double off = hit.range - range;
         if (!(std::abs(off) < 0.5 * beam_model_.pulse_length_m)) continue;
         sum += off;
-        ++count;
+        ++estimate_shares;
       }
-      return count == 0 ? 0 : sum / count;
+      return estimate_shares == 0 ? 0 : sum / estimate_shares;
     };
-    FitBeam& beam = beams_[active.beam];
-    beam.mixed = active.hit.met() ? mean_about(active.hit.range, 1) : 0;
+    UsedBeam& beam = beams_[association.beam];
+    beam.mixed = association.hit.met() ? mean_about(association.hit.range, 1) : 0;
     beam.mixed_front = 0;
-    if (active.near < 0) continue;
-    const RimSample& rim = rims_[static_cast<std::size_t>(active.near)];
-    beam.mixed_front = mean_about(continued(rim, rim.point, middles[i], state).range, 0);
+    if (association.near < 0) continue;
+    const RimSample& rim = rims_[static_cast<std::size_t>(association.near)];
+    beam.mixed_front = mean_about(extended_face(rim, rim.point, middles[i], state).range, 0);
   }
 }
 
-/// How an error of a place of the surface follows its patch's offset, and what is left of its
-/// variance [the fully independent training conditional of Snelson, Ghahramani, NIPS 2006].
-ScanFit::Follows ScanFit::follows(int patch, const SurfacePatch& own) const {
+/// Regression of a local surface error on its patch's offset, and the residual variance [the fully
+/// independent training conditional of Snelson, Ghahramani, NIPS 2006].
+ScanLikelihood::PatchRegression ScanLikelihood::regress_on_patch(int patch,
+                                                                 const SurfacePatch& own) const {
   const double alone = offset_covariance(scales, own, own);
   if (patch < 0) return {0, alone};
   const auto at = static_cast<std::size_t>(patch);
@@ -477,7 +478,8 @@ ScanFit::Follows ScanFit::follows(int patch, const SurfacePatch& own) const {
   return {effect, std::max(0.0, alone - effect * both)};
 }
 
-ScanFit::Edge ScanFit::edge_at(const Place& at, int rim, const Ray& ray) const {
+ScanLikelihood::Edge ScanLikelihood::edge_at(const EvaluationPoint& at, int rim,
+                                             const Ray& ray) const {
   Edge edge;
   edge.rim = &rims_[static_cast<std::size_t>(rim)];
   edge.patch = rim_patches_[static_cast<std::size_t>(rim)].rim;
@@ -496,9 +498,9 @@ ScanFit::Edge ScanFit::edge_at(const Place& at, int rim, const Ray& ray) const {
   double variance = rim_width_ * rim_width_;
   if (stage_.patches) {
     const Surface& surface = surface_of_face_[edge.rim->front.face];
-    const Follows offset =
-        follows(edge.patch, {edge.point - edge.apart, edge.outward, surface.sigma,
-                             surface.correlation_length, true, 1});
+    const PatchRegression offset =
+        regress_on_patch(edge.patch, {edge.point - edge.apart, edge.outward, surface.sigma,
+                                      surface.correlation_length, true, 1});
     edge.effect = offset.effect;
     variance += offset.variance;
   }
@@ -507,8 +509,9 @@ ScanFit::Edge ScanFit::edge_at(const Place& at, int rim, const Ray& ray) const {
   return edge;
 }
 
-ScanFit::Face ScanFit::face_at(const Place& at, const SurfaceHit& hit, int patch, double mixed,
-                               const FitBeam& beam, const Ray& ray) const {
+ScanLikelihood::Face ScanLikelihood::face_at(const EvaluationPoint& at, const SurfaceHit& hit,
+                                             int patch, double mixed, const UsedBeam& beam,
+                                             const Ray& ray) const {
   Face face;
   face.hit = hit;
   face.patch = patch;
@@ -521,9 +524,9 @@ ScanFit::Face ScanFit::face_at(const Place& at, const SurfaceHit& hit, int patch
     const Surface& surface = surface_of_face_[hit.face];
     const double sigma = scales[displacement] * surface.sigma;
     const double bend = sigma * sigma / (surface.correlation_length * c2);
-    const Follows offset =
-        follows(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
-                        surface.correlation_length, false, 1 / face.cosine});
+    const PatchRegression offset =
+        regress_on_patch(patch, {ray.origin + hit.range * ray.direction, hit.normal, surface.sigma,
+                                 surface.correlation_length, false, 1 / face.cosine});
     face.effect = offset.effect;
     surface_variance = bend * bend + offset.variance;
   }
@@ -543,47 +546,48 @@ ScanFit::Face ScanFit::face_at(const Place& at, const SurfaceHit& hit, int patch
                           (std::max(0.01, surface_of_face_[hit.face].reflectivity) * face.cosine));
     if (shares.white) {
       const double off = (*face.white - *shares.white) / beam_model_.intensity_sigma;
-      expected.light = std::log(4095.0) * normal_at(off) / beam_model_.intensity_sigma;
+      expected.intensity_ratio = std::log(4095.0) * normal_at(off) / beam_model_.intensity_sigma;
     }
   }
   return face;
 }
 
-std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& active,
-                                                const Ray& ray, const SurfaceHit& hit) const {
-  const FitBeam& beam = beams_[active.beam];
-  if (active.near < 0 && !hit.met()) return std::nullopt;  // not before the target any more
-  Sight sight{ray, {}, {}, {}, {}};
-  SurfaceHit edged;  // the face that ends at the edge, where it would be met
-  if (active.near >= 0) {
-    sight.edges[0] = edge_at(at, active.near, ray);
-    edged = continued(*sight.edges[0]->rim, sight.edges[0]->point, ray, at.state);
+std::optional<ScanLikelihood::BeamGeometry> ScanLikelihood::geometry_of(
+    const EvaluationPoint& at, const Association& association, const Ray& ray,
+    const SurfaceHit& hit) const {
+  const UsedBeam& beam = beams_[association.beam];
+  if (association.near < 0 && !hit.met()) return std::nullopt;  // no longer meets the target
+  BeamGeometry sight{ray, {}, {}, {}, {}};
+  SurfaceHit edged;  // the front face of the edge, extended
+  if (association.near >= 0) {
+    sight.edges[0] = edge_at(at, association.near, ray);
+    edged = extended_face(*sight.edges[0]->rim, sight.edges[0]->point, ray, at.state);
   }
-  // Without an edge, or with one that is behind what is met.
-  if (active.near < 0 || hit.range < edged.range - options_.depth) {
+  // Without an edge, or with one behind the hit.
+  if (association.near < 0 || hit.range < edged.range - options_.depth) {
     sight.edges[0].reset();
-    sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
+    sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
     return sight;
   }
   const Edge& edge = *sight.edges[0];
   double coverage = normal_below(edge.at);
   bool inside = edge.inside >= 0 && hit.met();
-  if (active.across >= 0) {
-    const Edge& other = sight.edges[1].emplace(edge_at(at, active.across, ray));
+  if (association.across >= 0) {
+    const Edge& other = sight.edges[1].emplace(edge_at(at, association.across, ray));
     const double of_other = normal_below(other.at);
     if ((other.point - edge.point).dot(edge.outward) < 0) {  // a strut
       coverage = std::max(0.0, coverage + of_other - 1);
       inside = inside && other.inside >= 0;
     } else {  // a slit
-      const int patch = rim_patches_[static_cast<std::size_t>(active.across)].front;
-      sight.beside = face_at(at, continued(*other.rim, other.point, ray, at.state), patch,
-                             beam.mixed_front, beam, ray);
-      sight.beside->expected.coverage = of_other;
+      const int patch = rim_patches_[static_cast<std::size_t>(association.across)].front;
+      sight.opposite = face_at(at, extended_face(*other.rim, other.point, ray, at.state), patch,
+                               beam.mixed_front, beam, ray);
+      sight.opposite->expected.coverage = of_other;
     }
   }
-  const RimPatches& patches = rim_patches_[static_cast<std::size_t>(active.near)];
+  const RimPatches& patches = rim_patches_[static_cast<std::size_t>(association.near)];
   if (inside) {
-    sight.front = face_at(at, hit, active.patch, beam.mixed, beam, ray);
+    sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
     if (const SurfaceHit& passed = edge.rim->behind; passed.met()) {
       const SurfaceHit behind = scene_.meet(at.state.angles, ray, passed.face);
       if (behind.met() && behind.range > hit.range) {
@@ -592,27 +596,27 @@ std::optional<ScanFit::Sight> ScanFit::sight_of(const Place& at, const Active& a
     }
   } else {
     sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
-    if (hit.met()) sight.behind = face_at(at, hit, active.patch, 0, beam, ray);
+    if (hit.met()) sight.behind = face_at(at, hit, association.patch, 0, beam, ray);
   }
   sight.front.expected.coverage = coverage;
-  if (sight.beside && coverage + sight.beside->expected.coverage >= 1) {
+  if (sight.opposite && coverage + sight.opposite->expected.coverage >= 1) {
     // A slit that is closed: the nearer face ends before the other.
-    if (sight.beside->hit.range < sight.front.hit.range) {
-      std::swap(sight.front, *sight.beside);
+    if (sight.opposite->hit.range < sight.front.hit.range) {
+      std::swap(sight.front, *sight.opposite);
       std::swap(sight.edges[0], sight.edges[1]);
     }
-    sight.behind = std::exchange(sight.beside, std::nullopt);
+    sight.behind = std::exchange(sight.opposite, std::nullopt);
     sight.edges[1].reset();
   }
   return sight;
 }
 
-void ScanFit::observe(const Place& at, const Active& active, const Sight& sight,
-                      const Quaterniond& to_sensor, const BeamTerm& term,
-                      Observations& observations) const {
-  const FitBeam& beam = beams_[active.beam];
+void ScanLikelihood::observe(const EvaluationPoint& at, const Association& association,
+                             const BeamGeometry& sight, const Quaterniond& to_sensor,
+                             const BeamTerm& term, Observations& observations) const {
+  const UsedBeam& beam = beams_[association.beam];
   const Quaterniond& at_mean_time = at.state.motion.pose.rotation;
-  // force, torque: how what is observed follows a move and a turn of the model, model frame.
+  // force, torque: derivatives by translation and rotation of the model, model frame.
   const auto add = [&](const Vector3d& force, const Vector3d& torque, bool edge, std::uint32_t face,
                        const Observation& observation) {
     auto j = observations.add(observation);
@@ -638,43 +642,46 @@ void ScanFit::observe(const Place& at, const Active& active, const Sight& sight,
     add(force, place.cross(force), false, face.hit.face,
         {probability / face.expected.variance,
          face.expected.residual + face.effect * at.offset(face.patch), face.effect, face.patch,
-         active.piece});
+         association.piece});
   };
   if (beam.returned()) {
     add_range(sight.front, term.front);
-    if (sight.beside) add_range(*sight.beside, term.beside);
+    if (sight.opposite) add_range(*sight.opposite, term.opposite);
     if (sight.behind) add_range(*sight.behind, term.behind);
   }
   for (std::size_t i = 0; i < sight.edges.size(); ++i) {
     const std::optional<Edge>& edge = sight.edges[i];
-    const bool other = i == 1 && sight.beside.has_value();
-    const double coverage = (other ? *sight.beside : sight.front).expected.coverage;
+    const bool other = i == 1 && sight.opposite.has_value();
+    const double coverage = (other ? *sight.opposite : sight.front).expected.coverage;
     if (!edge || !(coverage * (1 - coverage) > 1e-9)) continue;
     const double density = normal_at(edge->at);
     if (!(density > negligible)) continue;
-    const double slope = density * (other ? term.beside_score : term.coverage_score);
-    // The curvature of -log L, and hardly anything where that has none: the gradient stays.
+    const double slope = density * (other ? term.opposite_score : term.coverage_score);
+    // The curvature of -log L, a small positive number where it is not positive: the gradient
+    // stays.
     const double weight = std::max(slope * (slope + edge->at), 1e-6);
     add(edge->across, edge->point.cross(edge->across) + edge->outward.cross(edge->apart), true,
         edge->rim->front.face,
         {weight / (edge->width * edge->width),
          slope * edge->width / weight + edge->effect * at.offset(edge->patch), edge->effect,
-         edge->patch, active.piece});
+         edge->patch, association.piece});
   }
 }
 
-void ScanFit::count(const std::vector<Explained>& beams, const std::vector<double>& as_modelled,
-                    Linearised& result) const {
+void ScanLikelihood::estimate_shares(const std::vector<BeamRecord>& beams,
+                                     const std::vector<double>& as_modelled,
+                                     Linearised& result) const {
   std::array<double, 4> met{};
-  std::array<double, 4> missed{};
+  std::array<double, 4> dropped_out{};
   double passed = 0, passed_returned = 0, stray = 0, stray_beams = 0, white = 0, lit = 0;
-  for (const Explained& b : beams) {
+  for (const BeamRecord& b : beams) {
     const double share = b.piece < 0 ? 1.0 : as_modelled[static_cast<std::size_t>(b.piece)];
-    met[b.share_bin] += share * (b.term.front + b.term.beside + b.term.behind + b.term.missed);
-    missed[b.share_bin] += share * b.term.missed;
+    met[b.share_bin] +=
+        share * (b.term.front + b.term.opposite + b.term.behind + b.term.dropped_out);
+    dropped_out[b.share_bin] += share * b.term.dropped_out;
     passed += b.term.passed;
     result.expected += b.expected * b.expected * (1 - std::min(0.5, b.drop_out));
-    const double explained = share * (b.term.front + b.term.beside + b.term.behind);
+    const double explained = share * (b.term.front + b.term.opposite + b.term.behind);
     result.fit += b.expected * explained;
     if (!b.returned) continue;
     passed_returned += b.term.passed;
@@ -689,7 +696,7 @@ void ScanFit::count(const std::vector<Explained>& beams, const std::vector<doubl
     white += front * *b.white;
     lit += front;
   }
-  // Each share as if some beams had been seen before that were as is usual.
+  // With a prior of 20 beams for each share.
   constexpr double before = 20;
   const BeamShares usual;
   const auto share = [](double some, double of, double as_usual) {
@@ -697,37 +704,38 @@ void ScanFit::count(const std::vector<Explained>& beams, const std::vector<doubl
   };
   result.shares.outlier = std::clamp(share(stray, stray_beams, usual.outlier), 1e-3, 0.5);
   for (std::size_t b = 0; b < met.size(); ++b) {
-    result.shares.drop_out[b] = std::clamp(share(missed[b], met[b], usual.drop_out[b]), 2e-3, 0.9);
+    result.shares.drop_out[b] =
+        std::clamp(share(dropped_out[b], met[b], usual.drop_out[b]), 2e-3, 0.9);
   }
   result.shares.background =
       std::clamp(share(passed_returned, passed, usual.background), 0.01, 0.99);
   if (lit >= 1) result.shares.white = white / lit;
 }
 
-ScanFit::Linearised ScanFit::linearise(const ScanState& state,
-                                       const Eigen::VectorXd& offsets) const {
-  Place at{state, offsets, state.motion.pose.inverse(), stands_still(state), {}};
+ScanLikelihood::Linearised ScanLikelihood::linearise(const ScanState& state,
+                                                     const Eigen::VectorXd& offsets) const {
+  EvaluationPoint at{state, offsets, state.motion.pose.inverse(), is_static(state), {}};
   for (std::size_t j = 0; j < state.angles.size(); ++j) {
     const Joint& joint = scene_.joints()[j];
     at.turned_since.push_back(turned(joint, state.angles[j]) *
                               turned(joint, rims_at_.angles[j]).inverse());
   }
-  std::vector<Ray> rays(active_.size());
-  std::vector<SurfaceHit> hits(active_.size());
-  std::vector<Pose> poses(active_.size(), state.motion.pose);  // when each beam was sent
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    const FitBeam& beam = beams_[active_[i].beam];
+  std::vector<Ray> rays(associations_.size());
+  std::vector<SurfaceHit> hits(associations_.size());
+  std::vector<Pose> poses(associations_.size(), state.motion.pose);  // when each beam was sent
+  for (std::size_t i = 0; i < associations_.size(); ++i) {
+    const UsedBeam& beam = beams_[associations_[i].beam];
     if (!at.still) poses[i] = pose_of(beam, state);
     rays[i] = ray_of(beam, at.still ? at.model_sensor : poses[i].inverse());
-    hits[i] = active_[i].hit;
+    hits[i] = associations_[i].hit;
   }
   if (!same(state, prepared_at_)) scene_.cast(state.angles, rays, beam_model_.range_max_m, hits);
 
   Linearised result;
-  Observations observations(layout_.size(), 4 * active_.size());
-  std::vector<Explained> beams;
-  beams.reserve(active_.size());
-  // Of pieces, log-likelihoods: as modelled, and of anything else.
+  Observations observations(layout_.size(), 4 * associations_.size());
+  std::vector<BeamRecord> beams;
+  beams.reserve(associations_.size());
+  // Log-likelihoods of pieces: as modelled, and elsewhere.
   std::vector<std::pair<double, double>> pieces(static_cast<std::size_t>(pieces_), {0, 0});
   const double anything = std::log(0.5 / options_.extent);
   std::array<double, 2> log_without;
@@ -735,28 +743,28 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     log_without[returned ? 1 : 0] =
         beam_term(returned, {0, 1, 0, 1, 0}, {}, {}, {}, options_.extent).log_likelihood;
   }
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    const Active& active = active_[i];
-    const std::optional<Sight> sight = sight_of(at, active, rays[i], hits[i]);
+  for (std::size_t i = 0; i < associations_.size(); ++i) {
+    const Association& association = associations_[i];
+    const std::optional<BeamGeometry> sight = geometry_of(at, association, rays[i], hits[i]);
     if (!sight) continue;
-    const bool returned = beams_[active.beam].returned();
-    std::optional<ExpectedReturn> beside, behind;
-    if (sight->beside) beside = sight->beside->expected;
+    const bool returned = beams_[association.beam].returned();
+    std::optional<ExpectedReturn> opposite, behind;
+    if (sight->opposite) opposite = sight->opposite->expected;
     if (sight->behind) behind = sight->behind->expected;
     const Face& front = sight->front;
     const BeamTerm term =
-        beam_term(returned, front.expected, beside, behind, shares, options_.extent);
-    if (active.piece < 0) {
+        beam_term(returned, front.expected, opposite, behind, shares, options_.extent);
+    if (association.piece < 0) {
       result.log_likelihood += term.log_likelihood;
     } else {
-      auto& [modelled, elsewhere] = pieces[static_cast<std::size_t>(active.piece)];
+      auto& [modelled, elsewhere] = pieces[static_cast<std::size_t>(association.piece)];
       modelled += term.log_likelihood;
       elsewhere += returned ? anything : std::log(0.5);
     }
     result.log_likelihood_without += log_without[returned ? 1 : 0];
-    observe(at, active, *sight, poses[i].rotation, term, observations);
-    const double met = front.expected.coverage + (beside ? beside->coverage : 0);
-    beams.push_back({term, returned, active.piece, behind ? 1 : met, front.expected.drop_out,
+    observe(at, association, *sight, poses[i].rotation, term, observations);
+    const double met = front.expected.coverage + (opposite ? opposite->coverage : 0);
+    beams.push_back({term, returned, association.piece, behind ? 1 : met, front.expected.drop_out,
                      front.share_bin, front.white,
                      front.expected.residual * front.expected.residual, front.own_variance});
   }
@@ -769,7 +777,7 @@ ScanFit::Linearised ScanFit::linearise(const ScanState& state,
     result.log_likelihood += larger + std::log1p(std::exp(std::min(yes, no) - larger));
     as_modelled[p] = 1 / (1 + std::exp(std::clamp(no - yes, -700.0, 700.0)));
   }
-  count(beams, as_modelled, result);
+  estimate_shares(beams, as_modelled, result);
   result.sums = observations.sums(as_modelled, static_cast<Eigen::Index>(patches_.size()));
   return result;
 }

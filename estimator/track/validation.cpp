@@ -11,12 +11,12 @@ namespace berth::estimator {
 
 namespace {
 
-/// Whether so many of a count are more than the share that may be, by twice the chance of the draw.
+/// Whether a count exceeds the share allowed by two standard deviations of a binomial draw.
 bool exceeds(int found, int count, double share) {
   return found > share * count + 2 * std::sqrt(share * (1 - share) * count);
 }
 
-/// How wide points spread across their longest extent: the second of their standard deviations, m.
+/// Extent of points across their longest axis: the second largest standard deviation, m.
 class Spread {
  public:
   void add(const Vector3d& point) {
@@ -40,19 +40,20 @@ class Spread {
 
 }  // namespace
 
-std::string doubt(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
-                  const Pose& pose, const VerificationOptions& options) {
+std::string validation_failure(const TargetModel& model, const BeamModel& beam_model,
+                               const PreprocessedScan& scan, const Pose& pose,
+                               const ValidationOptions& options) {
   const double length = model.target.length;
   const Pose to_model = pose.inverse();
   Spread spread;
-  int about = 0;
-  int beside = 0;
+  int near = 0;
+  int outliers = 0;
   int explained = 0;
   int through = 0;
-  const std::size_t stride = 1 + scan.beams.size() / static_cast<std::size_t>(options.beams);
+  const std::size_t stride = 1 + scan.beams.size() / static_cast<std::size_t>(options.max_beams);
   for (std::size_t i = 0; i < scan.beams.size(); i += stride) {
     const Beam& beam = scan.beams[i];
-    // What noise, and a mesh that is not the thing itself, may do.
+    // By noise and mesh errors.
     const double range_sigma = beam.range_sigma > 0 ? beam.range_sigma : beam_model.range_sigma_m;
     const double across = beam_model.azimuth_sigma_rad * (beam.hit() ? beam.range : 0);
     const double tolerance = 4 * (range_sigma + across) + 0.005 * length;
@@ -70,23 +71,24 @@ std::string doubt(const TargetModel& model, const BeamModel& beam_model, const C
     if (!beam.hit()) continue;
     const Vector3d point = to_model * beam.point();
     const double distance = (model.caster.nearest(point) - point).norm();
-    if (distance > options.about * length) continue;
-    ++about;
+    if (distance > options.near * length) continue;
+    ++near;
     spread.add(point);
-    if (distance > tolerance) ++beside;
+    if (distance > tolerance) ++outliers;
   }
-  if (exceeds(beside, about, options.max_beside)) {
-    return fixed(100.0 * beside / about, 0) +
+  if (exceeds(outliers, near, options.max_outlier_share)) {
+    return fixed(100.0 * outliers / near, 0) +
            " % of the returns about the target are not from it, at most " +
-           fixed(100 * options.max_beside, 0) + " % may: it seems part of something else";
+           fixed(100 * options.max_outlier_share, 0) +
+           " % are allowed: it seems part of a larger body";
   }
   if (exceeds(through, explained + through, options.max_through)) {
     return fixed(100.0 * through / (explained + through), 0) +
-           " % of the beams on the target go through it, at most " +
-           fixed(100 * options.max_through, 0) + " % may";
+           " % of the beams on the target pass through it, at most " +
+           fixed(100 * options.max_through, 0) + " % are allowed";
   }
-  if (spread.width() < options.min_width * length) {
-    return "the returns lie on a line or in one place: that holds no pose";
+  if (spread.width() < options.min_spread * length) {
+    return "the returns lie on a line or in one point and do not determine a pose";
   }
   return "";
 }

@@ -8,20 +8,22 @@
 
 namespace berth::estimator {
 
-/// When a pose is not believed, however well it was measured.
-struct VerificationOptions {
-  double max_beside = 0.2;    ///< share of the returns about the target that do not lie on it
-  double max_through = 0.25;  ///< share of the beams on it, not stopped before, that go through it
-  double about = 0.1;         ///< "about the target": nearer than this to it, of its length
-  double min_width = 0.01;    ///< of the returns about the target across their extent, of length
-  int beams = 2000;           ///< of a scan that are looked at
+/// Limits of validation.
+struct ValidationOptions {
+  double max_outlier_share = 0.2;  ///< of the returns near the target that do not lie on it
+  double max_through = 0.25;       ///< of the beams on it, not occluded, that pass through it
+  double near = 0.1;               ///< distance of returns near the target, over its length
+  double min_spread =
+      0.01;              ///< of the returns near the target across their extent, over its length
+  int max_beams = 2000;  ///< of a scan that are checked
 };
 
-/// Why a pose (T_sensor_model) cannot be the target's; empty when nothing speaks against it. A
-/// likelihood compares poses of one target; this asks whether what was found is the target at all:
-/// of part of something larger, the rest lies beside it; something smaller is gone through, and a
-/// line or a spot holds nothing.
-std::string doubt(const TargetModel& model, const BeamModel& beam_model, const CleanScan& scan,
-                  const Pose& pose, const VerificationOptions& options = {});
+/// A predictive check of a pose (T_sensor_model): empty, or why it contradicts the scan. A
+/// likelihood compares poses of one target; this tests the hypothesis that it is the target. Part
+/// of a larger body leaves outliers, a smaller body is passed through, and returns on a line or in
+/// a point do not determine a pose.
+std::string validation_failure(const TargetModel& model, const BeamModel& beam_model,
+                               const PreprocessedScan& scan, const Pose& pose,
+                               const ValidationOptions& options = {});
 
 }  // namespace berth::estimator

@@ -18,7 +18,7 @@ TEST_CASE("Every beam is kept as a point, kept as evidence of free space, or cou
       {110, -3, 0, 0, BeamStatus::hit},      {120, 5, nan, 0, BeamStatus::hit},
       {130, 1e9, 0, 0, BeamStatus::hit},     {140, 0, 0, INFINITY, BeamStatus::miss},
       {150, INFINITY, 0, 0, BeamStatus::hit}};
-  const CleanScan scan = preprocess(raw, {3, 7}, {});
+  const PreprocessedScan scan = preprocess(raw, {3, 7}, {});
   CHECK(scan.received == 15);
   CHECK(scan.points.size() == 2);
   CHECK(scan.nearer == 1);
@@ -45,7 +45,7 @@ TEST_CASE("Times out of order give the same mean") {
   const std::vector<RawBeam> raw = {{1000, 5, 0, 0, BeamStatus::hit},
                                     {400, 5, 0.1, 0, BeamStatus::hit},
                                     {1600, 5, 0.2, 0, BeamStatus::hit}};
-  const CleanScan scan = preprocess(raw, {}, {});
+  const PreprocessedScan scan = preprocess(raw, {}, {});
   CHECK(scan.utime_first == 400);
   CHECK(scan.utime_last == 1600);
   CHECK(scan.utime_mean == 1000);
@@ -63,7 +63,7 @@ TEST_CASE("A beam that repeats another, whenever it comes, is one beam") {
     raw.push_back(beam);
     raw.push_back(beam);
   }
-  const CleanScan scan = preprocess(raw, {3, 7}, {});
+  const PreprocessedScan scan = preprocess(raw, {3, 7}, {});
   CHECK(scan.received == 15);
   CHECK(scan.repeated == 10);
   CHECK(scan.points.size() == 3);
@@ -85,7 +85,7 @@ TEST_CASE("Second returns count where the scanner is said to tell them") {
   BeamModel beam_model;
   CHECK(preprocess(raw, {3, 7}, beam_model).beams.size() == 3);
   beam_model.second_returns = true;
-  const CleanScan scan = preprocess(raw, {3, 7}, beam_model);
+  const PreprocessedScan scan = preprocess(raw, {3, 7}, beam_model);
   REQUIRE(scan.beams.size() == 5);
   CHECK(scan.beams[1].direction == scan.beams[0].direction);
   CHECK(scan.beams[1].range == 6.5);
@@ -98,7 +98,7 @@ TEST_CASE("Second returns count where the scanner is said to tell them") {
 }
 
 TEST_CASE("An empty scan is an empty scan") {
-  const CleanScan scan = preprocess({}, {}, {});
+  const PreprocessedScan scan = preprocess({}, {}, {});
   CHECK(scan.received == 0);
   CHECK(scan.points.empty());
   CHECK(scan.utime_mean == 0);

@@ -7,8 +7,8 @@
 #include "common/core/error.h"
 #include "common/core/random.h"
 #include "test/catch.h"
+#include "test/common/clouds/cloud_files.h"
 #include "test/common/core/temporary_directory.h"
-#include "test/estimator/cloud_files.h"
 
 using namespace berth;
 using namespace berth::clouds;
