@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From a scan to a first pose.
 // Acquisition, and long range: position and a coarse axis, until the pose is observable.
-#include "estimator/node/estimator_acquire.h"
-
 #include <algorithm>
 #include <berth/event_t.hpp>
 #include <cmath>

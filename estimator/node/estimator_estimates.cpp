@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimates of finished scans, and, when streaming, of a tracking scan in progress: every n returns
 // the beams so far update a copy of the filter. The filter itself is updated by the whole scan.
-#include "estimator/node/estimator_estimates.h"
-
 #include <algorithm>
 #include <berth/event_t.hpp>
 #include <cmath>
