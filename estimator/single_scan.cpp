@@ -5,25 +5,25 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/verification.h"
+#include "estimator/track/validation.h"
 
 namespace berth::estimator {
 
 namespace {
 
-/// How well a pose to start from is known.
-constexpr StartSigma as_given{0.1, radians(5)};
-/// A pose that was acquired: half of the distance between so many returns, spread over a disc that
-/// holds the target; turned, that at the disc's rim.
-StartSigma as_acquired(std::size_t returns) {
+/// Of a pose given by the user.
+constexpr StartSigma given_sigma{0.1, radians(5)};
+/// Of an acquired pose: half of the spacing of the returns on a disc of the target's radius; in
+/// rotation, that at the disc's rim.
+StartSigma acquired_sigma(std::size_t returns) {
   const double sigma = 0.5 * std::sqrt(std::numbers::pi / static_cast<double>(returns));
   return {sigma, sigma};
 }
 
-/// Returns nearer to it than this, of its length, are taken to be the target's.
-constexpr double about_of_length = 0.1;
-/// When so many others are left, of those taken, the target is looked for among them too.
-constexpr double rest_worth_a_look = 0.2;
+/// Distance from the found target, over its length, of returns that it explains.
+constexpr double neighbourhood_of_length = 0.1;
+/// Remaining returns over explained ones above which they are searched.
+constexpr double min_remaining_share = 0.2;
 
 PoseCandidate candidate_of(const Hypothesis& hypothesis) {
   PoseCandidate candidate;
@@ -48,7 +48,7 @@ BeamModel scaled(BeamModel beam_model, double factor) {
   return beam_model;
 }
 
-CleanScan scaled(CleanScan scan, double factor) {
+PreprocessedScan scaled(PreprocessedScan scan, double factor) {
   for (Beam& beam : scan.beams) {
     beam.range *= factor;
     beam.range_sigma *= factor;
@@ -63,7 +63,7 @@ Matrix6d scaled(Matrix6d covariance, double factor) {
   return covariance;
 }
 
-std::string why_no_points(const CleanScan& scan) {
+std::string why_no_points(const PreprocessedScan& scan) {
   if (scan.received == 0) return "the scan holds no beams";
   if (scan.misses + scan.repeated == scan.received) {
     return "none of the " + std::to_string(scan.received) + " beams returned";
@@ -94,7 +94,7 @@ SingleScan::SingleScan(const TargetModel& model, double scale, const EstimatorOp
       acquisition_(make_acquisition(options, model, beam_model_)),
       tracking_(make_tracking(options, model, beam_model_)) {}
 
-SingleScanResult SingleScan::estimate(const CleanScan& scan,
+SingleScanResult SingleScan::estimate(const PreprocessedScan& scan,
                                       const std::optional<Pose>& initial) const {
   if (scale_ == 1) return estimate_scaled(scan, initial);
   const double shrink = 1 / scale_;
@@ -108,7 +108,7 @@ SingleScanResult SingleScan::estimate(const CleanScan& scan,
   return result;
 }
 
-SingleScanResult SingleScan::estimate_scaled(const CleanScan& scan,
+SingleScanResult SingleScan::estimate_scaled(const PreprocessedScan& scan,
                                              const std::optional<Pose>& initial) const {
   SingleScanResult result;
   if (scan.points.empty()) {
@@ -119,11 +119,11 @@ SingleScanResult SingleScan::estimate_scaled(const CleanScan& scan,
   return result;
 }
 
-bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
+bool SingleScan::track_initial(const PreprocessedScan& scan, const Pose& initial,
                                SingleScanResult& result) const {
   const std::int64_t start = now();
   std::string lost;
-  const PoseCandidate candidate = refined(scan, initial, as_given, lost);
+  const PoseCandidate candidate = refined(scan, initial, given_sigma, lost);
   if (lost.empty()) result.candidates = {candidate};
   result.refine_us = now() - start;
   if (!lost.empty()) {
@@ -135,7 +135,7 @@ bool SingleScan::track_initial(const CleanScan& scan, const Pose& initial,
   return true;
 }
 
-void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const {
+void SingleScan::acquire(const PreprocessedScan& scan, SingleScanResult& result) const {
   const std::int64_t start = now();
   const AcquisitionResult found = acquisition_->acquire(scan);
   const std::int64_t acquired = now();
@@ -145,44 +145,45 @@ void SingleScan::acquire(const CleanScan& scan, SingleScanResult& result) const 
   if (found.status == AcquisitionResult::Status::found ||
       found.status == AcquisitionResult::Status::ambiguous) {
     refine(scan, found, result);
-    if (result.status == SingleScanResult::Status::ok) look_again(scan, result);
+    if (result.status == SingleScanResult::Status::ok) search_remaining(scan, result);
     result.refine_us += now() - acquired;
     return;
   }
   for (const Hypothesis& h : found.hypotheses) result.candidates.push_back(candidate_of(h));
 }
 
-PoseCandidate SingleScan::refined(const CleanScan& scan, const Pose& start, const StartSigma& sigma,
-                                  std::string& doubts) const {
+PoseCandidate SingleScan::refined(const PreprocessedScan& scan, const Pose& start,
+                                  const StartSigma& sigma, std::string& failure) const {
   const double sigma_m = sigma.of_radius * model_.radius;
   Vector6d variances;
   variances << Vector3d::Constant(sigma_m * sigma_m), Vector3d::Constant(sigma.rad * sigma.rad);
   const TrackingResult tracked = tracking_->track(scan, {start, variances.asDiagonal(), {}});
   const Vector6d moved = difference(start, tracked.pose);
-  const bool same = moved.cwiseAbs2().cwiseQuotient(variances).sum() < one_in_a_million;
+  const bool same = moved.cwiseAbs2().cwiseQuotient(variances).sum() < pose_chi_squared_limit;
   PoseCandidate candidate;
   candidate.pose = tracked.ok && same ? tracked.pose : start;
   candidate.covariance = tracked.covariance;
   candidate.probability = 1;
   candidate.equal_poses = model_.symmetries.exact_count();
   candidate.used = tracked.used;
-  doubts = tracked.ok ? doubt(model_, beam_model_, scan, candidate.pose) : tracked.reason;
+  failure =
+      tracked.ok ? validation_failure(model_, beam_model_, scan, candidate.pose) : tracked.reason;
   return candidate;
 }
 
-void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
+void SingleScan::refine(const PreprocessedScan& scan, const AcquisitionResult& found,
                         SingleScanResult& result) const {
-  std::string best_doubts;
-  bool any_stands = false;
+  std::string best_failure;
+  bool any_valid = false;
   for (const Hypothesis& hypothesis : found.hypotheses) {
-    std::string doubts;
+    std::string failure;
     PoseCandidate candidate =
-        refined(scan, hypothesis.pose, as_acquired(scan.points.size()), doubts);
+        refined(scan, hypothesis.pose, acquired_sigma(scan.points.size()), failure);
     candidate.probability = hypothesis.probability;
     candidate.log_likelihood = hypothesis.log_likelihood;
-    any_stands = any_stands || doubts.empty();
-    if (result.candidates.empty()) best_doubts = doubts;
-    // Refined, two may turn out to be one.
+    any_valid = any_valid || failure.empty();
+    if (result.candidates.empty()) best_failure = failure;
+    // Hypotheses may be refined to the same pose.
     const auto same =
         std::find_if(result.candidates.begin(), result.candidates.end(),
                      [&](const PoseCandidate& c) { return same_pose(c.pose, candidate.pose); });
@@ -191,11 +192,11 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
     } else {
       same->probability += candidate.probability;
     }
-    // What acquisition was sure of needs no others.
+    // A found pose has no rivals.
     if (found.status == AcquisitionResult::Status::found) break;
   }
-  if (!any_stands) {
-    result.reason = "the acquired pose does not stand: " + best_doubts;
+  if (!any_valid) {
+    result.reason = "the acquired pose fails validation: " + best_failure;
   } else if (result.candidates.size() > 1) {
     result.status = SingleScanResult::Status::ambiguous;
   } else {
@@ -204,44 +205,45 @@ void SingleScan::refine(const CleanScan& scan, const AcquisitionResult& found,
   }
 }
 
-void SingleScan::look_again(const CleanScan& scan, SingleScanResult& result) const {
+void SingleScan::search_remaining(const PreprocessedScan& scan, SingleScanResult& result) const {
   const Pose to_model = result.candidates.front().pose.inverse();
-  const auto belongs = [&](const Vector3d& point) {
+  const auto is_explained = [&](const Vector3d& point) {
     const Vector3d p = to_model * point;
-    return (model_.caster.nearest(p) - p).norm() < about_of_length * model_.target.length;
+    return (model_.caster.nearest(p) - p).norm() < neighbourhood_of_length * model_.target.length;
   };
-  CleanScan rest;
-  int taken = 0;
+  PreprocessedScan remaining;
+  int explained = 0;
   constexpr std::size_t max_beams = 20000;
   const std::size_t stride = 1 + scan.beams.size() / max_beams;
   for (std::size_t i = 0; i < scan.beams.size(); i += stride) {
     const Beam& beam = scan.beams[i];
-    if (beam.hit() && belongs(beam.point())) {
-      ++taken;
+    if (beam.hit() && is_explained(beam.point())) {
+      ++explained;
       continue;
     }
-    rest.beams.push_back(beam);
+    remaining.beams.push_back(beam);
     if (!beam.hit()) {
-      ++rest.misses;
+      ++remaining.misses;
       continue;
     }
-    rest.points.push_back(beam.point());
-    rest.beam_of_point.push_back(static_cast<std::uint32_t>(rest.beams.size() - 1));
+    remaining.points.push_back(beam.point());
+    remaining.beam_of_point.push_back(static_cast<std::uint32_t>(remaining.beams.size() - 1));
   }
-  if (static_cast<double>(rest.points.size()) < rest_worth_a_look * taken) return;
-  const AcquisitionResult found = acquisition_->acquire(rest);
+  if (static_cast<double>(remaining.points.size()) < min_remaining_share * explained) return;
+  const AcquisitionResult found = acquisition_->acquire(remaining);
   if (found.status != AcquisitionResult::Status::found &&
       found.status != AcquisitionResult::Status::ambiguous) {
     return;
   }
   for (const Hypothesis& hypothesis : found.hypotheses) {
-    std::string doubts;
-    PoseCandidate other = refined(rest, hypothesis.pose, as_acquired(rest.points.size()), doubts);
+    std::string failure;
+    PoseCandidate other =
+        refined(remaining, hypothesis.pose, acquired_sigma(remaining.points.size()), failure);
     other.log_likelihood = hypothesis.log_likelihood;
-    if (doubts.empty()) result.candidates.push_back(other);
+    if (failure.empty()) result.candidates.push_back(other);
   }
   if (result.candidates.size() == 1) return;
-  // Each explains other returns: their likelihoods cannot be compared.
+  // Each explains different returns: their likelihoods are not comparable.
   for (PoseCandidate& c : result.candidates) {
     c.probability = 1.0 / static_cast<double>(result.candidates.size());
   }

@@ -178,7 +178,7 @@ int estimate(const EstimateOptions& options) {
     try {
       const std::int64_t start = stopwatch();
       const clouds::Cloud cloud = clouds::read_cloud(file, reading);
-      const CleanScan scan = preprocess(raw_beams(cloud), gate, beam_model);
+      const PreprocessedScan scan = preprocess(raw_beams(cloud), gate, beam_model);
       const std::int64_t read_us = stopwatch() - start;
       SingleScanResult result = method.estimate(scan, initial);
       add_hints(cloud, scan, length, result);

@@ -18,7 +18,8 @@ struct Drops {
   std::string text;
   std::size_t count = 0;
 
-  Drops(const clouds::CloudCounts& file, const estimator::CleanScan& scan) : points(file.points) {
+  Drops(const clouds::CloudCounts& file, const estimator::PreprocessedScan& scan)
+      : points(file.points) {
     add(file.not_finite, "have a coordinate that is missing or no number");
     add(file.at_sensor, "are at the sensor (0 0 0)");
     add(file.later_returns, "are later returns of their beams");
@@ -37,7 +38,7 @@ struct Drops {
   }
 };
 
-void explain_drops(const clouds::Cloud& cloud, const estimator::CleanScan& scan,
+void explain_drops(const clouds::Cloud& cloud, const estimator::PreprocessedScan& scan,
                    estimator::SingleScanResult& result) {
   const Drops drops(cloud.counts, scan);
   if (result.status == Status::ok || drops.count == 0) return;
@@ -76,8 +77,8 @@ struct Extent {
 
 }  // namespace
 
-void add_hints(const clouds::Cloud& cloud, const estimator::CleanScan& scan, double target_length,
-               estimator::SingleScanResult& result) {
+void add_hints(const clouds::Cloud& cloud, const estimator::PreprocessedScan& scan,
+               double target_length, estimator::SingleScanResult& result) {
   explain_drops(cloud, scan, result);
   const Extent extent(cloud, target_length);
   if (extent.hits == 0) return;

@@ -41,7 +41,7 @@ void put_pose(const PoseCandidate& candidate, Json& report) {
   report["log_likelihood"] = candidate.log_likelihood ? Json(*candidate.log_likelihood) : Json();
 }
 
-Json counts_of(const clouds::Cloud& cloud, const CleanScan& scan, int used) {
+Json counts_of(const clouds::Cloud& cloud, const PreprocessedScan& scan, int used) {
   Json dropped;
   dropped["not_finite"] = cloud.counts.not_finite;
   dropped["at_sensor"] = cloud.counts.at_sensor;
@@ -64,7 +64,7 @@ double milliseconds(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
 
 }  // namespace
 
-Json report_of(const std::string& file, const clouds::Cloud& cloud, const CleanScan& scan,
+Json report_of(const std::string& file, const clouds::Cloud& cloud, const PreprocessedScan& scan,
                const SingleScan& method, const SingleScanResult& result, std::int64_t read_us) {
   Json report = blank(file, name_of(result.status), result.reason);
   int used = 0;

@@ -12,7 +12,7 @@
 namespace berth::commands {
 
 nlohmann::ordered_json report_of(const std::string& file, const clouds::Cloud& cloud,
-                                 const estimator::CleanScan& scan,
+                                 const estimator::PreprocessedScan& scan,
                                  const estimator::SingleScan& method,
                                  const estimator::SingleScanResult& result, std::int64_t read_us);
 

@@ -9,9 +9,10 @@
 
 namespace berth::estimator {
 
-/// The scan windows that tell hypotheses apart: where expected_evidence of one against another, by
-/// beams of that noise, is greatest. At most four, which share the beams; empty when no beam in the
-/// field of view tells them apart. surface_sigma: of the true surface's distance from the mesh, m.
+/// The scan windows that discriminate best between hypotheses: where the expected evidence between
+/// pairs, weighted by their probabilities, is largest. At most four, which share the beams; empty
+/// when no beam in the field of view discriminates. surface_sigma: of the true surface's distance
+/// from the mesh, m.
 std::vector<Window> discriminating_windows(const TargetModel& model,
                                            const std::vector<Hypothesis>& hypotheses,
                                            const FieldOfView& field, int beams,

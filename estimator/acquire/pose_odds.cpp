@@ -15,43 +15,43 @@ namespace {
 
 constexpr double prior_beams = 20;
 constexpr double max_through = 0.05;
-constexpr double max_missing = 0.5;  // of a target that is found, half returns
+constexpr double max_missing = 0.5;  // a target found returns half of its beams
 constexpr int share_steps = 3;
-constexpr double min_cosine = 0.1;           // slope beyond which a range says nothing sharper
-constexpr double min_surface_cosine = 0.25;  // ... beyond which the surface is off by no more
-/// Log odds that a beam gains at least where it fits, while a pose climbs with ranges widened: so
-/// that smooth faces, which the background explains as well, draw it, too.
-constexpr double drawn = 2;
+constexpr double min_cosine = 0.1;           // of incidence: limits the slope of a range
+constexpr double min_surface_cosine = 0.25;  // ... the effect of a surface offset
+/// Minimum log odds of a fitting beam while a pose is refined with annealing: smooth surfaces,
+/// which the background explains as well, attract the pose, too.
+constexpr double attraction = 2;
 
-/// Pieces of the target, cubes with a side of so much of its length, that are elsewhere than
-/// modelled, missing or turned, with a probability of their own.
+/// Side of a piece over the target's length, and the probability that a piece is not as modelled:
+/// missing, or turned.
 constexpr double piece_of_length = 1.0 / 8;
 constexpr int pieces_along = 10;
 constexpr double elsewhere = 0.02;
-/// Probability that the face behind a piece that is elsewhere is itself as modelled: what is gone
-/// is often larger than a piece.
+/// Probability that the face behind an absent piece is as modelled: a missing part is often larger
+/// than a piece.
 constexpr double beyond_present = 0.5;
 
 constexpr PoseShares usual;
 
-/// A face that a beam should meet, and how well its return fits.
+/// A face that a beam should meet, and the fit of its return.
 struct Face {
   double range = 0;                    // m
   Vector3d normal = Vector3d::Zero();  // model frame
   double cosine = 1;
   double residual = 0;  // m, of the return
   double variance = 0;  // m^2
-  double odds = 0;      // N(z; r, s^2) / b(z); of a beam that missed 0
+  double odds = 0;      // if the piece is as modelled
 
-  /// @param blunt odds that it gains at least where it fits. widened: m^2 of the variance that its
-  /// peak has not
-  void expect(double inverse_background, double blunt, double widened) {
+  /// @param min_odds minimum at zero residual. widened: m^2 of the variance that the peak does not
+  /// have
+  void expect(double inverse_background, double min_odds, double widened) {
     const double peak = 1 / std::sqrt(2 * std::numbers::pi * (variance - widened));
-    odds = std::max(blunt, peak * inverse_background) *
+    odds = std::max(min_odds, peak * inverse_background) *
            std::exp(-0.5 * residual * residual / variance);
   }
 
-  /// Of its range, by the pose, as berth::perturbed. direction: of the beam, sensor frame
+  /// Of the range by the pose, as berth::perturbed. direction: of the beam, sensor frame
   Vector6d jacobian(const Pose& pose, const Vector3d& direction) const {
     const Vector3d outward = pose.rotation * normal;
     Vector6d j;
@@ -61,35 +61,35 @@ struct Face {
   }
 };
 
-/// What a beam is expected to do, that should meet the target.
+/// A beam that should meet the target.
 struct Expected {
   std::size_t beam = 0;
   std::size_t piece = 0;
   Face face;
-  double miss_odds = 0;  // 1 / (1 - p_returns); of one that returned 0
+  double miss_odds = 0;  // 1 / (1 - p_returns); of a beam with a return 0
   bool front = false;
-  double surface = 0;  // range is so much longer where the surface is farther in by 1
+  double surface = 0;  // d range / d offset of the surface, inwards
   double inverse_background = 0;
   double odds = 0;  // where the piece is as modelled
 };
 
-/// A beam that went through its piece.
+/// A beam that passed its piece.
 struct Through {
-  std::size_t met = 0;  // which of those expected
+  std::size_t met = 0;  // index of the expected beam
   std::size_t beam = 0;
   double range = 0;  // m, to the end of the piece
   Ray on;            // from there
 };
 
-/// What such a beam meets beyond the piece.
+/// The face behind the piece of such a beam.
 struct Beyond {
   std::size_t met = 0;  // which of those expected
   Face face;
-  /// Of the beam, where its piece is elsewhere.
+  /// If the piece is absent.
   double odds() const { return 1 - beyond_present + beyond_present * face.odds; }
 };
 
-/// The logarithm of a product of many, and few logarithms.
+/// The logarithm of a product of many factors, with few logarithms.
 class LogProduct {
  public:
   void multiply(double factor) {
@@ -105,21 +105,21 @@ class LogProduct {
   double product_ = 1;
 };
 
-/// A piece of the target, as a pose's beams have it.
+/// A piece of the target, as the beams of a pose determine it.
 struct Piece {
-  LogProduct odds;                    // of its beams, where it is as modelled
-  LogProduct odds_elsewhere;          // ... where it is not
-  double present = 1;                 // probability of that
-  double information = 0;             // 1 / m^2, of its offset: of its beams
-  double offset = 0;                  // m, inwards: of its surface, most probable
-  double known = 0;                   // as information, of beams as they turned out
-  Vector6d slope = Vector6d::Zero();  // of known times offset, by the pose
+  LogProduct odds;                    // of its beams, if it is as modelled
+  LogProduct odds_elsewhere;          // ... if it is absent
+  double present = 1;                 // probability that it is as modelled
+  double information = 0;             // 1 / m^2, of its offset by its beams
+  double offset = 0;                  // m, inwards: the most probable
+  double known = 0;                   // as information, with the final responsibilities
+  Vector6d slope = Vector6d::Zero();  // derivative of known * offset by the pose
 };
 
 /// The pieces that beams meet: cubes about the target's centre.
 class Pieces {
  public:
-  void lay(const Vector3d& centre, double side) {
+  void reset(const Vector3d& centre, double side) {
     centre_ = centre;
     side_ = side;
     pieces_.clear();
@@ -138,7 +138,7 @@ class Pieces {
     }
     return static_cast<std::size_t>(of_cube_[cube]);
   }
-  /// m, from a place along a direction to where its cube ends.
+  /// m, from a point along a direction to the face of its cube.
   double to_end(const Vector3d& place, const Vector3d& direction) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {
@@ -153,7 +153,8 @@ class Pieces {
   auto end() { return pieces_.end(); }
 
  private:
-  /// In sides. Faces often lie in planes through the centre: those are not between two pieces.
+  /// In sides. Faces often lie in planes through the centre: the grid is shifted so that these do
+  /// not lie between two pieces.
   double along(const Vector3d& place, int axis) const {
     return (place[axis] - centre_[axis]) / side_ + 0.3;
   }
@@ -182,15 +183,15 @@ double range_variance(const BeamModel& noise, double surface_sigma, double range
          noise.angle_variance() * range * range * (1 / (slope * slope) - 1) + surface * surface;
 }
 
-double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double depth) {
+double expected_evidence(const ExpectedRange& truth, const ExpectedRange& other, double depth) {
   constexpr PoseShares w = usual;
   constexpr double elsewhere_share = w.front + w.through;
-  const auto met = [](const BeamMeets& m) { return std::isfinite(m.range); };
+  const auto met = [](const ExpectedRange& m) { return std::isfinite(m.range); };
   if (!met(truth)) {
     if (!met(other)) return 0;
     return 0.5 * std::log(0.5 / elsewhere_share) + 0.5 * std::log(0.5 / w.missing);
   }
-  const auto density = [&](const BeamMeets& m) {
+  const auto density = [&](const ExpectedRange& m) {
     if (!met(m)) return 0.5 / depth;
     const double off = truth.range - m.range;
     return w.hit * std::exp(-0.5 * off * off / m.variance) /
@@ -206,9 +207,9 @@ double expected_evidence(const BeamMeets& truth, const BeamMeets& other, double 
 }
 
 double rival_odds(double lead, std::span<const double> best, std::span<const double> other,
-                  double price, double required) {
+                  double threshold, double required) {
   double scatter = 0;
-  double alone = -price;
+  double alone = -threshold;
   for (std::size_t b = 0; b < best.size(); ++b) {
     scatter += std::pow(best[b] - other[b], 2);
     if (best[b] == 0) alone += other[b];
@@ -239,18 +240,18 @@ PoseOdds PoseOdds::with_background(const std::vector<double>& log_background) co
   return odds;
 }
 
-/// The beams that a pose concerns, weighed.
-class PoseOdds::Weighing {
+/// The odds of the beams that a pose concerns.
+class PoseOdds::Evaluation {
  public:
-  /// @param surface_sigma m, of pieces that are off as one; 0: they are not
+  /// @param surface_sigma m, of the pieces' offsets; 0: none
   void begin(const TargetModel& model, double surface_sigma, double annealing, int thinning,
-             bool climbs) {
-    pieces_.lay(model.centre, piece_of_length * model.target.length);
+             bool refining) {
+    pieces_.reset(model.centre, piece_of_length * model.target.length);
     met_.clear();
     beyond_.clear();
     sigma_ = surface_sigma;
-    blunt_ = annealing > 0 ? std::exp(climbs ? drawn : 0) : 0;
-    widened_ = climbs ? 0 : annealing * annealing;
+    min_odds_ = annealing > 0 ? std::exp(refining ? attraction : 0) : 0;
+    widened_ = refining ? 0 : annealing * annealing;
     thinning_ = thinning;
   }
 
@@ -261,8 +262,8 @@ class PoseOdds::Weighing {
     e.miss_odds = inverse_background;
   }
 
-  /// @param variance m^2, of the range, the surface's in it
-  /// @return of a beam that went through the face more probably than it returned from it
+  /// @param variance m^2, of the range, surface included
+  /// @return for a beam that more probably passed the face than returned from it
   std::optional<Through> hit(std::size_t beam, const Beam& measured, const Ray& ray,
                              const RayHit& hit, double cosine, double variance,
                              double inverse_background) {
@@ -275,21 +276,21 @@ class PoseOdds::Weighing {
     e.face = faced(measured, hit.range, hit, cosine, variance, inverse_background);
     e.front = e.face.residual < 0;
     const double fits = usual.hit * e.face.odds;
-    const double beside = e.front ? usual.front : usual.through;
-    if (off_as_one()) {
-      const double p = fits / (fits + beside);
+    const double otherwise = e.front ? usual.front : usual.through;
+    if (has_surface_offset()) {
+      const double p = fits / (fits + otherwise);
       e.face.variance -= std::pow(e.surface * sigma_, 2);
       const double information = thinning_ * p * e.surface / e.face.variance;
       pieces_[e.piece].information += information * e.surface;
       pieces_[e.piece].offset += information * e.face.residual;
     }
-    if (e.front || fits >= beside) return std::nullopt;
+    if (e.front || fits >= otherwise) return std::nullopt;
     const double on = pieces_.to_end(place, ray.direction);
     return Through{
         met_.size() - 1, beam, hit.range + on, {place + on * ray.direction, ray.direction}};
   }
 
-  /// What one of those meets beyond its piece.
+  /// Adds the face that such a beam meets behind its piece.
   void beyond(std::size_t met, const Beam& measured, double range, const RayHit& hit, double cosine,
               double variance) {
     const Expected& e = met_[met];
@@ -297,7 +298,7 @@ class PoseOdds::Weighing {
     pieces_[e.piece].odds_elsewhere.multiply(beyond_.back().odds());
   }
 
-  /// Beams that should meet the target.
+  /// Number of beams that should meet the target.
   double expected() const { return static_cast<double>(met_.size()) * thinning_; }
 
   /// The share of them on pieces that are as modelled.
@@ -307,19 +308,19 @@ class PoseOdds::Weighing {
     return met_.empty() ? 0 : sum / static_cast<double>(met_.size());
   }
 
-  /// Every piece is where it is most probably, the surface's variance is its own.
-  void settle_offsets() {
-    if (!off_as_one()) return;
+  /// Sets every piece's most probable offset and removes the surface's variance from its ranges.
+  void apply_offsets() {
+    if (!has_surface_offset()) return;
     for (Piece& piece : pieces_) piece.offset /= piece.information + 1 / (sigma_ * sigma_);
     for (Expected& e : met_) {
       if (e.miss_odds > 0) continue;
       e.face.residual -= e.surface * pieces_[e.piece].offset;
       e.front = e.face.residual < 0;
-      e.face.expect(e.inverse_background, blunt_, widened_);
+      e.face.expect(e.inverse_background, min_odds_, widened_);
     }
   }
 
-  /// Log odds, and how probably each piece is as modelled.
+  /// Log odds; also sets each piece's probability of being as modelled.
   double weigh(const PoseShares& w) {
     for (Piece& piece : pieces_) piece.odds = {};
     for (Expected& e : met_) {
@@ -330,7 +331,7 @@ class PoseOdds::Weighing {
     double sum = 0;
     for (Piece& piece : pieces_) {
       double log_odds = thinning_ * piece.odds.log();
-      if (off_as_one()) {
+      if (has_surface_offset()) {
         log_odds -= 0.5 * std::pow(piece.offset / sigma_, 2) +
                     0.5 * std::log1p(piece.information * sigma_ * sigma_);
       }
@@ -344,7 +345,7 @@ class PoseOdds::Weighing {
     return sum;
   }
 
-  /// Most probable, by what was weighed with these (expectation maximisation).
+  /// The next shares of expectation maximisation.
   PoseShares shares(const PoseShares& w) {
     const double weight = prior_beams / thinning_;
     double hit = usual.hit * weight, front = usual.front * weight, through = usual.through * weight,
@@ -364,8 +365,8 @@ class PoseOdds::Weighing {
             std::min(max_missing, missing / all)};
   }
 
-  /// What each beam adds.
-  void tell(std::span<double> of_beams) {
+  /// Contribution of each beam.
+  void contributions(std::span<double> of_beams) {
     if (of_beams.empty()) return;
     for (const Expected& e : met_) {
       of_beams[e.beam] = thinning_ * pieces_[e.piece].present * std::log(e.odds);
@@ -376,7 +377,7 @@ class PoseOdds::Weighing {
     }
   }
 
-  /// Gradient and information of ranges, by the pose.
+  /// Gradient and information of ranges by the pose.
   void differentiate(const Pose& pose, const std::vector<Beam>& beams, At& at) {
     // A range that returned from a face with probability p.
     const auto add = [&](const Face& face, double p, const Vector6d& jacobian) {
@@ -396,11 +397,11 @@ class PoseOdds::Weighing {
                        e.face.variance;
       const Vector6d jacobian = e.face.jacobian(pose, beams[e.beam].direction);
       add(e.face, p, jacobian);
-      if (!off_as_one()) continue;
+      if (!has_surface_offset()) continue;
       pieces_[e.piece].slope += (p * e.surface) * jacobian;
       pieces_[e.piece].known += p * e.surface * e.surface;
     }
-    if (!off_as_one()) return;
+    if (!has_surface_offset()) return;
     for (const Piece& piece : pieces_) {
       at.information -=
           piece.slope * piece.slope.transpose() / (piece.known + 1 / (sigma_ * sigma_));
@@ -408,11 +409,11 @@ class PoseOdds::Weighing {
   }
 
  private:
-  bool off_as_one() const { return sigma_ > 0; }
+  bool has_surface_offset() const { return sigma_ > 0; }
   Face faced(const Beam& measured, double range, const RayHit& hit, double cosine, double variance,
              double inverse_background) const {
     Face face{range, hit.normal, cosine, measured.range - range, variance, 0};
-    face.expect(inverse_background, blunt_, widened_);
+    face.expect(inverse_background, min_odds_, widened_);
     return face;
   }
 
@@ -420,12 +421,13 @@ class PoseOdds::Weighing {
   std::vector<Expected> met_;
   std::vector<Beyond> beyond_;
   double sigma_ = 0;
-  double blunt_ = 0;
+  double min_odds_ = 0;
   double widened_ = 0;
   int thinning_ = 1;
 };
 
-void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& weighing) const {
+void PoseOdds::meet(const Pose& pose, double annealing, int thinning,
+                    Evaluation& evaluation) const {
   static thread_local std::vector<RangeImage::Span> spans;
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<RayHit> hits;
@@ -437,7 +439,7 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
   const Pose model_sensor = pose.inverse();
   const Matrix3d to_model = model_sensor.rotation.toRotationMatrix();
   const double distance = (pose * model_.centre).norm();
-  const double nearest = distance - model_.radius;  // what is before that hides the target
+  const double nearest = distance - model_.radius;  // returns before it are occluders
   const auto& beams = image_.beams();
   image_.spans_of(model_.caster.bounds(), pose, spans);
   const auto every = static_cast<std::size_t>(thinning);
@@ -459,15 +461,15 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
     const std::size_t b = concerned[i];
     if (!std::isfinite(hits[i].range) || beams[b].range < nearest || left_out_[b] != 0) continue;
     if (!beams[b].hit()) {
-      const double beside = image_.nearest_about(image_.pixel_of(static_cast<int>(b)));
-      if (beside < nearest) continue;
-      weighing.miss(b, rays[i], hits[i], inverse_background_[b]);
+      const double otherwise = image_.nearest_about(image_.pixel_of(static_cast<int>(b)));
+      if (otherwise < nearest) continue;
+      evaluation.miss(b, rays[i], hits[i], inverse_background_[b]);
       continue;
     }
     const auto [cosine, variance] = slope(hits[i].range, hits[i], rays[i]);
-    const auto went =
-        weighing.hit(b, beams[b], rays[i], hits[i], cosine, variance, inverse_background_[b]);
-    if (went && annealing == 0) through.push_back(*went);
+    const auto passed =
+        evaluation.hit(b, beams[b], rays[i], hits[i], cosine, variance, inverse_background_[b]);
+    if (passed && annealing == 0) through.push_back(*passed);
   }
   rays.clear();
   for (const Through& t : through) rays.push_back(t.on);
@@ -477,39 +479,39 @@ void PoseOdds::meet(const Pose& pose, double annealing, int thinning, Weighing& 
     if (!std::isfinite(hits[i].range)) continue;
     const double range = through[i].range + hits[i].range;
     const auto [cosine, variance] = slope(range, hits[i], rays[i]);
-    weighing.beyond(through[i].met, beams[through[i].beam], range, hits[i], cosine, variance);
+    evaluation.beyond(through[i].met, beams[through[i].beam], range, hits[i], cosine, variance);
   }
 }
 
 PoseOdds::At PoseOdds::at(const Pose& pose, double annealing, int thinning,
                           std::span<double> of_beams) const {
-  return weighed(pose, annealing, thinning, false, of_beams);
+  return evaluated(pose, annealing, thinning, false, of_beams);
 }
 
 double PoseOdds::log_odds(const Pose& pose, double annealing, int thinning) const {
   return weigh(pose, annealing, thinning, false).first.log_odds;
 }
 
-PoseOdds::At PoseOdds::weighed(const Pose& pose, double annealing, int thinning, bool climbs,
-                               std::span<double> of_beams) const {
-  auto [result, weighing] = weigh(pose, annealing, thinning, climbs);
-  weighing.tell(of_beams);
-  weighing.differentiate(pose, image_.beams(), result);
+PoseOdds::At PoseOdds::evaluated(const Pose& pose, double annealing, int thinning, bool refining,
+                                 std::span<double> of_beams) const {
+  auto [result, evaluation] = weigh(pose, annealing, thinning, refining);
+  evaluation.contributions(of_beams);
+  evaluation.differentiate(pose, image_.beams(), result);
   return result;
 }
 
-std::pair<PoseOdds::At, PoseOdds::Weighing&> PoseOdds::weigh(const Pose& pose, double annealing,
-                                                             int thinning, bool climbs) const {
-  static thread_local Weighing weighing;  // so that memory is taken once
-  weighing.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning, climbs);
-  meet(pose, annealing, thinning, weighing);
-  weighing.settle_offsets();
+std::pair<PoseOdds::At, PoseOdds::Evaluation&> PoseOdds::weigh(const Pose& pose, double annealing,
+                                                               int thinning, bool refining) const {
+  static thread_local Evaluation evaluation;  // reuses its memory
+  evaluation.begin(model_, annealing == 0 ? surface_sigma_ : 0, annealing, thinning, refining);
+  meet(pose, annealing, thinning, evaluation);
+  evaluation.apply_offsets();
   At result;
-  result.expected = weighing.expected();
-  result.log_odds = weighing.weigh(result.shares);
+  result.expected = evaluation.expected();
+  result.log_odds = evaluation.weigh(result.shares);
   for (int step = 0; step < share_steps; ++step) {
-    result.shares = weighing.shares(result.shares);
-    result.log_odds = weighing.weigh(result.shares);
+    result.shares = evaluation.shares(result.shares);
+    result.log_odds = evaluation.weigh(result.shares);
   }
   const PoseShares& w = result.shares;
   for (const auto& [share, as_usual] :
@@ -517,18 +519,18 @@ std::pair<PoseOdds::At, PoseOdds::Weighing&> PoseOdds::weigh(const Pose& pose, d
         std::pair{w.through, usual.through}, std::pair{w.missing, usual.missing}}) {
     result.log_odds += prior_beams * as_usual * std::log(share / as_usual);
   }
-  result.present = weighing.present();
-  return {result, weighing};
+  result.present = evaluation.present();
+  return {result, evaluation};
 }
 
-PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thinning,
+PoseOdds::Refined PoseOdds::refined(const Pose& start, double annealing, int thinning,
                                     int rounds) const {
   const Vector3d origin = start * model_.centre - start.position;
-  // About the target's centre, lengths in radii.
+  // Perturbations about the target's centre, rotations in radii.
   Matrix6d about = Matrix6d::Identity();
-  about.topRightCorner<3, 3>() = skew(origin);  // position moves where the centre is held
+  about.topRightCorner<3, 3>() = skew(origin);  // a rotation about the centre moves the origin
   about.rightCols<3>() /= model_.radius;
-  const auto odds = [&](const Pose& p) { return weighed(p, annealing, thinning, true, {}); };
+  const auto odds = [&](const Pose& p) { return evaluated(p, annealing, thinning, true, {}); };
   Pose pose = start;
   At here = odds(pose);
   const double width = std::hypot(annealing, image_.noise().range_sigma_m);
@@ -564,7 +566,7 @@ PoseOdds::Climbed PoseOdds::climbed(const Pose& start, double annealing, int thi
       const double middle = here.log_odds;
       double up = 0, down = 0;
       if (!higher(step, up)) {
-        if (!higher(-step, down)) {  // the top of the parabola through all three
+        if (!higher(-step, down)) {  // maximum of the parabola through the three
           higher(0.5 * step * (up - down) / (2 * middle - up - down + 1e-9), up);
           continue;
         }

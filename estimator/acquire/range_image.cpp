@@ -11,7 +11,8 @@ namespace {
 
 constexpr double max_turn_cosine = 0.26;  // of 75 degrees
 constexpr int max_pixels = 4000000;
-/// Beams of one pixel see one place: others than so many, drawn evenly, are left out. Cost alone.
+/// Beams of one pixel measure the same point: more than these, evenly sampled, are left out to save
+/// time.
 constexpr std::size_t max_in_pixel = 8;
 
 double normal_density(double error, double sigma) {
@@ -28,8 +29,9 @@ double on_line(const Beam& beam, const Beam& one, const Beam& other) {
 
 }  // namespace
 
-RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) : noise_(beam_model) {
-  // In whole numbers, whose sum does not depend on their order.
+RangeImage::RangeImage(const PreprocessedScan& scan, const BeamModel& beam_model)
+    : noise_(beam_model) {
+  // In integers, whose sum is independent of the order.
   std::array<std::int64_t, 3> sum{};
   for (const Vector3d& p : scan.points) {
     const Vector3d direction = p.normalized();
@@ -46,34 +48,34 @@ RangeImage::RangeImage(const CleanScan& scan, const BeamModel& beam_model) : noi
     across_ = side.normalized();
   }
   down_ = axis_.cross(across_);
-  place(scan);
+  rasterise(scan);
   measure_spacing();
-  scale_noise();
-  weigh_background();
+  estimate_noise();
+  estimate_background();
 }
 
-void RangeImage::place(const CleanScan& scan) {
-  struct Placed {
+void RangeImage::rasterise(const PreprocessedScan& scan) {
+  struct Projected {
     double x, y;
     const Beam* beam;
     int pixel;
   };
-  std::vector<Placed> placed;
+  std::vector<Projected> projected;
   double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
   for (const Beam& beam : scan.beams) {
     const double depth = axis_.dot(beam.direction);
     if (depth < max_turn_cosine) continue;
-    const Placed p{across_.dot(beam.direction) / depth, down_.dot(beam.direction) / depth, &beam,
-                   0};
+    const Projected p{across_.dot(beam.direction) / depth, down_.dot(beam.direction) / depth, &beam,
+                      0};
     left = std::min(left, p.x);
     right = std::max(right, p.x);
     top = std::min(top, p.y);
     bottom = std::max(bottom, p.y);
-    placed.push_back(p);
+    projected.push_back(p);
   }
-  if (placed.empty()) return;
+  if (projected.empty()) return;
   const double area = std::max(1e-12, (right - left) * (bottom - top));
-  const auto lay = [&](double spacing, double aspect) {
+  const auto assign_pixels = [&](double spacing, double aspect) {
     spacing_ = std::max({1e-6, spacing, std::sqrt(area / max_pixels)});
     columns_per_unit_ = 1 / (spacing_ * aspect);
     rows_per_unit_ = aspect / spacing_;
@@ -83,7 +85,7 @@ void RangeImage::place(const CleanScan& scan) {
     height_ = static_cast<int>((bottom - top_) * rows_per_unit_) + 1;
     beam_at_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), -1);
     std::size_t filled = 0;
-    for (Placed& p : placed) {
+    for (Projected& p : projected) {
       p.pixel = static_cast<int>((p.x - left_) * columns_per_unit_) +
                 width_ * static_cast<int>((p.y - top_) * rows_per_unit_);
       int& at = beam_at_[static_cast<std::size_t>(p.pixel)];
@@ -92,26 +94,27 @@ void RangeImage::place(const CleanScan& scan) {
     }
     return filled;
   };
-  // Pixels as high as rows are apart, whatever the scanner: so that beams share as few as can be.
-  double spacing = std::sqrt(area / static_cast<double>(placed.size()));
+  // The aspect ratio of pixels that separates the most beams.
+  double spacing = std::sqrt(area / static_cast<double>(projected.size()));
   double aspect = 1;
   for (int pass = 0; pass < 2; ++pass) {
-    std::size_t most = 0;
+    std::size_t max_filled = 0;
     double best = 1;
-    for (const double tried : {1.0, 0.71, 1.41, 0.5, 2.0, 0.35, 2.83, 0.25, 4.0, 0.18, 0.125}) {
-      const std::size_t filled = lay(spacing, tried);
-      if (static_cast<double>(filled) <= 1.05 * static_cast<double>(most)) continue;
-      most = filled;
-      best = tried;
+    for (const double trial : {1.0, 0.71, 1.41, 0.5, 2.0, 0.35, 2.83, 0.25, 4.0, 0.18, 0.125}) {
+      const std::size_t filled = assign_pixels(spacing, trial);
+      if (static_cast<double>(filled) <= 1.05 * static_cast<double>(max_filled)) continue;
+      max_filled = filled;
+      best = trial;
     }
     aspect = best;
-    // A scan of several windows is denser than its outline says.
-    const double crowd = static_cast<double>(placed.size()) / static_cast<double>(most);
-    if (pass == 1 || crowd < 2) break;
-    spacing /= std::sqrt(crowd);
+    // A scan of several windows is denser than its bounding box implies.
+    const double beams_per_pixel =
+        static_cast<double>(projected.size()) / static_cast<double>(max_filled);
+    if (pass == 1 || beams_per_pixel < 2) break;
+    spacing /= std::sqrt(beams_per_pixel);
   }
-  solid_angle_ = static_cast<double>(lay(spacing, aspect)) * spacing_ * spacing_;
-  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
+  solid_angle_ = static_cast<double>(assign_pixels(spacing, aspect)) * spacing_ * spacing_;
+  std::sort(projected.begin(), projected.end(), [](const Projected& a, const Projected& b) {
     if (a.pixel != b.pixel) return a.pixel < b.pixel;
     if (a.x != b.x) return a.x < b.x;
     if (a.y != b.y) return a.y < b.y;
@@ -119,13 +122,13 @@ void RangeImage::place(const CleanScan& scan) {
   });
   std::fill(beam_at_.begin(), beam_at_.end(), -1);
   nearest_ = missed;
-  for (std::size_t from = 0, to = 0; from < placed.size(); from = to) {
-    while (to < placed.size() && placed[to].pixel == placed[from].pixel) ++to;
-    beam_at_[static_cast<std::size_t>(placed[from].pixel)] = static_cast<int>(beams_.size());
+  for (std::size_t from = 0, to = 0; from < projected.size(); from = to) {
+    while (to < projected.size() && projected[to].pixel == projected[from].pixel) ++to;
+    beam_at_[static_cast<std::size_t>(projected[from].pixel)] = static_cast<int>(beams_.size());
     const std::size_t every = 1 + (to - from - 1) / max_in_pixel;
     for (std::size_t i = from; i < to; i += every) {
-      beams_.push_back(*placed[i].beam);
-      pixel_of_.push_back(placed[i].pixel);
+      beams_.push_back(*projected[i].beam);
+      pixel_of_.push_back(projected[i].pixel);
     }
   }
   first_from_.assign(beam_at_.size() + 1, 0);
@@ -151,13 +154,13 @@ void RangeImage::place(const CleanScan& scan) {
   }
 }
 
-/// Half the side of the smallest square about a beam's pixel in which four have been scanned,
-/// itself one of them: as in the corner of a grid.
+/// Half the side of the smallest square about a beam's pixel that contains four scanned pixels, as
+/// in the corner of a grid.
 void RangeImage::measure_spacing() {
   constexpr int scanned_about = 4;
   const int across = width_ + 1;
   std::vector<int> sums(static_cast<std::size_t>(across) * static_cast<std::size_t>(height_ + 1));
-  const auto sum = [&](int x, int y) -> int& {  // of the pixels scanned before x and y
+  const auto sum = [&](int x, int y) -> int& {  // integral image of scanned pixels
     return sums[static_cast<std::size_t>(x + across * y)];
   };
   for (int y = 0; y < height_; ++y) {
@@ -203,7 +206,7 @@ void RangeImage::spans_of(const Box& box, const Pose& pose, std::vector<Span>& s
     corners[i] = {static_cast<float>((p.x() / p.z() - left_) * columns_per_unit_),
                   static_cast<float>((p.y() / p.z() - top_) * rows_per_unit_)};
   }
-  // What of the box's edges is in each row of pixels.
+  // Extent of the box's edges in each row of pixels.
   static thread_local std::vector<std::array<float, 2>> rows;
   rows.assign(static_cast<std::size_t>(height_), {1e9F, -1e9F});
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -239,8 +242,8 @@ void RangeImage::spans_of(const Box& box, const Pose& pose, std::vector<Span>& s
   }
 }
 
-/// The next beam in a direction, at most two steps away; none: null. Of several the nearest in
-/// time, between which a sensor that moves has moved least.
+/// The next beam in a direction, at most two steps away, or null. Of several in a pixel the nearest
+/// in time, between which the sensor has moved least.
 const Beam* RangeImage::neighbour(const Beam* beam, int dx, int dy) const {
   if (beam == nullptr) return nullptr;
   const auto at = static_cast<int>(beam - beams_.data());
@@ -261,8 +264,7 @@ const Beam* RangeImage::neighbour(const Beam* beam, int dx, int dy) const {
   return nullptr;
 }
 
-/// Angle of incidence, rad, on the surface that a beam returned from, as the nearer of its
-/// neighbours' returns have it along each axis, where they differ by more than noise.
+/// Angle of incidence, rad, by the nearer neighbour's range along each axis, noise subtracted.
 double RangeImage::incidence(const Beam& beam) const {
   double tangents = 0;  // squared
   for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
@@ -279,10 +281,10 @@ double RangeImage::incidence(const Beam& beam) const {
   return std::atan(std::sqrt(tangents));
 }
 
-/// Expectation maximisation: of beams between two others some are on their line but for noise, the
-/// rest, at edges, anywhere.
-void RangeImage::scale_noise() {
-  constexpr double said_beams = 20;  // worth of what the scanner says of itself
+/// Expectation maximisation: a beam between two others is on their line with Gaussian noise, or, at
+/// edges, uniform.
+void RangeImage::estimate_noise() {
+  constexpr double prior_beams = 20;  // weight of the specification
   constexpr int steps = 20;
   std::vector<double> errors;  // in sigmas
   for (const Beam& beam : beams_) {
@@ -302,14 +304,14 @@ void RangeImage::scale_noise() {
   const double anywhere = noise_.range_sigma_m / depth();
   double on_lines = 0.5;
   for (int step = 0; step < steps; ++step) {
-    double count = said_beams, sum = said_beams;
+    double count = prior_beams, sum = prior_beams;
     for (const double e : errors) {
       const double on = on_lines * normal_density(e, noise_scale_);
       const double p = on / (on + (1 - on_lines) * anywhere);
       count += p;
       sum += p * e * e;
     }
-    on_lines = count / (static_cast<double>(errors.size()) + 2 * said_beams);
+    on_lines = count / (static_cast<double>(errors.size()) + 2 * prior_beams);
     const double before = noise_scale_;
     noise_scale_ = std::max(1.0, std::sqrt(sum / count));
     if (std::abs(noise_scale_ - before) < 0.01) break;
@@ -319,14 +321,14 @@ void RangeImage::scale_noise() {
   noise_.elevation_sigma_rad *= noise_scale_;
 }
 
-void RangeImage::weigh_background() {
-  enum : std::size_t { plane, line, beyond, copy, anywhere, kinds };
-  constexpr double not_said = -1;
-  constexpr double as_likely = 1.0 / static_cast<double>(kinds);
+void RangeImage::estimate_background() {
+  enum : std::size_t { plane, line, beyond, copy, anywhere, predictors };
+  constexpr double no_prediction = -1;
+  constexpr double as_likely = 1.0 / static_cast<double>(predictors);
   constexpr double prior_beams = 20;
   constexpr int steps = 8;
   const std::array<std::array<int, 2>, 4> ways = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  std::vector<std::array<double, kinds>> said(beams_.size());
+  std::vector<std::array<double, predictors>> densities(beams_.size());
   std::vector<double> returns(beams_.size());
   for (std::size_t b = 0; b < beams_.size(); ++b) {
     const Beam& beam = beams_[b];
@@ -334,11 +336,11 @@ void RangeImage::weigh_background() {
     const double sigma =
         beam.hit() ? std::sqrt(noise_.range_variance(z, std::max(0.6, incidence(beam)))) : 0;
     double seen = 0.5, neighbours = 1, lines = 0, on_lines = 0;
-    std::array<double, kinds> sum{}, count{};
-    const auto add = [&](std::size_t kind, double range, double width) {
+    std::array<double, predictors> sum{}, count{};
+    const auto add = [&](std::size_t predictor, double range, double width) {
       if (range <= 0) return;
-      sum[kind] += normal_density(z - range, width);
-      ++count[kind];
+      sum[predictor] += normal_density(z - range, width);
+      ++count[predictor];
     };
     for (std::size_t w = 0; w < ways.size(); ++w) {
       std::array<const Beam*, 2> next{};  // that returned
@@ -365,40 +367,40 @@ void RangeImage::weigh_background() {
     }
     if (lines >= 3) add(plane, on_lines / lines, std::sqrt(1 + 0.5 / lines) * sigma + 0.002);
     returns[b] = seen / neighbours;
-    for (std::size_t k = 0; k < kinds; ++k) {
-      said[b][k] = count[k] > 0 ? sum[k] / count[k] : not_said;
+    for (std::size_t k = 0; k < predictors; ++k) {
+      densities[b][k] = count[k] > 0 ? sum[k] / count[k] : no_prediction;
     }
-    said[b][anywhere] = 1 / depth();
+    densities[b][anywhere] = 1 / depth();
   }
-  // How often each is right where it is said, by expectation maximisation.
-  std::array<double, kinds> share;
+  // Weights of the predictors by expectation maximisation.
+  std::array<double, predictors> share;
   share.fill(as_likely);
-  const auto mixed = [&](const std::array<double, kinds>& densities) {
+  const auto mixed = [&](const std::array<double, predictors>& of_beam) {
     double sum = 0, known = 0;
-    for (std::size_t k = 0; k < kinds; ++k) {
-      if (densities[k] == not_said) continue;
-      sum += share[k] * densities[k];
+    for (std::size_t k = 0; k < predictors; ++k) {
+      if (of_beam[k] == no_prediction) continue;
+      sum += share[k] * of_beam[k];
       known += share[k];
     }
     return std::pair(sum, known);
   };
   for (int step = 0; step < steps; ++step) {
-    std::array<double, kinds> right, all;
+    std::array<double, predictors> right, all;
     right.fill(prior_beams * as_likely);
     all.fill(prior_beams);
     for (std::size_t b = 0; b < beams_.size(); ++b) {
       if (!beams_[b].hit()) continue;
-      const double sum = mixed(said[b]).first;
-      for (std::size_t k = 0; k < kinds; ++k) {
-        if (said[b][k] == not_said) continue;
-        right[k] += share[k] * said[b][k] / sum;
+      const double sum = mixed(densities[b]).first;
+      for (std::size_t k = 0; k < predictors; ++k) {
+        if (densities[b][k] == no_prediction) continue;
+        right[k] += share[k] * densities[b][k] / sum;
         ++all[k];
       }
     }
-    for (std::size_t k = 0; k < kinds; ++k) share[k] = right[k] / all[k];
+    for (std::size_t k = 0; k < predictors; ++k) share[k] = right[k] / all[k];
   }
   for (std::size_t b = 0; b < beams_.size(); ++b) {
-    const auto [sum, known] = mixed(said[b]);
+    const auto [sum, known] = mixed(densities[b]);
     log_background_.push_back(
         std::log(beams_[b].hit() ? returns[b] * sum / known : 1 - returns[b]));
   }

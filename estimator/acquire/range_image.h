@@ -7,37 +7,37 @@
 
 #include "common/core/beam_model.h"
 #include "common/core/mesh.h"
-#include "estimator/scan/preprocessing.h"
+#include "estimator/beam/scan.h"
 
 namespace berth::estimator {
 
-/// A scan as an image: pixels about as wide and as high as beams are apart, on the plane square to
-/// the mean direction of its returns. Beams farther than 75 degrees from that are left out, and
-/// most of very many in a pixel. What is computed from it does not depend on the order of beams.
+/// A scan as an image: pixels about as large as the beams' spacing, on the plane normal to the mean
+/// direction of its returns. Beams farther than 75 degrees from that direction are left out; of
+/// many beams in a pixel a few are kept. Results are independent of the order of beams.
 class RangeImage {
  public:
   static constexpr double missed = std::numeric_limits<double>::infinity();
 
-  /// beam_model: as the scanner says of itself.
-  RangeImage(const CleanScan& scan, const BeamModel& beam_model);
+  /// beam_model: the scanner's specification.
+  RangeImage(const PreprocessedScan& scan, const BeamModel& beam_model);
 
   /// Row by row.
   const std::vector<Beam>& beams() const { return beams_; }
-  /// Of each beam, log of the probability density (1/m) of its range, or of the probability that
-  /// nothing returns, if something smooth is there: as the beams about it say without it, by lines
-  /// through neighbours, in inverse range (exact on planes), by copies of them, and a share of
-  /// anywhere.
+  /// Background density of each beam: log of the probability density (1/m) of its range, or of the
+  /// probability of no return, on a smooth surface. Predicted by its neighbours without the beam
+  /// itself: by planes and lines through them in inverse range (exact on planes), by copies of
+  /// them, and by a uniform component.
   const std::vector<double>& log_background() const { return log_background_; }
   /// The beam model, its sigmas times the noise scale.
   const BeamModel& noise() const { return noise_; }
-  /// By how much ranges are off lines through their neighbours, over what the scanner says; 1 at
-  /// least: noise that neighbours have in common does not show.
+  /// Scatter of ranges about lines through their neighbours over the specification; at least 1:
+  /// noise that neighbours share does not show.
   double noise_scale() const { return noise_scale_; }
-  double spacing() const { return spacing_; }  ///< rad, between beams: of both ways the mean
-  double solid_angle() const { return solid_angle_; }  ///< sr, that was scanned
+  double spacing() const { return spacing_; }  ///< rad, between beams: the mean of both axes
+  double solid_angle() const { return solid_angle_; }  ///< sr, scanned
   double nearest() const { return nearest_; }          ///< m, of the returns
   double farthest() const { return farthest_; }        ///< m
-  /// m, over which ranges of anything are spread.
+  /// m, over which ranges are uniform.
   double depth() const { return std::max(1.0, farthest_ - nearest_); }
 
   /// From the sensor's axes to the image's: across, down, along its mean direction.
@@ -46,7 +46,7 @@ class RangeImage {
     rows << across_.transpose(), down_.transpose(), axis_.transpose();
     return rows;
   }
-  /// Of a place in the image's axes; -1 outside.
+  /// Pixel of a point in the image's axes; -1 outside.
   int pixel(float across, float down, float along) const {
     if (along <= 0) return -1;
     const float x =
@@ -56,7 +56,7 @@ class RangeImage {
         x >= 0 && y >= 0 && x < static_cast<float>(width_) && y < static_cast<float>(height_);
     return inside ? static_cast<int>(x) + width_ * static_cast<int>(y) : -1;
   }
-  /// rad, between rows or columns, whichever are farther apart.
+  /// rad, between rows or columns: the larger.
   double widest_spacing() const { return 1 / std::min(columns_per_unit_, rows_per_unit_); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -67,24 +67,25 @@ class RangeImage {
     const auto at = static_cast<std::size_t>(pixel);
     return {first_from_[at], first_from_[at + 1]};
   }
-  /// Of the pixel's first beam; -1: not scanned.
+  /// The pixel's first beam; -1: not scanned.
   int beam_at(int pixel) const { return beam_at_[static_cast<std::size_t>(pixel)]; }
   int pixel_of(int beam) const { return pixel_of_[static_cast<std::size_t>(beam)]; }
-  /// From a beam to those beside it: 1, but in the sparser windows of a scan of several.
+  /// Spacing of neighbouring beams, in pixels: 1, more in the sparser windows of a scan of several
+  /// windows.
   int pixels_apart(int beam) const { return pixels_apart_[static_cast<std::size_t>(beam)]; }
-  /// Beams, of a row each, that meet what fills the box, and few others.
+  /// Ranges of beams, one per row, that cover the projection of a box.
   void spans_of(const Box& box, const Pose& pose, std::vector<Span>& spans) const;
-  /// m, in the pixel and its eight neighbours. Not scanned: nearest is infinite, farthest 0.
+  /// m, of the pixel and its eight neighbours. Not scanned: nearest is infinite, farthest 0.
   float nearest_about(int pixel) const { return nearest_about_[static_cast<std::size_t>(pixel)]; }
   float farthest_about(int pixel) const { return farthest_about_[static_cast<std::size_t>(pixel)]; }
 
  private:
   const Beam* neighbour(const Beam* beam, int dx, int dy) const;
   double incidence(const Beam& beam) const;
-  void place(const CleanScan& scan);
+  void rasterise(const PreprocessedScan& scan);
   void measure_spacing();
-  void scale_noise();
-  void weigh_background();
+  void estimate_noise();
+  void estimate_background();
 
   std::vector<Beam> beams_;
   std::vector<double> log_background_;

@@ -15,21 +15,20 @@ namespace {
 constexpr double cell_of_length = 0.025;
 constexpr int reach = 4;  // cells
 constexpr double max_cells = 3e7;
-/// Of the field at its highest, what the first points of a template have where it fits; what just
-/// this has may be there, hidden.
-constexpr int early = 0.6 * 255;
+/// Mean field value that the first points of a template need; also the value of occluded cells.
+constexpr int min_early = 0.6 * 255;
 constexpr int template_turns = 30;  // about the line of sight, of each template
-constexpr double bin = 0.2;         // rad, of lines of sight for which templates are turned once
-/// Kept for each placement wanted, of which many are near each other.
+constexpr double bin = 0.2;         // rad, of lines of sight that share rotated templates
+/// Pool size per placement wanted, before non-maximum suppression.
 constexpr std::size_t pooled = 40;
 
-/// How near a place is to a return: 255 there, least from `reach` cells on. A margin all around is
-/// empty, so that an index may leave the box.
+/// Truncated distance field of the returns: 255 at a return, the minimum from `reach` cells on.
+/// Padded, so that indices may leave the box.
 class ReturnField {
  public:
-  /// @param around m, that the box is wider on all sides than the points
-  /// @param margin m, by which places may be beyond a point
-  /// @param least of a place, 0 to 255
+  /// @param around m, by which the box is larger than the points on all sides
+  /// @param margin m, by which queries may be beyond a point
+  /// @param least minimum value, 0 to 255
   ReturnField(const std::vector<Vector3d>& points, double cell, double around, double margin,
               std::uint8_t least)
       : cell_(cell) {
@@ -77,14 +76,15 @@ class ReturnField {
     }
   }
 
-  /// Places where nothing can be known, unless a return is near.
+  /// Sets cells that are occluded, unless a return is near.
   template <typename Unknown>
-  void mark(const Unknown& unknown) {
+  void mark(const Unknown& occluded) {
     for (int z = 0; z < size_[2]; ++z) {
       for (int y = 0; y < size_[1]; ++y) {
         for (int x = 0; x < size_[0]; ++x) {
           std::uint8_t& v = values_[static_cast<std::size_t>(empty_ + offset({x, y, z}))];
-          if (v <= early && unknown(low_ + cell_ * Vector3d(x + 0.5, y + 0.5, z + 0.5))) v = early;
+          if (v <= min_early && occluded(low_ + cell_ * Vector3d(x + 0.5, y + 0.5, z + 0.5)))
+            v = min_early;
         }
       }
     }
@@ -95,7 +95,7 @@ class ReturnField {
     return empty_ +
            offset({static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z())});
   }
-  /// Between the indices of places so far apart (m).
+  /// Index differences of displacements (m).
   template <typename Places, typename Offsets>
   void offsets_of(const Places& d, Offsets&& offsets) const {
     const auto cells = static_cast<float>(1 / cell_);
@@ -123,9 +123,9 @@ bool better(const Placement& a, const Placement& b) {
   return a.pose.rotation.x() < b.pose.rotation.x();
 }
 
-/// Best first, of those near each other the best.
-std::vector<Placement> suppressed(std::vector<Placement> all, const Vector3d& centre, double away,
-                                  std::size_t count) {
+/// Best first; of placements near each other the best.
+std::vector<Placement> non_maximum_suppression(std::vector<Placement> all, const Vector3d& centre,
+                                               double away, std::size_t count) {
   std::sort(all.begin(), all.end(), better);
   std::vector<Placement> kept;
   std::vector<Vector3d> middles;
@@ -148,7 +148,7 @@ std::vector<Placement> suppressed(std::vector<Placement> all, const Vector3d& ce
 
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<Vector3d>& anchors,
-                                       const std::vector<char>& hiding,
+                                       const std::vector<char>& occluding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        double max_cost, std::size_t placements) {
@@ -161,10 +161,10 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
     places.emplace_back(to_image * p);
     range += p.norm() / static_cast<double>(points.size());
   }
-  // As wide as the target asks for, or so that places between returns are near to some.
+  // By the target's size, at least such that points between returns are near one.
   const double cell =
       std::max(cell_of_length * length, 1.5 / reach * image.widest_spacing() * range);
-  const bool hidden = std::find(hiding.begin(), hiding.end(), 1) != hiding.end();
+  const bool hidden = std::find(occluding.begin(), occluding.end(), 1) != occluding.end();
   ReturnField field(places, cell, hidden ? 2 * radius : 0, 2.2 * radius,
                     static_cast<std::uint8_t>(255 * std::max(0.0, 0.5 - max_cost)));
   if (hidden) {
@@ -174,7 +174,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
       const int beam = at < 0 ? -1 : image.beam_at(at);
       if (beam < 0) return false;
       const auto b = static_cast<std::size_t>(beam);
-      return hiding[b] != 0 && image.beams()[b].range < p.norm();
+      return occluding[b] != 0 && image.beams()[b].range < p.norm();
     });
   }
   const std::uint8_t* values = field.values();
@@ -187,7 +187,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
         .push_back(p);
   }
   std::vector<Placement> pool;
-  double floor = -std::numeric_limits<double>::infinity();  // of scores worth keeping
+  double floor = -std::numeric_limits<double>::infinity();  // minimum score
   const auto add = [&](const Pose& pose, double score) {
     pool.push_back({pose, score});
     if (pool.size() < pooled * placements) return;
@@ -204,8 +204,8 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
   constexpr int first = 16;
   Eigen::Array<int, count, 1> offsets;
   Eigen::Array<float, count, 3> on;
-  decltype(ViewTemplate::outside) beside;
-  const auto turned = [](const Eigen::Matrix3f& r, const auto& from, auto&& to) {
+  decltype(ViewTemplate::outside) outline;
+  const auto rotated = [](const Eigen::Matrix3f& r, const auto& from, auto&& to) {
     for (int k = 0; k < 3; ++k) {
       to.col(k) = r(k, 0) * from.col(0) + r(k, 1) * from.col(1) + r(k, 2) * from.col(2);
     }
@@ -227,38 +227,38 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
     for (const ViewTemplate& t : templates) {
       for (const Quaterniond& rotation : turns) {
         const Eigen::Matrix3f r = rotation.toRotationMatrix().cast<float>();
-        // The rest only once the first few fit somewhere.
-        turned(r, t.points.topRows<first>(), on.topRows<first>());
+        // The other points are rotated once the first fit at an anchor.
+        rotated(r, t.points.topRows<first>(), on.topRows<first>());
         field.offsets_of(on.topRows<first>(), offsets.head<first>());
-        bool all_turned = false;
+        bool all_rotated = false;
         for (int a = 0; a < ViewTemplate::anchors; ++a) {
           for (std::size_t h = 0; h < here.size(); ++h) {
             const std::uint8_t* near = places_of[h] - offsets[a];
             int sum = 0;
             int i = 0;
             for (; i < 5; ++i) sum += near[offsets[i]];
-            if (sum < 5 * early) continue;
+            if (sum < 5 * min_early) continue;
             for (; i < 10; ++i) sum += near[offsets[i]];
-            if (sum < 10 * early) continue;
+            if (sum < 10 * min_early) continue;
             for (; i < first; ++i) sum += near[offsets[i]];
-            if (sum < first * early) continue;
-            if (!std::exchange(all_turned, true)) {
-              turned(r, t.points.bottomRows<count - first>(), on.bottomRows<count - first>());
+            if (sum < first * min_early) continue;
+            if (!std::exchange(all_rotated, true)) {
+              rotated(r, t.points.bottomRows<count - first>(), on.bottomRows<count - first>());
               field.offsets_of(on.bottomRows<count - first>(), offsets.tail<count - first>());
-              beside.resize(t.outside.rows(), 3);
-              turned(r, t.outside, beside);
+              outline.resize(t.outside.rows(), 3);
+              rotated(r, t.outside, outline);
             }
             for (; i < count; ++i) sum += near[offsets[i]];
             const Eigen::Vector3f middle = here[h].cast<float>() - on.row(a).matrix().transpose();
             const double pixel = image.spacing() * static_cast<double>(middle.norm());
             const double beams = t.area / (pixel * pixel);
-            int known = count;
+            int visible = count;
             for (i = 0; i < count && hidden; ++i) {
-              if (near[offsets[i]] != early) continue;
-              sum -= early;
-              --known;
+              if (near[offsets[i]] != min_early) continue;
+              sum -= min_early;
+              --visible;
             }
-            double score = beams / count * (sum / 255.0 - 0.5 * known);
+            double score = beams / count * (sum / 255.0 - 0.5 * visible);
             for (i = 0; i < count && score > floor; ++i) {
               const Eigen::Vector3f p = middle + on.row(i).matrix().transpose();
               const int at = image.pixel(p.x(), p.y(), p.z());
@@ -267,9 +267,9 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
                 score -= beams / count * std::min(1.0, near[offsets[i]] / 255.0 - 0.5 + max_cost);
               }
             }
-            const auto around = beside.rows();
+            const auto around = outline.rows();
             for (i = 0; i < around && score > floor; ++i) {
-              const Eigen::Vector3f p = middle + beside.row(i).matrix().transpose();
+              const Eigen::Vector3f p = middle + outline.row(i).matrix().transpose();
               const int at = image.pixel(p.x(), p.y(), p.z());
               const int beam = at < 0 ? -1 : image.beam_at(at);
               if (beam < 0) continue;
@@ -289,7 +289,7 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
       }
     }
   }
-  return suppressed(std::move(pool), centre, 0.04 * length, placements);
+  return non_maximum_suppression(std::move(pool), centre, 0.04 * length, placements);
 }
 
 }  // namespace berth::estimator

@@ -8,23 +8,23 @@
 
 namespace berth::estimator {
 
-/// A pose that a template proposes.
+/// A pose proposed by a template.
 struct Placement {
   Pose pose;         ///< T_sensor_model
-  double score = 0;  ///< beams, about: those explained less those that speak against it
+  double score = 0;  ///< beams: number explained less number contradicted, about
 };
 
-/// Lays every template, turned about the line of sight, with its anchors on returns, and keeps the
-/// best placements. Needs no guess of what of a scan is the target.
+/// Exhaustive template matching: every template, rotated about the line of sight, is placed with
+/// its anchors on returns; the best placements are kept. Needs no segmentation of the target.
 /// @param points returns that may be the target's, sensor frame, m
-/// @param anchors those of them that templates are laid on
-/// @param hiding of each beam, whether it ended on something else: what is behind may be there
+/// @param anchors those of them on which templates are placed
+/// @param occluding of each beam, whether it ended on an occluder, behind which the target may be
 /// @param centre, radius, length of the target, model frame, m
-/// @param max_cost of a beam, where a point of a template has no return: at most 1.5, which is 0.5
-/// and 1 more where it is seen through
+/// @param max_cost per beam, where a point of a template has no return: at most 1.5, which is 0.5
+/// and 1 more where the beam passed
 std::vector<Placement> match_templates(const RangeImage& image, const std::vector<Vector3d>& points,
                                        const std::vector<Vector3d>& anchors,
-                                       const std::vector<char>& hiding,
+                                       const std::vector<char>& occluding,
                                        const std::vector<ViewTemplate>& templates,
                                        const Vector3d& centre, double radius, double length,
                                        double max_cost, std::size_t placements);

@@ -57,7 +57,7 @@ double TargetScene::radius_about(const Vector3d& centre) const {
       const Vector3d& vertex = vertices_[v];
       double apart = (vertex - centre).norm();
       if (joint_of_[f] >= 0) {
-        // Of a whole turn, where the vertex is on the other side of the axis.
+        // The maximum over a turn: vertex and centre on opposite sides of the axis.
         const Joint& joint = joints_[static_cast<std::size_t>(joint_of_[f])];
         const auto from_axis = [&joint](const Vector3d& p) {
           return (p - joint.point).cross(joint.axis).norm();
@@ -128,7 +128,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
     Vector3d point, outward;
   };
   std::vector<Place> places;
-  // Twice the area of each triangle as the eye sees it, by the sense in which its corners run.
+  // Signed volume of each triangle with the eye: the sign of its winding as seen from there.
   std::vector<double> seen(triangles_.size());
   for (const Body& body : bodies_) {
     const Pose model_body = placed(body, angles);
@@ -162,7 +162,7 @@ std::vector<RimSample> TargetScene::rims(const std::vector<double>& angles, cons
       }
     }
   }
-  // One ray on either side of each place. `aside` is far smaller than what a beam resolves.
+  // A ray on either side of each point; `aside` is far below a beam's resolution.
   const double aside = 0.02 * depth;
   std::vector<Ray> rays(2 * places.size());
   std::vector<SurfaceHit> hits(rays.size());

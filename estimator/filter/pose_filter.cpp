@@ -53,13 +53,13 @@ void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_
 void PoseFilter::start(const Pose& pose, const Matrix6d& covariance, std::int64_t utime,
                        const Velocity& velocity, const Matrix6d& velocity_covariance) {
   started_ = true;
-  probable_ = 0;
+  consistent_ = 0;
   utime_ = utime;
   motion_ = {pose, velocity};
   Matrix12d p = Matrix12d::Zero();
   p.topLeftCorner<6, 6>() = covariance;
   p.bottomRightCorner<6, 6>() = velocity_covariance;
-  with_considered_.setZero();
+  consider_cross_.setZero();
   set_covariance(p);
 }
 
@@ -71,7 +71,7 @@ Matrix12d PoseFilter::covariance_at(std::int64_t utime) const {
   const double dt = elapsed(utime_, utime);
   const Matrix12d f = transition(motion_.velocity, dt);
   Matrix12d p = f * covariance_ * f.transpose();
-  // What happened between is as unknown backwards as forwards.
+  // Process noise, equal backwards and forwards.
   const double t = std::abs(dt);
   Vector6d q;
   q << Vector3d::Constant(options_.linear_acceleration * options_.linear_acceleration),
@@ -92,9 +92,9 @@ Matrix6d PoseFilter::predicted_covariance(std::int64_t utime) const {
 void PoseFilter::advance(std::int64_t utime) {
   if (utime <= utime_) return;
   const Matrix12d p = covariance_at(utime);
-  if (!with_considered_.isZero(0)) {
-    with_considered_ =
-        (transition(motion_.velocity, elapsed(utime_, utime)) * with_considered_).eval();
+  if (!consider_cross_.isZero(0)) {
+    consider_cross_ =
+        (transition(motion_.velocity, elapsed(utime_, utime)) * consider_cross_).eval();
   }
   motion_ = moved_on(motion_, elapsed(utime_, utime));
   set_covariance(p);
@@ -105,36 +105,39 @@ Matrix6d PoseFilter::predicted_velocity_covariance(std::int64_t utime) const {
   return covariance_at(utime).bottomRightCorner<6, 6>();
 }
 
-/// A measurement that is improbable by its own word is trusted only so far that it is not; but one
-/// after several probable ones only, or a target that has started to move would not be followed.
-/// @return the factor on its covariance.
-double PoseFilter::doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
-  constexpr int needed_to_doubt = 3;
-  const Vector6d surprise = berth::difference(predict(utime), measured);
+/// Covariance inflation of a measurement outside the innovation gate, so that it lies on the gate.
+/// Only after several measurements inside: else a target that has started to move would not be
+/// followed.
+/// @return the factor on the measurement's covariance.
+double PoseFilter::inflation(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) {
+  constexpr int min_consistent = 3;
+  const Vector6d innovation = berth::difference(predict(utime), measured);
   const Matrix6d expected = predicted_covariance(utime) + covariance;
-  const double squared_sigmas = surprise.dot(expected.ldlt().solve(surprise));
+  const double squared_sigmas = innovation.dot(expected.ldlt().solve(innovation));
   const double limit = options_.surprise_sigmas * options_.surprise_sigmas;
   const bool improbable = squared_sigmas > limit;
-  const double factor = improbable && probable_ >= needed_to_doubt ? squared_sigmas / limit : 1;
-  probable_ = improbable ? 0 : probable_ + 1;
+  const double factor = improbable && consistent_ >= min_consistent ? squared_sigmas / limit : 1;
+  consistent_ = improbable ? 0 : consistent_ + 1;
   return factor;
 }
 
-/// Does the update, or, where that returns false, leaves the filter as it was.
+/// Runs the update; where that returns false, restores the state before it.
 template <class Update>
-bool PoseFilter::or_unchanged(Update update) {
+bool PoseFilter::or_restore(Update update) {
   const PoseFilter before = *this;
   const bool done = update();
   if (!done) *this = before;
   return done;
 }
 
-/// @param returns linearises what is measured about a motion at its own time, which may be before
-/// the filter's. @return false, half done, when the filter's covariance or the information is not
+/// Iterated Kalman update.
+/// @param returns linearises the measurement about a motion at its own time, which may be before
+/// the filter's
+/// @return false, with the update half done, when the filter's covariance or the information is not
 /// positive or not finite.
 template <class Source>
-bool PoseFilter::take_in(const Source& returns, std::int64_t utime) {
-  constexpr int iterations = 3;  // each linearised about the last one's result
+bool PoseFilter::iterated_update(const Source& returns, std::int64_t utime) {
+  constexpr int iterations = 3;  // each linearised about the last result
   const double late = elapsed(utime, std::max(utime, utime_));
   advance(utime);
   const Eigen::LLT<Matrix12d> factor(covariance_);
@@ -152,7 +155,7 @@ bool PoseFilter::take_in(const Source& returns, std::int64_t utime) {
     const Matrix12d inner = Matrix12d::Identity() + l.transpose() * batch.information * l;
     const Eigen::LLT<Matrix12d> posterior(inner);
     if (!inner.allFinite() || posterior.info() != Eigen::Success) return false;
-    // From the prior's mean, which lies d away from where the batch was linearised.
+    // From the prior's mean, at d from the linearisation point.
     const Vector12d d = difference(motion_, prior);
     const Vector12d step =
         d + l * posterior.solve(l.transpose() * (batch.gradient - batch.information * d));
@@ -164,7 +167,7 @@ bool PoseFilter::take_in(const Source& returns, std::int64_t utime) {
     constexpr double small = 1e-7;  // m, rad
     if (step.head<6>().norm() < small) break;
   }
-  with_considered_ = (with_considered_ - covariance_ * last * with_considered_).eval();
+  consider_cross_ = (consider_cross_ - covariance_ * last * consider_cross_).eval();
   return true;
 }
 
@@ -172,14 +175,14 @@ bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::i
   const std::int64_t when = std::max(utime, utime_);
   const Pose now = moved(measured, motion_.velocity, elapsed(utime, when));
   if (!difference(motion_, {now, {}}).allFinite() || !is_covariance(covariance)) return false;
-  return or_unchanged([&] {
+  return or_restore([&] {
     const Matrix6d weight =
-        (doubt(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
+        (inflation(now, covariance, when) * covariance).ldlt().solve(Matrix6d::Identity());
     MotionInformation linear;
     linear.information.topLeftCorner<6, 6>() = weight;
-    return take_in(
-        [&](const Motion& about) {
-          linear.gradient.head<6>() = weight * berth::difference(about.pose, now);
+    return iterated_update(
+        [&](const Motion& at) {
+          linear.gradient.head<6>() = weight * berth::difference(at.pose, now);
           return linear;
         },
         when);
@@ -189,63 +192,62 @@ bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance, std::i
 bool PoseFilter::update(const Pose& measured, const Matrix6d& covariance,
                         const MeasuredMotion& motion, std::int64_t utime) {
   if (!difference(motion_, {measured, {}}).allFinite() || !is_covariance(covariance)) return false;
-  return or_unchanged([&] {
-    const double factor = doubt(measured, covariance, utime);
-    if (!motion.systematic.isZero(0)) return take_in_considering(motion, factor, utime);
-    MotionInformation said = motion.said;
-    said.information /= factor;
-    return take_in(
-        [&](const Motion& about) {
-          said.gradient =
-              motion.said.gradient / factor + said.information * difference(about, motion.about);
-          return said;
+  return or_restore([&] {
+    const double factor = inflation(measured, covariance, utime);
+    if (!motion.systematic.isZero(0)) return schmidt_update(motion, factor, utime);
+    MotionInformation measurement = motion.measurement;
+    measurement.information /= factor;
+    return iterated_update(
+        [&](const Motion& at) {
+          measurement.gradient = motion.measurement.gradient / factor +
+                                 measurement.information * difference(at, motion.reference);
+          return measurement;
         },
         utime);
   });
 }
 
-/// The update by z = motion + c + noise. With the score's covariance Lambda = V + V_c, of the
-/// returns' noise and of c: z has the information Lambda V^-1 Lambda, and C = Lambda^-1 V_c
-/// Lambda^-1. In coordinates in which the motion's covariance is 1, where Lambda may be singular:
-/// of what it does not tell, a billionth of what is known counts as told.
-bool PoseFilter::take_in_considering(const MeasuredMotion& motion, double factor,
-                                     std::int64_t utime) {
-  constexpr double nothing = 1e-9;
+/// Schmidt-Kalman update by z = motion + c + noise. With the score's covariance Lambda = V + V_c,
+/// of the returns' noise and of c, z has the information Lambda V^-1 Lambda, and C = Lambda^-1 V_c
+/// Lambda^-1. Computed in coordinates in which the motion's covariance is 1, with a ridge of 1e-9
+/// of the prior information where Lambda is singular.
+bool PoseFilter::schmidt_update(const MeasuredMotion& motion, double factor, std::int64_t utime) {
+  constexpr double ridge = 1e-9;
   const double late = elapsed(utime, std::max(utime, utime_));
   advance(utime);
-  const Eigen::LLT<Matrix12d> known(covariance_);
-  if (!covariance_.allFinite() || known.info() != Eigen::Success) return false;
-  const Matrix12d l = known.matrixL();
+  const Eigen::LLT<Matrix12d> prior_factor(covariance_);
+  if (!covariance_.allFinite() || prior_factor.info() != Eigen::Success) return false;
+  const Matrix12d l = prior_factor.matrixL();
   const Matrix12d to = transition(motion_.velocity, -late) * l;
   const Matrix12d one = Matrix12d::Identity();
-  const Matrix12d information = to.transpose() * motion.said.information * to / factor;
+  const Matrix12d information = to.transpose() * motion.measurement.information * to / factor;
   const Matrix12d considered = to.transpose() * motion.systematic * to / factor;
   const Vector12d gradient =
-      to.transpose() *
-      (motion.said.gradient / factor +
-       motion.said.information / factor * difference(moved_on(motion_, -late), motion.about));
-  const Eigen::LLT<Matrix12d> noise(information - considered + nothing * one);
-  const Eigen::LLT<Matrix12d> all(information + nothing * one);
+      to.transpose() * (motion.measurement.gradient / factor +
+                        motion.measurement.information / factor *
+                            difference(moved_on(motion_, -late), motion.reference));
+  const Eigen::LLT<Matrix12d> noise(information - considered + ridge * one);
+  const Eigen::LLT<Matrix12d> all(information + ridge * one);
   if (noise.info() != Eigen::Success || all.info() != Eigen::Success) return false;
-  const Matrix12d told = information * noise.solve(information);
+  const Matrix12d z_information = information * noise.solve(information);
   const Matrix12d c = all.solve(all.solve(considered).transpose());
   Matrix12d spread = l * c * l.transpose();
-  constexpr double exact = 1e-12;  // m^2, rad^2: of no account, but keeps c's covariance positive
+  constexpr double exact = 1e-12;  // m^2, rad^2: negligible, keeps c's covariance positive
   spread.diagonal().array() += exact;
   const Eigen::LLT<Matrix12d> root(spread);
   if (root.info() != Eigen::Success) return false;
   const Matrix12d s = root.matrixL();
 
-  const Vector3d from = motion.about.pose.inverse().position.normalized();
-  const double angle = std::atan2(seen_from_.cross(from).norm(), seen_from_.dot(from));
-  seen_from_ = from;
-  const Matrix12d kept = (1 - angle / std::numbers::pi) * with_considered_ * s.transpose();
-  const Matrix12d half = known.matrixL().solve(kept);
-  const Matrix12d with_c = known.matrixL().solve(Matrix12d(half.transpose())).transpose();
+  const Vector3d from = motion.reference.pose.inverse().position.normalized();
+  const double angle = std::atan2(view_direction_.cross(from).norm(), view_direction_.dot(from));
+  view_direction_ = from;
+  const Matrix12d decayed = (1 - angle / std::numbers::pi) * consider_cross_ * s.transpose();
+  const Matrix12d half = prior_factor.matrixL().solve(decayed);
+  const Matrix12d with_c = prior_factor.matrixL().solve(Matrix12d(half.transpose())).transpose();
   const Matrix12d with_z = one + with_c;
   const Matrix12d z = with_z + with_c.transpose() + c;
-  const Eigen::PartialPivLU<Matrix12d> sum(one + told * z);
-  const Matrix12d gain = with_z * sum.solve(told);
+  const Eigen::PartialPivLU<Matrix12d> sum(one + z_information * z);
+  const Matrix12d gain = with_z * sum.solve(z_information);
   const Vector12d step = l * (with_z * sum.solve(information * noise.solve(gradient)));
   const Matrix12d posterior = l * (one - gain * with_z.transpose()) * l.transpose();
   if (!step.allFinite() || !posterior.allFinite() ||
@@ -254,13 +256,13 @@ bool PoseFilter::take_in_considering(const MeasuredMotion& motion, double factor
   }
   motion_ = perturbed(motion_, step);
   const Matrix12d with_shift = l * (with_c - gain * (with_c + c)) * l.transpose();
-  with_considered_ = root.matrixL().solve(Matrix12d(with_shift.transpose())).transpose();
+  consider_cross_ = root.matrixL().solve(Matrix12d(with_shift.transpose())).transpose();
   set_covariance(posterior);
   return true;
 }
 
-/// What the target seems to do in a frame that accelerates and turns.
-void PoseFilter::accelerate(const SensorMotion& sensor, double dt) {
+/// Apparent acceleration of the target in the accelerating, rotating sensor frame.
+void PoseFilter::apply_sensor_acceleration(const SensorMotion& sensor, double dt) {
   const Vector3d& turn = sensor.angular_velocity;
   const Vector3d& p = motion_.pose.position;
   Velocity& v = motion_.velocity;
@@ -271,13 +273,13 @@ void PoseFilter::accelerate(const SensorMotion& sensor, double dt) {
   v.angular -= dt * angular;
 }
 
-void PoseFilter::carry(const SensorMotion& sensor, std::int64_t until) {
-  advance(sensor.begin);  // unknown until then
+void PoseFilter::propagate(const SensorMotion& sensor, std::int64_t until) {
+  advance(sensor.begin);  // without sensor motion until then
   const double dt = elapsed(utime_, std::min(until, sensor.end));
   if (!started_ || dt <= 0) return;
-  accelerate(sensor, dt / 2);
+  apply_sensor_acceleration(sensor, dt / 2);
   advance(std::min(until, sensor.end));
-  accelerate(sensor, dt / 2);
+  apply_sensor_acceleration(sensor, dt / 2);
   Matrix12d p = covariance_;
   const double share = dt / elapsed(sensor.begin, sensor.end);
   p.diagonal().segment<3>(6).array() += share * sensor.velocity_sigma * sensor.velocity_sigma;

@@ -6,30 +6,31 @@
 namespace berth::estimator {
 
 struct PoseFilterOptions {
-  /// White acceleration of the target against the sensor, which the model does not know: the
-  /// standard deviation of its velocity after one second.
+  /// White noise acceleration of the target relative to the sensor: the standard deviation of the
+  /// velocity after one second.
   double linear_acceleration = 0.01;   ///< m/s per square root of a second
   double angular_acceleration = 0.01;  ///< rad/s per square root of a second
-  /// What a target that has only been seen once may do, 1 sigma.
+  /// Prior of the velocity after the first measurement, 1 sigma.
   double unknown_speed = 0.05;     ///< m/s
   double unknown_rotation = 0.05;  ///< rad/s
-  /// A measured pose farther from the prediction, in standard deviations of both, is doubted: its
-  /// covariance is widened. 6 degrees of freedom: 4.7 in one of 1,000.
+  /// Innovation gate, in standard deviations: beyond it a measurement's covariance is inflated.
+  /// With six degrees of freedom 4.7 is exceeded with probability 0.001.
   double surprise_sigmas = 4.7;
 };
 
-/// Error-state Kalman filter of pose and velocity on SE(3) with constant linear and angular
-/// velocity. The error is a left perturbation: p + d, Exp(r) R, and v + dv, w + dw, all in the
-/// sensor frame (Sola, "Quaternion kinematics for the error-state Kalman filter", 2017). Updates in
-/// information form over the factor L of the covariance P = L L': the posterior is
-/// L (1 + L' H L)^-1 L', symmetric and positive whatever the information H.
+/// Error-state Kalman filter of pose and velocity on SO(3) x R3 with constant linear and angular
+/// velocity. The error is a left perturbation: p + d, Exp(r) R, v + dv, w + dw, all in the sensor
+/// frame (Sola, "Quaternion kinematics for the error-state Kalman filter", 2017). Updates are in
+/// information form over the Cholesky factor L of the covariance P = L L': the posterior
+///   P+ = L (1 + L' H L)^-1 L'
+/// is symmetric and positive for any information H.
 ///
-/// Errors that scans have in common, as of the surface where it is not as the mesh says, are a
-/// consider state [Schmidt, Advances in Control Systems 3 (1966) 293]: a shift c of what scans
-/// measure, not estimated, whose covariance C and covariance with the motion are kept. So filtered
-/// covariances do not fall below what the surface does to a pose. As the target is seen from
-/// another direction, c changes: of a convex body a share 1 - angle / pi of what is seen is seen
-/// from both; so much correlation is left.
+/// Errors that scans share, such as the surface's departure from the mesh, are a consider state
+/// [Schmidt, Advances in Control Systems 3 (1966) 293]: a shift c of the measured motion with
+/// covariance C. It is not estimated; C and its covariance with the motion are kept, so that
+/// filtered covariances do not fall below the surface's contribution. c decorrelates as the view
+/// changes: of a convex body seen from directions an angle apart, the share 1 - angle / pi of the
+/// surface is seen from both, and that is the correlation kept.
 class PoseFilter final : public TargetTracker {
  public:
   explicit PoseFilter(const PoseFilterOptions& options) : options_(options) {}
@@ -49,7 +50,7 @@ class PoseFilter final : public TargetTracker {
   bool update(const Pose& measured, const Matrix6d& covariance, std::int64_t utime) override;
   bool update(const Pose& measured, const Matrix6d& covariance, const MeasuredMotion& motion,
               std::int64_t utime) override;
-  void carry(const SensorMotion& sensor, std::int64_t until) override;
+  void propagate(const SensorMotion& sensor, std::int64_t until) override;
 
   const Pose& pose() const override { return motion_.pose; }
   const Velocity& velocity() const override { return motion_.velocity; }
@@ -62,24 +63,24 @@ class PoseFilter final : public TargetTracker {
  private:
   Matrix12d covariance_at(std::int64_t utime) const;
   void advance(std::int64_t utime);
-  double doubt(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
+  double inflation(const Pose& measured, const Matrix6d& covariance, std::int64_t utime);
   template <class Source>
-  bool take_in(const Source& returns, std::int64_t utime);
-  bool take_in_considering(const MeasuredMotion& motion, double factor, std::int64_t utime);
+  bool iterated_update(const Source& returns, std::int64_t utime);
+  bool schmidt_update(const MeasuredMotion& motion, double factor, std::int64_t utime);
   template <class Update>
-  bool or_unchanged(Update update);
+  bool or_restore(Update update);
   void set_covariance(const Matrix12d& covariance);
-  void accelerate(const SensorMotion& sensor, double dt);
+  void apply_sensor_acceleration(const SensorMotion& sensor, double dt);
 
   PoseFilterOptions options_;
   bool started_ = false;
-  int probable_ = 0;  // measurements in a row
+  int consistent_ = 0;  // measurements within the innovation gate, in a row
   std::int64_t utime_ = 0;
   Motion motion_;
   Matrix12d covariance_ = Matrix12d::Identity();
-  // Of the motion with w, where c = S w, C = S S', and w has unit covariance.
-  Matrix12d with_considered_ = Matrix12d::Zero();
-  Vector3d seen_from_ = Vector3d::Zero();  // when c was last met: unit, model frame
+  // Covariance of the motion with w, where c = S w, C = S S', and w has unit covariance.
+  Matrix12d consider_cross_ = Matrix12d::Zero();
+  Vector3d view_direction_ = Vector3d::Zero();  // of the last measurement with c: unit, model frame
   Matrix6d pose_covariance_ = Matrix6d::Identity();
   Matrix6d velocity_covariance_ = Matrix6d::Identity();
 };

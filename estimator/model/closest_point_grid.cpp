@@ -11,7 +11,7 @@ namespace berth::estimator {
 
 namespace {
 
-/// As berth::nearest_on_triangle, bit by bit, but without branches.
+/// Equal to berth::nearest_on_triangle to the bit, without branches.
 Four3 nearest_on_triangles(const Four3& p, const Four3& a, const Four3& b, const Four3& c) {
   const Four3 ab = b - a;
   const Four3 ac = c - a;
@@ -24,7 +24,7 @@ Four3 nearest_on_triangles(const Four3& p, const Four3& a, const Four3& b, const
   const Four va = d3 * d6 - d5 * d4;
   const Four vb = d5 * d2 - d1 * d6;
   const Four vc = d1 * d4 - d3 * d2;
-  // Of the regions, the first that holds.
+  // The first region that contains the query.
   const auto at_a = (d1 <= 0) & (d2 <= 0);
   const auto at_b = ~at_a & (d3 >= 0) & (d4 <= d3);
   const auto on_ab = ~(at_a | at_b) & (vc <= 0) & (d1 >= 0) & (d3 <= 0);

@@ -9,9 +9,9 @@
 
 namespace berth::estimator {
 
-/// Closest points of the model computed in advance (paper, section 4.4): for every voxel of the
-/// bounding box and a margin, the model's surface point nearest to the voxel's centre and its
-/// triangle. A look-up costs no search. All in the model frame, m.
+/// Precomputed closest points of the model (paper, section 4.4): for every voxel of the bounding
+/// box and a margin, the surface point nearest to the voxel's centre and its triangle. A look-up
+/// needs no search. Model frame, m.
 class ClosestPointGrid {
  public:
   struct Match {
@@ -20,7 +20,7 @@ class ClosestPointGrid {
   };
 
   ClosestPointGrid() = default;
-  /// Only the triangles named count; the others are never seen. About `voxels` voxels.
+  /// Of these triangles only; the others are hidden. About `voxels` voxels.
   ClosestPointGrid(const Mesh& mesh, const std::vector<std::uint32_t>& triangles, double margin,
                    int voxels);
 
@@ -28,8 +28,8 @@ class ClosestPointGrid {
   bool stored(const Vector3d& query, Match& match) const;
   /// The exact nearest point of the stored triangle.
   bool refined(const Vector3d& query, Match& match) const;
-  /// Voxel of a query; -1 outside the grid. Asks memory for what is stored of it: the table is
-  /// larger than a core's cache, and many queries that wait at once wait no longer than one.
+  /// Voxel of a query; -1 outside the grid. Prefetches the voxel's entry: the table exceeds a
+  /// core's cache, and the latencies of several queries overlap.
   std::int64_t voxel(const Vector3d& query) const {
     const std::int64_t i = index(query);
     if (i >= 0) __builtin_prefetch(&nearest_[static_cast<std::size_t>(i)]);
@@ -39,14 +39,14 @@ class ClosestPointGrid {
     Four3 point;
     Four3 normal;
   };
-  /// As `refined`, of four queries at once. voxels: theirs, none of them outside.
+  /// As `refined`, of four queries at once. voxels: theirs, all inside.
   FourMatches refined(const Four3& queries, const std::int64_t* voxels) const;
   bool contains(const Vector3d& query) const { return index(query) >= 0; }
 
   double cell() const { return cell_; }
   const Vector3d& low() const { return low_; }
   const std::array<std::int64_t, 3>& size() const { return size_; }  ///< voxels along x, y, z
-  /// From the middle of a voxel to its stored point, m.
+  /// From a voxel's centre to its stored point, m.
   double distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const;
   std::size_t voxel_count() const { return nearest_.size(); }
 
@@ -73,7 +73,7 @@ class ClosestPointGrid {
   Eigen::Vector3d low_ = Vector3d::Zero();
   double cell_ = 1;
   std::array<std::int64_t, 3> size_{};
-  // Of each voxel; apart, so that what is looked up most fits into the cache.
+  // Of each voxel, in separate arrays: the most used one fits into the cache.
   std::vector<std::uint32_t> nearest_;   // index into triangles_
   std::vector<Eigen::Vector3f> points_;  // on it
   std::vector<Triangle> triangles_;

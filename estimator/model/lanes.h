@@ -10,7 +10,7 @@
 
 namespace berth::estimator {
 
-/// Four numbers in a vector register: arithmetic, comparison and ?: act on each of them.
+/// Four numbers in a vector register: arithmetic, comparison and ?: act on each.
 using Four = double __attribute__((vector_size(32)));
 
 inline Four four(double value) { return Four{value, value, value, value}; }
@@ -21,7 +21,7 @@ inline Four four_at(const double* from) {
 }
 inline Four root(const Four& value) { return _mm256_sqrt_pd(value); }
 
-/// Four vectors of three. Sums are taken in the order in which Eigen takes them: the same bits.
+/// Four vectors of three. Sums are in Eigen's order: the same bits.
 struct Four3 {
   Four x, y, z;
 

@@ -12,11 +12,11 @@ namespace berth::estimator {
 
 namespace {
 
-// Counts up whenever what is compiled, or how, changes.
+// Incremented whenever the compiled model or its computation changes.
 constexpr std::uint32_t format_version = 8;
 constexpr std::size_t checksum_length = 64;
 
-/// FNV-1a over 8-byte words: finds damage, and is over in a few ms for 10 MB.
+/// FNV-1a over 8-byte words, against damage: a few ms for 10 MB.
 std::string checksum(std::string_view bytes) {
   std::uint64_t hash = 14695981039346656037U;
   std::size_t i = 0;

@@ -13,10 +13,10 @@ class ModelFile {
  public:
   /// "<64 hex digits>.model": a hash over mesh, options and format version.
   static std::string name(const Target& target, const ModelOptions& options);
-  /// Fills the compiled members. @return false, and leaves the model unusable, when the file is not
-  /// there or damaged.
+  /// Fills the compiled members.
+  /// @return false, with the model unusable, when the file is missing or damaged.
   static bool read(const std::filesystem::path& path, TargetModel& model);
-  /// Under a temporary name first, then renamed. @return false when it cannot be written.
+  /// Under a temporary name, then renamed. @return false when the file cannot be written.
   static bool write(const std::filesystem::path& path, const TargetModel& model);
 };
 

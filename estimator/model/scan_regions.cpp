@@ -3,16 +3,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <tuple>
+#include <vector>
 
-#include "estimator/model/point_index.h"
+#include "common/core/pose.h"
+#include "common/core/statistics.h"
 
 namespace berth::estimator {
 
 namespace {
 
-// How far the centroid of a neighbourhood of radius 1 stands off, by integration: inside a face 0,
-// edge of a box 0.30, rim of a thin panel 0.42, corner of a box 0.49, corner of a panel 0.60.
+/// Points sorted into cubes, for neighbour queries of one fixed radius. Deterministic order.
+class PointIndex {
+ public:
+  PointIndex(const std::vector<Vector3d>& points, double cell) : points_(points), cell_(cell) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      cells_[key(points[i])].push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  /// Calls visit(index) for every point within radius <= cell of the query.
+  template <class Visit>
+  void for_neighbours(const Vector3d& query, double radius, Visit visit) const {
+    const auto [x, y, z] = key(query);
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const auto found = cells_.find({x + dx, y + dy, z + dz});
+          if (found == cells_.end()) continue;
+          for (const std::uint32_t i : found->second) {
+            if ((points_[i] - query).squaredNorm() <= radius * radius) visit(i);
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  using Key = std::tuple<int, int, int>;
+  Key key(const Vector3d& p) const {
+    return {static_cast<int>(std::floor(p.x() / cell_)),
+            static_cast<int>(std::floor(p.y() / cell_)),
+            static_cast<int>(std::floor(p.z() / cell_))};
+  }
+
+  const std::vector<Vector3d>& points_;
+  double cell_;
+  std::map<Key, std::vector<std::uint32_t>> cells_;
+};
+
+// Offset of a neighbourhood's centroid over its radius, by integration: inside a face 0, edge of a
+// box 0.30, edge of a thin panel 0.42, corner of a box 0.49, corner of a panel 0.60.
 constexpr double edge_offset = 0.22;
 constexpr double corner_offset = 0.36;
 constexpr double corner_contrast = 1.2;  ///< of a corner over the edges that meet in it
@@ -42,7 +85,7 @@ DirectionSet majority_visibility(const std::vector<SurfaceSample>& samples,
   for (int i = 0; i < direction_count; ++i) {
     std::size_t seen = 0;
     for (const std::uint32_t m : members) seen += samples[m].visible_from.contains(i) ? 1 : 0;
-    // A box edge seen square to one face shows half of its samples; a rim half of its two sides.
+    // Of a box edge half of the samples are visible normal to one face, of a panel's edge one side.
     if (3 * seen >= members.size()) result.insert(i);
   }
   return result;
@@ -64,60 +107,45 @@ std::vector<std::uint32_t> spread_out(const std::vector<Vector3d>& points,
 
 }  // namespace
 
-const std::vector<std::string>& scan_strategy_names() {
-  static const std::vector<std::string> names = {
-      "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information"};
-  return names;
-}
-
-bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy) {
-  const auto& names = scan_strategy_names();
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) return false;
-  strategy = static_cast<ScanStrategy>(found - names.begin());
-  return true;
-}
-
 std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samples,
                                           double radius) {
   std::vector<Vector3d> points;
   points.reserve(samples.size());
   for (const SurfaceSample& s : samples) points.push_back(s.position.cast<double>());
   std::vector<Neighbourhood> around = neighbourhoods(points, radius);
-  // On a bulky target samples are sparse, and a small neighbourhood would show but their noise.
+  // Where samples are sparse a small neighbourhood's centroid is dominated by their noise.
   constexpr int min_median = 60;
   std::vector<int> counts;
   for (const Neighbourhood& n : around) counts.push_back(n.count);
   if (!counts.empty()) {
-    const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
-    std::nth_element(counts.begin(), middle, counts.end());
-    if (*middle < min_median) {
-      radius *= std::sqrt(static_cast<double>(min_median) / *middle);
+    const int median = upper_median(std::move(counts));
+    if (median < min_median) {
+      radius *= std::sqrt(static_cast<double>(min_median) / median);
       around = neighbourhoods(points, radius);
     }
   }
   const PointIndex index(points, 2 * radius);
 
-  // A corner leads its neighbours and stands out from the edges around it.
+  // A corner is a local maximum and exceeds the edges around it.
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> edges;
-  constexpr int min_count = 12;  // fewer say nothing: a loose strut
+  constexpr int min_count = 12;  // fewer samples are of an isolated strut
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (around[i].count < min_count || around[i].offset < edge_offset) continue;
     edges.push_back(static_cast<std::uint32_t>(i));
     if (around[i].offset < corner_offset) continue;
     bool leads = true;
-    std::vector<double> beside;
+    std::vector<double> edges_around;
     index.for_neighbours(points[i], 2 * radius, [&](std::uint32_t j) {
       const double distance = (points[j] - points[i]).norm();
       if (distance < radius && around[j].offset > around[i].offset) leads = false;
-      if (distance > radius && around[j].offset > edge_offset) beside.push_back(around[j].offset);
+      if (distance > radius && around[j].offset > edge_offset)
+        edges_around.push_back(around[j].offset);
     });
     if (!leads) continue;
-    if (!beside.empty()) {
-      const auto middle = beside.begin() + static_cast<std::ptrdiff_t>(beside.size() / 2);
-      std::nth_element(beside.begin(), middle, beside.end());
-      if (around[i].offset < corner_contrast * *middle) continue;
+    if (!edges_around.empty() &&
+        around[i].offset < corner_contrast * upper_median(std::move(edges_around))) {
+      continue;
     }
     corners.push_back(static_cast<std::uint32_t>(i));
   }

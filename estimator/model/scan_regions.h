@@ -8,36 +8,20 @@
 
 namespace berth::estimator {
 
-/// The scan strategies of the paper's section 5.3.1, and windows chosen by what they would add to
-/// the information about the pose (estimator/plan/information_planner.h).
-enum class ScanStrategy {
-  dense,
-  sparse,
-  corners,
-  edges,
-  corners_sparse,
-  edges_sparse,
-  information
-};
-
-/// "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information".
-const std::vector<std::string>& scan_strategy_names();
-/// @return false for a name that is none of them.
-bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy);
-
-/// A piece of the surface worth scanning, chosen when the model is compiled.
+/// A region of the surface worth scanning, chosen when the model is compiled.
 struct ScanRegion {
   enum class Kind : std::uint32_t { corner, edge, surface };
   Kind kind = Kind::surface;
   Eigen::Vector3f position;   ///< a point of the visible surface, model frame, m
   Eigen::Vector3f normal;     ///< unit
   float radius = 0;           ///< m
-  DirectionSet visible_from;  ///< directions from which half of it is seen
+  DirectionSet visible_from;  ///< directions from which a third of its samples is visible
 };
 
-/// Finds corners, edges and an even cover of the surface from visible samples alone: at an edge the
-/// neighbourhood's centroid stands off to one side, at a corner more so; inside a surface it does
-/// not. radius: of a corner or edge region, m; larger where the samples are too sparse for it.
+/// Corners, edges and an even cover of the surface, from visible samples alone. The offset of a
+/// neighbourhood's centroid from its middle classifies a sample: about 0 inside a face, larger at
+/// an edge, largest at a corner. radius: of a corner or edge region, m; enlarged where samples are
+/// sparse.
 std::vector<ScanRegion> find_scan_regions(const std::vector<SurfaceSample>& samples, double radius);
 
 }  // namespace berth::estimator

@@ -3,22 +3,84 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "common/core/ray_caster.h"
-#include "estimator/model/directions.h"
-#include "estimator/model/point_fit.h"
+#include "estimator/model/align_points.h"
+#include "estimator/model/closest_point_grid.h"
+#include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {
 
 namespace {
 
-constexpr double exact_rms = 0.001;     // of the length
-constexpr double exact_most = 0.003;    // of the length; the samples farther off
-constexpr double exact_share = 0.002;   // are at most so many
-constexpr double near_rms = 0.04;       // of the length
-constexpr double no_turn = radians(4);  // a motion that turns less is the identity
-constexpr double apart = radians(11);   // near symmetries, from each other and from exact ones
+/// Distances to the visible surface, truncated and quantised to a byte per voxel: small enough for
+/// the processor's cache while some hundred thousand look-ups score rotations. Model frame.
+class DistanceTable {
+ public:
+  static constexpr int most = 255;  ///< the value at and beyond the cut-off
+
+  /// cut_off: m.
+  DistanceTable(const ClosestPointGrid& grid, double cut_off);
+
+  /// Of a point of the model frame, in units of cut_off / 255.
+  int value(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f place = (point - low_) / cell_;
+    return values_[static_cast<std::size_t>(index(place.x(), place.y(), place.z()))];
+  }
+
+ private:
+  /// Index of a point's voxel; points outside are clamped to the margin, whose distance is the
+  /// largest.
+  int index(float x, float y, float z) const {
+    const auto clamped = [](float v, float top) {
+      v = v < 0.0F ? 0.0F : v;  // not std::clamp: this becomes two vector instructions
+      return static_cast<int>(v > top ? top : v);
+    };
+    return clamped(x, top_[0]) + size_[0] * (clamped(y, top_[1]) + size_[1] * clamped(z, top_[2]));
+  }
+  Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
+  float cell_ = 1;
+  std::array<int, 3> size_{1, 1, 1};
+  std::array<float, 3> top_{};
+  std::vector<std::uint8_t> values_{std::uint8_t{most}};
+};
+
+DistanceTable::DistanceTable(const ClosestPointGrid& grid, double cut_off)
+    : cell_(static_cast<float>(grid.cell())) {
+  // One more voxel on each side: the margin.
+  low_ = (grid.low() - Vector3d::Constant(grid.cell())).cast<float>();
+  for (std::size_t i = 0; i < 3; ++i) {
+    size_[i] = static_cast<int>(grid.size()[i]) + 2;
+    top_[i] = static_cast<float>(size_[i] - 1);
+  }
+  const auto wide = [](int v) { return static_cast<std::size_t>(v); };
+  const auto index_of = [&](int x, int y, int z) {
+    return wide(x) + wide(size_[0]) * (wide(y) + wide(size_[1]) * wide(z));
+  };
+  values_.assign(index_of(0, 0, size_[2]), std::uint8_t{most});
+  const double scale = most / cut_off;
+  for (int z = 1; z + 1 < size_[2]; ++z) {
+    for (int y = 1; y + 1 < size_[1]; ++y) {
+      for (int x = 1; x + 1 < size_[0]; ++x) {
+        const double distance = grid.distance_at(x - 1, y - 1, z - 1);
+        values_[index_of(x, y, z)] =
+            static_cast<std::uint8_t>(std::min<double>(most, std::lround(distance * scale)));
+      }
+    }
+  }
+}
+
+constexpr double exact_rms = 0.001;            // of the length
+constexpr double exact_max = 0.003;            // of the length: an outlier's distance
+constexpr double exact_share = 0.002;          // maximum share of outliers
+constexpr double near_rms = 0.04;              // of the length
+constexpr double identity_angle = radians(4);  // a motion that turns less is the identity
+constexpr double min_separation =
+    radians(11);  // near symmetries, from each other and from exact ones
 
 Pose about(const Vector3d& centre, const Quaterniond& rotation) {
   return {centre - rotation * centre, rotation};
@@ -36,13 +98,7 @@ class Measurement {
     for (const SurfaceSample& s : surface.samples) samples_.push_back(s.position.cast<double>());
   }
 
-  /// About `count` of the samples, evenly.
-  std::vector<Vector3d> few(std::size_t count) const {
-    std::vector<Vector3d> result;
-    const std::size_t n = std::min(count, samples_.size());
-    for (std::size_t i = 0; i < n; ++i) result.push_back(samples_[i * samples_.size() / n]);
-    return result;
-  }
+  const std::vector<Vector3d>& samples() const { return samples_; }
 
   /// Fills deviation and exactness, of the motion and of its inverse.
   void measure(Symmetry& s, std::size_t max_samples) const {
@@ -55,7 +111,7 @@ class Measurement {
       for (const Vector3d& q : {s.motion * p, back * p}) {
         const double distance = (caster_.nearest(q) - q).norm();
         sum += distance * distance;
-        if (distance > exact_most * length_) ++off;
+        if (distance > exact_max * length_) ++off;
       }
     }
     s.deviation_m = std::sqrt(sum / static_cast<double>(2 * n));
@@ -81,9 +137,10 @@ struct Turn {
   double score = 0;
 };
 
-/// Rotations that leave most of the surface where it is, each the best of its neighbourhood.
-std::vector<Turn> promising_turns(const std::vector<Vector3d>& points, const Vector3d& centre,
-                                  const DistanceTable& distances) {
+/// Rotations with the smallest mean distance of the rotated surface from the surface, after
+/// non-maximum suppression.
+std::vector<Turn> candidate_rotations(const std::vector<Vector3d>& points, const Vector3d& centre,
+                                      const DistanceTable& distances) {
   constexpr int directions = 400;  // 10 degrees apart
   constexpr int turns = 36;
   constexpr double beside = radians(9);
@@ -123,7 +180,7 @@ Vector3d fixed_point(const Pose& motion, const Vector3d& centre) {
          moves.jacobiSvd(Eigen::ComputeFullU | Eigen::ComputeFullV).setThreshold(1e-3).solve(off);
 }
 
-/// An axis about which every turn is exact, if one of the exact motions has it.
+/// An axis about which all sampled turns are exact, of one of the exact motions.
 void find_axis_of_revolution(const Measurement& measurement, const std::vector<Symmetry>& found,
                              Symmetries& result) {
   constexpr double golden_angle = 2.399963229728653;
@@ -154,9 +211,9 @@ int Symmetries::exact_count() const {
                                             [](const Symmetry& s) { return s.exact; }));
 }
 
-bool Symmetries::leads_to(const Pose& motion, double slack, bool equal) const {
+bool Symmetries::contains(const Pose& motion, double slack, bool equal) const {
   const auto leads = [&](const Pose& known) {
-    // motion = known, or known and then one that is exact
+    // motion = known, or known composed with an exact symmetry
     Pose rest = known.inverse() * motion;
     if (equal) rest = nearest_equal(rest, {});
     Quaterniond turn = rest.rotation;
@@ -198,23 +255,25 @@ double Symmetries::distance(const Pose& pose, const Pose& reference) const {
 }
 
 Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
-                              const ClosestPointGrid& grid, const DistanceTable& distances,
-                              double length) {
+                              const ClosestPointGrid& grid, double length) {
   constexpr int max_near = 24;
+  constexpr double cut_off = 0.1;  // of the length
+  const DistanceTable distances(grid, cut_off * length);
   const Measurement measurement(mesh, surface, length);
   Symmetries result;
   for (const SurfaceSample& s : surface.samples) result.centre += s.position.cast<double>();
   result.centre /= static_cast<double>(surface.samples.size());
 
-  std::vector<Vector3d> centred = measurement.few(250);
+  std::vector<Vector3d> centred = sampled_evenly(measurement.samples(), 250);
   for (Vector3d& p : centred) p -= result.centre;
   std::vector<Symmetry> found;
-  for (const Turn& turn : promising_turns(measurement.few(100), result.centre, distances)) {
-    const Pose laid = lay_points(grid, centred, {result.centre, turn.rotation}, 0.05 * length,
-                                 0.005 * length, 15);
+  for (const Turn& turn :
+       candidate_rotations(sampled_evenly(measurement.samples(), 100), result.centre, distances)) {
+    const Pose laid = align_points(grid, centred, {result.centre, turn.rotation}, 0.05 * length,
+                                   0.005 * length, 15);
     Symmetry s;
     s.motion = laid * Pose{-result.centre, Quaterniond::Identity()};
-    if (s.motion.rotation.angularDistance(Quaterniond::Identity()) < no_turn) continue;
+    if (s.motion.rotation.angularDistance(Quaterniond::Identity()) < identity_angle) continue;
     measurement.measure(s, 300);
     if (s.deviation_m < near_rms * length) found.push_back(s);
   }
@@ -223,15 +282,15 @@ Symmetries measure_symmetries(const Mesh& mesh, const VisibleSurface& surface,
   });
   find_axis_of_revolution(measurement, found, result);
   // First those that are exact, then near ones, once for all the poses that an exact one makes
-  // equal. What lies beside a better one is on the way to it.
+  // equal. Neighbours of a better one are skipped.
   for (Symmetry& s : found) {
     if (!s.exact) continue;
     measurement.measure(s, 4000);
-    if (s.exact && !result.leads_to(s.motion, no_turn, false)) result.motions.push_back(s);
+    if (s.exact && !result.contains(s.motion, identity_angle, false)) result.motions.push_back(s);
   }
   int near = 0;
   for (Symmetry& s : found) {
-    if (near == max_near || result.leads_to(s.motion, apart, true)) continue;
+    if (near == max_near || result.contains(s.motion, min_separation, true)) continue;
     measurement.measure(s, 2000);
     s.exact = false;
     result.motions.push_back(s);

@@ -32,10 +32,7 @@ std::shared_ptr<const TargetModel> compile_target_model(const Target& target,
                                  options.grid_margin * length, options.grid_voxels);
   model->regions = find_scan_regions(model->surface.samples, options.region_radius * length);
   model->views = make_view_templates(model->caster, model->centre, model->radius, options.views);
-  constexpr double cut_off = 0.1;  // of the length
-  const DistanceTable distances(model->grid, cut_off * target.length);
-  model->symmetries =
-      measure_symmetries(target.mesh, model->surface, model->grid, distances, target.length);
+  model->symmetries = measure_symmetries(target.mesh, model->surface, model->grid, target.length);
   return model;
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/model/directions.h"
+#include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {
 namespace {
@@ -12,14 +12,14 @@ namespace {
 constexpr double viewer = 5;  // radii away
 constexpr int pixels = 64;    // across the sphere
 
-/// Some rotation that carries `direction` (unit) to -z: from model axes to those of a viewer who
-/// stands there and looks along +z.
+/// A rotation that maps `direction` (unit) to -z: from model axes to those of a viewer in that
+/// direction who looks along +z.
 Quaterniond towards_viewer(const Vector3d& direction) {
   return Quaterniond::FromTwoVectors(direction, -Vector3d::UnitZ()).normalized();
 }
 
-/// The farthest from those before, again and again, from the one nearest to their mean.
-Eigen::ArrayX3f spread(const std::vector<Vector3d>& all, int max) {
+/// Farthest point sampling, from the point nearest to the mean.
+Eigen::ArrayX3f farthest_point_sample(const std::vector<Vector3d>& all, int max) {
   const int count = std::min(max, static_cast<int>(all.size()));
   Eigen::ArrayX3f chosen(count, 3);
   if (all.empty()) return chosen;
@@ -73,8 +73,8 @@ std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vec
       for (int x = 0; x < pixels; ++x) {
         const std::size_t here = at(x, y);
         int neighbours = 0;
-        std::size_t beside = here;
-        int beside_away = 99;
+        std::size_t nearest_hit = here;
+        int nearest_steps = 99;
         for (int v = std::max(0, y - 2); v <= std::min(pixels - 1, y + 2); ++v) {
           for (int u = std::max(0, x - 2); u <= std::min(pixels - 1, x + 2); ++u) {
             if (!met(at(u, v))) continue;
@@ -83,9 +83,9 @@ std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vec
                 std::abs(hits[at(u, v)].range - hits[here].range) < 0.1 * radius) {
               ++neighbours;
             }
-            if (away < beside_away) {
-              beside_away = away;
-              beside = at(u, v);
+            if (away < nearest_steps) {
+              nearest_steps = away;
+              nearest_hit = at(u, v);
             }
           }
         }
@@ -94,8 +94,8 @@ std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vec
           if (neighbours >= 6) inside.push_back(any.back());
           if (neighbours < 7) rim += 1;
           t.area += 1;
-        } else if (beside_away == 2) {
-          outside.push_back(place(here, hits[beside].range));
+        } else if (nearest_steps == 2) {
+          outside.push_back(place(here, hits[nearest_hit].range));
         }
       }
     }
@@ -103,9 +103,9 @@ std::vector<ViewTemplate> make_view_templates(const RayCaster& caster, const Vec
     t.area *= side * side;
     t.perimeter = rim * side;
     if (any.size() < ViewTemplate::surface_points) continue;
-    t.points = spread(inside.size() < ViewTemplate::surface_points ? any : inside,
-                      ViewTemplate::surface_points);
-    t.outside = spread(outside, ViewTemplate::outside_points);
+    t.points = farthest_point_sample(inside.size() < ViewTemplate::surface_points ? any : inside,
+                                     ViewTemplate::surface_points);
+    t.outside = farthest_point_sample(outside, ViewTemplate::outside_points);
     templates.push_back(t);
   }
   return templates;

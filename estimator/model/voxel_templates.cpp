@@ -11,7 +11,7 @@ namespace {
 
 constexpr int row_length = 64;
 
-/// The word with every voxel moved by shift along x; what leaves the row is lost.
+/// The word with every voxel shifted along x; voxels that leave the row are dropped.
 std::uint64_t shifted(std::uint64_t row, int shift) {
   if (shift >= row_length || shift <= -row_length) return 0;
   return shift >= 0 ? row << shift : row >> -shift;
@@ -30,7 +30,7 @@ CanonicalPose find_canonical_pose(const std::vector<SurfaceSample>& samples) {
     scatter += d * d.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter / count);
-  // Axes point the way the model's own axes do, so that a model already canonical stays as it is.
+  // Signs of the axes agree with the model's axes: a canonical model is unchanged.
   const auto along_model = [](Vector3d axis) {
     Eigen::Index largest = 0;
     axis.cwiseAbs().maxCoeff(&largest);
@@ -95,7 +95,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
       occupied.push_back({y - reach_yz, z - reach_yz, __builtin_popcountll(bits), bits});
     }
   }
-  // Shifts across the axis, small ones first: the best is found early and rules out most others.
+  // Shifts across the axis, small ones first: an early maximum prunes most others.
   std::vector<std::array<int, 2>> shifts;
   for (int dz = -reach_yz; dz <= reach_yz; ++dz) {
     for (int dy = -reach_yz; dy <= reach_yz; ++dy) shifts.push_back({dy, dz});
@@ -104,7 +104,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
     return a[0] * a[0] + a[1] * a[1] < b[0] * b[0] + b[1] * b[1];
   });
 
-  // A fit of so few of the data's voxels is chance: not worth a closer look.
+  // A smaller share of the data's voxels fits by chance.
   constexpr double min_share = 0.3;
   int total = 0;
   for (const Row& row : occupied) total += row.count;

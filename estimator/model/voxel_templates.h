@@ -15,7 +15,7 @@ struct CanonicalPose {
   double half_length = 0;  ///< largest |x| of the surface, m
   double radius = 0;       ///< largest distance from the x axis, m
 
-  /// How much longer than wide: spread along the major axis over that along the middle one.
+  /// Standard deviation along the major axis over that along the middle axis.
   double elongation() const { return spread[0] / spread[1]; }
 };
 
@@ -32,7 +32,7 @@ struct VoxelRows {
         rows(static_cast<std::size_t>(height_) * static_cast<std::size_t>(height_)) {}
   std::uint64_t& row(int y, int z) { return rows[index(y, z)]; }
   std::uint64_t row(int y, int z) const { return rows[index(y, z)]; }
-  /// Points outside are left out.
+  /// Points outside are ignored.
   void occupy(const Vector3d& point, double cell);
 
  private:
@@ -42,10 +42,10 @@ struct VoxelRows {
   }
 };
 
-/// Where a template fits best.
+/// The best fit of a template.
 struct Correlation {
   int rotation = 0;            ///< index of the template
-  std::array<int, 3> shift{};  ///< voxels to add to the template to lay it on the data
+  std::array<int, 3> shift{};  ///< voxels by which the template is shifted onto the data
   int score = 0;               ///< occupied voxels in common
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 using Command = estimator_command_t;
 
-// Of a pose that a commander gives: as good as a measuring tape.
+// Accuracy of an initial pose in a command.
 constexpr double given_pose_sigma_m = 0.05;
 constexpr double given_pose_sigma_rad = radians(3);
 
@@ -28,7 +28,7 @@ Estimator::Estimator(EstimatorSetup setup, EstimatorOutput& output)
   now_.session = setup_.session;
   now_.gate = setup_.options.gate;
   now_.strategy = setup_.options.strategy;
-  now_.returns_per_scan = usual_returns();
+  now_.returns_per_scan = default_returns();
   use_model(setup_.find_model(setup_.target));
   mode_reason_ = "waiting for a command";
 }
@@ -50,10 +50,10 @@ void Estimator::use_model(std::shared_ptr<const TargetModel> model) {
 std::string Estimator::refusal_of(const Command& command,
                                   std::shared_ptr<const TargetModel>& model) const {
   if (command.command < Command::STOP || command.command > Command::SCAN) {
-    return "command " + std::to_string(command.command) + " is not known";
+    return "command " + std::to_string(command.command) + " is unknown";
   }
   if (scan_ && command.first_scan_id <= last_id_) {
-    return "late: scan " + std::to_string(last_id_) + " is already asked for, the command is for " +
+    return "late: scan " + std::to_string(last_id_) + " is already requested, the command is for " +
            std::to_string(command.first_scan_id);
   }
   const std::string malformed = why_malformed(command);
@@ -62,7 +62,7 @@ std::string Estimator::refusal_of(const Command& command,
   // As things will be when the commands before this one are obeyed.
   std::shared_ptr<const TargetModel> coming = model_;
   bool pose = tracker_->started() || now_.mode == Mode::ACQUIRING;
-  for (const Pending& p : pending_) {
+  for (const PendingCommand& p : pending_) {
     if (p.command.command == Command::CHOOSE_MODEL) {
       coming = p.model;
       pose = false;
@@ -85,11 +85,11 @@ std::string Estimator::refusal_of(const Command& command,
   return "";
 }
 
-void Estimator::take(const Command& command) {
-  std::int64_t& last_seq = heard_[{command.session, command.commander}];
+void Estimator::receive(const Command& command) {
+  std::int64_t& last_seq = last_seqs_[{command.session, command.commander}];
   if (command.seq <= last_seq) {
     // Repeated: the answer may have been lost, and so may the request that followed.
-    announce();
+    publish_state();
     if (scan_ && !scan_->held_back) publish_request();
     return;
   }
@@ -100,23 +100,23 @@ void Estimator::take(const Command& command) {
   if (!refusal.empty()) {
     state_.refused_seq = command.seq;
     state_.reason = refusal;
-    announce();
+    publish_state();
     return;
   }
   state_.command_seq = command.seq;
   pending_.push_back({command, std::move(model)});
-  if (!scan_) proceed(false);
+  if (!scan_) start_next_scan(false);
   state_.reason = mode_reason_;
-  say_state();
+  publish_changed_state();
 }
 
-/// Of a tracking scan, where no command says how many.
-int Estimator::usual_returns() const {
+/// Returns of a tracking scan without a number in the command.
+int Estimator::default_returns() const {
   const EstimatorOptions& o = setup_.options;
   return std::min(o.returns_per_scan, static_cast<int>(o.max_scan_time_s * setup_.lidar.rate_hz));
 }
 
-void Estimator::obey(const Pending& pending) {
+void Estimator::execute(const PendingCommand& pending) {
   const Command& command = pending.command;
   now_.session = command.session;
   now_.command_seq = command.seq;
@@ -124,7 +124,7 @@ void Estimator::obey(const Pending& pending) {
     const bool own_gate = command.gate_near_m == 0 && command.gate_far_m == 0;
     now_.gate = own_gate ? setup_.options.gate : RangeGate{command.gate_near_m, command.gate_far_m};
     now_.returns_per_scan =
-        command.returns_per_scan > 0 ? command.returns_per_scan : usual_returns();
+        command.returns_per_scan > 0 ? command.returns_per_scan : default_returns();
     now_.acquire_returns = command.command == Command::ACQUIRE ? command.returns_per_scan : 0;
     now_.strategy = setup_.options.strategy;
     if (!command.strategy.empty()) parse_scan_strategy(command.strategy, now_.strategy);
@@ -143,7 +143,7 @@ void Estimator::obey(const Pending& pending) {
         start_from(pose_of(command.initial_position_m, command.initial_q_wxyz),
                    diagonal_covariance(given_pose_sigma_m, given_pose_sigma_rad), command.utime);
       } else if (now_.mode != Mode::TRACKING && tracker_->started()) {
-        // After a pause nobody knows how the target moved.
+        // The target may have moved during a pause.
         start_from(tracker_->pose(), resumed_covariance(), command.utime);
       }
       if (tracker_->started()) {
@@ -165,43 +165,43 @@ void Estimator::obey(const Pending& pending) {
   }
 }
 
-void Estimator::obey_commands_up_to(std::int64_t scan_id) {
+void Estimator::execute_commands_up_to(std::int64_t scan_id) {
   for (auto it = pending_.begin(); it != pending_.end();) {
     if (it->command.first_scan_id > scan_id) {
       ++it;
       continue;
     }
-    const Pending pending = *it;
+    const PendingCommand pending = *it;
     it = pending_.erase(it);
-    obey(pending);
+    execute(pending);
   }
 }
 
 // ---------------------------------------------------------------------------------------------
 // scans
 
-void Estimator::proceed(bool hold_back) {
+void Estimator::start_next_scan(bool hold_back) {
   std::int64_t next = last_id_ + 1;
-  obey_commands_up_to(next);
+  execute_commands_up_to(next);
   const auto scanning = [&] {
     return !own_scans_.empty() || now_.mode == Mode::ACQUIRING || now_.mode == Mode::TRACKING;
   };
   // Idle: no scan will come before the one a command waits for.
   while (!scanning() && !pending_.empty()) {
     next = std::max(next, pending_.front().command.first_scan_id);
-    for (const Pending& p : pending_)
+    for (const PendingCommand& p : pending_)
       next = std::min(next, std::max(last_id_ + 1, p.command.first_scan_id));
-    obey_commands_up_to(next);
+    execute_commands_up_to(next);
   }
   if (!scanning()) {
-    say_state();
+    publish_changed_state();
     return;
   }
   last_id_ = next - 1;
   if (!own_scans_.empty()) {
     std::vector<scan_window_t> windows = std::move(own_scans_.front());
     own_scans_.pop_front();
-    ask_for(std::move(windows), "procedure", true, hold_back);
+    request_scan(std::move(windows), "procedure", true, hold_back);
     return;
   }
   std::vector<Window> windows = plan_windows();
@@ -210,15 +210,15 @@ void Estimator::proceed(bool hold_back) {
     windows = plan_windows();
   }
   if (windows.empty()) {
-    say_state();
+    publish_changed_state();
     return;
   }
-  ask_for(messages_of(windows), now_.mode == Mode::ACQUIRING ? "acquire" : "track", false,
-          hold_back);
+  request_scan(messages_of(windows), now_.mode == Mode::ACQUIRING ? "acquire" : "track", false,
+               hold_back);
 }
 
-void Estimator::ask_for(std::vector<scan_window_t> windows, const std::string& purpose,
-                        bool own_windows, bool hold_back) {
+void Estimator::request_scan(std::vector<scan_window_t> windows, const std::string& purpose,
+                             bool own_windows, bool hold_back) {
   Scan scan;
   scan.id = ++last_id_;
   scan.own_windows = own_windows;
@@ -232,7 +232,7 @@ void Estimator::ask_for(std::vector<scan_window_t> windows, const std::string& p
   scan.request.windows = std::move(windows);
   scan_ = std::move(scan);
   if (!hold_back) publish_request();
-  say_state();
+  publish_changed_state();
 }
 
 void Estimator::publish_request() {
@@ -241,15 +241,14 @@ void Estimator::publish_request() {
   output_.request(scan_->request);
 }
 
-void Estimator::take(const ScanPacket& packet) {
+void Estimator::receive(const ScanPacket& packet) {
   if (!is_well_formed(packet)) {
-    output_.note(event_t::WARNING, "bad-packet", "a scan packet contradicts itself and is ignored");
+    output_.note(event_t::WARNING, "bad-packet", "an inconsistent scan packet is ignored");
     return;
   }
   const bool ends_scan = packet.scan_status != ScanPacket::RUNNING;
   if (packet.scan_id <= finished_id_) {
-    // The LIDAR repeats the end of its last scan when it has nothing to do: it did not hear of the
-    // next one.
+    // An idle LIDAR repeats the end of its last scan: it has not received the request.
     if (ends_scan && scan_) publish_request();
     return;
   }
@@ -257,11 +256,11 @@ void Estimator::take(const ScanPacket& packet) {
     // A later scan: this one gets no more packets.
     if (!scan_->packets.empty()) finish_scan();
     if (scan_ && packet.scan_id > scan_->id) {
-      // Not the scan that was asked for, yet a scan of what we look at.
+      // Not the scan requested, yet a usable one.
       output_.note(event_t::NOTICE, "scan-skipped",
-                   "scan " + std::to_string(packet.scan_id) + " came while scan " +
-                       std::to_string(scan_->id) + " was awaited");
-      obey_commands_up_to(packet.scan_id);
+                   "scan " + std::to_string(packet.scan_id) + " arrived while scan " +
+                       std::to_string(scan_->id) + " was expected");
+      execute_commands_up_to(packet.scan_id);
       scan_->id = packet.scan_id;
       scan_->held_back = false;
       last_id_ = packet.scan_id;
@@ -269,10 +268,10 @@ void Estimator::take(const ScanPacket& packet) {
     }
   }
   if (!scan_) {
-    // Nobody asked: only its number matters, so that ours go on from there.
+    // A scan without a request: only its number matters, the next request continues from it.
     last_id_ = std::max(last_id_, packet.scan_id);
     finished_id_ = std::max(finished_id_, ends_scan ? packet.scan_id : packet.scan_id - 1);
-    say_state();
+    publish_changed_state();
     return;
   }
   if (packet.scan_id < scan_->id) return;
@@ -286,18 +285,18 @@ void Estimator::take(const ScanPacket& packet) {
   }
 }
 
-void Estimator::take(const inertial_motion_t& motion) {
+void Estimator::receive(const inertial_motion_t& motion) {
   if (!setup_.options.inertial_motion) return;
   if (is_well_formed(motion)) {
-    sensor_motions_.take(sensor_motion_of(motion));
+    sensor_motions_.add(sensor_motion_of(motion));
   } else {
     output_.note(event_t::WARNING, "bad-inertial-motion",
-                 "an inertial motion contradicts itself and is ignored");
+                 "an inconsistent inertial motion is ignored");
   }
 }
 
-Estimator::Bundle Estimator::bundle(const Scan& scan) const {
-  Bundle b;
+Estimator::FinishedScan Estimator::finished_scan(const Scan& scan) const {
+  FinishedScan b;
   b.id = scan.id;
   b.own_windows = scan.own_windows;
   b.status = ScanPacket::ABORTED;
@@ -317,7 +316,7 @@ Estimator::Bundle Estimator::bundle(const Scan& scan) const {
 }
 
 void Estimator::finish_scan() {
-  const Bundle b = bundle(*scan_);
+  const FinishedScan b = finished_scan(*scan_);
   finished_id_ = scan_->id;
   scan_.reset();
   stream_.reset();
@@ -325,7 +324,7 @@ void Estimator::finish_scan() {
   // A scan that failed at once is not asked for again at once: the request waits until the LIDAR is
   // heard of again, once a second.
   const bool failed = b.status == ScanPacket::REFUSED || b.status == ScanPacket::ABORTED;
-  proceed(failed && b.beams.empty());
+  start_next_scan(failed && b.beams.empty());
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -337,23 +336,24 @@ void Estimator::change_mode(std::int8_t mode, const std::string& reason) {
   state_.reason = reason;
 }
 
-void Estimator::say_state() {
-  const bool changed = state_.command_seq != said_.command_seq ||
-                       state_.refused_seq != said_.refused_seq || state_.reason != said_.reason ||
-                       now_.mode != said_.mode || last_id_ != said_.scan_id ||
-                       now_.session != said_.session || model_->target.name != said_.target;
-  if (changed) announce();
+void Estimator::publish_changed_state() {
+  const bool changed = state_.command_seq != published_.command_seq ||
+                       state_.refused_seq != published_.refused_seq ||
+                       state_.reason != published_.reason || now_.mode != published_.mode ||
+                       last_id_ != published_.scan_id || now_.session != published_.session ||
+                       model_->target.name != published_.target;
+  if (changed) publish_state();
 }
 
-void Estimator::announce() {
+void Estimator::publish_state() {
   state_.utime = last_input_utime_;
   ++state_.seq;
   state_.session = now_.session;
   state_.mode = now_.mode;
   state_.scan_id = last_id_;
   state_.target = model_->target.name;
-  said_ = state_;
-  output_.state(said_);
+  published_ = state_;
+  output_.state(published_);
 }
 
 }  // namespace berth::estimator

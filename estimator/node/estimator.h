@@ -14,16 +14,15 @@
 #include <optional>
 
 #include "common/core/lidar_profile.h"
-#include "estimator/filter/sensor_motion.h"
-#include "estimator/methods.h"
-#include "estimator/ranges/long_range.h"
-#include "estimator/ranges/operating_range.h"
-#include "estimator/ranges/short_range.h"
+#include "estimator/estimator_options.h"
+#include "estimator/filter/target_tracker.h"
+#include "estimator/plan/operating_range.h"
+#include "estimator/track/long_range.h"
 #include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {
 
-/// Where an Estimator puts what it has to say.
+/// Receives an Estimator's output.
 class EstimatorOutput {
  public:
   virtual ~EstimatorOutput() = default;
@@ -35,7 +34,7 @@ class EstimatorOutput {
   virtual void note(std::int8_t severity, const std::string& code, const std::string& text) = 0;
 };
 
-/// What an Estimator is made from.
+/// Arguments of an Estimator.
 struct EstimatorSetup {
   EstimatorOptions options;
   LidarProfile lidar;
@@ -48,51 +47,51 @@ struct EstimatorSetup {
 };
 
 /// The pose estimator (paper, Figure 3): preprocessing, acquisition, tracking, target tracker and
-/// scan requests, as a fold over its inputs: the same packets and commands give the same numbers.
-/// It has no clock and no timer; everything it says follows from the last thing it was told.
+/// scan requests, as a fold over its inputs: equal packets and commands give equal output. It has
+/// no clock and no timer; output follows from inputs only.
 ///
-/// Scans are numbered. A command names the first scan to which it applies and is obeyed just before
-/// that scan, or the first after it, is asked for; an idle estimator obeys at once. A scan is used
-/// when its last packet, or a packet of a later scan, is there.
+/// Scans are numbered. A command names the first scan to which it applies and is executed before
+/// that scan, or the first after it, is requested; when idle, at once. A scan is processed when its
+/// last packet, or a packet of a later scan, has arrived.
 class Estimator {
  public:
-  /// @throws InputError when the first model cannot be had.
+  /// @throws InputError when the first model is not available.
   Estimator(EstimatorSetup setup, EstimatorOutput& output);
 
-  void take(const ScanPacket& packet);
-  void take(const estimator_command_t& command);
-  /// Where the options want it. What comes later than the scan in whose time it falls was used is
-  /// of no use any more; the diagnostics tell how much was there (inertial_s).
-  void take(const inertial_motion_t& motion);
+  void receive(const ScanPacket& packet);
+  void receive(const estimator_command_t& command);
+  /// If the options enable it. Motion that arrives after its scan was processed is not used; the
+  /// diagnostics give the time covered (inertial_s).
+  void receive(const inertial_motion_t& motion);
 
-  /// Says the state, also when nothing changed.
-  void announce();
-  const estimator_state_t& state() const { return said_; }
+  /// Publishes the state, changed or not.
+  void publish_state();
+  const estimator_state_t& state() const { return published_; }
 
  private:
   using Mode = estimator_state_t;
 
-  struct Instructions {  // of the commands obeyed so far
+  struct Instructions {  // by executed commands
     std::int8_t mode = estimator_state_t::IDLE;
     std::int64_t session = 0;
     std::int64_t command_seq = 0;
     RangeGate gate;
     ScanStrategy strategy = ScanStrategy::corners_sparse;
     int returns_per_scan = 0;
-    int acquire_returns = 0;  // wanted of the scan in which the target is found; 0: as they come
+    int acquire_returns = 0;  // wanted of the scan that acquires the target; 0: no requirement
   };
-  struct Pending {  // accepted, for a later scan
+  struct PendingCommand {  // accepted, for a later scan
     estimator_command_t command{};
     std::shared_ptr<const TargetModel> model;  // of CHOOSE_MODEL
   };
-  struct Scan {  // asked for and not yet finished
+  struct Scan {  // requested and not finished
     std::int64_t id = 0;
     bool own_windows = false;  // a procedure's SCAN
-    bool held_back = false;    // goes out when the LIDAR is heard of again
+    bool held_back = false;    // until the LIDAR sends again
     scan_request_t request{};
     std::map<std::int32_t, ScanPacket> packets;
   };
-  struct Bundle {  // a finished scan
+  struct FinishedScan {  // a finished scan
     std::int64_t id = 0;
     bool own_windows = false;
     std::int8_t status = 0;
@@ -106,14 +105,14 @@ class Estimator {
   struct Found {  // by acquisition
     AcquisitionResult::Status status = AcquisitionResult::Status::not_found;
     std::vector<Hypothesis> hypotheses;
-    std::optional<TrackingResult> measured;  // a pose that holds
+    std::optional<TrackingResult> measured;  // a validated pose
   };
-  struct Stream {                            // of the scan that is running, when streaming
-    std::unique_ptr<TargetTracker> tracker;  // as far as its returns go; forgotten at its end
+  struct Stream {                            // state of streaming during a scan
+    std::unique_ptr<TargetTracker> tracker;  // a copy, updated by the returns so far
     int next_packet = 0;
     std::vector<RawBeam> beams;  // so far
     int returns = 0;             // since the last estimate
-    bool doubtful = false;       // the scan contradicts the prediction: no more estimates of it
+    bool inconsistent = false;   // with the prediction: no further estimates of this scan
   };
   struct Durations {
     std::int64_t preprocess = 0;
@@ -125,41 +124,42 @@ class Estimator {
   // Commands
   std::string refusal_of(const estimator_command_t& command,
                          std::shared_ptr<const TargetModel>& model) const;
-  void obey(const Pending& pending);
-  int usual_returns() const;
-  void obey_commands_up_to(std::int64_t scan_id);
+  void execute(const PendingCommand& pending);
+  int default_returns() const;
+  void execute_commands_up_to(std::int64_t scan_id);
 
   // Scans
-  void proceed(bool hold_back);
+  void start_next_scan(bool hold_back);
   std::vector<Window> plan_windows();
-  void ask_for(std::vector<scan_window_t> windows, const std::string& purpose, bool own_windows,
-               bool hold_back);
+  void request_scan(std::vector<scan_window_t> windows, const std::string& purpose,
+                    bool own_windows, bool hold_back);
   void publish_request();
   void finish_scan();
-  Bundle bundle(const Scan& scan) const;
+  FinishedScan finished_scan(const Scan& scan) const;
 
   // Estimates
-  void process(const Bundle& bundle);
+  void process(const FinishedScan& finished_scan);
   bool streams() const {
     return setup_.options.streaming && setup_.options.tracker_method == "se3";
   }
   void stream();
-  void track_so_far(Stream& stream);
+  void track_partial_scan(Stream& stream);
   void publish_streamed(Stream& stream, const TargetTracker& tracker,
                         const TrackingResult& measured, pose_estimate_t& estimate,
                         std::int64_t start);
-  pose_estimate_t blank_estimate(std::int64_t scan_id, const CleanScan& scan) const;
-  void acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
-  void track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
-  void acquire_far(const LongRangeFix& far, bool was_zoomed, const CleanScan& scan,
+  pose_estimate_t new_estimate(std::int64_t scan_id, const PreprocessedScan& scan) const;
+  void acquire(const PreprocessedScan& scan, pose_estimate_t& estimate, Durations& durations);
+  void track(const PreprocessedScan& scan, pose_estimate_t& estimate, Durations& durations);
+  void acquire_far(const LongRangeFix& far, bool was_zoomed, const PreprocessedScan& scan,
                    pose_estimate_t& estimate);
-  void search_more_finely(bool met_something);
-  Found find_pose(const CleanScan& scan, const Velocity& velocity, pose_estimate_t& estimate);
-  TrackingResult measure(const CleanScan& scan, const Prediction& predicted);
-  static Prediction predicted_by(const TargetTracker& tracker, std::int64_t utime);
-  void tell_noise();
-  void track_far(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations);
-  void take_far(const LongRangeFix& far, pose_estimate_t& estimate);
+  void densify_search(bool met_something);
+  Found find_pose(const PreprocessedScan& scan, const Velocity& velocity,
+                  pose_estimate_t& estimate);
+  TrackingResult measure(const PreprocessedScan& scan, const Prediction& predicted);
+  static Prediction prediction_of(const TargetTracker& tracker, std::int64_t utime);
+  void report_noise();
+  void track_far(const PreprocessedScan& scan, pose_estimate_t& estimate, Durations& durations);
+  void accept_far(const LongRangeFix& far, pose_estimate_t& estimate);
   void start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime);
   void forget_target();
   static constexpr char not_filtered[] =
@@ -167,22 +167,22 @@ class Estimator {
   static double largest_sigma(const Matrix3d& covariance);
   static Matrix6d resumed_covariance();
   FieldOfView field_of_view() const;
-  /// Around the target in this pose, for the next acquisition scan.
-  std::vector<Window> look_closer(const Pose& pose, double margin) const;
-  void look_at(std::vector<Window> windows, const std::vector<Pose>& poses);
+  /// Windows about the target in this pose, for the next acquisition scan.
+  std::vector<Window> zoom_windows(const Pose& pose, double margin) const;
+  void set_zoom(std::vector<Window> windows, const std::vector<Pose>& poses);
   ModelSphere whole_target(double margin) const;
   void count_failure(const std::string& reason);
   void fill_filtered(pose_estimate_t& estimate) const { fill_filtered(*tracker_, estimate); }
   void fill_filtered(const TargetTracker& tracker, pose_estimate_t& estimate) const;
   void use_model(std::shared_ptr<const TargetModel> model);
   void change_mode(std::int8_t mode, const std::string& reason);
-  void say_state();
+  void publish_changed_state();
 
   EstimatorSetup setup_;
   EstimatorOutput& output_;
   std::shared_ptr<const TargetModel> model_;
-  NoiseScale noise_;  // before what measures with it
-  bool noise_told_ = false;
+  NoiseScale noise_;  // declared before its users
+  bool noise_reported_ = false;
   std::unique_ptr<Acquisition> acquisition_;
   std::unique_ptr<Tracking> tracking_;
   std::unique_ptr<ScanPlanner> planner_;
@@ -192,30 +192,30 @@ class Estimator {
   std::unique_ptr<LongRange> long_range_;
 
   Instructions now_;
-  std::deque<Pending> pending_;
+  std::deque<PendingCommand> pending_;
   std::deque<std::vector<scan_window_t>> own_scans_;  // a procedure's, to be asked for next
   std::map<std::pair<std::int64_t, std::string>, std::int64_t>
-      heard_;  // last seq of each commander
+      last_seqs_;  // last seq of each commander
   std::optional<Scan> scan_;
   std::optional<Stream> stream_;
-  std::int64_t last_id_ = 0;      // asked for, or seen
-  std::int64_t finished_id_ = 0;  // used, or passed over
+  std::int64_t last_id_ = 0;      // requested or received
+  std::int64_t finished_id_ = 0;  // processed or skipped
   std::int64_t last_input_utime_ = 0;
   std::int64_t last_beam_utime_ = 0;
   int failures_ = 0;               // tracking scans in a row
-  std::vector<Hypothesis> hints_;  // what the last acquisition scan left open
-  std::vector<Window> zoom_;       // where the next acquisition scan looks; empty: everywhere
-  int looks_ = 0;                  // of those in a row, that were scanned
-  int searches_ = 0;  // of the whole field of view in a row that met something and found nothing
+  std::vector<Hypothesis> hints_;  // undecided hypotheses of the last acquisition scan
+  std::vector<Window> zoom_;       // of the next acquisition scan; empty: the whole field of view
+  int zoom_scans_ = 0;             // in a row
+  int searches_ = 0;      // of the whole field of view in a row with returns and without a target
   int search_beams_ = 0;  // of a scan of the whole field of view
   OperatingRange range_ = OperatingRange::medium_range;
-  bool within_reach_ = false;  // in long range, and near enough for the pose
-  Quaterniond far_attitude_ = Quaterniond::Identity();  // the last scan's, in long range
-  Matrix6d systematic_ = Matrix6d::Zero();              // beside the filter's, in long range
+  bool near_enough_ = false;  // in long range, and near enough for the pose
+  Quaterniond coarse_attitude_ = Quaterniond::Identity();  // of the last scan, in long range
+  Matrix6d systematic_ = Matrix6d::Zero();  // added to the filter's covariance, in long range
 
   estimator_state_t state_{};
   std::string mode_reason_;
-  estimator_state_t said_{};  // last published
+  estimator_state_t published_{};  // last published
   std::int64_t request_seq_ = 0;
   std::int64_t estimate_seq_ = 0;
 };

@@ -1,20 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From a scan to a first pose.
+// Acquisition, and long range: position and a coarse axis, until the pose is observable.
+#include <algorithm>
 #include <berth/event_t.hpp>
+#include <cmath>
 
 #include "estimator/acquire/discriminating_windows.h"
+#include "estimator/beam/scan.h"
 #include "estimator/node/estimator.h"
 #include "estimator/node/messages.h"
-#include "estimator/scan/at_mean_time.h"
 
 namespace berth::estimator {
-/// Where no pose is known: a near target is acquired, of a far one the place is found.
-void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
+namespace {
+
+// Above this attitude uncertainty the filter's attitude is unknown.
+constexpr double known_attitude_sigma_rad = 0.5;
+
+}  // namespace
+
+/// Without a pose: near targets are acquired, far ones located.
+void Estimator::acquire(const PreprocessedScan& scan, pose_estimate_t& estimate,
+                        Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   const bool was_zoomed = !zoom_.empty();
   zoom_.clear();
-  looks_ = was_zoomed ? looks_ + 1 : 0;
-  noise_.forget();
+  zoom_scans_ = was_zoomed ? zoom_scans_ + 1 : 0;
+  noise_.reset();
   estimate.status = pose_estimate_t::ACQUIRING;
   const LongRangeFix far = long_range_->find(scan);
   const double distance = far.pose.position.norm();
@@ -27,12 +37,12 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   const Found found = find_pose(scan, {}, estimate);
   durations.acquire = setup_.stopwatch() - start;
   const double margin = 0.1 * model_->canonical.half_length;
-  // Asked for so many returns, a search shows but where to look; the pose is found anew.
+  // If a command sets the number of returns, a search only locates the target for a zoomed scan.
   if (found.measured && !was_zoomed && now_.acquire_returns > 0) {
-    look_at(look_closer(found.measured->pose, margin), {found.measured->pose});
+    set_zoom(zoom_windows(found.measured->pose, margin), {found.measured->pose});
     if (!zoom_.empty()) {
       fill_filtered(estimate);
-      estimate.reason = "seen, to be looked at with the returns asked for";
+      estimate.reason = "located, to be scanned with the returns requested";
       return;
     }
   }
@@ -54,8 +64,8 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
     change_mode(Mode::LOST, estimate.reason);
     estimate.status = pose_estimate_t::LOST;
   }
-  // The next scan looks where the target seems to be, more probably than not; if it is known to be
-  // nowhere, or this one looked there already and found nothing, everywhere again.
+  // The next scan zooms to a hypothesis with a probability above 1/2. Otherwise, or after a zoomed
+  // scan without a result, it covers the whole field of view.
   std::vector<Pose> open;
   double probability = 0;
   for (const Hypothesis& h : hints_) {
@@ -64,7 +74,7 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
   }
   std::vector<Window> where;
   if (found.status == AcquisitionResult::Status::ambiguous) {
-    // Half of the beams where the hypotheses differ, the rest on all of the target.
+    // Half of the beams where the hypotheses differ, half on all of the target.
     const int beams = setup_.options.zoom_beams;
     const double surface_sigma =
         surface_sigma_of(*model_, setup_.options.hypotheses.bare_surface_sigma_m);
@@ -74,20 +84,20 @@ void Estimator::acquire(const CleanScan& scan, pose_estimate_t& estimate, Durati
         planner_->around(open, margin, where.empty() ? beams : beams / 2);
     where.insert(where.end(), all.begin(), all.end());
   } else if (!was_zoomed && probability > 0.5) {
-    where = look_closer(open.front(), 3 * margin);
+    where = zoom_windows(open.front(), 3 * margin);
   }
-  look_at(where, open);
+  set_zoom(where, open);
   if (was_zoomed) return;
-  // One search may have been disturbed: the second that met something and found nothing tells that
-  // more is needed.
+  // One search may have been disturbed; after a second one with returns and without a target, beams
+  // are added.
   const bool met_something = !scan.points.empty();
   searches_ = zoom_.empty() && met_something ? searches_ + 1 : 0;
-  if (zoom_.empty() && (!met_something || searches_ > 1)) search_more_finely(met_something);
+  if (zoom_.empty() && (!met_something || searches_ > 1)) densify_search(met_something);
 }
 
-/// Acquisition on a scan of a target that may move, and a first measurement of the pose it finds.
-/// Keeps what it leaves open as hints for the next one.
-Estimator::Found Estimator::find_pose(const CleanScan& scan, const Velocity& velocity,
+/// Acquires the pose of a target that may move and measures it. Undecided hypotheses become hints
+/// of the next scan.
+Estimator::Found Estimator::find_pose(const PreprocessedScan& scan, const Velocity& velocity,
                                       pose_estimate_t& estimate) {
   Found result;
   const Vector3d origin = scan.points.empty() ? Vector3d::Zero() : scan.points.front();
@@ -105,17 +115,104 @@ Estimator::Found Estimator::find_pose(const CleanScan& scan, const Velocity& vel
       measure(scan, {found.hypotheses.front().pose, resumed_covariance(), velocity});
   estimate.confidence = measured.confidence;
   if (!measured.ok) {
-    estimate.reason = "found a pose that does not hold: " + measured.reason;
+    estimate.reason = "the pose found fails validation: " + measured.reason;
     return result;
   }
   hints_.clear();
   result.measured = measured;
   if (const int equal = found.hypotheses.front().equal_poses; equal > 1) {
-    output_.note(event_t::NOTICE, "symmetric-target",
-                 "the target looks the same in " + std::to_string(equal) +
-                     " poses found; the one turned least from the sensor's axes is reported");
+    output_.note(
+        event_t::NOTICE, "symmetric-target",
+        "the target looks the same in " + std::to_string(equal) +
+            " poses found; the one with the smallest rotation from the sensor's axes is reported");
   }
   return result;
+}
+
+void Estimator::acquire_far(const LongRangeFix& far, bool was_zoomed, const PreprocessedScan& scan,
+                            pose_estimate_t& estimate) {
+  estimate.method = far.axis ? "moments" : "centroid";
+  if (!far.ok || !was_zoomed) {
+    estimate.reason = far.ok ? "a distant object, to be scanned more densely" : far.reason;
+    if (!was_zoomed) {
+      const auto window =
+          window_around(whole_target(model_->radius), {far.pose.position, {}}, field_of_view(),
+                        setup_.options.zoom_beams, "something far");
+      if (window) zoom_ = {*window};
+    }
+    fill_filtered(estimate);
+    return;
+  }
+  Matrix6d covariance = far.covariance;
+  covariance.topLeftCorner<3, 3>() *=
+      4;  // independent samples of the target's surface: the filter's and this scan's
+  start_from(far.pose, covariance, scan.utime_mean);
+  range_ = OperatingRange::long_range;
+  accept_far(far, estimate);
+  change_mode(Mode::TRACKING, "tracking");
+}
+
+/// Updates the estimate with a scan in long range.
+void Estimator::accept_far(const LongRangeFix& far, pose_estimate_t& estimate) {
+  coarse_attitude_ = far.pose.rotation;
+  systematic_ = far.systematic;
+  near_enough_ = ranges_->suited(far.pose.position.norm(), range_) != OperatingRange::long_range;
+  failures_ = 0;
+  TrackingResult measured;
+  measured.pose = far.pose;
+  measured.used = far.used;
+  measured.confidence =
+      std::min(1.0, static_cast<double>(far.used) / setup_.options.ranges.axis_returns);
+  fill_measurement(measured, estimate);
+  fill_filtered(estimate);
+  estimate.status = pose_estimate_t::OK;
+  estimate.reason.clear();
+}
+
+/// Long range: bearing, range and a coarse axis; once the target is near enough, its pose.
+void Estimator::track_far(const PreprocessedScan& scan, pose_estimate_t& estimate,
+                          Durations& durations) {
+  Prediction predicted{tracker_->predict(estimate.utime),
+                       tracker_->predicted_covariance(estimate.utime), tracker_->velocity()};
+  // The filter's attitude may have no measurement yet.
+  if (largest_sigma(predicted.covariance.bottomRightCorner<3, 3>()) > known_attitude_sigma_rad) {
+    predicted.pose.rotation = coarse_attitude_;
+  }
+  LongRangeFix far = long_range_->track(scan, predicted);
+  const Pose position_only{far.pose.position, tracker_->predict(estimate.utime).rotation};
+  if (far.ok && !tracker_->update(position_only, far.covariance, estimate.utime)) {
+    far.ok = false;
+    far.reason = not_filtered;
+  }
+  if (!far.ok) {
+    estimate.method = "centroid";
+    estimate.status = pose_estimate_t::LOST;
+    estimate.reason = far.reason;
+    fill_filtered(estimate);
+    count_failure(far.reason);
+    return;
+  }
+  if (near_enough_) {
+    const std::int64_t start = setup_.stopwatch();
+    const Velocity velocity{tracker_->velocity().linear, Vector3d::Zero()};
+    const Found found = find_pose(scan, velocity, estimate);
+    durations.acquire = setup_.stopwatch() - start;
+    const Matrix3d spread = (far.covariance + far.systematic).topLeftCorner<3, 3>();
+    if (found.measured &&
+        distance(found.measured->pose, far.pose) < 4 * std::sqrt(spread.trace())) {
+      tracker_->start(found.measured->pose, found.measured->covariance, estimate.utime, velocity,
+                      tracker_->velocity_covariance());
+      range_ = OperatingRange::medium_range;
+      failures_ = 0;
+      fill_measurement(*found.measured, estimate);
+      estimate.status = pose_estimate_t::OK;
+      estimate.reason.clear();
+      fill_filtered(estimate);
+      return;
+    }
+  }
+  estimate.method = far.axis ? "moments" : "centroid";
+  accept_far(far, estimate);
 }
 
 }  // namespace berth::estimator

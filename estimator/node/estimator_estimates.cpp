@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the fold makes of a scan: an estimate.
+// Estimates of finished scans, and, when streaming, of a tracking scan in progress: every n returns
+// the beams so far update a copy of the filter. The filter itself is updated by the whole scan.
 #include <algorithm>
 #include <berth/event_t.hpp>
 #include <cmath>
@@ -13,19 +14,25 @@
 #include "lcmtypes/good_estimate.h"
 
 namespace berth::estimator {
-
 namespace {
 
-// Of a pose that nobody knows.
+// Of an unknown pose.
 constexpr double unknown_sigma_m = 1000;
 constexpr double unknown_sigma_rad = radians(180);
-// After a pause nobody knows how the target moved.
+// After a pause, in which the target may have moved.
 constexpr double resumed_pose_sigma_m = 0.1;
 constexpr double resumed_pose_sigma_rad = radians(5);
 
+/// Whether fewer expected returns fit the target than chance allows, by two standard deviations of
+/// a binomial draw: small batches at edges are not inconsistent.
+bool is_inconsistent(double fit, double expected) {
+  constexpr double share = 0.75;
+  return fit < share * expected - 2 * std::sqrt(share * (1 - share) * expected);
+}
+
 }  // namespace
 
-pose_estimate_t Estimator::blank_estimate(std::int64_t scan_id, const CleanScan& scan) const {
+pose_estimate_t Estimator::new_estimate(std::int64_t scan_id, const PreprocessedScan& scan) const {
   pose_estimate_t estimate{};
   estimate.session = now_.session;
   estimate.command_seq = now_.command_seq;
@@ -41,13 +48,13 @@ pose_estimate_t Estimator::blank_estimate(std::int64_t scan_id, const CleanScan&
   return estimate;
 }
 
-void Estimator::process(const Bundle& b) {
+void Estimator::process(const FinishedScan& b) {
   Durations durations;
   std::int64_t start = setup_.stopwatch();
-  const CleanScan scan = preprocess(b.beams, now_.gate, setup_.lidar.beam);
+  const PreprocessedScan scan = preprocess(b.beams, now_.gate, setup_.lidar.beam);
   durations.preprocess = setup_.stopwatch() - start;
 
-  pose_estimate_t estimate = blank_estimate(b.id, scan);
+  pose_estimate_t estimate = new_estimate(b.id, scan);
   estimate.first_packet = b.first_packet;
   estimate.last_packet = b.last_packet;
   estimate.packets_missing = b.packets_missing;
@@ -55,7 +62,7 @@ void Estimator::process(const Bundle& b) {
 
   double inertial_s = 0;
   if (tracker_->started()) {
-    inertial_s = sensor_motions_.carry(*tracker_, estimate.utime);
+    inertial_s = sensor_motions_.propagate(*tracker_, estimate.utime);
     sensor_motions_.forget_before(tracker_->utime());
   }
   if (now_.mode == Mode::ACQUIRING) {
@@ -112,21 +119,21 @@ void Estimator::process(const Bundle& b) {
   output_.diagnostics(d);
 }
 
-/// The scan's pose, and the noise that its returns show.
-TrackingResult Estimator::measure(const CleanScan& scan, const Prediction& predicted) {
-  constexpr double explained = 0.85;  // of the returns about the target, by a noise never seen yet
+/// Measures the scan's pose and updates the noise scale.
+TrackingResult Estimator::measure(const PreprocessedScan& scan, const Prediction& predicted) {
+  constexpr double explained = 0.85;  // minimum confidence that confirms a new noise scale
   TrackingResult measured = tracking_->track(scan, predicted);
   const NoiseScale before = noise_;
-  if (noise_.learn(measured.spread, measured.used)) {
+  if (noise_.update(measured.spread, measured.used)) {
     const TrackingResult again = tracking_->track(scan, predicted);
     if (again.ok && again.confidence > explained) {
       measured = again;
-      noise_.learn(measured.spread, measured.used);
+      noise_.update(measured.spread, measured.used);
     } else {
-      noise_ = before;  // not the noise is wrong but the pose
+      noise_ = before;  // the pose is wrong, not the noise scale
     }
   }
-  tell_noise();
+  report_noise();
   const std::string defect = measured.ok ? covariance_defect(measured.covariance) : "";
   if (!defect.empty()) {
     measured.ok = false;
@@ -135,26 +142,27 @@ TrackingResult Estimator::measure(const CleanScan& scan, const Prediction& predi
   return measured;
 }
 
-/// Once, until it is over.
-void Estimator::tell_noise() {
+/// Reports a noise scale that differs from the specification once, and its end.
+void Estimator::report_noise() {
   constexpr double much = 1.5;
   constexpr double little = 1.25;
   const double factor = noise_.factor();
   const double off = std::max(factor, 1 / factor);
-  if (noise_told_ ? off > little : off < much) return;
-  noise_told_ = !noise_told_;
+  if (noise_reported_ ? off > little : off < much) return;
+  noise_reported_ = !noise_reported_;
   output_.note(event_t::NOTICE, "noise-differs",
-               noise_told_ ? "the returns scatter " + fixed(factor, 1) +
-                                 " times what the LIDAR says of itself; covariances say so"
-                           : "the returns scatter as the LIDAR says");
+               noise_reported_ ? "the scatter of the returns is " + fixed(factor, 1) +
+                                     " times the LIDAR's specification; covariances include it"
+                               : "the scatter of the returns is as the LIDAR's specification");
 }
 
-Prediction Estimator::predicted_by(const TargetTracker& tracker, std::int64_t utime) {
+Prediction Estimator::prediction_of(const TargetTracker& tracker, std::int64_t utime) {
   return {tracker.predict(utime), tracker.predicted_covariance(utime), tracker.velocity(),
           tracker.predicted_velocity_covariance(utime)};
 }
 
-void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Durations& durations) {
+void Estimator::track(const PreprocessedScan& scan, pose_estimate_t& estimate,
+                      Durations& durations) {
   const std::int64_t start = setup_.stopwatch();
   if (range_ == OperatingRange::long_range) {
     track_far(scan, estimate, durations);
@@ -162,14 +170,14 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     return;
   }
   const std::int64_t utime = estimate.utime;
-  TrackingResult measured = measure(scan, predicted_by(*tracker_, utime));
+  TrackingResult measured = measure(scan, prediction_of(*tracker_, utime));
   if (measured.ok) {
     measured.ok = measured.motion ? tracker_->update(measured.pose, measured.covariance,
                                                      *measured.motion, utime)
                                   : tracker_->update(measured.pose, measured.covariance, utime);
     if (!measured.ok) measured.reason = not_filtered;
   }
-  // The estimates given while the scan ran are not followed by one of an earlier time.
+  // Times of estimates do not decrease after those of the scan in progress.
   if (streams()) {
     estimate.utime = std::max(utime, scan.utime_last);
     const double later = static_cast<double>(estimate.utime - utime) * 1e-6;
@@ -182,9 +190,9 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
     estimate.status = pose_estimate_t::OK;
     fill_filtered(estimate);
     range_ = ranges_->suited((tracker_->pose() * model_->centre).norm(), range_);
-    far_attitude_ = tracker_->pose().rotation;
+    coarse_attitude_ = tracker_->pose().rotation;
     systematic_.setZero();
-    within_reach_ = false;
+    near_enough_ = false;
   } else {
     estimate.status = pose_estimate_t::LOST;
     estimate.reason = measured.reason;
@@ -194,7 +202,7 @@ void Estimator::track(const CleanScan& scan, pose_estimate_t& estimate, Duration
   durations.track = setup_.stopwatch() - start;
 }
 
-/// Infinite where nothing is known.
+/// Infinite for an invalid covariance.
 double Estimator::largest_sigma(const Matrix3d& covariance) {
   if (!is_covariance(covariance)) return std::numeric_limits<double>::infinity();
   return std::sqrt(covariance.diagonal().maxCoeff());
@@ -204,13 +212,13 @@ Matrix6d Estimator::resumed_covariance() {
   return diagonal_covariance(resumed_pose_sigma_m, resumed_pose_sigma_rad);
 }
 
-/// Tracking begins from a pose, the target at rest.
+/// Starts tracking from a pose with zero velocity.
 void Estimator::start_from(const Pose& pose, const Matrix6d& covariance, std::int64_t utime) {
   forget_target();
   tracker_->start(pose, covariance, utime);
   failures_ = 0;
   range_ = ranges_->suited((pose * model_->centre).norm(), OperatingRange::medium_range);
-  far_attitude_ = pose.rotation;
+  coarse_attitude_ = pose.rotation;
 }
 
 void Estimator::forget_target() {
@@ -218,10 +226,10 @@ void Estimator::forget_target() {
   hints_.clear();
   zoom_.clear();
   range_ = OperatingRange::medium_range;
-  within_reach_ = false;
+  near_enough_ = false;
   systematic_.setZero();
   search_beams_ = setup_.options.acquire_beams;
-  looks_ = searches_ = 0;
+  zoom_scans_ = searches_ = 0;
 }
 
 void Estimator::count_failure(const std::string& reason) {
@@ -244,14 +252,14 @@ void Estimator::fill_filtered(const TargetTracker& tracker, pose_estimate_t& est
     set_covariance(diagonal_covariance(unknown_sigma_m, unknown_sigma_rad), estimate.covariance);
     return;
   }
-  // The pose at the estimate's own time: after an update that is the filter's, else a prediction.
+  // The pose at the estimate's time: the filter's after an update, else its prediction.
   Pose pose = tracker.predict(estimate.utime);
   const bool updated = estimate.utime == tracker.utime();
   Matrix6d covariance =
       updated ? tracker.covariance() : tracker.predicted_covariance(estimate.utime);
   if (range_ == OperatingRange::long_range) {
-    // The attitude is the last scan's; the filter knows none, or an old one that went into it.
-    pose.rotation = far_attitude_;
+    // The attitude is the last scan's: the filter's is unknown, or older.
+    pose.rotation = coarse_attitude_;
     const Matrix3d position = covariance.topLeftCorner<3, 3>();
     covariance = systematic_;
     covariance.topLeftCorner<3, 3>() += position;
@@ -261,6 +269,72 @@ void Estimator::fill_filtered(const TargetTracker& tracker, pose_estimate_t& est
   set_covariance(tracker.velocity_covariance(), estimate.velocity_covariance);
   set_velocity(tracker.velocity(), estimate);
   estimate.operating_range = static_cast<std::int8_t>(range_);
+}
+
+void Estimator::stream() {
+  if (!streams() || now_.mode != estimator_state_t::TRACKING || scan_->own_windows ||
+      range_ == OperatingRange::long_range) {
+    return;
+  }
+  if (!stream_) stream_ = Stream{tracker_->clone(), 0, {}, 0, false};
+  // In order, whatever the order of arrival: deterministic.
+  std::vector<RawBeam> beams;
+  for (auto packet = scan_->packets.find(stream_->next_packet);
+       packet != scan_->packets.end() && packet->first == stream_->next_packet;
+       packet = scan_->packets.find(stream_->next_packet)) {
+    beams.clear();
+    append_beams(packet->second, beams);
+    for (const RawBeam& beam : beams) {
+      stream_->beams.push_back(beam);
+      stream_->returns += beam.status == BeamStatus::hit ? 1 : 0;
+      if (stream_->returns >= setup_.options.estimate_every) track_partial_scan(*stream_);
+    }
+    ++stream_->next_packet;
+  }
+}
+
+/// The beams received so far are tracked as one scan: correlated errors count once.
+void Estimator::track_partial_scan(Stream& stream) {
+  const std::int64_t start = setup_.stopwatch();
+  stream.returns = 0;
+  const PreprocessedScan scan = preprocess(stream.beams, now_.gate, setup_.lidar.beam);
+  if (scan.points.empty()) return;
+  const auto tracker = stream.tracker->clone();
+  sensor_motions_.propagate(*tracker, scan.utime_mean);
+  const TrackingResult measured = tracking_->track(scan, prediction_of(*tracker, scan.utime_mean));
+  const double expected = measured.used / std::max(1e-3, measured.confidence);
+  stream.inconsistent = stream.inconsistent || is_inconsistent(measured.used, expected);
+  if (stream.inconsistent || !measured.ok || !measured.motion ||
+      !tracker->update(measured.pose, measured.covariance, *measured.motion, scan.utime_mean)) {
+    return;
+  }
+  pose_estimate_t estimate = new_estimate(scan_->id, scan);
+  estimate.utime = scan.utime_last;
+  publish_streamed(stream, *tracker, measured, estimate, start);
+}
+
+void Estimator::publish_streamed(Stream& stream, const TargetTracker& tracker,
+                                 const TrackingResult& measured, pose_estimate_t& estimate,
+                                 std::int64_t start) {
+  estimate.last_packet = stream.next_packet;
+  estimate.method = "stream";
+  estimate.status = pose_estimate_t::OK;
+  fill_filtered(tracker, estimate);
+  if (!is_good(estimate)) {
+    stream.inconsistent = true;
+    return;
+  }
+  fill_measurement(measured, estimate);
+  estimate.seq = ++estimate_seq_;
+  output_.estimate(estimate);
+
+  estimator_diagnostics_t d{};
+  d.utime = estimate.utime;
+  d.seq = estimate.seq;
+  d.session = estimate.session;
+  d.scan_id = estimate.scan_id;
+  d.track_us = setup_.stopwatch() - start;
+  output_.diagnostics(d);
 }
 
 }  // namespace berth::estimator

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimator/node/estimator_node.h"
 
-#include "estimator/ranges/short_range.h"
+#include "estimator/plan/operating_range.h"
 #include "lcmtypes/channels.h"
 
 namespace berth {
@@ -15,22 +15,22 @@ EstimatorNode::EstimatorNode(NodeSetup setup, estimator::EstimatorSetup estimato
                               [this](const ScanPacket& packet) {
                                 if (packet.session != session()) return;
                                 process("scan " + std::to_string(packet.scan_id),
-                                        [this, packet] { estimator_.take(packet); });
+                                        [this, packet] { estimator_.receive(packet); });
                               });
   bus().subscribe<estimator_command_t>(
       channels::estimator_command, Queue::fifo(), [this](const estimator_command_t& command) {
         if (!is_ours(command)) return;
         const bool model = command.command == estimator_command_t::CHOOSE_MODEL;
         process(
-            "command " + std::to_string(command.seq), [this, command] { estimator_.take(command); },
-            model ? budgets_.model : 0);
+            "command " + std::to_string(command.seq),
+            [this, command] { estimator_.receive(command); }, model ? budgets_.model : 0);
       });
   bus().subscribe<inertial_motion_t>(
       channels::inertial_motion, Queue::fifo(), [this](const inertial_motion_t& motion) {
         if (motion.session != session()) return;
-        process("inertial motion", [this, motion] { estimator_.take(motion); });
+        process("inertial motion", [this, motion] { estimator_.receive(motion); });
       });
-  process("the first state", [this] { estimator_.announce(); });
+  process("the first state", [this] { estimator_.publish_state(); });
   repeat_timer_ =
       loop().every(second, [this] { bus().publish(channels::estimator_state, state_); });
 }

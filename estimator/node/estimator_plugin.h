@@ -6,19 +6,18 @@
 #include "common/bus/node.h"
 #include "common/core/run_setup.h"
 
-/// What a shared library exports so that `berth run --twin --estimator LIBRARY` flies by it. It is
-/// built from the sources of the very Berth that loads it, and takes Berth's own code from that
-/// program:
+/// The interface of a shared library for `berth run --twin --estimator LIBRARY`. The library is
+/// built from the sources of the Berth that loads it, and uses the code in that program:
 ///
 ///     using namespace berth;
 ///     std::unique_ptr<Node> make_mine(NodeSetup setup, const RunSetup& run, Bus& bus, Loop& loop);
 ///     BERTH_ESTIMATOR_PLUGIN(make_mine)
 namespace berth {
 
-/// Counts up whenever one of the classes below, or what they say, changes.
+/// Incremented whenever one of the classes below, or its contract, changes.
 inline constexpr int estimator_plugin_version = 1;
 
-/// The library's answer. Its first member never moves, so that any version can be told.
+/// Returned by the library. The first member never moves: the version of any library can be read.
 struct EstimatorPlugin {
   int version;  ///< estimator_plugin_version when the library was built
   /// Makes the node from configuration, bus and clock, as make_estimator_node(). It receives

@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the next scan looks.
+// Windows of the next scan.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <utility>
 
-#include "estimator/acquire/large_planes.h"
+#include "estimator/acquire/segmentation.h"
 #include "estimator/node/estimator.h"
 
 namespace berth::estimator {
 namespace {
 
-/// In a row, after which all of the field of view is scanned again: where the target is not, it is
-/// not found, however often one looks.
-constexpr int max_looks = 2;
+/// Consecutive zoomed scans before the whole field of view is scanned again.
+constexpr int max_zoom_scans = 2;
 
-/// The least window that holds both, with the first one's count and name.
+/// The smallest window that contains both, with the first one's count and name.
 Window hull(const Window& a, const Window& b) {
   const double left = std::min(a.azimuth - 0.5 * a.width, b.azimuth - 0.5 * b.width);
   const double right = std::max(a.azimuth + 0.5 * a.width, b.azimuth + 0.5 * b.width);
@@ -32,7 +31,7 @@ FieldOfView Estimator::field_of_view() const {
           setup_.lidar.minimum_step_rad, setup_.lidar.beam};
 }
 
-/// About all of a target whose attitude is not known.
+/// The sphere about the origin that contains the target in any attitude.
 ModelSphere Estimator::whole_target(double margin) const {
   return {Vector3d::Zero(), model_->centre.norm() + model_->radius + margin};
 }
@@ -44,10 +43,10 @@ std::vector<Window> Estimator::plan_windows() {
     return {planner_->everything(search_beams_)};
   }
   if (now_.mode != Mode::TRACKING) return {};
-  // A target near enough for its pose is looked at more closely until that is found.
-  const bool looking = range_ == OperatingRange::long_range && within_reach_;
+  // A target near enough for its pose is scanned more densely until the pose is acquired.
+  const bool looking = range_ == OperatingRange::long_range && near_enough_;
   const int beams = looking ? o.zoom_beams : now_.returns_per_scan;
-  // The middle of the scan to come.
+  // The middle of the next scan.
   const double ahead = o.request_latency_s + 0.5 * beams / setup_.lidar.rate_hz;
   const std::int64_t then =
       std::max(last_input_utime_, tracker_->utime()) + static_cast<std::int64_t>(1e6 * ahead);
@@ -61,7 +60,7 @@ std::vector<Window> Estimator::plan_windows() {
   }
   const double rotation = largest_sigma(covariance.bottomRightCorner<3, 3>());
   const double sigma = std::hypot(translation, rotation * model_->canonical.half_length);
-  // Windows that have grown to the size of the target find nothing that the whole view does not.
+  // Margins are limited: larger windows have no advantage over the whole field of view.
   const double most = 0.3 * model_->canonical.half_length;
   if (range_ == OperatingRange::short_range) {
     if (auto sphere = docking_region(*model_, o.ranges, pose)) {
@@ -73,24 +72,24 @@ std::vector<Window> Estimator::plan_windows() {
   return planner_->plan(pose, std::min(sigma, most), now_.strategy, beams);
 }
 
-std::vector<Window> Estimator::look_closer(const Pose& pose, double margin) const {
+std::vector<Window> Estimator::zoom_windows(const Pose& pose, double margin) const {
   if (now_.acquire_returns == 0) {
     return planner_->around({pose}, margin, setup_.options.zoom_beams);
   }
   return planner_->outline(pose, margin, now_.acquire_returns);
 }
 
-/// The next scan is these windows, if there are any, and what is about the target at these poses,
-/// half as dense as a search, so far that a plane can be seen to be wider than the target: of a
-/// floor or a wall that only a strip is seen of, nobody can tell that it is none of the target's.
-void Estimator::look_at(std::vector<Window> windows, const std::vector<Pose>& poses) {
-  if (windows.empty() || looks_ >= max_looks) return;
+/// The next scan consists of these windows, if any, and of the surroundings of the target at these
+/// poses, with half the density of a search and wide enough to recognise planes wider than the
+/// target: a strip of a wall or a floor may look like part of it.
+void Estimator::set_zoom(std::vector<Window> windows, const std::vector<Pose>& poses) {
+  if (windows.empty() || zoom_scans_ >= max_zoom_scans) return;
   zoom_ = std::move(windows);
   const FieldOfView field = field_of_view();
   std::optional<Window> about;
   for (const Pose& pose : poses) {
-    const auto window =
-        window_around({model_->centre, too_wide * model_->radius}, pose, field, 1, "surroundings");
+    const auto window = window_around({model_->centre, max_plane_radii * model_->radius}, pose,
+                                      field, 1, "surroundings");
     if (window) about = about ? hull(*about, *window) : *window;
   }
   if (!about) return;
@@ -99,10 +98,10 @@ void Estimator::look_at(std::vector<Window> windows, const std::vector<Pose>& po
   zoom_.push_back(*about);
 }
 
-/// A target at the end of the range gate fits between beams that met nothing. Of beams that met
-/// something, as many must meet the target as where it seems to be, as far away as its pose is
-/// looked for.
-void Estimator::search_more_finely(bool met_something) {
+/// More beams for the next search where the target may lie between beams: at the end of the range
+/// gate, or, after returns without a target, where fewer beams than in a zoomed scan would meet it
+/// at the largest distance of medium range.
+void Estimator::densify_search(bool met_something) {
   const double area = setup_.lidar.field_of_view_width * setup_.lidar.field_of_view_height;
   double reach = std::min(now_.gate.far, setup_.lidar.beam.range_max_m);
   double apart = 0.5 * model_->radius;

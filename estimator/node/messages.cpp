@@ -31,7 +31,7 @@ void append_beams(const ScanPacket& packet, std::vector<RawBeam>& beams) {
     beam.range_sigma = static_cast<double>(packet.range_sigma_m[i]);
     beam.intensity = packet.intensity[i];
     if (packet.range2_m[i] != 0) {
-      // Of a beam from beside the origin, as far behind the first return as along the beam.
+      // For a beam that does not start at the origin, the difference of ranges along the beam.
       beam.second_range = seen.range + static_cast<double>(packet.range2_m[i]) -
                           static_cast<double>(packet.range_m[i]);
       beam.second_range_sigma = static_cast<double>(packet.range2_sigma_m[i]);
@@ -85,11 +85,11 @@ std::string why_malformed(const estimator_command_t& command) {
   if (!command.strategy.empty() && !parse_scan_strategy(command.strategy, strategy)) {
     std::string names;
     for (const std::string& name : scan_strategy_names()) names += " " + name;
-    return "scan strategy '" + command.strategy + "' is not known; known are" + names;
+    return "scan strategy '" + command.strategy + "' is unknown, expected one of" + names;
   }
   if (command.command == estimator_command_t::TRACK && command.has_initial_pose) {
     if (!is_pose(command.initial_position_m, command.initial_q_wxyz)) {
-      return "the initial pose is none";
+      return "the initial pose is not valid";
     }
   }
   if (command.command == estimator_command_t::SCAN) {

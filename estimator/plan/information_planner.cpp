@@ -10,12 +10,13 @@ namespace berth::estimator {
 
 namespace {
 
-/// Of so few beams each one matters: whether it meets what it is meant for, and whole numbers.
-constexpr int few = 100;
+/// Up to so many beams the design is compared with an even scan: the continuous approximation is
+/// coarse.
+constexpr int few_beams = 100;
 
-/// Poses about one, spread as an error of a point of the target of standard deviation sigma: the
-/// corners of a simplex, which have its mean and covariance (half of the variance is translation's,
-/// half rotation's at the end of the target).
+/// Sigma points about a pose for an error of a point of the target of standard deviation sigma: the
+/// corners of a simplex with its mean and covariance (half of the variance by translation, half by
+/// rotation at the target's end).
 std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_length, bool mirrored) {
   constexpr int dimension = 6;
   std::vector<Pose> poses;
@@ -35,10 +36,10 @@ std::vector<Pose> spread_about(const Pose& pose, double sigma, double half_lengt
   return poses;
 }
 
-/// Sums of the columns over boxes of (2 * reach + 1) along one side of a grid, cut at its ends and
-/// divided by what is left of the box.
-void blur(Eigen::Matrix<double, 21, Eigen::Dynamic>& cells, int lines, int length, int line_step,
-          int step, int reach) {
+/// Moving mean of the columns over (2 * reach + 1) cells along one axis of a grid, truncated at its
+/// ends.
+void box_mean(Eigen::Matrix<double, 21, Eigen::Dynamic>& cells, int lines, int length,
+              int line_step, int step, int reach) {
   Eigen::Matrix<double, 21, Eigen::Dynamic> line(21, length);
   for (int l = 0; l < lines; ++l) {
     for (int i = 0; i < length; ++i) line.col(i) = cells.col(l * line_step + i * step);
@@ -55,7 +56,7 @@ void blur(Eigen::Matrix<double, 21, Eigen::Dynamic>& cells, int lines, int lengt
 
 }  // namespace
 
-/// Cells over the outline, row by row; information of a return in a window about each.
+/// Cells over the outline, row by row, with the information of a return in a window about each.
 struct InformationPlanner::Grid {
   Window outline;
   int columns = 0;
@@ -63,7 +64,7 @@ struct InformationPlanner::Grid {
   double window_width = 0;
   double window_height = 0;
   Eigen::Matrix<double, 21, Eigen::Dynamic> information;
-  Eigen::VectorXd alike;  // see DesignProblem
+  Eigen::VectorXd correlation;  // see DesignProblem
 
   Eigen::Index cells() const { return Eigen::Index{columns} * rows; }
   Eigen::Index cell(int column, int row) const { return Eigen::Index{row} * columns + column; }
@@ -73,7 +74,7 @@ struct InformationPlanner::Grid {
   double elevation(int row) const {
     return outline.elevation - ((row + 0.5) / rows - 0.5) * outline.height;
   }
-  /// Around a cell, so many times the size, moved into the outline.
+  /// About a cell, its size multiplied, moved into the outline.
   Window window(int cell, double size) const;
 };
 
@@ -107,14 +108,14 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
                 0.5 * min_step * std::sqrt(static_cast<double>(beams))}));
   grid.window_width = std::min(2 * half, outline.width);
   grid.window_height = std::min(2 * half, outline.height);
-  grid.alike.setZero(grid.cells());
+  grid.correlation.setZero(grid.cells());
   const double area = view.area(grid.window_width, grid.window_height);
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const auto cell_index = static_cast<Eigen::Index>(i);
     grid.information.col(cell_index) = packed_square(returns[i].root);
-    grid.alike[cell_index] = returns[i].alike_within(area);
+    grid.correlation[cell_index] = returns[i].correlation_within(area);
   }
-  // Edges, as beams spread over the cell that they are in would tell them.
+  // Edges, by the information of beams spread over their cell.
   const double cell_area = view.area(outline) / static_cast<double>(grid.cells());
   view.edges_in(outline, [&](std::size_t i) {
     const auto [azimuth, elevation] = view.edge_angles(i);
@@ -126,16 +127,16 @@ InformationPlanner::Grid InformationPlanner::cast(const PoseView& view, const Po
                   at(0.5 - (elevation - outline.elevation) / outline.height, grid.rows));
     const EdgePiece& edge = view.edges()[i];
     grid.information.col(in) += packed_square(edge.root) / cell_area;
-    grid.alike[in] = std::max(grid.alike[in], edge.alike / area);
+    grid.correlation[in] = std::max(grid.correlation[in], edge.correlation / area);
   });
   const double reach = half + sigma / range;
   const auto cells = [&](double side, int count) {
     return std::clamp(static_cast<int>(std::lround(reach * count / side - 0.5)), 0, count);
   };
-  blur(grid.information, grid.rows, grid.columns, grid.columns, 1,
-       cells(outline.width, grid.columns));
-  blur(grid.information, grid.columns, grid.rows, 1, grid.columns,
-       cells(outline.height, grid.rows));
+  box_mean(grid.information, grid.rows, grid.columns, grid.columns, 1,
+           cells(outline.width, grid.columns));
+  box_mean(grid.information, grid.columns, grid.rows, 1, grid.columns,
+           cells(outline.height, grid.rows));
   return grid;
 }
 
@@ -161,12 +162,12 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   problem.prior = prior;
   problem.returns = beams;
   problem.information = {grid.information};
-  problem.alike = grid.alike;
+  problem.correlation = grid.correlation;
   Design design = a_optimal_design(problem, options_.max_windows, options_.design_tolerance);
   plan.min_rms = std::sqrt(std::max(0.0, design.min_trace));
   std::vector<int> cells = design.candidates;
   if (cells.empty()) return {};
-  // Beside those of the design, the best elsewhere: what is seen of a thin part may not last.
+  // Besides the design's windows, the best elsewhere: the visibility of thin parts is uncertain.
   std::vector<bool> taken(static_cast<std::size_t>(grid.cells()));
   const auto take = [&](int cell) {
     const int x = cell % grid.columns;
@@ -199,9 +200,9 @@ std::vector<Window> InformationPlanner::candidates(const Grid& grid, const Matri
   return windows;
 }
 
-DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& pose, double sigma,
-                                              const std::vector<Window>& windows,
-                                              const Matrix6d& prior, int beams) const {
+DesignProblem InformationPlanner::evaluate_windows(const PoseView& view, const Pose& pose,
+                                                   double sigma, const std::vector<Window>& windows,
+                                                   const Matrix6d& prior, int beams) const {
   constexpr int beams_each = 9;
   std::vector<Vector3d> directions;
   directions.reserve(windows.size() * beams_each);
@@ -213,9 +214,9 @@ DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& 
   DesignProblem problem;
   problem.prior = prior;
   problem.returns = beams;
-  problem.alike.setZero(static_cast<Eigen::Index>(windows.size()));
+  problem.correlation.setZero(static_cast<Eigen::Index>(windows.size()));
   const std::vector<Pose> poses =
-      spread_about(pose, sigma, model_.canonical.half_length, beams <= few);
+      spread_about(pose, sigma, model_.canonical.half_length, beams <= few_beams);
   for (const Pose& p : poses) {
     const PoseView there = view.moved_to(p);
     there.returns(directions, returns);
@@ -226,8 +227,8 @@ DesignProblem InformationPlanner::look_closer(const PoseView& view, const Pose& 
       if (beam.root.isZero(0)) continue;
       const auto window = static_cast<Eigen::Index>(i / beams_each);
       information.col(window) += packed_square(beam.root) / beams_each;
-      problem.alike[window] += beam.alike_within(view.area(windows[i / beams_each])) /
-                               (beams_each * static_cast<double>(poses.size()));
+      problem.correlation[window] += beam.correlation_within(view.area(windows[i / beams_each])) /
+                                     (beams_each * static_cast<double>(poses.size()));
     }
     for (std::size_t w = 0; w < windows.size(); ++w) {
       const auto window = static_cast<Eigen::Index>(w);
@@ -252,15 +253,15 @@ double InformationPlanner::expected_trace(const PoseView& view, const Pose& pose
   return sum / static_cast<double>(poses.size());
 }
 
-Matrix6d InformationPlanner::known_before(const PoseView& view,
-                                          const std::vector<Window>& others) const {
-  // What no surface holds is known from before, but hardly.
+Matrix6d InformationPlanner::prior_information(const PoseView& view,
+                                               const std::vector<Window>& others) const {
+  // A weak prior for unobservable directions.
   const double known = 0.3 * model_.canonical.half_length;
   return Matrix6d::Identity() / (known * known) + scan_information(view, others);
 }
 
 double InformationPlanner::spread(double predicted_sigma) const {
-  // A tracker finds its way back from the margin only when the windows still hold the target there.
+  // Windows must contain the target anywhere within the margin for a tracker to recover.
   return std::hypot(predicted_sigma, options_.min_margin_m / options_.margin_sigmas);
 }
 
@@ -268,8 +269,8 @@ std::vector<int> InformationPlanner::share(const Pose& pose, double predicted_si
                                            const std::vector<Window>& windows, int beams,
                                            const std::vector<Window>& others) const {
   const PoseView view(model_, &scene_, field_.beam, options_, pose);
-  const DesignProblem problem =
-      look_closer(view, pose, spread(predicted_sigma), windows, known_before(view, others), beams);
+  const DesignProblem problem = evaluate_windows(view, pose, spread(predicted_sigma), windows,
+                                                 prior_information(view, others), beams);
   const Design design =
       a_optimal_design(problem, static_cast<int>(windows.size()), options_.design_tolerance);
   std::vector<int> counts(windows.size(), 0);
@@ -287,13 +288,13 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
   if (beams < 1 || !(outline.width > 0 && outline.height > 0)) return plan;
   const double sigma = spread(predicted_sigma);
   const PoseView view(model_, &scene_, field_.beam, options_, pose);
-  const Matrix6d prior = known_before(view, others);
+  const Matrix6d prior = prior_information(view, others);
   const std::vector<Window> windows =
       candidates(cast(view, pose, sigma, outline, beams), prior, beams, plan);
   if (windows.empty()) return plan;
-  // A window of one beam or two is a gamble.
+  // A window of one or two beams is not robust.
   const int max_windows = std::clamp(beams / 4, 6, std::max(6, options_.max_windows));
-  const Design design = a_optimal_design(look_closer(view, pose, sigma, windows, prior, beams),
+  const Design design = a_optimal_design(evaluate_windows(view, pose, sigma, windows, prior, beams),
                                          max_windows, options_.design_tolerance);
   plan.rms_bound = std::sqrt(design.trace);
   const std::vector<int> counts = apportioned(design.shares, beams);
@@ -302,7 +303,7 @@ InformationPlan InformationPlanner::plan(const Pose& pose, double predicted_sigm
     plan.windows.push_back(windows[static_cast<std::size_t>(design.candidates[i])]);
     plan.windows.back().count = counts[i];
   }
-  if (beams > few) return plan;
+  if (beams > few_beams) return plan;
   Window everywhere = windows.back();
   everywhere.count = beams;
   const double chosen = expected_trace(view, pose, sigma, plan.windows, prior);

@@ -17,7 +17,7 @@ PackedMatrix dual(const Matrix6d& a) {
   return result;
 }
 
-/// A design on its way to the optimum.
+/// State of the vertex exchange.
 class Exchange {
  public:
   explicit Exchange(const DesignProblem& problem)
@@ -25,18 +25,19 @@ class Exchange {
         prior_(packed(problem.prior)),
         slopes_(problem.information.size()),
         gain_(problem.returns / static_cast<double>(problem.information.size())),
-        slowed_(Eigen::VectorXd::Ones(problem.information[0].cols())) {}
+        saturation_(Eigen::VectorXd::Ones(problem.information[0].cols())) {}
 
-  /// Sets trace and slopes for the shares as they are.
+  /// Sets trace and slopes for the current shares.
   void evaluate(Design& design) {
-    slowed_.setOnes();
+    saturation_.setOnes();
     std::vector<double> counts;
     for (std::size_t i = 0; i < design.candidates.size(); ++i) {
       const int candidate = design.candidates[i];
       const double n = problem_.returns * design.shares[i];
-      const double alone = 1 + n * (problem_.alike.size() > 0 ? problem_.alike[candidate] : 0);
+      const double alone =
+          1 + n * (problem_.correlation.size() > 0 ? problem_.correlation[candidate] : 0);
       counts.push_back(n / alone);
-      slowed_[candidate] = 1 / (alone * alone);
+      saturation_[candidate] = 1 / (alone * alone);
     }
     double log_trace = 0;
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
@@ -52,13 +53,13 @@ class Exchange {
     design.trace = std::exp(log_trace);
   }
 
-  /// How fast log(trace) falls when returns go to a candidate; rounding may say negative.
+  /// Derivative of -log(trace) by a candidate's share; may be negative by rounding.
   double sensitivity(int candidate) const {
     double sum = 0;
     for (std::size_t k = 0; k < slopes_.size(); ++k) {
       sum += slopes_[k].dot(problem_.information[k].col(candidate));
     }
-    return slowed_[candidate] * sum;
+    return saturation_[candidate] * sum;
   }
 
   /// Of every candidate.
@@ -67,7 +68,7 @@ class Exchange {
     for (std::size_t k = 1; k < slopes_.size(); ++k) {
       all.noalias() += problem_.information[k].transpose() * slopes_[k];
     }
-    all.array() *= slowed_.array();
+    all.array() *= saturation_.array();
   }
 
   double mean_sensitivity(const Design& design) const {
@@ -78,7 +79,7 @@ class Exchange {
     return mean;
   }
 
-  /// Shares the returns out over the candidates of the design, and evaluates it.
+  /// Multiplicative updates of the design's shares.
   void balance(Design& design, double tolerance) {
     constexpr int max_rounds = 6;  // the next exchange comes soon
     constexpr double min_share = 1e-3;
@@ -99,7 +100,7 @@ class Exchange {
       design.shares = std::move(shares);
       evaluate(design);
     }
-    // What has all but vanished makes room.
+    // Removes candidates with negligible shares.
     std::size_t kept = 0;
     for (std::size_t i = 0; i < design.shares.size(); ++i) {
       if (design.shares[i] < min_share) continue;
@@ -119,7 +120,7 @@ class Exchange {
   PackedMatrix prior_;
   std::vector<PackedMatrix> slopes_;  // of log(trace), against a candidate's information
   double gain_;
-  Eigen::VectorXd slowed_;  // of each candidate: its next return against its first
+  Eigen::VectorXd saturation_;  // of each candidate: derivative of n / (1 + n correlation) by n
 };
 
 }  // namespace
@@ -155,7 +156,7 @@ Design a_optimal_design(const DesignProblem& problem, int max_candidates, double
   Design design;
   if (problem.information.empty() || problem.information[0].cols() == 0) return design;
   constexpr int max_exchanges = 80;
-  constexpr std::size_t parameters = 6;  // so many returns hold a pose, fewer cannot be balanced
+  constexpr std::size_t parameters = 6;  // fewer candidates do not determine a pose
   Exchange exchange(problem);
   exchange.evaluate(design);
   for (int i = 0; i < max_exchanges; ++i) {

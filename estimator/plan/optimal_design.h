@@ -14,37 +14,35 @@ PackedMatrix packed_square(const Vector6d& root);  ///< of root * root^T
 PackedMatrix packed(const Matrix6d& symmetric);
 Matrix6d unpacked(const PackedMatrix& matrix);
 
-/// Among which candidates returns are to be shared out.
+/// Candidates among which returns are distributed.
 struct DesignProblem {
-  /// One matrix per pose that the target may have; column i: information of one return of
-  /// candidate i there.
+  /// A matrix for each possible pose of the target; column i: information of one return of
+  /// candidate i.
   std::vector<Eigen::Matrix<double, 21, Eigen::Dynamic>> information;
-  /// Of each candidate: n returns there say n / (1 + n alike) times as much as one that errs by
-  /// itself. Empty: all err by themselves.
-  Eigen::VectorXd alike;
-  Matrix6d prior = Matrix6d::Identity();  ///< what is known without returns: positive definite
+  /// Of each candidate, the variance that its returns share over a return's own: n returns have the
+  /// information of n / (1 + n correlation) independent ones. Empty: all are independent.
+  Eigen::VectorXd correlation;
+  Matrix6d prior = Matrix6d::Identity();  ///< information without returns: positive definite
   double returns = 1;
 };
 
 struct Design {
   std::vector<int> candidates;
-  std::vector<double> shares;   ///< of the returns, of each of these; sum 1
-  Eigen::VectorXd sensitivity;  ///< of every candidate: how fast returns there lower log(trace)
+  std::vector<double> shares;   ///< of the returns, for each candidate; sum 1
+  Eigen::VectorXd sensitivity;  ///< of every candidate: derivative of -log(trace) by its share
   double trace = 0;             ///< of the covariance, geometric mean over the poses
-  double min_trace = 0;         ///< no design has a smaller one (equivalence theorem)
+  double min_trace = 0;         ///< lower bound over all designs (equivalence theorem)
 };
 
-/// The A-optimal design: the shares that minimise the covariance's trace (its geometric mean, where
-/// there are several poses: a convex function too), to within a fraction `tolerance` of the part of
-/// it that returns lower, or as well as `max_candidates` can.
-/// Candidates are taken up one by one, each time the one that lowers the trace fastest; between,
-/// shares are multiplied by the root of their sensitivities until these agree (Silvey, Titterington
-/// and Torsney 1978; Yu 2010 for the proof that this converges where no candidate's returns err
-/// alike). Empty when no candidate has information.
+/// The A-optimal design: shares that minimise the trace of the covariance (over several poses its
+/// geometric mean, also convex), to a fraction `tolerance` of the reducible part, with at most
+/// `max_candidates`. A vertex exchange method: candidates are added one by one by sensitivity;
+/// between, shares are multiplied by the root of their sensitivities until these agree (Silvey,
+/// Titterington and Torsney 1978; Yu 2010 proves convergence for independent returns). Empty when
+/// no candidate has information.
 Design a_optimal_design(const DesignProblem& problem, int max_candidates, double tolerance);
 
-/// Whole numbers near share * count that sum up to count: those with the largest remainders are
-/// rounded up.
+/// Integers near share * count with the sum count, by largest remainders.
 std::vector<int> apportioned(const std::vector<double>& shares, int count);
 
 }  // namespace berth::estimator

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "estimator/optimise/surface_effects.h"
+#include "estimator/optimise/random_effects.h"
 #include "estimator/plan/optimal_design.h"
 
 namespace berth::estimator {
@@ -20,13 +20,13 @@ PoseView::PoseView(const TargetModel& model, const TargetScene* scene, const Bea
       far_(std::min(beam.range_max_m, (model.centre - to_model_.position).norm() + model.radius)),
       options_(options),
       range_(std::max(beam.range_min_m, (pose * model.centre).norm())) {
-  if (scene != nullptr) look_at_edges(*scene);
+  if (scene != nullptr) sample_edges(*scene);
   place_edges(pose);
 }
 
-void PoseView::look_at_edges(const TargetScene& scene) {
+void PoseView::sample_edges(const TargetScene& scene) {
   constexpr double pieces_across = 40;
-  constexpr double told = 1.806;  // integral of phi^2 / (Phi (1 - Phi)), the normal distribution's
+  constexpr double edge_information = 1.806;  // integral of phi^2 / (Phi (1 - Phi))
   const Vector3d eye = to_model_.position;
   const double spacing = 2 * model_.radius / (pieces_across * range_);
   const double cone = std::min(1.0, model_.radius / range_);
@@ -36,13 +36,14 @@ void PoseView::look_at_edges(const TargetScene& scene) {
     const TargetPart& part = model_.target.part(rim.front.face);
     if (part.scan == ScanPreference::avoid) continue;
     const double range = (rim.point - eye).norm();
-    const double weight = told * spacing * range / std::sqrt(beam_.edge_variance(range));
+    const double weight =
+        edge_information * spacing * range / std::sqrt(beam_.edge_variance(range));
     EdgePiece& piece = edges_.emplace_back();
     piece.point = rim.point;
     piece.root << rim.outward, rim.point.cross(rim.outward) / model_.canonical.half_length;
     piece.root *= std::sqrt(weight);
     const double surface = surface_sigma(part);
-    piece.alike = surface * surface * weight;
+    piece.correlation = surface * surface * weight;
     piece.patch = 1 + 2 * cell_of(rim.point, part.correlation_length);
   }
 }
@@ -96,7 +97,7 @@ void PoseView::returns(std::span<const Vector3d> directions, std::span<BeamRetur
       beam.root << hit.normal, arm.cross(hit.normal) / model_.canonical.half_length;
       beam.root /= std::sqrt(variance);
       const double surface = surface_sigma(part);
-      beam.alike = surface * surface / variance;
+      beam.correlation = surface * surface / variance;
       beam.patch_area = part.correlation_length * part.correlation_length;
       beam.patch = 2 * cell_of(arm, part.correlation_length);
     }
@@ -110,29 +111,6 @@ Matrix6d PoseView::pose_covariance(const Matrix6d& scaled) const {
   return to_sensor * scaled * to_sensor.transpose();
 }
 
-void append_raster(const Window& window, std::vector<Vector3d>& directions) {
-  const int n = window.count;
-  if (n < 1) return;
-  int rows = n;
-  if (window.height <= 0) {
-    rows = 1;
-  } else if (window.width > 0) {
-    rows = std::clamp(static_cast<int>(std::lround(std::sqrt(n * window.height / window.width))), 1,
-                      n);
-  }
-  const auto first_of = [&](int row) {
-    return static_cast<int>(static_cast<std::int64_t>(row) * n / rows);
-  };
-  for (int row = 0; row < rows; ++row) {
-    const int in_row = first_of(row + 1) - first_of(row);
-    const double elevation = window.elevation - ((row + 0.5) / rows - 0.5) * window.height;
-    for (int i = 0; i < in_row; ++i) {
-      const double across = ((i + 0.5) / in_row - 0.5) * (row % 2 == 0 ? 1 : -1);
-      directions.push_back(beam_direction(window.azimuth + across * window.width, elevation));
-    }
-  }
-}
-
 Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windows, int* returns) {
   std::vector<Vector3d> directions;
   for (const Window& window : windows) append_raster(window, directions);
@@ -140,7 +118,7 @@ Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windo
   view.returns(directions, beams);
   struct Patch {
     PackedMatrix sum = PackedMatrix::Zero();
-    double alike = 0;
+    double correlation = 0;
   };
   std::unordered_map<std::uint64_t, Patch> patches;
   int count = 0;
@@ -149,7 +127,7 @@ Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windo
     if (beam.root.isZero(0)) continue;
     Patch& patch = patches[beam.patch];
     patch.sum += packed_square(beam.root);
-    patch.alike += beam.alike;
+    patch.correlation += beam.correlation;
   }
   for (const Window& window : windows) {
     const double density = window.count / view.area(window);
@@ -157,11 +135,11 @@ Matrix6d scan_information(const PoseView& view, const std::vector<Window>& windo
       const EdgePiece& edge = view.edges()[i];
       Patch& patch = patches[edge.patch];
       patch.sum += density * packed_square(edge.root);
-      patch.alike += density * edge.alike;
+      patch.correlation += density * edge.correlation;
     });
   }
   PackedMatrix information = PackedMatrix::Zero();
-  for (const auto& [key, patch] : patches) information += patch.sum / (1 + patch.alike);
+  for (const auto& [key, patch] : patches) information += patch.sum / (1 + patch.correlation);
   if (returns != nullptr) *returns = count;
   return unpacked(information);
 }

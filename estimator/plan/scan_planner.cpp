@@ -24,7 +24,7 @@ const char* name_of(ScanRegion::Kind kind) {
   return "surface";
 }
 
-/// So many of the regions, spread over the target: each next one the farthest from those chosen.
+/// Farthest point sampling of regions.
 std::vector<const ScanRegion*> spread(const std::vector<const ScanRegion*>& regions,
                                       std::size_t count) {
   if (regions.size() <= count) return regions;
@@ -44,16 +44,18 @@ std::vector<const ScanRegion*> spread(const std::vector<const ScanRegion*>& regi
 
 }  // namespace
 
-Window window_between(double left, double right, double low, double high, int beams,
-                      const std::string& name) {
-  return {0.5 * (left + right),
-          0.5 * (low + high),
-          right - left,
-          high - low,
-          Pattern::raster,
-          beams,
-          0,
-          name};
+const std::vector<std::string>& scan_strategy_names() {
+  static const std::vector<std::string> names = {
+      "dense", "sparse", "corners", "edges", "corners+sparse", "edges+sparse", "information"};
+  return names;
+}
+
+bool parse_scan_strategy(const std::string& name, ScanStrategy& strategy) {
+  const auto& names = scan_strategy_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return false;
+  strategy = static_cast<ScanStrategy>(found - names.begin());
+  return true;
 }
 
 std::vector<const ScanRegion*> ScanPlanner::visible(const Pose& pose, ScanRegion::Kind kind) const {
@@ -64,7 +66,7 @@ std::vector<const ScanRegion*> ScanPlanner::visible(const Pose& pose, ScanRegion
     const Vector3d place = region.position.cast<double>();
     const Vector3d to_eye = eye - place;
     if (!region.visible_from.contains(nearest_direction(to_eye))) continue;
-    // The centre itself may lie on the far side of a rim: anything hit within the region will do.
+    // The centre may be on the hidden side of an edge: any hit within the region counts.
     RayHit hit;
     const double range = to_eye.norm();
     const double reach = static_cast<double>(region.radius);
@@ -121,13 +123,13 @@ void ScanPlanner::add(const Pose& pose, double margin, ScanRegion::Kind kind, in
 std::vector<Window> ScanPlanner::plan(const Pose& pose, double sigma, ScanStrategy strategy,
                                       int returns) const {
   std::vector<Window> windows = windows_of(pose, sigma, strategy, returns);
-  if (strategy != ScanStrategy::information) make_up_for_misses(pose, windows);
-  for (Window& window : windows) make_room(window);
+  if (strategy != ScanStrategy::information) compensate_misses(pose, windows);
+  for (Window& window : windows) enforce_minimum_step(window);
   return windows;
 }
 
-void ScanPlanner::share_out(const Pose& pose, double sigma, const std::vector<Window>& others,
-                            std::vector<Window>& windows) const {
+void ScanPlanner::redistribute(const Pose& pose, double sigma, const std::vector<Window>& others,
+                               std::vector<Window>& windows) const {
   int all = 0;
   for (const Window& window : windows) all += window.count;
   const auto free = static_cast<int>(std::lround((1 - options_.equal_share) * all));
@@ -146,8 +148,8 @@ void ScanPlanner::share_out(const Pose& pose, double sigma, const std::vector<Wi
                 windows.end());
 }
 
-void ScanPlanner::make_up_for_misses(const Pose& pose, std::vector<Window>& windows) const {
-  constexpr double most = 10;  // where hardly any returns the prediction is wrong, or the model
+void ScanPlanner::compensate_misses(const Pose& pose, std::vector<Window>& windows) const {
+  constexpr double most = 10;  // limits the effect of a wrong prediction or model
   int beams = 0;
   for (const Window& window : windows) beams += window.count;
   int returns = 0;
@@ -157,7 +159,7 @@ void ScanPlanner::make_up_for_misses(const Pose& pose, std::vector<Window>& wind
   for (Window& window : windows) window.count = static_cast<int>(std::ceil(factor * window.count));
 }
 
-void ScanPlanner::make_room(Window& window) const {
+void ScanPlanner::enforce_minimum_step(Window& window) const {
   const double step = 1.001 * field_.minimum_step;
   const double area = window.count * step * step;
   if (area <= window.width * window.height) return;
@@ -202,9 +204,9 @@ std::vector<Window> ScanPlanner::windows_of(const Pose& pose, double sigma, Scan
   }
   std::vector<Window> sparse;
   if (sparse_beams > 0) add(pose, margin, ScanRegion::Kind::surface, sparse_beams, sparse);
-  share_out(pose, sigma, sparse, windows);
+  redistribute(pose, sigma, sparse, windows);
   windows.insert(windows.end(), sparse.begin(), sparse.end());
-  // A target without corners, or with none in view, is scanned where it can be.
+  // Without corners in view the surface is scanned.
   if (windows.empty()) add(pose, margin, ScanRegion::Kind::surface, beams, windows);
   if (windows.empty()) return around({pose}, margin, beams);
   return windows;
@@ -233,15 +235,15 @@ std::vector<Window> ScanPlanner::around(const std::vector<Pose>& poses, double m
   }
   if (!(left < right)) return {};
   Window window = window_between(left, right, low, high, beams, "target");
-  // Whatever part of it is in view is better than nothing.
+  // A part of the target in view is accepted.
   if (clip(window) <= 0) return {};
   return {window};
 }
 
 std::vector<Window> ScanPlanner::outline(const Pose& pose, double margin_m, int returns) const {
   std::vector<Window> windows = around({pose}, margin_m, returns);
-  make_up_for_misses(pose, windows);
-  for (Window& window : windows) make_room(window);
+  compensate_misses(pose, windows);
+  for (Window& window : windows) enforce_minimum_step(window);
   return windows;
 }
 

@@ -12,7 +12,7 @@ namespace {
 /// Symmetric to the last bit.
 Matrix6d symmetric(const Matrix6d& m) { return 0.5 * (m + m.transpose()); }
 
-// What a target that has only been seen once may do: it starts at rest for want of better.
+// Prior of the velocity after the first measurement, 1 sigma.
 constexpr double unknown_speed = 0.05;     // m/s
 constexpr double unknown_rotation = 0.05;  // rad/s
 
@@ -67,8 +67,8 @@ bool AlphaBetaTracker::update(const Pose& measured, const Matrix6d& covariance,
   const Vector6d innovation = difference(predicted, measured);
   if (!innovation.allFinite() || !is_covariance(covariance)) return false;
 
-  // The gains of the first updates are those of a straight line through so few poses: the filter
-  // does not start from a velocity of which it knows nothing.
+  // The first updates have the gains of a least-squares line through the poses so far: the initial
+  // velocity is unknown.
   ++updates_;
   const double n = updates_ + 1;
   const double alpha = std::max(options_.alpha, 2 * (2 * n - 1) / (n * (n + 1)));

@@ -8,7 +8,7 @@ namespace berth::estimator {
 struct AlphaBetaOptions {
   double alpha = 0.8;  ///< gain of the pose
   double beta = 0.5;   ///< gain of the velocities
-  /// Accelerations the target may have although the model says none: sigma.
+  /// Unmodelled acceleration of the target, 1 sigma.
   double linear_acceleration = 0.01;   ///< m/s^2
   double angular_acceleration = 0.01;  ///< rad/s^2
 };

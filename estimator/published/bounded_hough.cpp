@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace berth::estimator {
+#include "estimator/beam/scan.h"
 
+namespace berth::estimator {
 namespace {
 
 int cube(int n) { return n * n * n; }
@@ -137,7 +138,7 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
   }
   result.votes = best.front().votes;
 
-  // Between the cells: the mean of those about the best one that have nearly as many votes.
+  // Interpolation: the weighted mean of cells near the best one with nearly as many votes.
   const double reach = 2.5 * levels_.back().voxel;
   const int least = result.votes - 1 - result.votes / 50;
   Vector3d shift = Vector3d::Zero();
@@ -155,11 +156,19 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
   }
   shift /= sum;
   turn /= sum;
-  // The returns moved by this in the model frame; the model moves the other way.
+  // The motion is of the returns in the model frame; the model moves inversely.
   const Quaterniond q = rotation_from_vector(turn);
   const Pose motion{model_.centre + shift - q * model_.centre, q};
   result.pose = expected * motion.inverse();
   return result;
+}
+
+TrackingResult BoundedHoughTracking::track(const PreprocessedScan& scan,
+                                           const Prediction& predicted) const {
+  Prediction voted = predicted;
+  const PreprocessedScan still = at_mean_time(scan, predicted.velocity, predicted.pose.position);
+  voted.pose = hough_.vote(still.points, predicted.pose).pose;
+  return refinement_.track(scan, voted);
 }
 
 }  // namespace berth::estimator

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t min_points = 12;
 
-/// Cells of space, of which each point is in one.
+/// A sparse grid: points by cell.
 class Cells {
  public:
   static constexpr std::uint32_t none = ~0U;
@@ -37,7 +37,7 @@ class Cells {
     }
   }
 
-  /// In the order of their places.
+  /// In the order of their positions.
   std::vector<std::uint32_t> sorted() const {
     std::vector<std::uint32_t> order(keys_.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -48,7 +48,7 @@ class Cells {
   std::span<const std::uint32_t> points(std::uint32_t cell) const {
     return std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
   }
-  /// Of 27, itself among them; none where there are no points.
+  /// The n-th of 27 neighbours, itself included; none where there are no points.
   std::uint32_t neighbour(std::uint32_t cell, int n) const {
     const auto found =
         numbers_.find(keys_[cell] + key(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1) - key(0, 0, 0));
@@ -62,7 +62,7 @@ class Cells {
     const auto bits = [](std::int64_t v) { return static_cast<std::uint64_t>(v + middle); };
     return (bits(x) << 42) + (bits(y) << 21) + bits(z);
   }
-  /// Neighbours in the list of points are mostly in the same cell.
+  /// Caches the last cell: consecutive points are mostly in the same one.
   std::uint32_t cell(std::uint64_t key) {
     if (last_ == none || keys_[last_] != key) {
       const auto [place, is_new] =
@@ -107,7 +107,7 @@ std::vector<std::vector<Vector3d>> clusters(const std::vector<Vector3d>& points,
   return result;
 }
 
-/// Keeps what lies within the target's length and width about the set's own axis.
+/// The points within the target's length and width about the set's axis, iterated.
 PointSet trimmed(const PointSet& set, const TargetSize& size) {
   constexpr double slack = 1.15;
   PointSet result = set;
@@ -128,7 +128,7 @@ PointSet trimmed(const PointSet& set, const TargetSize& size) {
   return result;
 }
 
-bool says_the_same(const PointSet& a, const PointSet& b, const TargetSize& size) {
+bool is_duplicate(const PointSet& a, const PointSet& b, const TargetSize& size) {
   return std::abs(a.axis.dot(b.axis)) > std::cos(radians(2)) &&
          (a.centroid - b.centroid).norm() < 0.04 * size.half_length;
 }
@@ -153,7 +153,7 @@ void find_axes(PointSet& set) {
 
 std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
                                            const TargetSize& size, std::size_t at_most) {
-  // Depths behind the nearest returns, in lengths of the target: seen square, aslant, end on.
+  // Depths behind the nearest returns, in target lengths: seen broadside, obliquely, end on.
   constexpr double slice_depths[] = {0.15, 0.35, 0.7, 1.1};
   constexpr std::size_t clusters_per_slice = 2;
   const double length = 2 * size.half_length;
@@ -162,7 +162,7 @@ std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
   const auto add = [&](const PointSet& set) {
     if (set.points.size() < min_points || result.size() >= at_most) return;
     for (const PointSet& other : result) {
-      if (says_the_same(set, other, size)) return;
+      if (is_duplicate(set, other, size)) return;
     }
     result.push_back(set);
   };
@@ -179,7 +179,7 @@ std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
   ranges.reserve(points.size());
   for (const Vector3d& p : points) ranges.push_back(p.norm());
   if (ranges.size() < min_points) return result;
-  // A hundredth of the returns may be stray ones in front.
+  // The first percentile: robust to outliers in front.
   std::vector<double> sorted = ranges;
   const auto hundredth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 100);
   std::nth_element(sorted.begin(), hundredth, sorted.end());

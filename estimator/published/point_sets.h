@@ -7,7 +7,7 @@
 
 namespace berth::estimator {
 
-/// Points that may be the target, with the axis that PCA finds in them.
+/// Points that may be the target, with their principal axes.
 struct PointSet {
   std::vector<Vector3d> points;  ///< sensor frame, m
   Vector3d centroid = Vector3d::Zero();
@@ -16,7 +16,7 @@ struct PointSet {
   double elongation = 1;                ///< spread along the major axis over that along the middle
 };
 
-/// Size of what is looked for, m.
+/// Size of the target, m.
 struct TargetSize {
   double half_length = 0;  ///< along the major axis
   double radius = 0;       ///< across it
@@ -25,10 +25,9 @@ struct TargetSize {
 /// Centroid and principal axes of points.
 void find_axes(PointSet& set);
 
-/// Guesses which points of a cluttered scan are the target's: everything, slices of depth behind
-/// the nearest returns, connected clusters of these, and each of them trimmed to the target's
-/// length and width about its own axis. Arms, mounts and walls stand behind the target and drop out
-/// of some of them. Sets that say the same as an earlier one are left out.
+/// Candidate segmentations of a cluttered scan: all points, depth slices behind the nearest
+/// returns, connected clusters of these, and each trimmed to the target's size about its axis.
+/// Arms, mounts and walls behind the target are absent from some of them. Duplicates are removed.
 std::vector<PointSet> candidate_point_sets(const std::vector<Vector3d>& points,
                                            const TargetSize& size, std::size_t at_most);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
+#include "estimator/model/align_points.h"
 #include "estimator/published/beam_registration.h"
 
 namespace berth::estimator {
@@ -19,16 +20,7 @@ struct Finalist : Hypothesis {
   bool constrained = false;  // the returns determine all six degrees of freedom
 };
 
-/// About so many of the points, evenly.
-std::vector<Vector3d> thinned(const std::vector<Vector3d>& points, std::size_t count) {
-  if (points.size() <= count) return points;
-  std::vector<Vector3d> result;
-  result.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) result.push_back(points[i * points.size() / count]);
-  return result;
-}
-
-/// slack 1: polished poses that ended in the same place; more: starts that will.
+/// slack 1: for refined poses; larger: for starts that converge to the same one.
 bool same_pose(const Pose& a, const Pose& b, const TargetModel& model, double slack = 1) {
   const double apart = (a * model.centre - b * model.centre).norm();
   return apart < slack * 0.06 * model.canonical.half_length &&
@@ -52,16 +44,16 @@ std::string VoxelTemplateAcquisition::refusal() const {
 std::vector<Pose> VoxelTemplateAcquisition::match_templates(
     const std::vector<PointSet>& sets) const {
   const VoxelTemplates& templates = model_.templates;
-  // The centroid of what is seen lies off the model's: across by its radius at most, along by a
-  // good part of its length when only a part of it is in view.
+  // The visible centroid is off the model's by at most the radius across the axis, and along it by
+  // more where the target is partly in view.
   const int reach_x =
       static_cast<int>(std::ceil(0.6 * model_.canonical.half_length / templates.cell()));
   const int reach_yz =
       static_cast<int>(std::ceil(0.8 * model_.canonical.radius / templates.cell()));
   std::vector<Pose> poses;
   for (const PointSet& set : sets) {
-    // The major axis may be another one of what is seen: aslant it is shortened, end on it is
-    // depth.
+    // The target's major axis may be any principal axis of the visible points: seen obliquely it is
+    // foreshortened.
     const Vector3d third = set.axis.cross(set.second);
     const Vector3d axes[] = {set.axis, -set.axis, set.second, -set.second, third, -third};
     for (const Vector3d& axis : axes) {
@@ -108,7 +100,7 @@ std::vector<Pose> VoxelTemplateAcquisition::twins(const Pose& pose, int turns) c
 }
 
 bool VoxelTemplateAcquisition::is_symmetry(const Pose& a, const Pose& b) const {
-  // Both poses are only as good as the noise: first lay the model exactly on its turned self.
+  // Both poses are noisy: first align the model with its rotated copy.
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < model_.surface.samples.size(); i += 8) {
     points.push_back(model_.surface.samples[i].position.cast<double>());
@@ -128,7 +120,7 @@ bool VoxelTemplateAcquisition::is_symmetry(const Pose& a, const Pose& b) const {
   return off * 500 < points.size();
 }
 
-AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
+AcquisitionResult VoxelTemplateAcquisition::acquire(const PreprocessedScan& scan,
                                                     const std::vector<Hypothesis>& hints) const {
   AcquisitionResult result;
   result.reason = refusal();
@@ -144,7 +136,7 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
   }
 
   constexpr std::size_t max_points_matched = 2000;
-  const std::vector<Vector3d> points = thinned(scan.points, max_points_matched);
+  const std::vector<Vector3d> points = sampled_evenly(scan.points, max_points_matched);
   const std::vector<PointSet> sets =
       candidate_point_sets(points, {model_.canonical.half_length, model_.canonical.radius},
                            static_cast<std::size_t>(options_.point_sets));
@@ -163,8 +155,8 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
   polish.start_gate_m = 0.16 * model_.canonical.half_length;
   polish.stop_translation_m = 1e-3;
   polish.stop_rotation_rad = 1e-3;
-  const std::vector<Vector3d> few = thinned(points, 300);
-  const auto weigh = [&](const Pose& pose, std::size_t stride) {
+  const std::vector<Vector3d> sample = sampled_evenly(points, 300);
+  const auto evaluate = [&](const Pose& pose, std::size_t stride) {
     Finalist h;
     h.pose = pose;
     h.fit = beam_likelihood(model_, beam_model_, scan.beams, pose, stride, options_.likelihood);
@@ -174,7 +166,7 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
   const std::size_t quick_stride = std::max<std::size_t>(1, scan.beams.size() / 1500);
   std::vector<Finalist> finalists;
   for (const Pose& pose : poses) {
-    finalists.push_back(weigh(align(model_, few, pose, polish).pose, quick_stride));
+    finalists.push_back(evaluate(align(model_, sample, pose, polish).pose, quick_stride));
   }
   const auto keep_distinct = [&](std::size_t count) {
     std::stable_sort(finalists.begin(), finalists.end(), more_likely);
@@ -192,12 +184,12 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
     result.reason = "no template fits the returns";
     return result;
   }
-  // What satellites are confused with: themselves, turned. The best is tried at all turns about its
-  // major axis, the next ones at half turns only.
+  // Confusable poses: the best pose is tried at all turns about its major axis, the next ones at
+  // half turns only.
   keep_distinct(6);
   for (std::size_t i = 0, count = std::min<std::size_t>(finalists.size(), 3); i < count; ++i) {
     for (const Pose& twin : twins(finalists[i].pose, i == 0 ? 12 : 2)) {
-      finalists.push_back(weigh(align(model_, few, twin, polish).pose, quick_stride));
+      finalists.push_back(evaluate(align(model_, sample, twin, polish).pose, quick_stride));
     }
   }
   keep_distinct(10);
@@ -210,10 +202,10 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
         .log_likelihood;
   };
   const double lead = finalists.front().log_likelihood;
-  const double hopeless = lead - 0.3 * std::max(20.0, lead - evidence_without(quick_stride));
-  while (finalists.back().log_likelihood < hopeless) finalists.pop_back();
+  const double pruning_limit = lead - 0.3 * std::max(20.0, lead - evidence_without(quick_stride));
+  while (finalists.back().log_likelihood < pruning_limit) finalists.pop_back();
 
-  // The last word: all points, nearly all beams.
+  // Final refinement: all points, nearly all beams.
   constexpr int beam_steps = 8;
   polish.max_iterations = 20;
   polish.start_gate_m = 0.08 * model_.canonical.half_length;
@@ -222,22 +214,22 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const CleanScan& scan,
   const std::size_t stride = std::max<std::size_t>(1, scan.beams.size() / 6000);
   for (Finalist& h : finalists) {
     const IcpResult polished = align(model_, points, h.pose, polish);
-    // Beams do better than closest points, where they do: the likelihood tells.
-    Finalist by_points = weigh(polished.pose, stride);
+    // Beam registration or ICP: by the likelihood.
+    Finalist by_points = evaluate(polished.pose, stride);
     Pose pose = polished.pose;
     for (int i = 0; i < beam_steps; ++i) {
       const double gate = i < 3 ? 0.1 : 0.05;
       pose = perturbed(pose, beam_step(model_, scan.beams, pose, gate, 2000).step);
     }
-    const Finalist by_beams = weigh(pose, stride);
+    const Finalist by_beams = evaluate(pose, stride);
     h = more_likely(by_beams, by_points) ? by_beams : by_points;
     h.inlier_share = polished.inlier_share();
     h.constrained = polished.constrained;
   }
   keep_distinct(10);
 
-  // Poses that a symmetry of the target carries into each other are one and the same: the one
-  // turned least from the sensor's axes stands for all.
+  // Poses related by a symmetry of the target are equal: the one with the smallest rotation from
+  // the sensor's axes represents them.
   std::vector<Finalist> distinct;
   for (const Finalist& h : finalists) {
     const auto same = std::find_if(distinct.begin(), distinct.end(),

@@ -13,51 +13,52 @@
 namespace berth::estimator {
 namespace {
 
-// Choices of cost: half or twice as much of each changes estimates by far less than their sigma.
-/// Of the noise of a patch's returns, what the alikeness of the surface may leave out.
-constexpr double share_of_noise = 0.2;
-/// From one width of the likelihood to the next, about.
+// Choices of computing time: half or twice of each changes estimates by far less than their sigma.
+// Variance of the surface field that the decomposition may neglect, over the noise of a patch's
+// mean.
+constexpr double neglected_share = 0.2;
+/// Ratio of successive annealing widths, about.
 constexpr double annealing_ratio = 2;
-/// Steps at each width, and at most at the last: views along a panel take many.
+/// Iterations of an annealed stage, and of the last: views along a panel take many.
 constexpr int first_iterations = 3;
 constexpr int last_iterations = 10;
-/// How often it is looked at what beams may meet, at most, without widening.
-constexpr int max_looks = 4;
-/// On the information of what a stage holds as it was known before: a hundredth of its sigma.
-constexpr double held = 1e4;
-/// Steps end where they would raise the log-likelihood by less than half of this; looks, where the
-/// pose has moved by less: chi squared of six degrees of freedom. Where a step promised no more
-/// than a small gain, and it did not come, no shorter one is tried.
-constexpr double settled_gain = 0.1;
-constexpr double settled_move = 1;
+/// Maximum number of associations in the last stage.
+constexpr int max_associations = 4;
+/// Factor on the prior information of a state that a stage keeps fixed: a hundredth of its sigma.
+constexpr double fixing_factor = 1e4;
+/// Iterations end where twice the predicted gain in log-likelihood is below min_gain; associations,
+/// where the step's chi squared (six degrees of freedom) is below min_move. A rejected step whose
+/// predicted gain is below small_gain is not damped and repeated.
+constexpr double min_gain = 0.1;
+constexpr double min_move = 1;
 constexpr double small_gain = 2;
-/// Where fewer of the beams that should meet the target fit than outliers usually leave, other
-/// starts are tried; they cost time alone where the first was right.
-constexpr double fit_as_usual = 1 - BeamShares{}.outlier;
-/// Of the pose from the prediction. Farther off, the target has moved if beams fit as usual.
-constexpr double max_from_prediction = one_in_a_million;
+/// Other starts are tried where the share of expected returns that fit is below what outliers
+/// usually leave: computing time only.
+constexpr double usual_fit = 1 - BeamShares{}.outlier;
+/// Gate of the pose about its prediction, unless beams fit as usual.
+constexpr double max_prediction_chi_squared = pose_chi_squared_limit;
 
-/// The optimisation of one scan.
-class Fit {
+/// Levenberg-Marquardt optimisation of one scan's posterior.
+class LevenbergMarquardt {
  public:
-  Fit(ScanFit& scan, const ScanStateLayout& layout, const ScanState& start,
-      const ScanState& prior_state)
+  LevenbergMarquardt(ScanLikelihood& scan, const ScanStateLayout& layout, const ScanState& start,
+                     const ScanState& prior_state)
       : scan_(scan), layout_(layout), prior_state_(prior_state), state_(start) {}
 
-  /// @param prior information about the prior state, in this stage and what is asked for after it
-  void run(const ScanFit::Stage& stage, const std::vector<ScanFit::Surface>& surfaces,
+  /// @param prior information about the prior state in this stage
+  void run(const ScanLikelihood::Stage& stage, const std::vector<ScanLikelihood::Surface>& surfaces,
            const Eigen::MatrixXd& prior, int iterations) {
     prior_ = prior;
     scan_.prepare(state_, stage, surfaces);
     at_ = scan_.linearise(state_,
                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(scan_.patches().size())));
-    covariance_ = OffsetCovariance(scan_.patches(), at_.sums, scan_.scales, share_of_noise);
+    covariance_ = OffsetCovariance(scan_.patches(), at_.sums, scan_.scales, neglected_share);
     offsets_squared_ = 0;
     double cost = cost_of(at_, state_, offsets_squared_);
     double damping = 0;
     for (int i = 0; i < iterations; ++i) {
       const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
-      const Eigen::VectorXd off = from_prior(state_);
+      const Eigen::VectorXd off = prior_deviation(state_);
       const Eigen::MatrixXd information = equations.information() + prior_;
       const Eigen::VectorXd gradient = equations.gradient() - prior_ * off;
       bool better = false;
@@ -68,7 +69,7 @@ class Fit {
         const Eigen::VectorXd step = damped.ldlt().solve(gradient);
         gain = gradient.dot(step);
         const ScanState trial = layout_.moved(state_, step);
-        ScanFit::Linearised there = scan_.linearise(trial, equations.offsets(step));
+        ScanLikelihood::Linearised there = scan_.linearise(trial, equations.offsets(step));
         const double offsets_squared = equations.offsets_squared(step);
         const double trial_cost = cost_of(there, trial, offsets_squared);
         ++evaluations_;
@@ -85,54 +86,53 @@ class Fit {
           if (gain < small_gain) break;
         }
       }
-      if (!better || gain < settled_gain) break;
+      if (!better || gain < min_gain) break;
     }
     scan_.shares = at_.shares;
   }
 
-  /// The most probable scales of the fields' sigmas: evidence, by MacKay's fixed point.
+  /// Most probable scales of the surface fields by their evidence (MacKay's fixed point).
   void learn_scales(double prior_sigma) {
     if (scan_.patches().empty()) return;
     const double weight = 1 / (prior_sigma * prior_sigma);
     MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
     for (int i = 0; i < 20; ++i) {
       const Eigen::MatrixXd p = (equations.information() + prior_).inverse();
-      const Eigen::VectorXd step = p * (equations.gradient() - prior_ * from_prior(state_));
-      determined_ = 0;
+      const Eigen::VectorXd step = p * (equations.gradient() - prior_ * prior_deviation(state_));
+      well_determined_ = 0;
       double largest = 0;
       const auto evidence = equations.evidence(p, step);
       for (std::size_t f = 0; f < evidence.size(); ++f) {
-        const double determined = std::max(0.0, evidence[f].determined);
+        const double well_determined = std::max(0.0, evidence[f].well_determined);
         double& scale = scan_.scales[f];
         const double slope =
-            evidence[f].squared - evidence[f].determined - weight * std::log(scale);
-        const double change = std::clamp(slope / (2 * determined + weight), -1.0, 1.0);
+            evidence[f].squared - evidence[f].well_determined - weight * std::log(scale);
+        const double change = std::clamp(slope / (2 * well_determined + weight), -1.0, 1.0);
         scale *= std::exp(change);
         largest = std::max(largest, std::abs(change));
-        determined_ += determined;
+        well_determined_ += well_determined;
       }
       if (largest < 0.05) break;
       equations.rescale(scan_.scales);
     }
   }
 
-  /// The most probable scale of the range noise, as if some returns had been seen that are as the
-  /// beam model says.
+  /// Most probable scale of the range noise, with a prior of 20 returns of the beam model.
   void learn_noise() {
     constexpr double before = 20;
-    const double free = std::max(1.0, at_.explained - determined_ - layout_.size());
+    const double free = std::max(1.0, at_.explained - well_determined_ - layout_.size());
     const double ratio = at_.square_sum / std::max(1e-300, at_.variance_sum);
     scan_.noise_scale *= std::sqrt((ratio * at_.explained + before) / (free + before));
   }
 
-  /// But for a constant: of the beams, over what they would have if there were no target.
+  /// Up to a constant, relative to the beams' likelihood without a target.
   double log_posterior() const {
     return -cost_of(at_, state_, offsets_squared_) - at_.log_likelihood_without;
   }
 
-  /// Chi squared of the pose, as predicted.
-  double from_prediction() const {
-    const Vector6d off = from_prior(state_).head<6>();
+  /// Chi squared of the pose about its prediction.
+  double prediction_chi_squared() const {
+    const Vector6d off = prior_deviation(state_).head<6>();
     return off.dot(prior_.topLeftCorner<6, 6>() * off);
   }
 
@@ -142,38 +142,38 @@ class Fit {
         .inverse();
   }
 
-  /// What the scan alone says of pose and velocity: all else that is unknown marginalised. What
-  /// scans have in common: the surface, the rims' offset, the range's bias.
+  /// Measurement of pose and velocity by the scan alone, nuisance states marginalised. Systematic:
+  /// the surface, the edges' offset, the range bias.
   MeasuredMotion measured() const {
     const MarginalisedEquations equations(at_.sums, covariance_, scan_.scales);
     const Eigen::Index rest = layout_.size() - 12;
     const Eigen::MatrixXd& information = equations.information();
     const auto prior = prior_.bottomRightCorner(rest, rest);
-    const Eigen::VectorXd gradient = equations.gradient() - prior_ * from_prior(state_);
-    // The score of pose and velocity, free of all else.
+    const Eigen::VectorXd gradient = equations.gradient() - prior_ * prior_deviation(state_);
+    // The score of pose and velocity, nuisance states eliminated.
     Eigen::MatrixXd freed(12, layout_.size());
     freed << Eigen::MatrixXd::Identity(12, 12), -(information.bottomRightCorner(rest, rest) + prior)
                                                      .ldlt()
                                                      .solve(information.bottomLeftCorner(rest, 12))
                                                      .transpose();
     MeasuredMotion motion;
-    motion.about = state_.motion;
-    motion.said.information = freed * information.leftCols(12);
-    motion.said.gradient =
+    motion.reference = state_.motion;
+    motion.measurement.information = freed * information.leftCols(12);
+    motion.measurement.gradient =
         equations.gradient().head(12) + freed.rightCols(rest) * gradient.tail(rest);
-    motion.said.returns = static_cast<int>(std::lround(at_.explained));
-    Eigen::MatrixXd common = equations.offsets_share();
+    motion.measurement.returns = static_cast<int>(std::lround(at_.explained));
+    Eigen::MatrixXd common = equations.systematic_score_covariance();
     for (int i = layout_.rim_at(); i < layout_.joints_at(); ++i) common(i, i) += prior_(i, i);
     motion.systematic = freed * common * freed.transpose();
     return motion;
   }
 
   const ScanState& state() const { return state_; }
-  const ScanFit::Linearised& at() const { return at_; }
+  const ScanLikelihood::Linearised& at() const { return at_; }
   int evaluations() const { return evaluations_; }
 
  private:
-  Eigen::VectorXd from_prior(const ScanState& state) const {
+  Eigen::VectorXd prior_deviation(const ScanState& state) const {
     Eigen::VectorXd off = Eigen::VectorXd::Zero(layout_.size());
     const Vector12d d = difference(prior_state_.motion, state.motion);
     off.head<6>() = d.head<6>();
@@ -186,150 +186,153 @@ class Fit {
     }
     return off;
   }
-  double cost_of(const ScanFit::Linearised& at, const ScanState& state,
+  double cost_of(const ScanLikelihood::Linearised& at, const ScanState& state,
                  double offsets_squared) const {
-    const Eigen::VectorXd off = from_prior(state);
+    const Eigen::VectorXd off = prior_deviation(state);
     return -at.log_likelihood + 0.5 * offsets_squared + 0.5 * off.dot(prior_ * off);
   }
 
-  ScanFit& scan_;
+  ScanLikelihood& scan_;
   ScanStateLayout layout_;
   ScanState prior_state_;
   Eigen::MatrixXd prior_;
   ScanState state_;
   OffsetCovariance covariance_;
-  ScanFit::Linearised at_;
+  ScanLikelihood::Linearised at_;
   double offsets_squared_ = 0;  // of the surface's patches, in sigmas
-  double determined_ = 0;
+  double well_determined_ = 0;
   int evaluations_ = 0;
 };
 
 int ratio_above(int count, int max) { return (count + max - 1) / max; }
 
-/// A scan, what is known before it, and in which steps the likelihood is narrowed.
-struct Task {
-  ScanFit scan;
+/// A scan, its prior, and the annealing schedule.
+struct TrackingProblem {
+  ScanLikelihood scan;
   ScanStateLayout layout;
   ScanState prior_state;
   Eigen::MatrixXd prior;  // information
-  const std::vector<ScanFit::Surface>& surface_of_face;
+  const std::vector<ScanLikelihood::Surface>& surface_of_face;
   double scale_prior = 1;
-  // m, of the likelihood: from what the prediction leaves to that of the beams.
-  double wide = 0, narrow = 0;
-  double moves = 0;  // m, of ends, by what the velocity may be
+  // m, annealing widths: from the prediction's uncertainty to the beams'.
+  double max_width = 0, min_width = 0;
+  double velocity_shift =
+      0;  // m, of the target's ends over half of the scan, by the velocity's uncertainty
   int coarse_thinning = 1;
   double radius = 0;  // m, of the sphere that holds the target
 
-  /// Widened, with and without the surface's patches, and as it is.
+  /// Annealed stages, one without annealing weights included, and the final stage.
   int stages() const {
-    return 2 + static_cast<int>(std::ceil(std::log(wide / narrow) / std::log(annealing_ratio)));
+    return 2 +
+           static_cast<int>(std::ceil(std::log(max_width / min_width) / std::log(annealing_ratio)));
   }
 };
 
 /// The optimisation of one scan from one start.
-class Descent {
+class AnnealedSearch {
  public:
-  Descent(const Task& task, const ScanState& start)
+  AnnealedSearch(const TrackingProblem& task, const ScanState& start)
       : task_(task), scan_(task.scan), fit_(scan_, task.layout, start, task.prior_state) {}
-  Descent(const Descent&) = delete;
-  Descent& operator=(const Descent&) = delete;
+  AnnealedSearch(const AnnealedSearch&) = delete;
+  AnnealedSearch& operator=(const AnnealedSearch&) = delete;
 
-  /// From wide to narrow, by some of the beams, as if the surface were the mesh.
-  void coarse() {
+  /// The annealed stages with thinned beams and the mesh as the surface.
+  void run_coarse() {
     for (int s = 0; s < task_.stages() - 2; ++s) run(s);
     coarse_log_posterior_ = fit_.log_posterior();
     coarse_state_ = fit_.state();
   }
   double coarse_log_posterior() const { return coarse_log_posterior_; }
   const ScanState& coarse_state() const { return coarse_state_; }
-  /// Then by all of them, as it is.
-  void fine() {
+  /// The last stages with all beams and the surface uncertain.
+  void run_fine() {
     run(task_.stages() - 2);
     run(task_.stages() - 1);
   }
-  /// Of the beams that should return from the target as modelled, the share that did.
+  /// Share of the expected returns that fit the target as modelled.
   double fit_share() const {
     return std::min(1.0, fit_.at().fit / std::max(1.0, fit_.at().expected));
   }
   double noise_scale() const { return scan_.noise_scale; }
-  const Fit& fit() const { return fit_; }
+  const LevenbergMarquardt& fit() const { return fit_; }
 
  private:
   void run(int s) {
     const int stages = task_.stages();
     const bool last = s == stages - 1;
-    const double width =
-        last ? 0
-             : task_.wide * std::pow(task_.wide / task_.narrow, -s / std::max(1.0, stages - 2.0));
-    const ScanFit::Stage stage{{width, width},
-                               s >= stages - 2,
-                               s >= stages - 3,
-                               s >= stages - 2 ? 1 : task_.coarse_thinning};
-    // What moves beams by less than the likelihood is widened cannot be seen: it stays as it was.
+    const double width = last ? 0
+                              : task_.max_width * std::pow(task_.max_width / task_.min_width,
+                                                           -s / std::max(1.0, stages - 2.0));
+    const ScanLikelihood::Stage stage{{width, width},
+                                      s >= stages - 2,
+                                      s >= stages - 3,
+                                      s >= stages - 2 ? 1 : task_.coarse_thinning};
+    // States that displace ranges by less than the annealing width are kept fixed.
     Eigen::MatrixXd known = task_.prior;
-    for (int i = task_.moves < width ? 6 : task_.layout.rim_at();
+    for (int i = task_.velocity_shift < width ? 6 : task_.layout.rim_at();
          i < task_.layout.joints_at() && !last; ++i) {
-      known(i, i) *= held;
+      known(i, i) *= fixing_factor;
     }
-    // What beams may meet is decided where a stage begins: again, where that has moved away.
-    for (int i = 0; i < max_looks; ++i) {
+    // Beams are associated where a stage begins; in the last stage again after a large step.
+    for (int i = 0; i < max_associations; ++i) {
       const Pose before = fit_.state().motion.pose;
       fit_.run(stage, task_.surface_of_face, known, last ? last_iterations : first_iterations);
       if (!last) break;
       const Vector6d moved = difference(before, fit_.state().motion.pose);
       const Matrix6d covariance = fit_.covariance().topLeftCorner<6, 6>();
-      if (moved.dot(covariance.ldlt().solve(moved)) < settled_move) break;
+      if (moved.dot(covariance.ldlt().solve(moved)) < min_move) break;
     }
     if (!stage.patches) return;
     fit_.learn_scales(task_.scale_prior);
     if (!last) fit_.learn_noise();
   }
 
-  const Task& task_;
-  ScanFit scan_;
-  Fit fit_;
+  const TrackingProblem& task_;
+  ScanLikelihood scan_;
+  LevenbergMarquardt fit_;
   double coarse_log_posterior_ = 0;
   ScanState coarse_state_;
 };
 
-/// The most probable of the optima that are found from the prediction and, where beams do not fit,
-/// from it as it is, not widened, and from a sigma of it to either side: turned about its principal
-/// axes, with a joint's angle another. Past the edge of a panel that is seen edge on there is
-/// another optimum, and most of them are about it.
-std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
-                                      const Matrix6d& covariance, const Vector3d& centre) {
-  auto best = std::make_unique<Descent>(task, start);
-  best->coarse();
-  best->fine();
-  // Closer together than beams are wide, starts are one.
-  if (best->fit_share() > fit_as_usual || task.wide <= 2 * task.narrow) return best;
-  const auto near = [](const Descent& d) {
-    return d.fit().from_prediction() < max_from_prediction;
+/// Multi-start optimisation. The first start is the prediction. Where beams do not fit, further
+/// starts are the prediction without annealing, rotations by a sigma to either side about its
+/// principal axes, and joint angles a sigma off: a panel seen edge on has another optimum past its
+/// edge. The most probable optimum inside the gate about the prediction is returned.
+std::unique_ptr<AnnealedSearch> best_optimum(const TrackingProblem& task, const ScanState& start,
+                                             const Matrix6d& covariance, const Vector3d& centre) {
+  auto best = std::make_unique<AnnealedSearch>(task, start);
+  best->run_coarse();
+  best->run_fine();
+  // Starts closer together than a beam's width are the same.
+  if (best->fit_share() > usual_fit || task.max_width <= 2 * task.min_width) return best;
+  const auto near = [](const AnnealedSearch& d) {
+    return d.fit().prediction_chi_squared() < max_prediction_chi_squared;
   };
-  const auto finish = [&](std::unique_ptr<Descent> tried) {
-    tried->fine();
-    const bool better = tried->fit().log_posterior() > best->fit().log_posterior();
-    if (near(*tried) && (better || !near(*best))) best = std::move(tried);
+  const auto finish = [&](std::unique_ptr<AnnealedSearch> candidate) {
+    candidate->run_fine();
+    const bool better = candidate->fit().log_posterior() > best->fit().log_posterior();
+    if (near(*candidate) && (better || !near(*best))) best = std::move(candidate);
   };
-  // m, of the target's places, at most.
+  // m: bound of the distance between corresponding points of the target.
   const auto apart = [&](const ScanState& a, const ScanState& b) {
     double angle = angle_between(a.motion.pose, b.motion.pose);
     for (std::size_t j = 0; j < a.angles.size(); ++j) angle += std::abs(a.angles[j] - b.angles[j]);
     return (a.motion.pose * centre - b.motion.pose * centre).norm() + task.radius * angle;
   };
   std::vector<ScanState> found{best->coarse_state()};
-  const auto attempt = [&](const ScanState& other) {
-    auto tried = std::make_unique<Descent>(task, other);
-    tried->coarse();
-    const ScanState& at = tried->coarse_state();
+  const auto try_start = [&](const ScanState& other) {
+    auto candidate = std::make_unique<AnnealedSearch>(task, other);
+    candidate->run_coarse();
+    const ScanState& at = candidate->coarse_state();
     const bool known = std::any_of(found.begin(), found.end(), [&](const ScanState& f) {
-      return apart(f, at) < 2 * task.narrow;
+      return apart(f, at) < 2 * task.min_width;
     });
     if (known) return;
     found.push_back(at);
-    if (tried->coarse_log_posterior() > best->coarse_log_posterior()) finish(std::move(tried));
+    if (candidate->coarse_log_posterior() > best->coarse_log_posterior())
+      finish(std::move(candidate));
   };
-  finish(std::make_unique<Descent>(task, start));
+  finish(std::make_unique<AnnealedSearch>(task, start));
   const Eigen::SelfAdjointEigenSolver<Matrix3d> turns(covariance.bottomRightCorner<3, 3>());
   const Vector3d middle = start.motion.pose * centre;
   for (int axis = 0; axis < 3; ++axis) {
@@ -340,7 +343,7 @@ std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
       Pose& pose = other.motion.pose;
       pose.rotation = turn * pose.rotation;
       pose.position += middle - pose * centre;
-      attempt(other);
+      try_start(other);
     }
   }
   for (int j = 0; j < task.layout.joints; ++j) {
@@ -349,7 +352,7 @@ std::unique_ptr<Descent> best_descent(const Task& task, const ScanState& start,
     for (const double sign : {-1.0, 1.0}) {
       ScanState other = best->fit().state();
       other.angles[at] = task.prior_state.angles[at] + sign / std::sqrt(information);
-      attempt(other);
+      try_start(other);
     }
   }
   return best;
@@ -373,7 +376,8 @@ LikelihoodTracking::LikelihoodTracking(const TargetModel& model, const BeamModel
                                                  : options.described_surface_factor);
 }
 
-TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction& predicted) const {
+TrackingResult LikelihoodTracking::track(const PreprocessedScan& scan,
+                                         const Prediction& predicted) const {
   TrackingResult result;
   result.pose = predicted.pose;
   result.covariance = predicted.covariance;
@@ -383,7 +387,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   };
   if (!predicted.pose.position.allFinite() || !predicted.pose.rotation.coeffs().allFinite() ||
       !is_covariance(predicted.covariance)) {
-    return lost("the prediction is not finite, or its covariance is none");
+    return lost("the prediction is not finite, or its covariance not positive definite");
   }
   if (static_cast<int>(scan.points.size()) < options_.min_returns) {
     return lost(std::to_string(scan.points.size()) + " returns inside the range gate, at least " +
@@ -398,7 +402,7 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(layout.size(), layout.size());
   prior.topLeftCorner<6, 6>() = predicted.covariance.inverse();
   if (layout.velocity) prior.block<6, 6>(6, 6) = predicted.velocity_covariance.inverse();
-  // Where a wide beam's echo changes over from one face to the other is the receiver's threshold.
+  // The position where a wide beam's echo changes faces depends on the receiver's threshold.
   const double threshold =
       std::max(1e-5, 0.25 * beam_model_.footprint(std::max(1e-3, predicted.pose.position.norm())));
   prior(layout.rim_at(), layout.rim_at()) = 1 / (threshold * threshold);
@@ -413,36 +417,36 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
     prior(layout.joints_at() + j, layout.joints_at() + j) =
         12 / std::max(1e-12, std::pow(joint.high - joint.low, 2));
   }
-  ScanFit::Options fit_options;
+  ScanLikelihood::Options fit_options;
   fit_options.centre = model_.centre;
   fit_options.extent = 2 * model_.radius;
   fit_options.radius = radius_;
   const auto returns = static_cast<int>(scan.points.size());
   fit_options.thinning = ratio_above(returns, options_.max_returns);
   const double range = std::max(1e-3, predicted.pose.position.norm());
-  const double narrow = 0.25 * beam_model_.footprint(range);
-  const Task task{ScanFit(scene_, beam_model_, scan, layout, fit_options),
-                  layout,
-                  prior_state,
-                  prior,
-                  surface_of_face_,
-                  scale_prior_,
-                  std::clamp(uncertainty_of_ends(model_, predicted.covariance), 2 * narrow,
-                             0.1 * model_.radius),
-                  narrow,
-                  0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
-                      uncertainty_of_ends(model_, predicted.velocity_covariance),
-                  ratio_above(returns / fit_options.thinning, options_.max_coarse_returns),
-                  radius_};
-  const auto found = best_descent(task, start, predicted.covariance, model_.centre);
-  const Fit& fit = found->fit();
-  const ScanFit::Linearised& at = fit.at();
+  const double min_width = 0.25 * beam_model_.footprint(range);
+  const TrackingProblem task{
+      ScanLikelihood(scene_, beam_model_, scan, layout, fit_options),
+      layout,
+      prior_state,
+      prior,
+      surface_of_face_,
+      scale_prior_,
+      std::clamp(extremity_sigma(model_, predicted.covariance), 2 * min_width, 0.1 * model_.radius),
+      min_width,
+      0.5e-6 * static_cast<double>(scan.utime_last - scan.utime_first) *
+          extremity_sigma(model_, predicted.velocity_covariance),
+      ratio_above(returns / fit_options.thinning, options_.max_coarse_returns),
+      radius_};
+  const auto found = best_optimum(task, start, predicted.covariance, model_.centre);
+  const LevenbergMarquardt& fit = found->fit();
+  const ScanLikelihood::Linearised& at = fit.at();
   result.pose = fit.state().motion.pose;
   result.covariance = fit.covariance().topLeftCorner<6, 6>();
   result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   if (layout.velocity) result.motion = fit.measured();
   result.iterations = fit.evaluations();
-  // Those left out are as those looked at.
+  // Thinned beams are assumed to be like the used ones.
   const auto of_all = [&](double count) {
     return std::min(returns, static_cast<int>(std::lround(fit_options.thinning * count)));
   };
@@ -451,11 +455,12 @@ TrackingResult LikelihoodTracking::track(const CleanScan& scan, const Prediction
   result.residual_rms = std::sqrt(at.square_sum / std::max(1.0, at.explained));
   result.spread = found->noise_scale() * found->noise_scale();
   result.confidence = found->fit_share();
-  if (!is_covariance(result.covariance)) return lost("the covariance is none");
-  if (!(fit.from_prediction() < max_from_prediction) && !(result.confidence > fit_as_usual)) {
-    return lost(fixed(std::sqrt(fit.from_prediction()), 1) +
-                " sigmas from the prediction, at most " + fixed(std::sqrt(max_from_prediction), 1) +
-                " are believed");
+  if (!is_covariance(result.covariance)) return lost("the covariance is not positive definite");
+  if (!(fit.prediction_chi_squared() < max_prediction_chi_squared) &&
+      !(result.confidence > usual_fit)) {
+    return lost(fixed(std::sqrt(fit.prediction_chi_squared()), 1) +
+                " sigmas from the prediction, at most " +
+                fixed(std::sqrt(max_prediction_chi_squared), 1) + " are accepted");
   }
   if (result.confidence < options_.min_fit) {
     return lost(fixed(100 * result.confidence, 0) +

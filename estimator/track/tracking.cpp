@@ -7,14 +7,14 @@
 
 namespace berth::estimator {
 
-double uncertainty_of_ends(const TargetModel& model, const Matrix6d& covariance) {
+double extremity_sigma(const TargetModel& model, const Matrix6d& covariance) {
   const Vector6d variance = covariance.diagonal();
   const double reach = model.radius;
   return std::sqrt(variance.head<3>().sum() + reach * reach * variance.tail<3>().sum());
 }
 
-std::string why_too_far(const TargetModel& model, const Pose& predicted, const Pose& measured,
-                        double max_shift_m, double max_turn_rad) {
+std::string prediction_mismatch(const TargetModel& model, const Pose& predicted,
+                                const Pose& measured, double max_shift_m, double max_turn_rad) {
   const double shift = (measured * model.centre - predicted * model.centre).norm();
   if (shift > max_shift_m) {
     return "the pose is " + fixed(1e3 * shift, 0) + " mm from the prediction, at most " +

@@ -9,7 +9,7 @@
 #include "common/core/random.h"
 #include "drivers/simulated/receiver/receiver.h"
 #include "drivers/simulated/receiver/scene.h"
-#include "estimator/scan/scan.h"
+#include "estimator/beam/scan.h"
 
 namespace berth::trials {
 

@@ -93,7 +93,7 @@ class ClosestPoints final : public Node {
     publish_state();
   }
 
-  void estimate(const CleanScan& scan, std::int32_t last_packet) {
+  void estimate(const PreprocessedScan& scan, std::int32_t last_packet) {
     pose_estimate_t message{};
     if (!pose_) {
       const AcquisitionResult found = acquisition_->acquire(scan);

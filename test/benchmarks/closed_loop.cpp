@@ -63,7 +63,7 @@ void ClosedLoop::track_from(const Pose& initial) {
   command.first_scan_id = 1;
   command.has_initial_pose = 1;
   set_pose(initial, command.initial_position_m, command.initial_q_wxyz);
-  estimator_.take(command);
+  estimator_.receive(command);
 }
 
 bool ClosedLoop::scan() {
@@ -74,7 +74,7 @@ bool ClosedLoop::scan() {
   if (!scan.beams.empty()) utime_ = scan.beams.back().utime;
   for (const ScanPacket& packet :
        estimator::packets_of(scan.beams, request.scan_id, request.session))
-    estimator_.take(packet);
+    estimator_.receive(packet);
   utime_ += static_cast<std::int64_t>(1e6 * latency_s_);
   return true;
 }

@@ -9,7 +9,7 @@
 #include "common/core/cell.h"
 #include "drivers/simulated/receiver/receiver.h"
 #include "drivers/simulated/true_target.h"
-#include "estimator/scan/preprocessing.h"
+#include "estimator/beam/scan.h"
 #include "evaluation/trials/world.h"
 
 namespace berth::benchmark {

@@ -128,8 +128,9 @@ Verdict take_acquisition(const Cell& cell, const estimator::AcquisitionResult& f
 
 /// The returns as the sensor sees them, nearer ones darker, with the target where it is and where
 /// it was thought to be.
-void draw_failure(const Settings& settings, const Cell& cell, const estimator::CleanScan& scan,
-                  const Pose& truth, const estimator::AcquisitionResult& found) {
+void draw_failure(const Settings& settings, const Cell& cell,
+                  const estimator::PreprocessedScan& scan, const Pose& truth,
+                  const estimator::AcquisitionResult& found) {
   Figure figure("failure_" + cell.file_name(), 720, 640);
   const auto degrees_of = [](const Vector3d& p) {
     double azimuth = 0, elevation = 0;
@@ -163,7 +164,7 @@ void draw_failure(const Settings& settings, const Cell& cell, const estimator::C
   figure.draw(settings.out);
 }
 
-void track_one(const estimator::Tracking& tracking, const estimator::CleanScan& clean,
+void track_one(const estimator::Tracking& tracking, const estimator::PreprocessedScan& clean,
                const TrackingTrial& trial, Errors& errors) {
   const double before = cpu_ms();
   const estimator::TrackingResult tracked = tracking.track(clean, trial.predicted);
@@ -206,7 +207,7 @@ void single_scans(const Settings& settings, const Cell& cell, CellResult& result
     TrackingTrial trial;
     trial.truth = scene->truth();
     trial.scan = scene->scan(cell.returns);
-    const estimator::CleanScan clean =
+    const estimator::PreprocessedScan clean =
         estimator::preprocess(trial.scan.beams, scenes.gate(), scenes.noise());
     if (acquisition) {
       const double before = cpu_ms();

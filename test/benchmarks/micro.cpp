@@ -13,7 +13,7 @@ struct Bench {
   const Settings& settings;
   std::shared_ptr<const estimator::TargetModel> model;
   TrackingTrial trial;
-  estimator::CleanScan clean;
+  estimator::PreprocessedScan clean;
   BeamModel noise;
 
   Bench(const Settings& s, int returns) : settings(s), model(model_of(s)) {

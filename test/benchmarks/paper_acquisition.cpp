@@ -118,7 +118,7 @@ struct Result {
 Result result_of(const estimator::Acquisition& method, const BeamModel& noise,
                  const PoseJudge& judge, const DataSet& data, double kept, Random random) {
   const std::vector<RawBeam> beams = thinned(data.scan.beams, kept, random);
-  const estimator::CleanScan clean = estimator::preprocess(beams, {1, 15}, noise);
+  const estimator::PreprocessedScan clean = estimator::preprocess(beams, {1, 15}, noise);
   Result r;
   r.points = static_cast<int>(clean.points.size());
   const auto found = method.acquire(clean);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/methods.h"
+#include "estimator/estimator_options.h"
 #include "test/benchmarks/yardstick.h"
 
 namespace berth::trials {}  // namespace berth::trials

@@ -60,7 +60,7 @@ TrackingTrial make_tracking_trial(const estimator::TargetModel& model, const Tra
 
 TrackingOutcome track(const estimator::Tracking& method, const BeamModel& noise,
                       const TrackingTrial& trial) {
-  const estimator::CleanScan clean = estimator::preprocess(trial.scan.beams, {1, 15}, noise);
+  const estimator::PreprocessedScan clean = estimator::preprocess(trial.scan.beams, {1, 15}, noise);
   const double start = cpu_ms();
   const estimator::TrackingResult result = method.track(clean, trial.predicted);
   TrackingOutcome outcome;

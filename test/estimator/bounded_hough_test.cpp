@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/published/bounded_hough.h"
+
 #include "estimator/plan/scan_planner.h"
-#include "estimator/published/bounded_hough_tracking.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -26,7 +27,7 @@ double error_at_centre(const Pose& a, const Pose& b, const Vector3d& centre) {
   return (a * centre - b * centre).norm();
 }
 
-CleanScan scan_of(ScanMaker& lidar, int beams) {
+PreprocessedScan scan_of(ScanMaker& lidar, int beams) {
   return preprocess(lidar.sweep(around(*replica_model(), lidar.pose, beams)), {}, nominal_beam);
 }
 
@@ -43,7 +44,7 @@ TEST_CASE("Votes find the pose anywhere within the bounds to two of the finest c
     ScanMaker lidar(model->target.mesh, static_cast<std::uint64_t>(i) + 1);
     lidar.pose = perturbed(paper_pose, displacement(random, 0.1, radians(10)));
     const Pose truth = lidar.pose;
-    const CleanScan scan = scan_of(lidar, 1500);
+    const PreprocessedScan scan = scan_of(lidar, 1500);
     const Pose expected = displaced(
         truth, model->centre, displacement(random, 0.9 * hough.bound_m(), 0.9 * hough.bound_rad()));
     const auto result = hough.vote(scan.points, expected);

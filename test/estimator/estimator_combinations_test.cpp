@@ -16,7 +16,7 @@ void check_run(EstimatorSetup setup, double error_m,
   Loopback run(std::move(setup));
   run.lidar.pose = slow_pose;
   run.lidar.velocity = velocity;
-  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  run.send(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 7; ++i) REQUIRE(run.scan_once());
   INFO(run.last().method << ": " << run.last().reason);
   REQUIRE(run.last().status == pose_estimate_t::OK);

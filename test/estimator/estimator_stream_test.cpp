@@ -52,13 +52,13 @@ Comparison compare(const Velocity& velocity) {
     run.lidar.pose = start_pose;
     run.lidar.velocity = velocity;
     const std::int64_t epoch = run.lidar.utime;
-    run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+    run.send(command(estimator_command_t::ACQUIRE, 1, 1));
     for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
     Estimate whole = run.last();
-    const std::size_t settled = run.said.estimates.size();
+    const std::size_t settled = run.output.estimates.size();
     for (int i = 0; i < 12; ++i) REQUIRE(run.scan_once());
-    for (std::size_t i = settled; i < run.said.estimates.size(); ++i) {
-      const Estimate& e = run.said.estimates[i];
+    for (std::size_t i = settled; i < run.output.estimates.size(); ++i) {
+      const Estimate& e = run.output.estimates[i];
       REQUIRE(e.status == Estimate::OK);
       if (e.method != "stream") {
         whole = e;
@@ -80,11 +80,11 @@ const Velocity moving{{0.012, -0.008, -0.0139}, {0.03, -0.025, 0.035}};  // 20 m
 TEST_CASE("Streaming gives an estimate every so many returns, later and later") {
   Loopback run(stream_setup());
   run.lidar.pose = start_pose;
-  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  run.send(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
-  const std::size_t before = run.said.estimates.size();
+  const std::size_t before = run.output.estimates.size();
   REQUIRE(run.scan_once());
-  const auto& all = run.said.estimates;
+  const auto& all = run.output.estimates;
   const Estimate& whole = all.back();
   const std::size_t streamed = all.size() - before - 1;
   CHECK(streamed >= static_cast<std::size_t>(whole.returns_received - 50) / 50);
@@ -115,11 +115,11 @@ TEST_CASE("A packet may hold several estimates, and none") {
     setup.options.estimate_every = every;
     Loopback run(std::move(setup));
     run.lidar.pose = start_pose;
-    run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+    run.send(command(estimator_command_t::ACQUIRE, 1, 1));
     for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
-    const std::size_t before = run.said.estimates.size();
+    const std::size_t before = run.output.estimates.size();
     REQUIRE(run.scan_once());
-    const auto streamed = static_cast<int>(run.said.estimates.size() - before) - 1;
+    const auto streamed = static_cast<int>(run.output.estimates.size() - before) - 1;
     // What is left for the last packet is used with the scan.
     CHECK(streamed <= run.last().returns_received / every);
     CHECK(streamed >= (run.last().returns_received - 50) / every);
@@ -130,23 +130,23 @@ TEST_CASE("Streamed estimates are a fold too: packets in any order give the same
   Loopback plain(stream_setup());
   plain.lidar.pose = start_pose;
   plain.lidar.velocity = moving;
-  plain.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  plain.send(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 6; ++i) REQUIRE(plain.scan_once());
-  Said said;
-  Estimator replayed(stream_setup(), said);
-  replayed.take(command(estimator_command_t::ACQUIRE, 1, 1));
+  RecordedOutput output;
+  Estimator replayed(stream_setup(), output);
+  replayed.receive(command(estimator_command_t::ACQUIRE, 1, 1));
   // Neighbours exchanged, the first of each pair twice; a scan's last packet stays last.
   const auto& packets = plain.packets;
   for (std::size_t i = 0; i < packets.size(); ++i) {
     const bool pair = i + 1 < packets.size() && packets[i + 1].scan_id == packets[i].scan_id &&
                       packets[i + 1].scan_status == ScanPacket::RUNNING;
-    if (pair) replayed.take(packets[i + 1]);
-    replayed.take(packets[i]);
-    if (pair) replayed.take(packets[i++]);
+    if (pair) replayed.receive(packets[i + 1]);
+    replayed.receive(packets[i]);
+    if (pair) replayed.receive(packets[i++]);
   }
-  REQUIRE(said.estimates.size() == plain.said.estimates.size());
-  for (std::size_t i = 0; i < said.estimates.size(); ++i) {
-    CHECK(encoded(said.estimates[i]) == encoded(plain.said.estimates[i]));
+  REQUIRE(output.estimates.size() == plain.output.estimates.size());
+  for (std::size_t i = 0; i < output.estimates.size(); ++i) {
+    CHECK(encoded(output.estimates[i]) == encoded(plain.output.estimates[i]));
   }
 }
 
@@ -170,13 +170,13 @@ TEST_CASE("A moving target is streamed as well as one at rest, and better than s
 TEST_CASE("A jump of the target is not streamed as a pose") {
   Loopback run(stream_setup());
   run.lidar.pose = start_pose;
-  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  run.send(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
   run.lidar.pose = perturbed(run.lidar.pose, (Vector6d() << 0.5, 0.3, 0, 0, 0, 0.8).finished());
-  const std::size_t before = run.said.estimates.size();
+  const std::size_t before = run.output.estimates.size();
   for (int i = 0; i < 8; ++i) REQUIRE(run.scan_once());
-  for (std::size_t i = before; i < run.said.estimates.size(); ++i) {
-    const Estimate& e = run.said.estimates[i];
+  for (std::size_t i = before; i < run.output.estimates.size(); ++i) {
+    const Estimate& e = run.output.estimates[i];
     const double off = distance(pose_of(e), run.lidar.pose);
     // Found again, how it moves is not known yet, and fifty returns hold it along some axes only:
     // its first batch was 55 mm off, with a sigma of 35 mm.
@@ -195,8 +195,8 @@ TEST_CASE("A target tracker that takes only poses gives one estimate a scan") {
   setup.options.tracker_method = "alpha_beta";
   Loopback run(std::move(setup));
   run.lidar.pose = start_pose;
-  run.tell(command(estimator_command_t::ACQUIRE, 1, 1));
+  run.send(command(estimator_command_t::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
   CHECK(run.last().status == Estimate::OK);
-  CHECK(run.said.estimates.size() == 4);
+  CHECK(run.output.estimates.size() == 4);
 }

@@ -24,7 +24,7 @@ std::string encoded(const Message& message) {
 /// Acquires and tracks for some scans.
 void acquire_and_track(Loopback& run, int scans) {
   run.lidar.pose = start_pose;
-  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < scans; ++i) REQUIRE(run.scan_once());
   REQUIRE(run.estimator.state().mode == State::TRACKING);
 }
@@ -34,18 +34,18 @@ void acquire_and_track(Loopback& run, int scans) {
 TEST_CASE("An idle estimator acquires at once and goes on tracking by itself") {
   Loopback run;
   run.lidar.pose = start_pose;
-  REQUIRE(run.said.requests.empty());
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  REQUIRE(run.said.requests.size() == 1);
-  CHECK(run.said.requests[0].scan_id == 1);
-  CHECK(run.said.requests[0].purpose == "acquire");
+  REQUIRE(run.output.requests.empty());
+  run.send(command(Command::ACQUIRE, 1, 1));
+  REQUIRE(run.output.requests.size() == 1);
+  CHECK(run.output.requests[0].scan_id == 1);
+  CHECK(run.output.requests[0].purpose == "acquire");
   CHECK(run.estimator.state().command_seq == 1);
   CHECK(run.estimator.state().mode == State::ACQUIRING);
 
   for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
-  REQUIRE(run.said.estimates.size() == 5);
+  REQUIRE(run.output.estimates.size() == 5);
   CHECK(run.estimator.state().mode == State::TRACKING);
-  CHECK(run.said.requests.back().purpose == "track");
+  CHECK(run.output.requests.back().purpose == "track");
   const Estimate& e = run.last();
   CHECK(e.status == Estimate::OK);
   CHECK(e.reason.empty());
@@ -70,10 +70,10 @@ TEST_CASE("A command for a later scan waits for it") {
   Loopback run;
   acquire_and_track(run, 3);
   const std::int64_t asked = run.estimator.state().scan_id;
-  run.tell(command(Command::STOP, 2, asked + 2));
+  run.send(command(Command::STOP, 2, asked + 2));
   CHECK(run.estimator.state().command_seq == 2);
   REQUIRE(run.scan_once());
-  CHECK(run.said.requests.back().scan_id == asked + 1);
+  CHECK(run.output.requests.back().scan_id == asked + 1);
   REQUIRE(run.scan_once());
   CHECK(run.estimator.state().mode == State::IDLE);
   CHECK(run.estimator.state().scan_id == asked + 1);
@@ -84,34 +84,34 @@ TEST_CASE("A command that comes too late is refused, and obeyed under a new numb
   Loopback run;
   acquire_and_track(run, 3);
   const std::int64_t asked = run.estimator.state().scan_id;
-  run.tell(command(Command::STOP, 2, asked));
+  run.send(command(Command::STOP, 2, asked));
   CHECK(run.estimator.state().refused_seq == 2);
   CHECK(run.estimator.state().command_seq == 1);
   CHECK_THAT(run.estimator.state().reason, Catch::Contains("late"));
-  run.tell(command(Command::STOP, 3, asked + 2));
+  run.send(command(Command::STOP, 3, asked + 2));
   CHECK(run.estimator.state().command_seq == 3);
 }
 
 TEST_CASE("A repeated command changes nothing and brings the answer and the request again") {
   Loopback run;
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  const std::size_t states = run.said.states.size();
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  CHECK(run.said.states.size() == states + 1);
-  REQUIRE(run.said.requests.size() == 2);
-  CHECK(run.said.requests[1].scan_id == run.said.requests[0].scan_id);
-  CHECK(run.said.requests[1].seq == run.said.requests[0].seq + 1);
+  run.send(command(Command::ACQUIRE, 1, 1));
+  const std::size_t states = run.output.states.size();
+  run.send(command(Command::ACQUIRE, 1, 1));
+  CHECK(run.output.states.size() == states + 1);
+  REQUIRE(run.output.requests.size() == 2);
+  CHECK(run.output.requests[1].scan_id == run.output.requests[0].scan_id);
+  CHECK(run.output.requests[1].seq == run.output.requests[0].seq + 1);
 }
 
 TEST_CASE("The end of a scan already used brings the outstanding request again") {
   Loopback run;
   acquire_and_track(run, 3);
-  const std::size_t estimates = run.said.estimates.size();
-  const scan_request_t outstanding = run.said.requests.back();
-  run.estimator.take(run.packets.back());
-  CHECK(run.said.estimates.size() == estimates);
-  CHECK(run.said.requests.back().scan_id == outstanding.scan_id);
-  CHECK(run.said.requests.back().seq == outstanding.seq + 1);
+  const std::size_t estimates = run.output.estimates.size();
+  const scan_request_t outstanding = run.output.requests.back();
+  run.estimator.receive(run.packets.back());
+  CHECK(run.output.estimates.size() == estimates);
+  CHECK(run.output.requests.back().scan_id == outstanding.scan_id);
+  CHECK(run.output.requests.back().seq == outstanding.seq + 1);
 }
 
 TEST_CASE("Duplicated and reordered packets give the same estimate") {
@@ -119,24 +119,24 @@ TEST_CASE("Duplicated and reordered packets give the same estimate") {
   acquire_and_track(plain, 2);
   Loopback shuffled;
   acquire_and_track(shuffled, 2);
-  const auto packets = answer(plain.lidar, plain.said.requests.back());
-  for (const auto& p : packets) plain.estimator.take(p);
+  const auto packets = answer(plain.lidar, plain.output.requests.back());
+  for (const auto& p : packets) plain.estimator.receive(p);
   // every packet but the last twice, backwards
   for (auto p = packets.rbegin() + 1; p != packets.rend(); ++p) {
-    shuffled.estimator.take(*p);
-    shuffled.estimator.take(*p);
+    shuffled.estimator.receive(*p);
+    shuffled.estimator.receive(*p);
   }
-  shuffled.estimator.take(packets.back());
+  shuffled.estimator.receive(packets.back());
   CHECK(encoded(shuffled.last()) == encoded(plain.last()));
 }
 
 TEST_CASE("Missing packets are counted and the rest is used") {
   Loopback run;
   acquire_and_track(run, 2);
-  auto packets = answer(run.lidar, run.said.requests.back());
+  auto packets = answer(run.lidar, run.output.requests.back());
   REQUIRE(packets.size() > 8);
   packets.erase(packets.begin() + 2, packets.begin() + 5);
-  for (const auto& p : packets) run.estimator.take(p);
+  for (const auto& p : packets) run.estimator.receive(p);
   CHECK(run.last().packets_missing == 3);
   CHECK(run.last().status == Estimate::OK);
 }
@@ -145,13 +145,13 @@ TEST_CASE("A packet of a later scan ends the one whose end was lost") {
   Loopback run;
   acquire_and_track(run, 2);
   const std::int64_t id = run.estimator.state().scan_id;
-  auto packets = answer(run.lidar, run.said.requests.back());
+  auto packets = answer(run.lidar, run.output.requests.back());
   packets.pop_back();
-  for (const auto& p : packets) run.estimator.take(p);
-  CHECK(run.said.estimates.size() == 2);
+  for (const auto& p : packets) run.estimator.receive(p);
+  CHECK(run.output.estimates.size() == 2);
   auto next = packets_of(run.lidar.sweep(full_view(100)), id + 1);
-  run.estimator.take(next.front());
-  REQUIRE(run.said.estimates.size() == 3);
+  run.estimator.receive(next.front());
+  REQUIRE(run.output.estimates.size() == 3);
   CHECK(run.last().scan_id == id);
   CHECK(run.last().status == Estimate::OK);
 }
@@ -159,21 +159,21 @@ TEST_CASE("A packet of a later scan ends the one whose end was lost") {
 TEST_CASE("A scan that was never asked for is taken while one is awaited") {
   Loopback run;
   acquire_and_track(run, 2);
-  scan_request_t request = run.said.requests.back();
+  scan_request_t request = run.output.requests.back();
   request.scan_id += 10;
-  for (const auto& p : answer(run.lidar, request)) run.estimator.take(p);
+  for (const auto& p : answer(run.lidar, request)) run.estimator.receive(p);
   CHECK(run.last().scan_id == request.scan_id);
   CHECK(run.last().status == Estimate::OK);
-  CHECK(run.said.requests.back().scan_id == request.scan_id + 1);
+  CHECK(run.output.requests.back().scan_id == request.scan_id + 1);
 }
 
 TEST_CASE("An idle estimator only learns the number of a scan nobody asked for") {
   Loopback run;
-  for (const auto& p : packets_of(run.lidar.sweep(full_view(100)), 41)) run.estimator.take(p);
-  CHECK(run.said.estimates.empty());
+  for (const auto& p : packets_of(run.lidar.sweep(full_view(100)), 41)) run.estimator.receive(p);
+  CHECK(run.output.estimates.empty());
   CHECK(run.estimator.state().scan_id == 41);
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  CHECK(run.said.requests.back().scan_id == 42);
+  run.send(command(Command::ACQUIRE, 1, 1));
+  CHECK(run.output.requests.back().scan_id == 42);
 }
 
 TEST_CASE("A procedure's own windows are scanned once") {
@@ -184,10 +184,10 @@ TEST_CASE("A procedure's own windows are scanned once") {
   scan.window_count = 1;
   scan.windows[0].width_rad = scan.windows[0].height_rad = 0.1;
   scan.windows[0].count = 100;
-  run.tell(scan);
-  REQUIRE(run.said.requests.size() == 1);
-  CHECK(run.said.requests[0].scan_id == 5);
-  CHECK(run.said.requests[0].purpose == "procedure");
+  run.send(scan);
+  REQUIRE(run.output.requests.size() == 1);
+  CHECK(run.output.requests[0].scan_id == 5);
+  CHECK(run.output.requests[0].purpose == "procedure");
   REQUIRE(run.scan_once());
   CHECK(run.last().status == Estimate::IDLE);
   CHECK(run.last().returns_received > 0);
@@ -218,10 +218,10 @@ TEST_CASE("Where two scans tell too little the next has more beams where the tar
   setup.options.acquire_beams = 60;  // of the whole field of view, a few of them on the target
   Loopback run(std::move(setup));
   run.lidar.pose = start_pose;
-  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.send(command(Command::ACQUIRE, 1, 1));
   const auto beams_per_solid_angle = [&run] {
     double beams = 0, angle = 0;
-    for (const scan_window_t& w : run.said.requests.back().windows) {
+    for (const scan_window_t& w : run.output.requests.back().windows) {
       beams += w.count;
       angle += w.width_rad * w.height_rad;
     }
@@ -256,8 +256,8 @@ TEST_CASE("Two looks in a row that do not decide are followed by a scan of every
   setup.find_model = [model](const std::string&) { return model; };
   Loopback run(std::move(setup), target.mesh);
   run.lidar.pose = {{0, 0, 5}, rotation_from_vector({0.2, 0.1, 0})};
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  const auto looks = [&run] { return run.said.requests.back().windows.size() > 1; };
+  run.send(command(Command::ACQUIRE, 1, 1));
+  const auto looks = [&run] { return run.output.requests.back().windows.size() > 1; };
   REQUIRE_FALSE(looks());
   for (const bool next : {true, true, false, true}) {
     REQUIRE(run.scan_once());
@@ -280,21 +280,21 @@ TEST_CASE("A jump of the target is never reported as a pose") {
 
 TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") {
   Loopback run;
-  run.tell(command(Command::ACQUIRE, 1, 1));
-  run.estimator.take(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689601000000));
-  REQUIRE(run.said.requests.size() == 1);
-  REQUIRE(run.said.estimates.size() == 1);
+  run.send(command(Command::ACQUIRE, 1, 1));
+  run.estimator.receive(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689601000000));
+  REQUIRE(run.output.requests.size() == 1);
+  REQUIRE(run.output.estimates.size() == 1);
   CHECK_THAT(run.last().reason, Catch::Contains("the laser is off"));
   CHECK(run.last().covariance[0] > 1e5);  // of no pose at all
-  run.estimator.take(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689602000000));
-  REQUIRE(run.said.requests.size() == 2);
-  CHECK(run.said.requests[1].scan_id == 2);
+  run.estimator.receive(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689602000000));
+  REQUIRE(run.output.requests.size() == 2);
+  CHECK(run.output.requests[1].scan_id == 2);
 }
 
 TEST_CASE("Commands that cannot be obeyed are refused with a reason") {
   Loopback run;
   const auto refused = [&](Command c, const std::string& why) {
-    run.tell(c);
+    run.send(c);
     CHECK(run.estimator.state().refused_seq == c.seq);
     CHECK_THAT(run.estimator.state().reason, Catch::Contains(why));
   };
@@ -315,7 +315,7 @@ TEST_CASE("Commands that cannot be obeyed are refused with a reason") {
   refused(pose, "initial pose");
   refused(command(99, 6, 1), "99");
   refused(command(Command::SCAN, 7, 1), "windows");
-  CHECK(run.said.requests.empty());
+  CHECK(run.output.requests.empty());
 }
 
 TEST_CASE("A target without a long axis is refused by the published acquisition") {
@@ -324,9 +324,9 @@ TEST_CASE("A target without a long axis is refused by the published acquisition"
   Loopback run(std::move(setup));
   Command model = command(Command::CHOOSE_MODEL, 1, 1);
   model.target = "cube";
-  run.tell(model);
+  run.send(model);
   CHECK(run.estimator.state().target == "cube");
-  run.tell(command(Command::ACQUIRE, 2, 1));
+  run.send(command(Command::ACQUIRE, 2, 1));
   CHECK(run.estimator.state().refused_seq == 2);
   CHECK_THAT(run.estimator.state().reason, Catch::Contains("elongated"));
 }
@@ -342,10 +342,10 @@ TEST_CASE("Tracking starts from a given pose") {
   const Pose given =
       perturbed(start_pose, (Vector6d() << 0.02, -0.02, 0.01, 0.02, 0.01, -0.02).finished());
   set_pose(given, track.initial_position_m, track.initial_q_wxyz);
-  run.tell(track);
-  REQUIRE(run.said.requests.size() == 1);
+  run.send(track);
+  REQUIRE(run.output.requests.size() == 1);
   int beams = 0;
-  for (const auto& w : run.said.requests[0].windows) {
+  for (const auto& w : run.output.requests[0].windows) {
     CHECK(w.name == "edge");
     beams += w.count;
   }
@@ -361,35 +361,35 @@ TEST_CASE(
   Loopback first;
   first.lidar.pose = start_pose;
   first.lidar.velocity = {{0.005, 0, -0.02}, {0, 0.01, 0}};
-  first.tell(command(Command::ACQUIRE, 1, 1));
+  first.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(first.scan_once());
   const std::int64_t asked = first.estimator.state().scan_id;
   Command track = command(Command::TRACK, 2, asked + 2);
   track.strategy = "sparse";
-  first.tell(track);
+  first.send(track);
   for (int i = 0; i < 6; ++i) REQUIRE(first.scan_once());
 
   // A replay: the recorded inputs alone, the requests ignored; the second command a scan earlier.
-  Said said;
-  Estimator replayed(test_setup(), said);
-  replayed.take(command(Command::ACQUIRE, 1, 1));
+  RecordedOutput output;
+  Estimator replayed(test_setup(), output);
+  replayed.receive(command(Command::ACQUIRE, 1, 1));
   bool told = false;
   for (const auto& p : first.packets) {
     if (!told && p.scan_id == asked - 1) {
-      replayed.take(track);
+      replayed.receive(track);
       told = true;
     }
-    replayed.take(p);
+    replayed.receive(p);
   }
-  REQUIRE(said.estimates.size() == first.said.estimates.size());
-  for (std::size_t i = 0; i < said.estimates.size(); ++i) {
-    CHECK(encoded(said.estimates[i]) == encoded(first.said.estimates[i]));
+  REQUIRE(output.estimates.size() == first.output.estimates.size());
+  for (std::size_t i = 0; i < output.estimates.size(); ++i) {
+    CHECK(encoded(output.estimates[i]) == encoded(first.output.estimates[i]));
   }
-  REQUIRE(said.requests.size() == first.said.requests.size());
-  for (std::size_t i = 0; i < said.requests.size(); ++i) {
+  REQUIRE(output.requests.size() == first.output.requests.size());
+  for (std::size_t i = 0; i < output.requests.size(); ++i) {
     // A command that came earlier moves the time of "the last input" of no request but its own.
-    CHECK(said.requests[i].windows.size() == first.said.requests[i].windows.size());
-    CHECK(said.requests[i].scan_id == first.said.requests[i].scan_id);
+    CHECK(output.requests[i].windows.size() == first.output.requests[i].windows.size());
+    CHECK(output.requests[i].scan_id == first.output.requests[i].scan_id);
   }
 }
 
@@ -409,7 +409,7 @@ TEST_CASE("Nonsense on the bus is survived") {
       b.range = ranges[round];
       b.status = BeamStatus::hit;
     }
-    for (const auto& p : packets_of(beams, id)) run.estimator.take(p);
+    for (const auto& p : packets_of(beams, id)) run.estimator.receive(p);
     CHECK(run.last().status != Estimate::OK);
     CHECK_FALSE(run.last().reason.empty());
     for (const double c : run.last().covariance) CHECK(std::isfinite(c));
@@ -417,8 +417,8 @@ TEST_CASE("Nonsense on the bus is survived") {
   // arrays shorter than their count
   ScanPacket torn = empty_end(run.estimator.state().scan_id, ScanPacket::COMPLETE, "", 1);
   torn.count = 10;
-  run.estimator.take(torn);
-  CHECK(run.said.notes.back() == "bad-packet");
+  run.estimator.receive(torn);
+  CHECK(run.output.notes.back() == "bad-packet");
 }
 
 TEST_CASE("A beam from beside the sensor's origin counts as one from there to its return") {
@@ -442,12 +442,12 @@ TEST_CASE("A million returns are one scan") {
   Loopback run;
   acquire_and_track(run, 2);
   run.lidar.rate_hz = 1e6;
-  scan_request_t request = run.said.requests.back();
+  scan_request_t request = run.output.requests.back();
   request.windows.resize(1);
   request.windows[0].azimuth_rad = request.windows[0].elevation_rad = 0;
   request.windows[0].width_rad = request.windows[0].height_rad = radians(30);
   request.windows[0].count = 1000000;
-  for (const auto& p : answer(run.lidar, request)) run.estimator.take(p);
+  for (const auto& p : answer(run.lidar, request)) run.estimator.receive(p);
   CHECK(run.last().status == Estimate::OK);
   CHECK(distance(pose_of(run.last()), start_pose) < 0.01);
 }
@@ -455,7 +455,7 @@ TEST_CASE("A million returns are one scan") {
 TEST_CASE("A moving target is tracked with its velocity") {
   Loopback run;
   run.lidar.pose = start_pose;
-  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 3; ++i) REQUIRE(run.scan_once());
   run.lidar.velocity = {{0, 0, -0.02}, {0, 0, 0}};
   for (int i = 0; i < 25; ++i) {

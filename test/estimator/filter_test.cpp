@@ -68,8 +68,8 @@ Sightings sightings(const Pose& pose, const Velocity& v, int count, Random& rand
 
 /// What a batch measures of pose and velocity, linearised about some motion near the truth.
 bool take(PoseFilter& filter, const Sightings& batch, const Motion& about, std::int64_t utime) {
-  const MotionInformation said = batch.about(about);
-  return filter.update(about.pose, noise(), {about, said}, utime);
+  const MotionInformation measurement = batch.about(about);
+  return filter.update(about.pose, noise(), {about, measurement}, utime);
 }
 
 }  // namespace
@@ -231,11 +231,11 @@ TEST_CASE("What is off in every scan alike is averaged away by none of them") {
       const Matrix6d c = shift_sigma.cwiseAbs2().asDiagonal();
       const Matrix6d covariance = c + noise_sigma * noise_sigma * Matrix6d::Identity();
       MeasuredMotion measured;
-      measured.about = {perturbed(start_pose, seen), {}};
+      measured.reference = {perturbed(start_pose, seen), {}};
       const Matrix6d information = covariance.inverse();
-      measured.said.information.topLeftCorner<6, 6>() = information;
+      measured.measurement.information.topLeftCorner<6, 6>() = information;
       measured.systematic.topLeftCorner<6, 6>() = information * c * information;
-      REQUIRE(filter.update(measured.about.pose, covariance, measured, 500000 * scan));
+      REQUIRE(filter.update(measured.reference.pose, covariance, measured, 500000 * scan));
       if (scan != 1 && scan != 10 && scan != 100) continue;
       const Vector6d error = difference(filter.pose(), start_pose);
       nees[scan] += error.dot(filter.covariance().ldlt().solve(error)) / runs;
@@ -261,12 +261,12 @@ TEST_CASE("A shift that all scans have in common is another as the target turns"
     PoseFilter filter(options);
     filter.start(start_pose, 1e-2 * Matrix6d::Identity(), 0, turning, 1e-12 * Matrix6d::Identity());
     MeasuredMotion measured;
-    measured.said.information.topLeftCorner<6, 6>() = 1e6 * Matrix6d::Identity();
+    measured.measurement.information.topLeftCorner<6, 6>() = 1e6 * Matrix6d::Identity();
     measured.systematic.topLeftCorner<6, 6>() = 0.9e6 * Matrix6d::Identity();
     for (int scan = 1; scan <= 20; ++scan) {
-      measured.about = {moved(start_pose, turning, 0.1 * scan), turning};
-      REQUIRE(
-          filter.update(measured.about.pose, 1e-6 * Matrix6d::Identity(), measured, 100000 * scan));
+      measured.reference = {moved(start_pose, turning, 0.1 * scan), turning};
+      REQUIRE(filter.update(measured.reference.pose, 1e-6 * Matrix6d::Identity(), measured,
+                            100000 * scan));
     }
     return std::sqrt(filter.covariance()(0, 0));
   };
@@ -303,8 +303,8 @@ TEST_CASE("What the chaser knows of its own motion is not mistaken for the targe
   const Vector3d none = Vector3d::Zero();
   const SensorMotion burn{0, 1000000, Vector3d(0.1, 0, 0.05), none, none, 0.001, 0};
   SensorMotions motions;
-  motions.take(burn);
-  CHECK(motions.carry(told, 2000000) == Approx(1));
+  motions.add(burn);
+  CHECK(motions.propagate(told, 2000000) == Approx(1));
   const Pose straight = moved(start_pose, start_velocity, 2);
   const Pose truth{straight.position - 1.5 * burn.acceleration, straight.rotation};
   CHECK(distance(told.predict(2000000), truth) < 1e-9);
@@ -342,14 +342,14 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
       const Velocity a = rate(sensor(t), 0.03 + 0.04 * t);
       const Velocity b = rate(sensor(t + step), 0.03 + 0.04 * (t + step));
       const Quaterniond to_sensor = sensor(t + step / 2).rotation.conjugate();
-      motions.take({begin, begin + interval, to_sensor * (b.linear - a.linear) / step,
-                    to_sensor * (a.angular + b.angular) / 2,
-                    to_sensor * (b.angular - a.angular) / step, 0, 0});
+      motions.add({begin, begin + interval, to_sensor * (b.linear - a.linear) / step,
+                   to_sensor * (a.angular + b.angular) / 2,
+                   to_sensor * (b.angular - a.angular) / step, 0, 0});
     }
     PoseFilter told = filter;
-    motions.carry(told, 734567);
+    motions.propagate(told, 734567);
     motions.forget_before(told.utime());
-    motions.carry(told, 2000000);
+    motions.propagate(told, 2000000);
     CHECK(told.utime() == 2000000);
     return told.pose();
   };

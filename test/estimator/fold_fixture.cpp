@@ -48,11 +48,11 @@ estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t fir
 }
 
 bool Loopback::scan_once() {
-  if (said.requests.empty() || said.requests.back().scan_id == answered_) return false;
-  answered_ = said.requests.back().scan_id;
-  for (const ScanPacket& p : answer(lidar, scan_request_t(said.requests.back()))) {
+  if (output.requests.empty() || output.requests.back().scan_id == answered_) return false;
+  answered_ = output.requests.back().scan_id;
+  for (const ScanPacket& p : answer(lidar, scan_request_t(output.requests.back()))) {
     packets.push_back(p);
-    estimator.take(p);
+    estimator.receive(p);
   }
   return true;
 }

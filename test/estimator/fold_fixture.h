@@ -10,7 +10,7 @@
 namespace berth::estimator {
 
 /// Keeps all that an estimator says.
-struct Said final : EstimatorOutput {
+struct RecordedOutput final : EstimatorOutput {
   std::vector<scan_request_t> requests;
   std::vector<pose_estimate_t> estimates;
   std::vector<estimator_state_t> states;
@@ -43,17 +43,17 @@ estimator_command_t command(std::int8_t what, std::int64_t seq, std::int64_t fir
 
 /// An estimator with a LIDAR that answers its last request, and the inputs on record.
 struct Loopback {
-  Said said;
+  RecordedOutput output;
   Estimator estimator;
   ScanMaker lidar;
   std::vector<ScanPacket> packets;  // all that went in
 
   explicit Loopback(EstimatorSetup setup = test_setup(), const Mesh& mesh = replica().mesh)
-      : estimator(std::move(setup), said), lidar(mesh) {}
-  void tell(const estimator_command_t& c) { estimator.take(c); }
+      : estimator(std::move(setup), output), lidar(mesh) {}
+  void send(const estimator_command_t& c) { estimator.receive(c); }
   /// Answers the outstanding request. @return false when there is none.
   bool scan_once();
-  const pose_estimate_t& last() const { return said.estimates.back(); }
+  const pose_estimate_t& last() const { return output.estimates.back(); }
 
  private:
   std::int64_t answered_ = 0;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "estimator/acquire/large_planes.h"
+#include "estimator/acquire/segmentation.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -69,7 +69,7 @@ Mesh cell() {
   return mesh;
 }
 
-CleanScan scan_of_cell(const Pose& pose, std::uint64_t seed, bool target = true) {
+PreprocessedScan scan_of_cell(const Pose& pose, std::uint64_t seed, bool target = true) {
   ScanMaker lidar(target ? lopsided()->target.mesh : make_box({0.01, 0.01, 0.01}), seed);
   lidar.beam = near_lidar;
   lidar.pose = pose;
@@ -78,7 +78,7 @@ CleanScan scan_of_cell(const Pose& pose, std::uint64_t seed, bool target = true)
   return preprocess(lidar.sweep(full_view(6000)), cell_gate, near_lidar);
 }
 
-Pose drawn(Random& random) {
+Pose attraction(Random& random) {
   Pose pose = random_pose(random, 5);
   pose.position.x() += random.uniform(-0.3, 0.3);
   return pose;
@@ -100,8 +100,8 @@ bool has(const AcquisitionResult& found, const Pose& truth) {
 }
 
 /// Something, alone in space, that is believed to be something else.
-CleanScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int beams,
-                  std::uint64_t seed) {
+PreprocessedScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int beams,
+                         std::uint64_t seed) {
   ScanMaker lidar(mesh, seed);
   lidar.beam = near_lidar;
   lidar.pose = pose;
@@ -113,11 +113,11 @@ CleanScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int 
 TEST_CASE("Among floor, wall and column the target is found without a guess of where") {
   Random random(1, "hypotheses");
   for (std::uint64_t i = 0; i < 6; ++i) {
-    const Pose truth = drawn(random);
-    const CleanScan scan = scan_of_cell(truth, i + 1);
+    const Pose truth = attraction(random);
+    const PreprocessedScan scan = scan_of_cell(truth, i + 1);
     CAPTURE(i);
     // The decision alone: what is true must pass, wherever the search would have ended.
-    const AcquisitionResult at_truth = acquisition().weigh(scan, {truth});
+    const AcquisitionResult at_truth = acquisition().evaluate(scan, {truth});
     CAPTURE(at_truth.reason);
     REQUIRE_FALSE(at_truth.hypotheses.empty());
     CHECK(at_truth.status != Status::not_found);
@@ -132,7 +132,7 @@ TEST_CASE("Behind a plate that is much nearer and hides half of it the target is
   Random random(5, "hypotheses");
   int found_right = 0;
   for (std::uint64_t i = 0; i < 6; ++i) {
-    const Pose truth = drawn(random);
+    const Pose truth = attraction(random);
     ScanMaker lidar(lopsided()->target.mesh, i + 1);
     lidar.beam = near_lidar;
     lidar.pose = truth;
@@ -142,7 +142,7 @@ TEST_CASE("Behind a plate that is much nearer and hides half of it the target is
     plate.append(make_box({0.8, 1.2, 0.01}), Pose{edge, rotation_from_vector({0, 0, turn})} *
                                                  Pose{{0.4, 0, 0}, Quaterniond::Identity()});
     lidar.add_clutter(plate);
-    const CleanScan scan = preprocess(lidar.sweep(full_view(12000)), cell_gate, near_lidar);
+    const PreprocessedScan scan = preprocess(lidar.sweep(full_view(12000)), cell_gate, near_lidar);
     const AcquisitionResult found = acquisition().acquire(scan);
     CAPTURE(i, found.reason);
     // Never what hides it.
@@ -202,14 +202,14 @@ TEST_CASE("Where the target is not, it is lost, and the odds are told") {
 
 TEST_CASE("Noise is as ranges show it beside their neighbours, not less than the scanner says") {
   Random random(6, "hypotheses");
-  const Pose truth = drawn(random);
+  const Pose truth = attraction(random);
   for (const double factor : {0.3, 1.0, 3.0}) {
     ScanMaker lidar(lopsided()->target.mesh, 8);
     lidar.beam = near_lidar;
     lidar.beam.range_sigma_m *= factor;
     lidar.pose = truth;
     lidar.add_clutter(cell());
-    const CleanScan scan = preprocess(lidar.sweep(full_view(6000)), cell_gate, near_lidar);
+    const PreprocessedScan scan = preprocess(lidar.sweep(full_view(6000)), cell_gate, near_lidar);
     CHECK_THAT(RangeImage(scan, near_lidar).noise_scale(),
                Catch::Matchers::WithinRel(std::max(1.0, factor), 0.15));
   }
@@ -252,7 +252,7 @@ TEST_CASE("A flat target is found by its outline, in few rows of returns of its 
 
 TEST_CASE("The order of beams does not matter to hypotheses") {
   Random random(2, "hypotheses");
-  CleanScan scan = scan_of_cell(drawn(random), 3);
+  PreprocessedScan scan = scan_of_cell(attraction(random), 3);
   const AcquisitionResult before = acquisition().acquire(scan);
   REQUIRE_FALSE(before.hypotheses.empty());
   std::reverse(scan.beams.begin(), scan.beams.end());
@@ -265,8 +265,8 @@ TEST_CASE("The order of beams does not matter to hypotheses") {
 
 TEST_CASE("Floor and wall leave the search, the target does not") {
   Random random(3, "hypotheses");
-  const Pose truth = drawn(random);
-  const CleanScan scan = scan_of_cell(truth, 5);
+  const Pose truth = attraction(random);
+  const PreprocessedScan scan = scan_of_cell(truth, 5);
   const RangeImage image(scan, near_lidar);
   const LargePlanes large = large_planes(image, 2.15 * lopsided()->radius);
   int on_target = 0, lost = 0, room = 0, left = 0;
@@ -308,8 +308,8 @@ TEST_CASE("A floor of which a part is scanned again, more densely, is a plane al
 
 TEST_CASE("The gradient of the odds is that of numeric differences") {
   Random random(4, "hypotheses");
-  const Pose truth = drawn(random);
-  const CleanScan scan = scan_of_cell(truth, 6);
+  const Pose truth = attraction(random);
+  const PreprocessedScan scan = scan_of_cell(truth, 6);
   const RangeImage image(scan, near_lidar);
   const PoseOdds odds(*lopsided(), image, 0.004);
   // Widened, and as they are: then each piece of the surface is off as one.
@@ -360,7 +360,7 @@ TEST_CASE("Where a lid is gone, returns from inside speak for the target, and mo
   Pose truth;
   truth.position = {0, 0, 4};
   truth.rotation = rotation_from_vector({0.15, 0.2, 0.1});
-  const CleanScan scan = scan_of(open, closed, truth, 1500, 1);
+  const PreprocessedScan scan = scan_of(open, closed, truth, 1500, 1);
   const RangeImage image(scan, near_lidar);
   std::vector<char> other(image.beams().size(), 0);  // than those on the bottom
   for (std::size_t b = 0; b < other.size(); ++b) {
@@ -477,18 +477,18 @@ TEST_CASE(
 TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
   constexpr double depth = 3;
   constexpr PoseShares w;
-  const BeamMeets near{5, 1e-4}, beside{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
+  const ExpectedRange near{5, 1e-4}, beside{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
   Random random(8, "expected evidence");
-  const auto density = [&](const BeamMeets& m, double z) {
+  const auto density = [&](const ExpectedRange& m, double z) {
     if (!std::isfinite(m.range)) return 0.5 / depth;
     const double d = z - m.range;
     return w.hit * std::exp(-0.5 * d * d / m.variance) /
                std::sqrt(2 * std::numbers::pi * m.variance) +
            (w.front + w.through) / depth;
   };
-  const auto misses = [&](const BeamMeets& m) { return std::isfinite(m.range) ? w.missing : 0.5; };
-  for (const BeamMeets& truth : {near, beside, far, nothing}) {
-    for (const BeamMeets& other : {near, beside, far, nothing}) {
+  const auto misses = [&](const ExpectedRange& m) { return std::isfinite(m.range) ? w.missing : 0.5; };
+  for (const ExpectedRange& truth : {near, beside, far, nothing}) {
+    for (const ExpectedRange& other : {near, beside, far, nothing}) {
       double sum = 0;
       constexpr int draws = 40000;
       for (int i = 0; i < draws; ++i) {

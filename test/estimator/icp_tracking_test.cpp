@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "estimator/published/icp_tracking.h"
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "common/core/statistics.h"
 #include "estimator/plan/scan_planner.h"
+#include "estimator/published/icp.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "estimator/track/scan_fit.h"
+#include "estimator/track/scan_likelihood.h"
 #include "test/catch.h"
 #include "test/estimator/scan_maker.h"
 
@@ -153,8 +153,8 @@ TEST_CASE("The score of a beam is the derivative of its likelihood") {
            (2 * step);
   };
   CHECK(term.coverage_score == Approx(slope(step, 0, 0)).epsilon(1e-5));
-  if (slit) CHECK(term.beside_score == Approx(slope(0, step, 0)).epsilon(1e-5));
-  const double expected = -term.front * off / 1e-4 - term.beside * (off - 0.02) / 2e-4 -
+  if (slit) CHECK(term.opposite_score == Approx(slope(0, step, 0)).epsilon(1e-5));
+  const double expected = -term.front * off / 1e-4 - term.opposite * (off - 0.02) / 2e-4 -
                           term.behind * (off - 0.04) / 3e-4;
   CHECK(slope(0, 0, step) == Approx(expected).epsilon(1e-4).margin(1e-6));
 }
@@ -173,9 +173,9 @@ TEST_CASE("The covariance of offsets as factors is the covariance, as far as ask
     const Eigen::MatrixXd& few = coarse.fields[f].factor;
     CHECK(few.cols() <= l.cols());
     const Eigen::MatrixXd left = k - few * few.transpose();
-    CHECK((left.diagonal() - coarse.fields[f].rest).norm() < 1e-12);
+    CHECK((left.diagonal() - coarse.fields[f].residual).norm() < 1e-12);
     const Eigen::VectorXd noises =
-        scales[f] * scales[f] * coarse.fields[f].rest.cwiseProduct(plate.sums.patch_information);
+        scales[f] * scales[f] * coarse.fields[f].residual.cwiseProduct(plate.sums.patch_information);
     CHECK(noises.maxCoeff() <= 0.05);
     CHECK(Eigen::LLT<Eigen::MatrixXd>(k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).info() ==
           Eigen::Success);
@@ -235,7 +235,7 @@ TEST_CASE("A field's evidence has the slope that numeric differences have") {
       more[f] *= std::exp(step);
       less[f] *= std::exp(-step);
       const double slope = (cost(less) - cost(more)) / (2 * step);
-      CHECK(evidence[f].squared - evidence[f].determined ==
+      CHECK(evidence[f].squared - evidence[f].well_determined ==
             Approx(slope).epsilon(1e-3).margin(1e-3));
     }
   }
@@ -288,8 +288,8 @@ Target hinged_target() {
 
 const Pose hinged_pose{{0.1, -0.05, 4.5}, rotation_from_vector({0.4, 0.5, 0.1})};
 
-CleanScan scan_of(const Mesh& mesh, const Pose& pose, int count, std::uint64_t seed,
-                  const Velocity& velocity = {}) {
+PreprocessedScan scan_of(const Mesh& mesh, const Pose& pose, int count, std::uint64_t seed,
+                         const Velocity& velocity = {}) {
   ScanMaker lidar(mesh, seed);
   lidar.pose = pose;
   lidar.velocity = velocity;
@@ -394,22 +394,22 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   const double width = 0.25 * noise.footprint(strut_range);
   ScanState state;
   state.motion.pose.position = {0, 0, strut_range + 0.001};
-  const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 0.3});
+  const std::vector<ScanLikelihood::Surface> surfaces(target.mesh.triangles.size(), {0, 0.3});
   for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.0079, 0.011}) {
     for (const double range :
          {std::numeric_limits<double>::infinity(), strut_range + 0.004, wall_range - 0.01}) {
       // Two beams alike, beside each other along the strut.
-      CleanScan scan;
+      PreprocessedScan scan;
       for (const double along : {-0.005, 0.005}) {
         Beam beam;
         beam.direction = Vector3d(along, aside, strut_range).normalized();
         beam.range = range;
         scan.beams.push_back(beam);
       }
-      ScanFit fit(scene, noise, scan, {}, {});
+      ScanLikelihood fit(scene, noise, scan, {}, {});
       fit.prepare(state, {{1e-9, 0}, false, false}, surfaces);
       const BeamShares& shares = fit.shares;
-      const ScanFit::Options options;
+      const ScanLikelihood::Options options;
       const double found = fit.linearise(state, {}).log_likelihood / 2;
       const auto of_face = [&](double at) {
         const double p_d = shares.drop_out_at(1);
@@ -445,7 +445,7 @@ TEST_CASE("A slit that seems closed says nothing of its width") {
   target.mesh.append(make_box({2, 1, 0.002}), {{0, -half - 0.5, farther}, Quaterniond::Identity()});
   target.mesh.append(make_box({3, 3, 0.002}), {{0, 0, 1}, Quaterniond::Identity()});
   const TargetScene scene(target);
-  CleanScan scan;
+  PreprocessedScan scan;
   for (const double along : {-0.005, 0.005}) {
     Beam beam;
     beam.direction = Vector3d(along, 0.0003, 5).normalized();
@@ -453,10 +453,11 @@ TEST_CASE("A slit that seems closed says nothing of its width") {
     scan.beams.push_back(beam);
   }
   const ScanStateLayout layout;
-  ScanFit fit(scene, nominal_beam, scan, layout, {});
+  ScanLikelihood fit(scene, nominal_beam, scan, layout, {});
   ScanState state;
   state.motion.pose.position = {0, 0, 5};
-  fit.prepare(state, {}, std::vector<ScanFit::Surface>(target.mesh.triangles.size(), {0, 0.3}));
+  fit.prepare(state, {},
+              std::vector<ScanLikelihood::Surface>(target.mesh.triangles.size(), {0, 0.3}));
   for (const double offset : {0.0, 0.0015, 0.0025, 0.004}) {
     state.rim_offset = offset;
     CAPTURE(farther, offset);
@@ -479,14 +480,14 @@ TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") 
   const TargetScene scene(target);
   const bool moving = GENERATE(false, true);
   const Velocity velocity = moving ? Velocity{{0.02, 0, 0.01}, {0, 0.05, 0.03}} : Velocity{};
-  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 3, velocity);
+  const PreprocessedScan scan = scan_of(target.mesh, hinged_pose, 1500, 3, velocity);
   ScanStateLayout layout;
   layout.velocity = layout.range_bias = true;
   layout.joints = 1;
-  ScanFit::Options options;
+  ScanLikelihood::Options options;
   BeamModel noise = nominal_beam;
   noise.azimuth_sigma_rad = noise.elevation_sigma_rad = 0;  // by which variances vary with the pose
-  ScanFit fit(scene, noise, scan, layout, options);
+  ScanLikelihood fit(scene, noise, scan, layout, options);
   ScanState state;
   state.motion = {hinged_pose, velocity};
   state.angles = {0};
@@ -494,10 +495,10 @@ TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") 
   off << 0.004, -0.003, 0.005, 0.002, -0.003, 0.002, 0.002, 0.001, -0.002, 0.001, 0.002, -0.001,
       0.001, 0.003, 0.01;
   state = layout.moved(state, off);
-  const std::vector<ScanFit::Surface> surfaces(target.mesh.triangles.size(), {0, 1e6});
+  const std::vector<ScanLikelihood::Surface> surfaces(target.mesh.triangles.size(), {0, 1e6});
   fit.prepare(state, {{0.02, 0.02}, false, true}, surfaces);
   const Eigen::VectorXd none;
-  const ScanFit::Linearised here = fit.linearise(state, none);
+  const ScanLikelihood::Linearised here = fit.linearise(state, none);
   const Eigen::VectorXd& gradient = here.sums.gradient;
   for (int k = 0; k < layout.size(); ++k) {
     constexpr double step = 2e-5;
@@ -520,15 +521,15 @@ TEST_CASE("The gradient of a scan's likelihood is that of numeric differences") 
 TEST_CASE("The gradient for the surface's offsets is that of numeric differences") {
   const Target target = hinged_target();
   const TargetScene scene(target);
-  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 3);
+  const PreprocessedScan scan = scan_of(target.mesh, hinged_pose, 1500, 3);
   ScanStateLayout layout;
   layout.joints = 1;
-  ScanFit fit(scene, nominal_beam, scan, layout, {});
+  ScanLikelihood fit(scene, nominal_beam, scan, layout, {});
   ScanState state;
   state.motion.pose = hinged_pose;
   state.angles = {0};
   fit.prepare(state, {{0.01, 0.01}, true, true},
-              std::vector<ScanFit::Surface>(target.mesh.triangles.size(), {0.004, 0.3}));
+              std::vector<ScanLikelihood::Surface>(target.mesh.triangles.size(), {0.004, 0.3}));
   const auto count = static_cast<Eigen::Index>(fit.patches().size());
   REQUIRE(count > 30);
   Random random(2, "offsets");
@@ -558,7 +559,8 @@ TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") 
   constexpr int trials = 12;
   for (int i = 0; i < trials; ++i) {
     Random random(static_cast<std::uint64_t>(i), "tracking");
-    const CleanScan scan = scan_of(real, hinged_pose, 1500, static_cast<std::uint64_t>(i + 1));
+    const PreprocessedScan scan =
+        scan_of(real, hinged_pose, 1500, static_cast<std::uint64_t>(i + 1));
     const auto result = tracking.track(scan, prediction_off(hinged_pose, 0.03, radians(2), random));
     REQUIRE(result.ok);
     const Vector6d error = difference(hinged_pose, result.pose);
@@ -579,7 +581,8 @@ TEST_CASE("Tracking from the other side of a panel that is seen edge on finds th
     Random random(static_cast<std::uint64_t>(i), "edge on");
     const Pose truth =
         pose_from_xyzwpr({0, 0, 5000, 90 + random.uniform(-0.5, 0.5), 0, random.uniform(-90, 90)});
-    const CleanScan scan = scan_of(target.mesh, truth, 1500, static_cast<std::uint64_t>(i + 1));
+    const PreprocessedScan scan =
+        scan_of(target.mesh, truth, 1500, static_cast<std::uint64_t>(i + 1));
     const auto result = tracking.track(scan, prediction_off(truth, 0.03, radians(2), random));
     const Vector6d error = difference(truth, result.pose);
     CAPTURE(i, 1e3 * error.head<3>().norm(), degrees(error.tail<3>().norm()), result.confidence);
@@ -598,7 +601,8 @@ TEST_CASE("What hides half of the target says nothing of it") {
   ScanMaker lidar(target.mesh, 3);
   lidar.pose = truth;
   lidar.add_clutter(plate);
-  const CleanScan scan = preprocess(sweep_around(lidar, target.mesh, 1500), {}, nominal_beam);
+  const PreprocessedScan scan =
+      preprocess(sweep_around(lidar, target.mesh, 1500), {}, nominal_beam);
   const auto hidden = std::count_if(scan.points.begin(), scan.points.end(),
                                     [](const Vector3d& point) { return point.z() < 4; });
   REQUIRE(hidden > 300);
@@ -631,7 +635,7 @@ TEST_CASE("Neither the order of beams nor beams sent twice change what is tracke
 
   // Another frame of the sensor turns the answer, and changes nothing else.
   const Quaterniond turn = rotation_from_vector({0.02, -0.03, 0.5});
-  CleanScan turned = preprocess(once, {}, nominal_beam);
+  PreprocessedScan turned = preprocess(once, {}, nominal_beam);
   for (Beam& beam : turned.beams) beam.direction = turn * beam.direction;
   for (Vector3d& point : turned.points) point = turn * point;
   Prediction there = predicted;
@@ -647,7 +651,7 @@ TEST_CASE("Returns that fit are counted whether a scan is thinned or not") {
   const auto model = coarse_model(target);
   LikelihoodTrackingOptions thin;
   thin.max_returns = 300;
-  const CleanScan scan = scan_of(target.mesh, hinged_pose, 1500, 1);
+  const PreprocessedScan scan = scan_of(target.mesh, hinged_pose, 1500, 1);
   const auto used = [&](const LikelihoodTrackingOptions& options) {
     Random random(1, "thinned");
     const LikelihoodTracking tracking(*model, nominal_beam, options);
@@ -665,11 +669,13 @@ TEST_CASE("A scan of nothing that the target explains is lost, with the reason")
   const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
   Random random(1, "other");
-  const CleanScan scan = scan_of(make_box({2, 2, 0.5}), {{0, 0, 5}, hinged_pose.rotation}, 1500, 1);
+  const PreprocessedScan scan =
+      scan_of(make_box({2, 2, 0.5}), {{0, 0, 5}, hinged_pose.rotation}, 1500, 1);
   const auto result = tracking.track(scan, prediction_off(hinged_pose, 0.03, radians(2), random));
   CHECK_FALSE(result.ok);
   CHECK_THAT(result.reason, Catch::Contains("should meet the target"));
-  CHECK_FALSE(tracking.track(CleanScan{}, prediction_off(hinged_pose, 0.03, 0.02, random)).ok);
+  CHECK_FALSE(
+      tracking.track(PreprocessedScan{}, prediction_off(hinged_pose, 0.03, 0.02, random)).ok);
 }
 
 TEST_CASE("A return that is as bright as no face here is none of it") {
@@ -727,7 +733,7 @@ TEST_CASE("Two returns of a beam say where an edge is") {
       lidar.footprint = true;
       lidar.pose = truth;
       Random random(static_cast<std::uint64_t>(i), "returns");
-      const CleanScan scan = preprocess(sweep_around(lidar, mesh, 3000), {}, beam_model);
+      const PreprocessedScan scan = preprocess(sweep_around(lidar, mesh, 3000), {}, beam_model);
       const auto result = tracking.track(scan, prediction_off(truth, 0.02, radians(1), random));
       REQUIRE(result.ok);
       const Vector6d error = difference(truth, result.pose);

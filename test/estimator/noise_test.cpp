@@ -41,13 +41,13 @@ TEST_CASE("The noise is learnt from the returns, found and followed at a half an
     run.lidar.beam.range_sigma_m *= factor;
     run.lidar.beam.azimuth_sigma_rad *= factor;
     run.lidar.beam.elevation_sigma_rad *= factor;
-    run.tell(command(Command::ACQUIRE, 1, 1));
+    run.send(command(Command::ACQUIRE, 1, 1));
     for (int i = 0; i < 10; ++i) REQUIRE(run.scan_once());
     REQUIRE(run.estimator.state().mode == State::TRACKING);
     const Estimate& e = run.last();
     CHECK(e.status == Estimate::OK);
-    CHECK(noise_factor(run.said.durations.back()) == Approx(factor).epsilon(0.15));
-    const auto told = std::count(run.said.notes.begin(), run.said.notes.end(), "noise-differs");
+    CHECK(noise_factor(run.output.durations.back()) == Approx(factor).epsilon(0.15));
+    const auto told = std::count(run.output.notes.begin(), run.output.notes.end(), "noise-differs");
     CHECK(told == (factor == 1 ? 0 : 1));
     const double sigma = std::sqrt(e.covariance[14]);  // along the boresight
     if (factor == 1) sigma_as_said = sigma;
@@ -59,33 +59,33 @@ TEST_CASE("The noise is learnt from the returns, found and followed at a half an
 TEST_CASE("Noise that grows while the target is tracked does not lose it") {
   Loopback run;
   run.lidar.pose = start_pose;
-  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
   run.lidar.beam.range_sigma_m *= 3;
   for (int i = 0; i < 5; ++i) REQUIRE(run.scan_once());
   CHECK(run.estimator.state().mode == State::TRACKING);
   CHECK(run.last().status == Estimate::OK);
-  CHECK(noise_factor(run.said.durations.back()) == Approx(3).epsilon(0.15));
+  CHECK(noise_factor(run.output.durations.back()) == Approx(3).epsilon(0.15));
 }
 
 TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
-  BeamModel said;
-  said.range_sigma_m = 0.01;
-  NoiseScale noise(said, {0.3, 5});
+  BeamModel nominal;
+  nominal.range_sigma_m = 0.01;
+  NoiseScale noise(nominal, {0.3, 5});
   noise.start_at(100);
   CHECK(noise.factor() == 5);
   CHECK(noise.beam().range_sigma_m == Approx(0.05));
-  noise.forget();
-  CHECK(noise.beam().range_sigma_m == said.range_sigma_m);
-  CHECK_FALSE(noise.learn(9, 50));  // too few to be sure
+  noise.reset();
+  CHECK(noise.beam().range_sigma_m == nominal.range_sigma_m);
+  CHECK_FALSE(noise.update(9, 50));  // too few to be sure
   CHECK(noise.factor() < 2);
-  noise.forget();
-  CHECK(noise.learn(9, 1000));
+  noise.reset();
+  CHECK(noise.update(9, 1000));
   CHECK(noise.factor() == Approx(3));
-  CHECK_FALSE(noise.learn(0, 1000));  // a method that does not know
+  CHECK_FALSE(noise.update(0, 1000));  // a method that does not know
   CHECK(noise.factor() == Approx(3));
-  NoiseScale believed(said, {1, 1});
-  CHECK_FALSE(believed.learn(9, 1000));
+  NoiseScale believed(nominal, {1, 1});
+  CHECK_FALSE(believed.update(9, 1000));
   CHECK(believed.factor() == 1);
 }
 
@@ -96,15 +96,15 @@ TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how man
   Loopback run(std::move(setup));
   run.lidar.pose = start_pose;
   run.lidar.rate_hz = 1000;
-  run.tell(command(Command::ACQUIRE, 1, 1));
+  run.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
   REQUIRE(run.estimator.state().mode == State::TRACKING);
   CHECK(run.last().status == Estimate::OK);
-  CHECK(beams_in(run.said.requests.back()) <= 1.2 * most);
+  CHECK(beams_in(run.output.requests.back()) <= 1.2 * most);
   estimator_command_t more = command(Command::TRACK, 2, 1);
   more.first_scan_id = run.estimator.state().scan_id + 1;
   more.returns_per_scan = 1000;
-  run.tell(more);
+  run.send(more);
   REQUIRE(run.scan_once());
-  CHECK(beams_in(run.said.requests.back()) > 1.5 * most);
+  CHECK(beams_in(run.output.requests.back()) > 1.5 * most);
 }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "estimator/scan/scan.h"
+#include "estimator/beam/scan.h"
 #include "lcmtypes/scan_packet.h"
 
 namespace berth::estimator {

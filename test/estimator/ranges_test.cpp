@@ -2,9 +2,8 @@
 // The paper's long, medium and short ranges, each by itself and in the fold.
 #include <Eigen/Cholesky>
 
-#include "estimator/ranges/long_range.h"
-#include "estimator/ranges/operating_range.h"
-#include "estimator/ranges/short_range.h"
+#include "estimator/plan/operating_range.h"
+#include "estimator/track/long_range.h"
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
@@ -45,7 +44,7 @@ struct Flight {
     estimator_command_t acquire = command(estimator_command_t::ACQUIRE, 1, 1);
     acquire.gate_near_m = 0.3;
     acquire.gate_far_m = 400;
-    run.tell(acquire);
+    run.send(acquire);
     for (int i = 0; i < 8 && run.estimator.state().mode != estimator_state_t::TRACKING; ++i) {
       REQUIRE(run.scan_once());
     }
@@ -56,7 +55,7 @@ struct Flight {
       run.lidar.velocity.linear = velocity * i / 20;
       REQUIRE(run.scan_once());
     }
-    run.said.estimates.clear();
+    run.output.estimates.clear();
   }
   void fly_to(double distance) {
     while (run.lidar.pose.position.z() > distance) {
@@ -121,7 +120,7 @@ TEST_CASE("Far away, position is as uncertain as it says, whatever the attitude"
     lidar.beam = beam_model;
     lidar.pose = pose_at(250, random);
     const Pose truth = lidar.pose;
-    const CleanScan scan = preprocess(lidar.sweep(about(truth, beams)), {}, beam_model);
+    const PreprocessedScan scan = preprocess(lidar.sweep(about(truth, beams)), {}, beam_model);
     const LongRangeFix fix = long_range.find(scan);
     REQUIRE(fix.ok);
     CHECK(fix.axis == (fix.used >= 60));
@@ -169,7 +168,7 @@ TEST_CASE("What little or nothing comes back is not a fix") {
   const LongRange long_range(*replica_model(), rendezvous_lidar().beam, 60);
   CHECK_FALSE(long_range.find({}).ok);
   CHECK_FALSE(long_range.find({}).reason.empty());
-  CleanScan one;
+  PreprocessedScan one;
   one.points = {{0, 0, 200}};
   one.beam_of_point = {0};
   one.beams.resize(1);
@@ -256,6 +255,6 @@ TEST_CASE("Near the target only its docking interface is scanned") {
   }
   CHECK(flight.estimates.front().operating_range == Estimate::RANGE_MEDIUM);
   CHECK(flight.estimates.back().operating_range == Estimate::RANGE_SHORT);
-  REQUIRE(flight.run.said.requests.back().windows.size() == 1);
-  CHECK(flight.run.said.requests.back().windows[0].name == "docking interface");
+  REQUIRE(flight.run.output.requests.back().windows.size() == 1);
+  CHECK(flight.run.output.requests.back().windows[0].name == "docking interface");
 }

@@ -7,8 +7,8 @@
 #include "common/core/random.h"
 #include "drivers/simulated/receiver/receiver.h"
 #include "drivers/simulated/receiver/scene.h"
+#include "estimator/beam/scan.h"
 #include "estimator/model/target_model.h"
-#include "estimator/scan/scan.h"
 
 namespace berth::estimator {
 

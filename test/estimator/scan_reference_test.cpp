@@ -26,7 +26,7 @@ struct Surface {
 
 class ScanReference {
  public:
-  ScanReference(const Mesh& mesh, const BeamModel& beam, const CleanScan& scan,
+  ScanReference(const Mesh& mesh, const BeamModel& beam, const PreprocessedScan& scan,
                 const Prediction& prior, const Surface& surface)
       : beam_(beam), scan_(scan), prior_(prior), surface_(surface) {
     for (const auto& t : mesh.triangles) {
@@ -337,7 +337,7 @@ class ScanReference {
   }
 
   BeamModel beam_;
-  const CleanScan& scan_;
+  const PreprocessedScan& scan_;
   Prediction prior_;
   Surface surface_;
   std::vector<std::array<Vector3d, 3>> faces_;
@@ -364,7 +364,7 @@ TEST_CASE("A slow reference, written from the documentation, finds the same pose
   const Pose truth{{0.1, -0.05, 4.5}, rotation_from_vector({0.4, 0.5, 0.1 * seed})};
   ScanMaker lidar(target.mesh, static_cast<std::uint64_t>(seed));
   lidar.pose = truth;
-  CleanScan scan = preprocess(sweep_around(lidar, target.mesh, 260), {}, nominal_beam);
+  PreprocessedScan scan = preprocess(sweep_around(lidar, target.mesh, 260), {}, nominal_beam);
   // The surface off along the line of sight by a smooth function of the place.
   for (Beam& beam : scan.beams) {
     if (!beam.hit()) continue;

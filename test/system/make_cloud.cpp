@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "test/estimator/cloud_files.h"
+#include "test/common/clouds/cloud_files.h"
 #include "test/estimator/scan_maker.h"
 
 using namespace berth;

@@ -8,7 +8,7 @@
 #include "app/runs/config_override.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
-#include "estimator/methods.h"
+#include "estimator/estimator_options.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -107,7 +107,7 @@ class AcquisitionExperiment : public Experiment {
     Random random(trial.seed, "acquisition");
     const AcquisitionScene scene = trials::make_scene(subject.model, parameters.scene, random);
     const auto method = estimator::make_acquisition(subject.options, *subject.model, noise);
-    const estimator::CleanScan clean = estimator::preprocess(
+    const estimator::PreprocessedScan clean = estimator::preprocess(
         scene.scan.beams, {parameters.gate_near_m, parameters.gate_far_m}, noise);
     const AcquisitionResult found = method->acquire(clean);
     const trials::Verdict verdict = trials::verdict_on(found, *subject.judge, scene.truth);
