@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 #include "procedures/language/steps.h"
 
 namespace berth::procedures {

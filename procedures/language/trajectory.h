@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 #include "testbed/trajectories/trajectory.h"
 
 namespace berth::procedures {
