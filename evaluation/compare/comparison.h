@@ -105,8 +105,6 @@ std::string measurements_text(const Comparison& comparison);
 std::string verdict_text(const Comparison& comparison);
 /// "calibration from scans 3f2a9c01, 0.31 mm and 0.012 deg (1 sigma)"; empty where there is none.
 std::string truth_line(const Comparison& comparison);
-/// The latencies as a table; empty when there are none.
-std::string latency_table(const std::vector<Latency>& latencies);
 std::string json_of(const Comparison& comparison);
 
 /// The verdict as a table: criterion, value, limits, margin, result.

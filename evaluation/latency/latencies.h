@@ -27,4 +27,11 @@ struct Latency {
   std::string remark;
 };
 
+/// Of a table for people: latency, from what, ms, low, high, samples, remark. Of a clock the bounds
+/// about its offset, which may be as large as the time since an epoch and is in the remark.
+std::vector<std::string> latency_cells(const Latency& latency);
+
+/// The latencies as a table; empty when there are none.
+std::string latency_table(const std::vector<Latency>& latencies);
+
 }  // namespace berth::evaluation

@@ -1,12 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
 #include <optional>
 
+#include "common/core/pose.h"
 #include "common/meshes/symmetry.h"
 #include "evaluation/run/run_record.h"
 
 namespace berth::evaluation {
+
+/// A value and what truth's own uncertainty makes of it, 1 sigma.
+struct Uncertain {
+  double value;
+  double truth_sigma;
+};
+
+/// Standard deviation of a vector's component along a direction; of a direction of no length, the
+/// root of the trace.
+double sigma_along(const Matrix3d& covariance, const Vector3d& direction);
+
+/// Length of a vector. To first order its uncertainty is that along it; near zero the vector that
+/// is really there may point anywhere, so that it is never less than what the whole covariance adds
+/// to the length in the mean: sqrt(|v|^2 + tr C) - |v|.
+Uncertain length_of(const Vector3d& vector, const Matrix3d& covariance);
+
+/// Covariance of a point that moves with a pose, from the pose's covariance (left perturbation) and
+/// the lever from the pose's origin to the point, outer frame.
+Matrix3d point_covariance(const Matrix6d& pose_covariance, const Vector3d& lever);
+
+/// Of a body's velocity in a frame whose own rotation is known with this covariance.
+Matrix3d turned_covariance(const Vector3d& velocity, const Matrix3d& rotation_covariance);
 
 struct TruthVelocity {
   Velocity velocity;                       ///< sensor frame
@@ -38,5 +62,25 @@ struct ComparedEstimate {
 /// @param delay by which the estimate's stamp is taken to be late, us
 std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track,
                                         const SymmetryGroup& symmetry, Utime delay = 0);
+
+/// The error of the latest estimate that truth has caught up with, while a run goes on. One thread.
+class LiveError {
+ public:
+  void on(const run_info_t& message);
+  /// One of status OK.
+  void on(const pose_estimate_t& message);
+  void on(const ground_truth_t& message);
+
+  /// Of the last 10 s or more.
+  const TruthTrack& truth() const { return truth_; }
+  /// Nothing before the first.
+  const std::optional<ComparedEstimate>& latest() const { return latest_; }
+
+ private:
+  SymmetryGroup symmetry_;  // of the run's target
+  TruthTrack truth_;
+  std::deque<EstimateSample> waiting_;  // for truth
+  std::optional<ComparedEstimate> latest_;
+};
 
 }  // namespace berth::evaluation

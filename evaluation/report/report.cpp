@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/report.h"
 
-#include "evaluation/report/page.h"
+#include "evaluation/report/html.h"
 #include "evaluation/report/sections.h"
-#include "evaluation/report/side_by_side_sections.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -22,8 +22,7 @@ void add(Page& page, const char* id, const char* heading, Draw draw) {
 
 Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
   const RunView view(run);
-  Page page(std::string(evaluation::text_of_outcome(view.comparison().outcome)) + " " +
-            view.source().name());
+  Page page(std::string(words::of_outcome(view.comparison().outcome)) + " " + view.source().name());
   page.head(verdict_head(view));
   add(page, "claims", "Claims and figures", [&] { return claim_section(view); });
   add(page, "criteria", "Criteria", [&] { return criteria_section(view); });

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/report/side_by_side_sections.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/verdict_marks.h"
+#include "evaluation/report/sections.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -86,8 +85,7 @@ Html beside_head(const Views& views, const fs::path& page) {
     const auto passed = std::count_if(c.criteria.begin(), c.criteria.end(), [](const auto& r) {
       return r.result == criterion_result_t::PASSED;
     });
-    Html verdict =
-        element("b", class_of_outcome(c.outcome), text(evaluation::text_of_outcome(c.outcome)));
+    Html verdict = element("b", class_of_outcome(c.outcome), text(words::of_outcome(c.outcome)));
     if (!c.reason.empty()) verdict += markup("<br>") + element("small", "", text(c.reason));
     table.rows.push_back(
         {key_of(i), verdict, own_report(view, page), text(info ? evaluation::place_of(*info) : ""),
@@ -115,8 +113,8 @@ Html beside_criteria(const Views& views) {
         row.push_back(same == nullptr
                           ? Html()
                           : element("b", class_of_result(same->result),
-                                    text(std::string(evaluation::text_of_result(same->result)) +
-                                         " " + brief(same->value))));
+                                    text(std::string(words::of_criterion(same->result)) + " " +
+                                         brief(same->value))));
       }
       table.rows.push_back(row);
     }

@@ -3,8 +3,8 @@
 
 #include <bit>
 
+#include "logs/types/lcm_type.h"
 #include "logs/types/type_catalogue.h"
-#include "logs/types/wire.h"
 
 namespace berth::logs {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "common/core/file.h"
 #include "common/core/text.h"
-#include "evaluation/measure/safety.h"
+#include "evaluation/measure/measurement.h"
 #include "evaluation/run/run_record.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/conversions.h"

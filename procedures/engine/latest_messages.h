@@ -8,7 +8,7 @@
 #include <berth/testbed_state_t.hpp>
 #include <optional>
 
-#include "evaluation/measure/live_error.h"
+#include "evaluation/measure/measurer.h"
 
 namespace berth::procedures {
 
