@@ -117,7 +117,7 @@ Uncertain angular_velocity_error(const ComparedEstimate& c) {
 }
 
 template <int axis>
-Uncertain axis_error(const ComparedEstimate& c) {
+Uncertain velocity_axis_error(const ComparedEstimate& c) {
   return {velocity_difference(c)(axis), std::sqrt(c.truth_velocity_covariance(axis, axis))};
 }
 
@@ -174,18 +174,21 @@ void add_velocities(std::vector<Measurement>& table) {
   const auto number = berth::Dimension::number;
   family.estimates("velocity_error", speed, smaller_is_better, velocity_error,
                    "length of estimated minus true linear velocity");
-  family.detail().estimates("velocity_x_error", speed, smaller_is_better, axis_error<0>,
+  family.detail().estimates("velocity_x_error", speed, smaller_is_better, velocity_axis_error<0>,
                             "estimated minus true velocity along x");
-  family.detail().estimates("velocity_y_error", speed, smaller_is_better, axis_error<1>, "along y");
-  family.detail().estimates("velocity_z_error", speed, smaller_is_better, axis_error<2>, "along z");
+  family.detail().estimates("velocity_y_error", speed, smaller_is_better, velocity_axis_error<1>,
+                            "along y");
+  family.detail().estimates("velocity_z_error", speed, smaller_is_better, velocity_axis_error<2>,
+                            "along z");
   family.estimates("angular_velocity_error", turn, smaller_is_better, angular_velocity_error,
                    "length of estimated minus true angular velocity");
-  family.detail().estimates("angular_velocity_x_error", turn, smaller_is_better, axis_error<3>,
+  family.detail().estimates("angular_velocity_x_error", turn, smaller_is_better,
+                            velocity_axis_error<3>,
                             "estimated minus true angular velocity about x");
-  family.detail().estimates("angular_velocity_y_error", turn, smaller_is_better, axis_error<4>,
-                            "about y");
-  family.detail().estimates("angular_velocity_z_error", turn, smaller_is_better, axis_error<5>,
-                            "about z");
+  family.detail().estimates("angular_velocity_y_error", turn, smaller_is_better,
+                            velocity_axis_error<4>, "about y");
+  family.detail().estimates("angular_velocity_z_error", turn, smaller_is_better,
+                            velocity_axis_error<5>, "about z");
   family.number("velocity_x_gain", number, smaller_is_better, gain<0>,
                 "estimated over true velocity along x, least squares: 1 when right, -1 when its "
                 "sign is wrong");

@@ -5,7 +5,6 @@
 #include <berth/estimator_diagnostics_t.hpp>
 
 #include "lcmtypes/channels.h"
-#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -170,7 +169,5 @@ Chart RunView::chart(const std::string& title, const std::string& unit) const {
   chart.marks = marks_;
   return chart;
 }
-
-const char* text_of_status(std::int8_t status) { return words::of_estimate_status(status); }
 
 }  // namespace berth::report

@@ -123,7 +123,4 @@ class RunView {
 
 using Views = std::vector<const RunView*>;
 
-/// "OK", "AMBIGUOUS" ...
-const char* text_of_status(std::int8_t status);
-
 }  // namespace berth::report

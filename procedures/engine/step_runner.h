@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "procedures/engine/latest_messages.h"
 #include "procedures/engine/links.h"
+#include "procedures/engine/live_quantity.h"
 #include "procedures/language/procedure.h"
 
 namespace berth::procedures {
