@@ -12,7 +12,7 @@
 
 namespace berth::evaluation {
 
-/// Values that every run has beside its measurements: whether it passed, whether all its steps ran
+/// Values that every run has besides its measurements: whether it passed, whether all its steps ran
 /// to their end, 1 or 0; and how many estimates were good.
 inline constexpr char passed_measurement[] = "passed";
 inline constexpr char completed_measurement[] = "completed";

@@ -14,7 +14,7 @@
 
 namespace berth::evaluation {
 
-/// One arm over a run: what it was told to reach when, and where it said that it was.
+/// One arm over a run: set-points and reported joints.
 class ArmTrack {
  public:
   void add(const arm_command_t& command);
@@ -30,7 +30,7 @@ class ArmTrack {
     double sigma = 0;
   };
   const std::vector<Clock>& clocks() const { return clocks_; }
-  /// s from asking for each reading to its answer.
+  /// s from the request of each reading to its answer.
   const std::vector<double>& round_trips() const { return round_trips_; }
 
  private:
@@ -51,7 +51,7 @@ class ArmTrack {
   std::vector<double> round_trips_;
 };
 
-/// Collects from a log what its latencies are estimated from beside a run's record: both arms'
+/// Collects from a log what its latencies are estimated from besides a run's record: both arms'
 /// set-points and readings, and the clocks. Of every session, for which of them the run is may be
 /// known only at its end.
 class LatencyCollector {

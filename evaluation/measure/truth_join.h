@@ -10,7 +10,7 @@
 
 namespace berth::evaluation {
 
-/// A value and what truth's own uncertainty makes of it, 1 sigma.
+/// A value and its 1 sigma from the covariance of truth.
 struct Uncertain {
   double value;
   double truth_sigma;
@@ -37,15 +37,15 @@ struct TruthVelocity {
   Matrix6d covariance = Matrix6d::Zero();  ///< [m/s; rad/s]
 };
 
-/// Velocity about the time of a sample of truth. GROUND_TRUTH says it of the time just before, for
-/// who must know it at once; here it is taken from the poses 50 ms before and after. Where there
-/// are none, what the sample says. Its uncertainty: that of the frame's own rotation, and the noise
+/// Velocity at the time of a sample of truth: central difference of the poses 50 ms before and
+/// after. (GROUND_TRUTH has that of the time just before, for use without delay.) Where there are
+/// none, that of the sample. Its uncertainty: that of the frame's own rotation, and the noise
 /// of the poses, which shows in how the velocities before and after differ. For independent noise s
 /// of each pose and a half window h that difference has the variance 6 s^2/h^2 and the mean of both
 /// s^2/(2 h^2), a twelfth; an acceleration counts as noise.
 TruthVelocity truth_velocity(const TruthTrack& track, const TruthSample& truth);
 
-/// An estimate (status OK) beside the truth at its own time.
+/// An estimate (status OK) and truth at its time.
 struct ComparedEstimate {
   EstimateSample estimate;  ///< as the target's symmetry brings it nearest to truth: its poses,
                             ///< velocity and covariance
@@ -58,7 +58,7 @@ struct ComparedEstimate {
   Vector6d measured_error() const { return difference(truth.pose, estimate.measured); }
 };
 
-/// The one place where an estimate meets truth. Nothing where truth does not bracket the time.
+/// The join of an estimate with truth. Nothing where truth does not bracket the time.
 /// @param delay by which the estimate's stamp is taken to be late, us
 std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const TruthTrack& track,
                                         const SymmetryGroup& symmetry, Utime delay = 0);

@@ -8,7 +8,7 @@
 namespace berth::report {
 namespace {
 
-/// A section that cannot be drawn says why in its place; the others do not depend on it.
+/// A section that cannot be drawn shows the reason in its place; the others do not depend on it.
 template <class Draw>
 void add(Page& page, const char* id, const char* heading, Draw draw) {
   Html content;
@@ -45,12 +45,12 @@ Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& fil
   Views views;
   for (const RunView& view : all) views.push_back(&view);
   Page page(std::to_string(runs.size()) + " runs side by side");
-  page.head(beside_head(views, file));
-  add(page, "criteria", "Criteria", [&] { return beside_criteria(views); });
+  page.head(compared_head(views, file));
+  add(page, "criteria", "Criteria", [&] { return compared_criteria(views); });
   add(page, "figures", "Figures", [&] { return figures_of(views); });
-  add(page, "curves", "Errors by phase", [&] { return beside_curves(views); });
-  add(page, "poses", "Estimates", [&] { return beside_poses(views); });
-  add(page, "measurements", "Measurements", [&] { return beside_measurements(views); });
+  add(page, "curves", "Errors by phase", [&] { return compared_curves(views); });
+  add(page, "poses", "Estimates", [&] { return compared_poses(views); });
+  add(page, "measurements", "Measurements", [&] { return compared_measurements(views); });
   return page;
 }
 

@@ -15,7 +15,7 @@
 
 namespace berth::report {
 
-/// What a report shows of one POSE_ESTIMATE beside what judging needs of it.
+/// Fields of one POSE_ESTIMATE that a report shows and judging does not need.
 struct EstimateDetail {
   Utime utime = 0;
   std::int64_t scan_id = 0;
@@ -36,7 +36,7 @@ struct WorkTimes {
   double total() const { return preprocess + acquire + track + plan; }
 };
 
-/// A node as its NODE_STATUS tells over a run.
+/// Health of a node over a run, from NODE_STATUS.
 struct NodeHealth {
   struct Change {
     Utime utime = 0;

@@ -74,7 +74,7 @@ Curve series_of(const RunView& view, const evaluation::Measurement& what,
 
 }  // namespace
 
-Html beside_head(const Views& views, const fs::path& page) {
+Html compared_head(const Views& views, const fs::path& page) {
   HtmlTable table{"lllllllll",
                   {"", "verdict", "run", "host", "procedure", "target", "seed", "version",
                    "configuration", "lasted, s", "criteria passed"}};
@@ -98,7 +98,7 @@ Html beside_head(const Views& views, const fs::path& page) {
   return element("div", "verdict", element("h1", "", text("Runs side by side")) + html_of(table));
 }
 
-Html beside_criteria(const Views& views) {
+Html compared_criteria(const Views& views) {
   HtmlTable table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
   for (std::size_t i = 0; i < views.size(); ++i) table.head.push_back(number_of(i));
   std::vector<std::string> told;
@@ -122,7 +122,7 @@ Html beside_criteria(const Views& views) {
   return table.rows.empty() ? Html() : html_of(table);
 }
 
-Html beside_curves(const Views& views) {
+Html compared_curves(const Views& views) {
   std::vector<std::string> phases;
   for (const RunView* view : views) {
     for (const evaluation::Phase& phase : view->phases()) {
@@ -154,7 +154,7 @@ Html beside_curves(const Views& views) {
   return html;
 }
 
-Html beside_poses(const Views& views) {
+Html compared_poses(const Views& views) {
   constexpr const char* names[] = {"x", "y", "z", "w", "p", "r"};
   std::vector<Chart> charts;
   for (const std::size_t axis : {0u, 3u, 1u, 4u, 2u, 5u}) {
@@ -175,7 +175,7 @@ Html beside_poses(const Views& views) {
   return charts.empty() ? Html() : grid_of(charts);
 }
 
-Html beside_measurements(const Views& views) {
+Html compared_measurements(const Views& views) {
   std::vector<const evaluation::Measurer*> measurers;
   for (const RunView* view : views) measurers.push_back(&view->measurer());
   const auto rows = evaluation::compare_side_by_side(measurers);

@@ -54,7 +54,7 @@ class CsvColumns {
 
   const StructType& type_;
   Shape shape_;
-  int long_count_ = -1;  ///< index of the field that tells how many entries; -1: a row a message
+  int long_count_ = -1;  ///< index of the field with the number of entries; -1: a row a message
 };
 
 /// An array of basic values that is longer makes rows instead of columns.

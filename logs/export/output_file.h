@@ -11,7 +11,7 @@
 namespace berth::logs {
 
 /// Names for the files of one directory, made of any text: no two are one name, on a file system
-/// that does not tell capitals from small letters either.
+/// that does not distinguish upper and lower case either.
 class FileNames {
  public:
   /// The text as a file's name: signs that file systems or shells treat in a way of their own are

@@ -15,7 +15,7 @@ struct Selection {
   bool always = false;
 };
 
-/// What the expressions say of a channel, asked once for each.
+/// Whether the expressions match a channel, evaluated once for each.
 class Chooser {
  public:
   explicit Chooser(const Excerpt& excerpt)

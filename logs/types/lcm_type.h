@@ -27,10 +27,10 @@ enum class Kind : std::uint8_t {
   structure
 };
 
-/// One dimension of an array: of a size that is written down, or that an earlier field tells.
+/// One dimension of an array: of constant size, or of the size in an earlier field.
 struct Dimension {
   std::string size;         ///< as written
-  int count_field = -1;     ///< index of the field that tells it; -1: it is fixed
+  int count_field = -1;     ///< index of the field with the size; -1: constant
   std::int64_t length = 0;  ///< of a fixed one
 };
 
@@ -41,7 +41,7 @@ struct Field {
   const StructType* structure = nullptr;  ///< of Kind::structure
   std::vector<Dimension> dimensions;
   std::string comment;
-  std::string unit;     ///< "m", "rad/s", "us" ...; empty: none, or none is told
+  std::string unit;     ///< "m", "rad/s", "us" ...; empty: none, or not given
   int count_slot = -1;  ///< not -1: the size of an array after it
 };
 

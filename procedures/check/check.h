@@ -18,7 +18,7 @@ namespace berth::procedures {
 enum class Severity { error, warning, note };
 const char* name_of(Severity severity);
 
-/// Something that a check has to say about a procedure.
+/// One result of a check of a procedure.
 struct Finding {
   Severity severity = Severity::error;
   std::string file;
@@ -37,7 +37,7 @@ Finding finding_of_error(const std::string& what, const std::string& file);
 
 bool has_errors(const std::vector<Finding>& findings);
 
-/// What can be said of a procedure before anything moves.
+/// Results of the check of a procedure before anything moves.
 struct CheckReport {
   std::string file;
   std::string name;    ///< of the procedure; empty when it cannot be read
@@ -67,7 +67,7 @@ std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
                                  const Rehearsal& rehearsal);
 
 /// What a run that goes as rehearsed would record: truth with the uncertainty that the rig gives
-/// it and, where asked for, estimates that are right, at the rate that the LIDAR allows.
+/// it and, with_estimates, exact estimates, at the rate that the LIDAR allows.
 evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal,
                                       bool with_estimates);
 
@@ -76,7 +76,7 @@ evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal
 std::vector<Finding> check_criteria(const Procedure& procedure, const Rig& rig,
                                     const Rehearsal& rehearsal);
 
-/// Of a procedure that cannot be read or set up, from what its reader said.
+/// Of a procedure that cannot be read or set up, from the error of its reader.
 CheckReport report_of_error(const std::string& what, const std::string& file);
 
 /// SI units; angles in rad.

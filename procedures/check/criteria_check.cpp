@@ -190,12 +190,12 @@ class CriteriaCheck {
     });
   }
 
-  /// Whether the procedure itself says how long each step of the phase takes.
+  /// Whether the durations of all steps of the phase follow from the procedure.
   bool timed(const std::string& phase) const {
     return none_of_phase(phase, [](const StepForecast& step) { return step.guessed; });
   }
 
-  /// Whether it says where the arms are in it.
+  /// Whether the motion of the arms in it follows from the procedure.
   bool foreseen(const std::string& phase) const {
     return none_of_phase(phase, [](const StepForecast& step) { return step.steered; });
   }

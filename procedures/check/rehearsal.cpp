@@ -93,7 +93,7 @@ struct CourseOf {
 }  // namespace
 
 Rehearsal::Rehearsal(Rig& rig, const ArmPair& start)
-    : rig_(rig), guidance_(rig.surface, rig.settings.guidance), trail_(rig.cell) {
+    : rig_(rig), guidance_(rig.surface, rig.settings.guidance), history_(rig.cell) {
   now_.joints = start;
   now_.pose = rig.cell.relative_pose(start.replica, start.sensor);
   moments_.push_back(now_);
@@ -144,17 +144,17 @@ void Rehearsal::stay(double duration) {
 std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
     const testbed_command2_t& command) {
   if (command.command == testbed_command2_t::RETREAT) {
-    auto way_back = rig_.commands.way_back(command, trail_, rig_.path_check, now_.joints);
-    trail_.clear();
+    auto way_back = rig_.commands.way_back(command, history_, rig_.path_check, now_.joints);
+    history_.clear();
     return way_back;
   }
   const std::int64_t time = utime_from_seconds(now_.time);
-  // The estimator says what is so: guidance flies what was predicted.
+  // The estimate is taken as exact: guidance flies what was predicted.
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
   auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
   if (auto* refusal = std::get_if<std::string>(&result)) return std::move(*refusal);
-  trail_.begin(now_.joints);
+  history_.begin(now_.joints);
   return std::get<testbed::CommandPlanner::Plan>(std::move(result)).arms.motion;
 }
 
@@ -167,7 +167,7 @@ void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) 
     lost_ = ever_lost_ = true;
     return;
   }
-  if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends where it was told to
+  if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends at its commanded pose
   const auto& motion = *std::get<Motion>(result);
   forecast.guessed = testbed::is_closed_loop(command);
   if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
@@ -184,7 +184,7 @@ void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) 
     if (!joints) break;  // the check has seen that there are some
     now_.time = start + t;
     now_.joints = *joints;
-    if (command.command != testbed_command2_t::RETREAT) trail_.add(now_.joints);
+    if (command.command != testbed_command2_t::RETREAT) history_.add(now_.joints);
     now_.pose = rig_.cell.relative_pose(joints->replica, joints->sensor);
     if (motion.duration() > 0) moments_.push_back(now_);
     if (i % between_looks == 0 || i == count) look_around(now_.joints, forecast);

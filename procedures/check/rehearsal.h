@@ -53,7 +53,7 @@ struct Moment {
   int returns = 0;       ///< per tracking scan; 0: the estimator's own number
 };
 
-/// What a step will do, as far as can be said beforehand.
+/// What a step will do, as far as it can be predicted.
 struct StepForecast {
   std::string name;
   std::string phase;
@@ -103,11 +103,11 @@ class Rehearsal {
 
   Rig& rig_;
   testbed::Guidance guidance_;
-  testbed::TrajectoryHistory trail_;
+  testbed::TrajectoryHistory history_;
   Moment now_;
   bool lost_ = false;  // where the arms are is not known: the motion before was refused
   bool ever_lost_ = false;
-  bool steered_ = false;  // somebody outside has steered since the last motion to a pose told
+  bool steered_ = false;  // an outside GNC has steered since the last motion to a commanded pose
   std::vector<Moment> moments_;
   std::vector<StepForecast> steps_;
 };

@@ -18,7 +18,7 @@
 
 namespace berth::procedures {
 
-/// What the engine does to the world.
+/// What the engine publishes.
 class Actions {
  public:
   virtual ~Actions() = default;
@@ -30,7 +30,7 @@ class Actions {
   virtual void event(std::int8_t severity, const std::string& code, const std::string& text) = 0;
 };
 
-/// Commands of one kind to the testbed: one motion at a time, and the lease beside it.
+/// Commands of one kind to the testbed: one motion at a time, and the lease.
 class TestbedLink {
  public:
   TestbedLink(Actions& actions, Commander commander);
@@ -41,7 +41,7 @@ class TestbedLink {
   /// Why the motion was refused, or given up; a sentence.
   const std::string& refusal() const { return refusal_; }
 
-  /// HOLD, RESUME, STOP or RESET: goes beside the motion, whose answer is still awaited.
+  /// HOLD, RESUME, STOP or RESET: sent while the answer to the motion is still awaited.
   void order(std::int8_t what, Utime now);
   bool order_pending() const { return order_.pending(); }
 
@@ -135,7 +135,7 @@ class FacilityLink {
   std::optional<facility_state_t> state_;
 };
 
-/// Faults requested of the simulated cell. A real cell never answers.
+/// Commands of faults to the simulated cell. A real cell never answers.
 class InjectionLink {
  public:
   InjectionLink(Actions& actions, Commander commander);
@@ -149,7 +149,7 @@ class InjectionLink {
   const std::string& refusal() const { return client_.reason(); }
   /// Whether anything was ever injected.
   bool used() const { return used_; }
-  /// The simulated cell's own words; nothing where there is none.
+  /// INJECTION_STATE; nothing without a simulated cell.
   const std::optional<injection_state_t>& state() const { return state_; }
 
   void on(const injection_state_t& state);

@@ -28,7 +28,7 @@ std::string OperatorControl::objection(const procedure_command_t& command, Utime
   switch (command.command) {
     case procedure_command_t::HOLD:
     case procedure_command_t::ABORT:
-    case procedure_command_t::KEEP_CONTROL:  // says nothing new
+    case procedure_command_t::KEEP_CONTROL:  // changes nothing
       return {};
     case procedure_command_t::TAKE_CONTROL:
       if (says(command.text, take_over_word)) return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the LIDAR and the estimator are asked for.
+// Requests to the LIDAR and the estimator.
 #include <algorithm>
 
 #include "common/core/positive.h"

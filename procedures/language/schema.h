@@ -8,7 +8,7 @@
 
 namespace berth::procedures {
 
-/// What stands behind a key: a quantity of a dimension, or something else.
+/// Type of the value of a key: a quantity of a dimension, or something else.
 enum class Kind {
   number,
   length,
@@ -40,7 +40,7 @@ enum class Kind {
   figures,
 };
 
-/// One key of the language: what the reader accepts, the schema says and the documentation tells.
+/// One key of the language, for parser, schema and documentation.
 struct KeyInfo {
   std::string key;
   Kind kind;

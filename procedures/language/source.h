@@ -11,7 +11,7 @@
 
 namespace berth::procedures {
 
-/// What a procedure needs beside itself, those that it calls and trajectories: read from the folder
+/// The other files of a procedure, those that it calls and trajectories: read from the folder
 /// of the one that runs, or found attached to its text. Names are paths relative to that folder.
 class Library {
  public:
@@ -22,7 +22,7 @@ class Library {
   const std::string& text(const std::string& name);
   /// How it is called in messages.
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  /// All that were asked for or attached.
+  /// All that were requested or attached.
   const std::map<std::string, std::string>& texts() const { return texts_; }
 
  private:

@@ -10,7 +10,7 @@
 
 namespace berth::procedures {
 
-/// The keys that every step may have beside its verb.
+/// The keys that every step may have besides its verb.
 const std::vector<KeyInfo>& step_keys();
 
 /// The key `on_failure` of a step or block. @param standard where it has none

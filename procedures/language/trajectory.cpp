@@ -24,7 +24,7 @@ namespace berth::procedures {
 namespace {
 
 /// Relative poses of an earlier run, with their times in s from the first one: where the replica
-/// really was (GROUND_TRUTH), or where it was told to be (TESTBED_STATE).
+/// was (GROUND_TRUTH), or its commanded poses (TESTBED_STATE).
 /// @param run a run directory, or its log
 /// @param phase of that run; empty: the whole of it
 /// @throws InputError, also when the record has holes.

@@ -13,7 +13,7 @@ namespace berth::procedures {
 
 /// Through waypoints at their times, open loop: written out, from a file, or made by a rule.
 struct Trajectory {
-  /// From where the replica is told to be as the step begins, T_sensor_model.
+  /// From the commanded relative pose as the step begins, T_sensor_model.
   std::function<testbed::Waypoints(const Pose& here)> waypoints;
   double duration = 0;  ///< s; 0: it depends on where it begins
 };
