@@ -20,7 +20,7 @@
 #include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/utc.h"
-#include "procedures/check/rig.h"
+#include "procedures/check/rehearsal.h"
 #include "testbed/calibration/calibration.h"
 
 namespace berth::commands {

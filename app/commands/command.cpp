@@ -18,7 +18,6 @@
 #include "common/core/valid_text.h"
 #include "lcmtypes/channels.h"
 #include "procedures/engine/operator_control.h"
-#include "procedures/engine/operator_words.h"
 
 namespace berth::commands {
 namespace {

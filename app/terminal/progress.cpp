@@ -6,6 +6,7 @@
 
 #include "app/terminal/panel.h"
 #include "evaluation/compare/comparison.h"
+#include "lcmtypes/words.h"
 
 namespace berth::terminal {
 namespace {
@@ -183,7 +184,7 @@ std::string Progress::verdict() const {
   if (!finished()) return {};
   std::string text =
       state_->criteria.empty() ? "" : evaluation::verdict_table(state_->criteria) + "\n";
-  text += std::string(evaluation::text_of_outcome(state_->outcome));
+  text += std::string(words::of_outcome(state_->outcome));
   if (!state_->reason.empty()) text += ": " + state_->reason;
   return text + "\n";
 }

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "app/terminal/style.h"
-#include "evaluation/measure/live_error.h"
+#include "evaluation/measure/truth_join.h"
 
 namespace berth::terminal {
 

@@ -57,7 +57,7 @@ PhaseTable table_of(const Phase& phase, const Measurer& measurer) {
 bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 /// The text of the procedure as it was run: from the run's own messages, or, where it was too long
-/// for one, from the file beside the log, if that is the same. Empty: neither.
+/// for one, from the file next to the log, if that is the same. Empty: neither.
 std::string procedure_text(const run_info_t& info, const std::filesystem::path& directory) {
   const std::filesystem::path file = directory / "procedure.yaml";
   for (const attachment_t& attachment : info.attachments) {

@@ -45,7 +45,7 @@ struct PhaseTable {
   std::vector<NumberRow> numbers;  ///< only those that could be measured
 };
 
-/// What a log says about its run, recomputed from its messages alone.
+/// Results of a run, recomputed from the messages of its log alone.
 struct Comparison {
   std::string log;
   LogSummary summary;
@@ -60,7 +60,7 @@ struct Comparison {
   std::vector<Latency> latencies;       ///< between LIDAR, arms and host; only of a whole log
   std::vector<criterion_result_t> criteria;
   std::string source;               ///< of the procedure's claims and figures
-  std::vector<std::string> claims;  ///< per criterion, what the source says; empty: nothing
+  std::vector<std::string> claims;  ///< per criterion, the claim of the source; empty: none
   std::vector<Figure> figures;
   /// From the criteria, unless the run itself ended in ERROR, TIMEOUT, ABORTED or FAIL.
   std::int8_t outcome = procedure_state_t::NONE;
@@ -73,7 +73,7 @@ struct Comparison {
   std::vector<std::string> remarks;
 };
 
-/// A log read once: everything that is told or drawn of its run comes from here.
+/// A log read once: source of all tables and charts of its run.
 struct ComparedRun {
   RunRecord record;
   NearestPoint nearest;  ///< empty where the target's mesh is not at hand
@@ -105,8 +105,6 @@ std::string measurements_text(const Comparison& comparison);
 std::string verdict_text(const Comparison& comparison);
 /// "calibration from scans 3f2a9c01, 0.31 mm and 0.012 deg (1 sigma)"; empty where there is none.
 std::string truth_line(const Comparison& comparison);
-/// The latencies as a table; empty when there are none.
-std::string latency_table(const std::vector<Latency>& latencies);
 std::string json_of(const Comparison& comparison);
 
 /// The verdict as a table: criterion, value, limits, margin, result.

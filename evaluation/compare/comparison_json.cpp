@@ -3,6 +3,7 @@
 
 #include "common/core/valid_text.h"
 #include "evaluation/compare/comparison.h"
+#include "lcmtypes/words.h"
 
 namespace berth::evaluation {
 namespace {
@@ -23,7 +24,7 @@ ordered_json json_of_criteria(const Comparison& comparison) {
                     {"max", c.upper_limit},
                     {"margin", margin(c)},
                     {"samples", c.samples},
-                    {"result", text_of_result(c.result)},
+                    {"result", words::of_criterion(c.result)},
                     {"reason", c.reason}});
     const std::string& claim = comparison.claims[i];
     if (!claim.empty()) list.back()["claim"] = claim;
@@ -88,7 +89,7 @@ ordered_json json_of_steps(const std::vector<procedure_step_t>& steps) {
   for (const procedure_step_t& s : steps) {
     list.push_back({{"name", s.name},
                     {"phase", s.phase},
-                    {"state", text_of_step_state(s.state)},
+                    {"state", words::of_step_state(s.state)},
                     {"attempts", s.attempts},
                     {"depth", s.depth},
                     {"detail", s.detail},
@@ -143,10 +144,10 @@ std::string json_of(const Comparison& comparison) {
         {"missing_events", log.missing_events},
         {"damaged_bytes", log.damaged_bytes},
         {"undecodable", log.undecodable}}},
-      {"outcome", text_of_outcome(comparison.outcome)},
+      {"outcome", words::of_outcome(comparison.outcome)},
       {"exit_code", exit_code_of_outcome(comparison.outcome)},
       {"reason", comparison.reason},
-      {"recorded_outcome", text_of_outcome(comparison.recorded_outcome)},
+      {"recorded_outcome", words::of_outcome(comparison.recorded_outcome)},
       {"agrees_with_recorded", comparison.agrees},
       {"duration_s", comparison.duration_s},
       {"steps", json_of_steps(comparison.steps)},

@@ -6,6 +6,7 @@
 #include "common/core/table.h"
 #include "common/core/text.h"
 #include "evaluation/compare/comparison.h"
+#include "lcmtypes/words.h"
 
 namespace berth::evaluation {
 namespace {
@@ -44,7 +45,7 @@ std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
   std::string reasons;
   for (const criterion_result_t& c : criteria) {
     const double m = margin(c);
-    table.rows.push_back({text_of_result(c.result), c.name, shown(c.value), c.unit,
+    table.rows.push_back({words::of_criterion(c.result), c.name, shown(c.value), c.unit,
                           std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
                           limit(c.upper_limit), std::isnan(m) ? "" : shown(m),
                           c.measurement + ", " + c.phase});
@@ -54,14 +55,28 @@ std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
 }
 
 std::string verdict_line(const Comparison& comparison) {
-  std::string text = std::string("verdict: ") + text_of_outcome(comparison.outcome);
+  std::string text = std::string("verdict: ") + words::of_outcome(comparison.outcome);
   if (!comparison.reason.empty()) text += " (" + comparison.reason + ")";
   if (comparison.recorded_outcome == procedure_state_t::NONE) {
     return text + "; the log holds no verdict of its own";
   }
   text += "; reproduced from the log: ";
   if (comparison.agrees) return text + "identical";
-  return text + "DIFFERENT, recorded was " + text_of_outcome(comparison.recorded_outcome);
+  return text + "DIFFERENT, recorded was " + words::of_outcome(comparison.recorded_outcome);
+}
+
+std::string truth_line(const Comparison& comparison) {
+  constexpr std::size_t hash_shown = 8;
+  std::string text;
+  for (const TruthBasis& basis : comparison.truth_bases) {
+    text += (text.empty() ? "" : " and ") + (basis.basis.empty() ? "nothing told" : basis.basis);
+    if (!basis.calibration_hash.empty()) {
+      text += " (calibration " + basis.calibration_hash.substr(0, hash_shown) + ")";
+    }
+  }
+  if (text.empty()) return {};
+  return text + ", 1 sigma " + shown(1e3 * comparison.truth_position_sigma) + " mm and " +
+         shown(degrees(comparison.truth_attitude_sigma)) + " deg";
 }
 
 std::string heading_of(const Comparison& comparison) {

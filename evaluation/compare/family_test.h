@@ -6,7 +6,7 @@
 
 namespace berth::evaluation {
 
-/// One of the many questions asked of the same runs, e.g. "did the rms position error on hold
+/// One of the many hypotheses tested on the same runs, e.g. "did the rms position error on hold
 /// change?". Values are NaN where a run has none.
 struct Test {
   std::size_t group = 0;       ///< whose runs: the case
@@ -16,11 +16,11 @@ struct Test {
 };
 
 struct TestResult {
-  double change = 0;  ///< of the mean, after - before; NaN when there is too little to tell
+  double change = 0;  ///< of the mean, after - before; NaN with too few values
   double p = 1;       ///< p-value, of any question of the family
 };
 
-/// Fewer pairs, or fewer values on either side, tell nothing.
+/// Minimum number of pairs, or of values on either side.
 inline constexpr std::size_t min_values = 8;
 inline constexpr std::size_t min_new_values = 4;
 
@@ -29,12 +29,12 @@ struct FamilyOptions {
   std::uint64_t seed = 1;
 };
 
-/// Did anything change? Westfall and Young's (1993) max-T permutation test: the chance of any false
-/// alarm in the whole family of questions is kept, as with Holm's adjustment, but questions that
-/// say the same thing (they are asked of the same runs) do not cost power for it. A question counts
-/// with Student's t on the scale of the normal distribution (Wallace 1959), and only while the
-/// change of the mean is at least `least`, in the shuffled data as in the real ones; so that tiny
-/// changes, however consistent, neither alarm nor stand in the way of others.
+/// Did anything change? Westfall and Young's (1993) max-T permutation test: the probability of any
+/// false alarm in the whole family of questions is kept, as with Holm's adjustment, but questions
+/// that say the same thing (they are asked of the same runs) do not cost power for it. A question
+/// counts with Student's t on the scale of the normal distribution (Wallace 1959), and only while
+/// the change of the mean is at least `least`, in the shuffled data as in the real ones; so that
+/// tiny changes, however consistent, neither alarm nor stand in the way of others.
 ///
 /// Paired: before and after trade places, run by run, in all questions of a group at once. Exact
 /// where builds differ in nothing but luck.

@@ -6,6 +6,7 @@
 
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
+#include "lcmtypes/words.h"
 
 namespace berth::evaluation {
 namespace {
@@ -77,7 +78,7 @@ JunitCase case_of(const procedure_step_t& step, std::size_t number, const std::s
       break;
     default:
       c.result = Result::error;
-      c.message = std::string(text_of_step_state(step.state)) +
+      c.message = std::string(words::of_step_state(step.state)) +
                   (step.detail.empty() ? "" : ": " + step.detail);
   }
   return c;
@@ -141,7 +142,7 @@ JunitSuite junit_suite_of(const Comparison& comparison) {
   const Result verdict = result_of_outcome(comparison.outcome);
   if (verdict != Result::passed && count(suite, verdict) == 0) {
     suite.cases.push_back({suite.name, "verdict", verdict,
-                           std::string(text_of_outcome(comparison.outcome)) +
+                           std::string(words::of_outcome(comparison.outcome)) +
                                (comparison.reason.empty() ? "" : ": " + comparison.reason),
                            0});
   }

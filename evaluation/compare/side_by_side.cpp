@@ -13,7 +13,7 @@
 namespace berth::evaluation {
 namespace {
 
-/// Fewer tell nothing; more take longer than anybody waits for an interval.
+/// Fewer give no interval; more take too long.
 constexpr std::size_t min_pairs = 10;
 constexpr std::size_t max_pairs = 20000;
 

@@ -42,7 +42,7 @@ struct DelayFit {
   double delay = std::numeric_limits<double>::quiet_NaN();
   double sigma = unknown;        ///< standard error, s
   double half_width = unknown;   ///< s, of the 95 % interval about the delay
-  double sigma_information = 0;  ///< of the standard error, what the samples' covariances tell
+  double sigma_information = 0;  ///< standard error by the samples' covariances
   double sigma_bootstrap = 0;    ///< the same by drawing blocks of neighbours again
   double sigma_offset = 0;       ///< and what the doubt in the nuisances adds
   std::size_t samples = 0;

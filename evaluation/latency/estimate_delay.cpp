@@ -29,7 +29,7 @@ struct Place : ComparedEstimate {
   std::optional<EstimateSample> before;  ///< what the estimator knew before this scan
 };
 
-/// Estimates of the phase beside truth at their times less the delay.
+/// Estimates of the phase joined with truth at their times less the delay.
 std::vector<Place> places(const Measurer& measurer, const Phase& phase, double delay) {
   std::vector<Place> list;
   std::optional<EstimateSample> last;

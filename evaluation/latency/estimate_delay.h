@@ -16,18 +16,18 @@ struct EstimateDelay {
   DelayFit fit;
   double speed = 0;          ///< rms of the target's, m/s
   double angular_speed = 0;  ///< rad/s
-  /// Empty when the interval says something; else what motion it would take.
+  /// Empty when observable; else the motion that would make it observable.
   std::string not_observable;
 };
 
-/// An interval wider than this to either side says nothing: an uncalibrated cell is no further off.
+/// A half-width above this counts as not observable: an uncalibrated cell is no further off.
 inline constexpr double widest_delay_interval = 0.020;  // s
 
 /// By how much later than the arms' clocks say an estimate's pose was true: what it says of its
 /// time t is where truth was at t less the delay. Truth's constant errors do not pretend to be a
 /// delay: those of both mounts, a turn, and a change in proportion to the way gone are solved for
 /// beside it, as uncertain beforehand as truth's covariance has them. So a target that goes to and
-/// fro tells the delay; one that goes steadily leaves truth's doubt in it.
+/// fro makes the delay observable; at constant velocity it is confounded with truth's bias.
 ///
 /// The pose of a single scan is not quite its scan's alone: the estimator holds it back towards
 /// what it expected, and moves the returns to one time with the velocity that it believed. Where

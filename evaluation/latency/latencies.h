@@ -8,12 +8,12 @@
 namespace berth::evaluation {
 
 /// One delay between LIDAR, arms and host as a run's data show it, with its 95 % interval. Times in
-/// s; NaN where it could not be measured, and then the remark says why.
+/// s; NaN where it could not be measured, and then the remark gives the reason.
 struct Latency {
   enum class Kind {
     delay,  ///< estimated from motion
     clock,  ///< a device's clock minus the host's, as its driver brackets it
-    trip    ///< from asking to the answer: the median, and what 95 % of them lie between
+    trip    ///< round trip, from request to answer: the median and 95 % of them
   };
   std::string name;
   Kind kind = Kind::delay;
@@ -26,5 +26,12 @@ struct Latency {
   std::size_t samples = 0;
   std::string remark;
 };
+
+/// Of a table for people: latency, from what, ms, low, high, samples, remark. Of a clock the bounds
+/// about its offset, which may be as large as the time since an epoch and is in the remark.
+std::vector<std::string> latency_cells(const Latency& latency);
+
+/// The latencies as a table; empty when there are none.
+std::string latency_table(const std::vector<Latency>& latencies);
 
 }  // namespace berth::evaluation

@@ -1,16 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/arm_command_t.hpp>
+#include <berth/arm_state_t.hpp>
 #include <map>
+#include <optional>
+#include <vector>
 
-#include "evaluation/latency/arm_tracks.h"
+#include "evaluation/latency/delay_fit.h"
 #include "evaluation/latency/latencies.h"
 #include "evaluation/measure/measurer.h"
 #include "logs/file/log_event.h"
 
 namespace berth::evaluation {
 
-/// Collects from a log what its latencies are estimated from beside a run's record: both arms'
+/// One arm over a run: set-points and reported joints.
+class ArmTrack {
+ public:
+  void add(const arm_command_t& command);
+  void add(const arm_state_t& state);
+
+  /// By how much later than its set-points' times the arm is where they say. Their constant
+  /// difference does not count.
+  DelayFit following_delay() const;
+
+  struct Clock {
+    Utime utime = 0;
+    double offset = 0;  ///< controller minus host, s
+    double sigma = 0;
+  };
+  const std::vector<Clock>& clocks() const { return clocks_; }
+  /// s from the request of each reading to its answer.
+  const std::vector<double>& round_trips() const { return round_trips_; }
+
+ private:
+  struct Point {
+    Utime utime = 0;
+    Vector6d joints;
+  };
+  struct Reading {
+    Point at;
+    Vector6d information;
+  };
+  std::optional<Vector6d> commanded(Utime utime) const;
+  std::vector<DelaySample> samples(double delay) const;
+
+  std::vector<Point> commands_;
+  std::vector<Reading> readings_;
+  std::vector<Clock> clocks_;
+  std::vector<double> round_trips_;
+};
+
+/// Collects from a log what its latencies are estimated from besides a run's record: both arms'
 /// set-points and readings, and the clocks. Of every session, for which of them the run is may be
 /// known only at its end.
 class LatencyCollector {

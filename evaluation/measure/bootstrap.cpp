@@ -113,7 +113,7 @@ std::size_t block_length(const std::vector<double>& series) {
   const std::size_t farthest =
       std::min(longest, static_cast<std::size_t>(std::ceil(std::sqrt(size))) + run);
   std::vector<double> covariances = {variance};
-  std::size_t last = 0;  // the last lag that says something
+  std::size_t last = 0;  // the last significant lag
   for (std::size_t lag = 1; lag <= farthest && lag - last <= run; ++lag) {
     covariances.push_back(covariance(lag));
     if (std::abs(covariances.back()) > noise * variance) last = lag;

@@ -84,7 +84,7 @@ Measured underconfidence(const Measurer& measurer, const Phase& phase) {
   return {m.lower / m.mean, m.lower / m.mean * m.truth_sigma / m.mean, m.samples, m.text};
 }
 
-/// How wrong an estimate is that says ok: more than five of its own sigmas (truth's included), and
+/// How wrong an estimate of status OK is: more than five of its own sigmas (truth's included), and
 /// more than what counts.
 enum class Wrong { no, perhaps, yes };
 

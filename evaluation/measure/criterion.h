@@ -20,7 +20,7 @@ struct Criterion {
   double lower;              ///< -inf: none
   double upper;              ///< +inf: none
   std::int64_t samples = 1;  ///< fewer do not suffice
-  std::string claim;         ///< what the procedure's source says of it; empty: nothing
+  std::string claim;         ///< of the procedure's source; empty: none
   int line = 0;              ///< in the procedure
 };
 

@@ -27,11 +27,11 @@ struct FigureChart {
   berth::Dimension dimension() const;
 };
 
-/// A figure that a procedure wants beside the one of its source: our curves, and what the source
+/// A figure for comparison with one of the source of a procedure: our curves, and what the source
 /// claims of them.
 struct Figure {
   std::string name;     ///< as the source calls it
-  std::string caption;  ///< what it shows, and what the source says of it
+  std::string caption;  ///< what it shows, and the claim of the source
   std::vector<FigureChart> charts;
   int line = 0;
 };

@@ -71,6 +71,9 @@ struct Measurement {
   Preference preference(Statistic statistic) const;
 };
 
+/// The family of what is only known once something has gone wrong: it cannot be foreseen.
+inline constexpr char safety_family[] = "safety: how faults are answered";
+
 /// All of them, family by family.
 const std::vector<Measurement>& measurements();
 /// nullptr when there is no such measurement.

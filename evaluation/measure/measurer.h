@@ -35,7 +35,7 @@ class Measurer {
   const SymmetryGroup& symmetry() const { return symmetry_; }
   /// Estimates with status OK for which there is no truth.
   const std::vector<Utime>& without_truth() const { return without_truth_; }
-  /// The estimate of that time beside truth; nullptr where there is none.
+  /// The estimate of that time joined with truth; nullptr where there is none.
   const ComparedEstimate* compared_at(Utime utime) const;
   const NearestPoint& nearest() const { return nearest_; }
   /// The docking port of the run's target that the phase is about: of the last approach that began

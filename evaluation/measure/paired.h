@@ -17,7 +17,7 @@ struct PairedDifference {
   double difference = 0;  ///< after - before
   double low = 0;         ///< confidence interval of the difference
   double high = 0;
-  double p_value = 1;     ///< of a difference this large by chance, two-sided
+  double p_value = 1;     ///< two-sided
   std::size_t block = 1;  ///< pairs that were drawn together
 
   /// Blocks that say something each on their own; fewer than five prove nothing.
@@ -36,8 +36,9 @@ PairedDifference paired_difference(Statistic statistic, const std::vector<double
                                    const std::vector<double>& after,
                                    const BootstrapOptions& options = {});
 
-/// p-values of many tests, adjusted so that comparing each with a level keeps the chance of any
-/// false alarm among them below that level (Holm 1979). In the order given; NaN counts as no test.
+/// p-values of many tests, adjusted so that comparing each with a level keeps the probability of
+/// any false alarm among them below that level (Holm 1979). In the order given; NaN counts as no
+/// test.
 std::vector<double> holm(const std::vector<double>& p_values);
 
 }  // namespace berth::evaluation

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/measure/safety.h"
-
 #include <algorithm>
 
 #include "common/core/nan.h"

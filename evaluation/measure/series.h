@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "evaluation/measure/measurer.h"
-#include "evaluation/measure/uncertainty.h"
+#include "evaluation/measure/truth_join.h"
 
 namespace berth::evaluation {
 

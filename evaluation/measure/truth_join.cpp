@@ -1,9 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/measure/truth_join.h"
 
-#include "evaluation/measure/uncertainty.h"
+#include <algorithm>
+#include <cmath>
+
+#include "evaluation/run/target_surface.h"
 
 namespace berth::evaluation {
+
+double sigma_along(const Matrix3d& covariance, const Vector3d& direction) {
+  const double length = direction.norm();
+  if (length == 0) return std::sqrt(std::max(0.0, covariance.trace()));
+  return std::sqrt(std::max(0.0, direction.dot(covariance * direction))) / length;
+}
+
+Uncertain length_of(const Vector3d& vector, const Matrix3d& covariance) {
+  const double length = vector.norm();
+  const double spread = std::sqrt(length * length + std::max(0.0, covariance.trace())) - length;
+  return {length, std::max(sigma_along(covariance, vector), spread)};
+}
+
+Matrix3d point_covariance(const Matrix6d& pose_covariance, const Vector3d& lever) {
+  Eigen::Matrix<double, 3, 6> jacobian;
+  jacobian << Matrix3d::Identity(), -skew(lever);
+  return jacobian * pose_covariance * jacobian.transpose();
+}
+
+Matrix3d turned_covariance(const Vector3d& velocity, const Matrix3d& rotation_covariance) {
+  const Matrix3d cross = skew(velocity);
+  return cross * rotation_covariance * cross.transpose();
+}
+
 namespace {
 
 /// Of the estimates that show the same target the one nearest in attitude to truth: pose, measured
@@ -56,6 +83,23 @@ std::optional<ComparedEstimate> compare(const EstimateSample& estimate, const Tr
   c.truth.velocity = velocity.velocity;
   c.truth_velocity_covariance = velocity.covariance;
   return c;
+}
+
+void LiveError::on(const run_info_t& message) { symmetry_ = symmetry_of_run(message); }
+
+void LiveError::on(const pose_estimate_t& message) {
+  constexpr std::size_t max_waiting = 100;
+  waiting_.push_back(sample_of(message));
+  if (waiting_.size() > max_waiting) waiting_.pop_front();
+}
+
+void LiveError::on(const ground_truth_t& message) {
+  truth_.add_live(sample_of(message));
+  const Utime until = truth_.samples().back().utime;
+  while (!waiting_.empty() && waiting_.front().utime <= until) {
+    if (auto compared = compare(waiting_.front(), truth_, symmetry_)) latest_ = std::move(compared);
+    waiting_.pop_front();
+  }
 }
 
 }  // namespace berth::evaluation

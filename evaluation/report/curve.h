@@ -21,7 +21,8 @@ struct Curve {
   };
   std::string name;  ///< in the legend; empty: not listed
   Style style = Style::line;
-  int colour = 0;  ///< 0: grey, for what others are compared with; 1 to 7: told apart by everybody
+  int colour = 0;  ///< 0: grey, for what others are compared with; 1 to 7: distinct for the
+                   ///< colour-blind, too
   std::vector<double> x = {};
   std::vector<double> y = {};
   std::vector<double> low = {};  ///< of band and range

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/report.h"
 
-#include "evaluation/report/page.h"
+#include "evaluation/report/html.h"
 #include "evaluation/report/sections.h"
-#include "evaluation/report/side_by_side_sections.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
 
-/// A section that cannot be drawn says why in its place; the others do not depend on it.
+/// A section that cannot be drawn shows the reason in its place; the others do not depend on it.
 template <class Draw>
 void add(Page& page, const char* id, const char* heading, Draw draw) {
   Html content;
@@ -22,8 +22,7 @@ void add(Page& page, const char* id, const char* heading, Draw draw) {
 
 Page page_of(const ReportedRun& run, const std::filesystem::path& file) {
   const RunView view(run);
-  Page page(std::string(evaluation::text_of_outcome(view.comparison().outcome)) + " " +
-            view.source().name());
+  Page page(std::string(words::of_outcome(view.comparison().outcome)) + " " + view.source().name());
   page.head(verdict_head(view));
   add(page, "claims", "Claims and figures", [&] { return claim_section(view); });
   add(page, "criteria", "Criteria", [&] { return criteria_section(view); });
@@ -46,12 +45,12 @@ Page page_of(std::span<const ReportedRun> runs, const std::filesystem::path& fil
   Views views;
   for (const RunView& view : all) views.push_back(&view);
   Page page(std::to_string(runs.size()) + " runs side by side");
-  page.head(beside_head(views, file));
-  add(page, "criteria", "Criteria", [&] { return beside_criteria(views); });
+  page.head(compared_head(views, file));
+  add(page, "criteria", "Criteria", [&] { return compared_criteria(views); });
   add(page, "figures", "Figures", [&] { return figures_of(views); });
-  add(page, "curves", "Errors by phase", [&] { return beside_curves(views); });
-  add(page, "poses", "Estimates", [&] { return beside_poses(views); });
-  add(page, "measurements", "Measurements", [&] { return beside_measurements(views); });
+  add(page, "curves", "Errors by phase", [&] { return compared_curves(views); });
+  add(page, "poses", "Estimates", [&] { return compared_poses(views); });
+  add(page, "measurements", "Measurements", [&] { return compared_measurements(views); });
   return page;
 }
 

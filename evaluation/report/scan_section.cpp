@@ -9,6 +9,7 @@
 #include "evaluation/report/scan_picture.h"
 #include "evaluation/report/sections.h"
 #include "evaluation/run/target_surface.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -67,18 +68,18 @@ class Choice {
 
 std::string caption_of(const EstimateDetail& e, const evaluation::Measurer& measurer) {
   const evaluation::ComparedEstimate* compared = measurer.compared_at(e.utime);
-  std::string words = std::string(text_of_status(e.status)) +
-                      (e.reason.empty() ? "" : ": " + e.reason) + "; " +
-                      std::to_string(e.returns_used) + " of " + std::to_string(e.returns_received) +
-                      " returns used, " + std::to_string(e.misses) + " misses";
+  std::string caption =
+      std::string(words::of_estimate_status(e.status)) + (e.reason.empty() ? "" : ": " + e.reason) +
+      "; " + std::to_string(e.returns_used) + " of " + std::to_string(e.returns_received) +
+      " returns used, " + std::to_string(e.misses) + " misses";
   if (compared != nullptr) {
     const double residual = measurer.residual(*compared);
-    if (std::isfinite(residual)) words += ", residual " + brief(1e3 * residual, 3) + " mm rms";
-    words += "; off by " + brief(1e3 * compared->error.head<3>().norm(), 3) + " mm and " +
-             brief(degrees(compared->error.tail<3>().norm()), 3) + " deg";
+    if (std::isfinite(residual)) caption += ", residual " + brief(1e3 * residual, 3) + " mm rms";
+    caption += "; off by " + brief(1e3 * compared->error.head<3>().norm(), 3) + " mm and " +
+               brief(degrees(compared->error.tail<3>().norm()), 3) + " deg";
   }
   const bool has_truth = measurer.record().truth().at(e.utime).has_value();
-  return words + (has_truth ? "" : "; no truth: drawn where it was estimated");
+  return caption + (has_truth ? "" : "; no truth: drawn where it was estimated");
 }
 
 /// As it was compared with truth, where it was.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "evaluation/measure/criterion.h"
 #include "evaluation/report/html.h"
 #include "evaluation/report/reported_run.h"
 
@@ -34,5 +35,28 @@ Html node_section(const RunView& view);
 Html measurement_section(const RunView& view);
 /// The run directory's files and what the run was made of. Links are relative to the page.
 Html file_section(const RunView& view, const std::filesystem::path& page);
+
+/// How far a value is inside its limits, as a part of the limit (of half the room between two);
+/// negative outside, NaN where nothing was measured or nothing limits it.
+double relative_margin(const criterion_result_t& criterion);
+
+/// "≤ 20", "3 to 5": what is allowed, without the unit.
+Html limits_of(const criterion_result_t& criterion);
+
+/// Class of page.css that colours it: "good", "bad", "unsure" or "grey".
+const char* class_of_outcome(std::int8_t outcome);
+const char* class_of_result(std::int8_t result);
+
+// The parts of a report in which several runs are compared side by side. Differences are against
+// the first.
+
+/// What each run was and how it ended. Links to the runs' own reports are relative to the page.
+Html compared_head(const Views& views, const std::filesystem::path& page);
+Html compared_criteria(const Views& views);
+/// Errors over time, each phase from its own start.
+Html compared_curves(const Views& views);
+/// The estimates as x y z w p r, from each run's start.
+Html compared_poses(const Views& views);
+Html compared_measurements(const Views& views);
 
 }  // namespace berth::report

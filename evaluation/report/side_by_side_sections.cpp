@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/report/side_by_side_sections.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/verdict_marks.h"
+#include "evaluation/report/sections.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -75,7 +74,7 @@ Curve series_of(const RunView& view, const evaluation::Measurement& what,
 
 }  // namespace
 
-Html beside_head(const Views& views, const fs::path& page) {
+Html compared_head(const Views& views, const fs::path& page) {
   HtmlTable table{"lllllllll",
                   {"", "verdict", "run", "host", "procedure", "target", "seed", "version",
                    "configuration", "lasted, s", "criteria passed"}};
@@ -86,8 +85,7 @@ Html beside_head(const Views& views, const fs::path& page) {
     const auto passed = std::count_if(c.criteria.begin(), c.criteria.end(), [](const auto& r) {
       return r.result == criterion_result_t::PASSED;
     });
-    Html verdict =
-        element("b", class_of_outcome(c.outcome), text(evaluation::text_of_outcome(c.outcome)));
+    Html verdict = element("b", class_of_outcome(c.outcome), text(words::of_outcome(c.outcome)));
     if (!c.reason.empty()) verdict += markup("<br>") + element("small", "", text(c.reason));
     table.rows.push_back(
         {key_of(i), verdict, own_report(view, page), text(info ? evaluation::place_of(*info) : ""),
@@ -100,7 +98,7 @@ Html beside_head(const Views& views, const fs::path& page) {
   return element("div", "verdict", element("h1", "", text("Runs side by side")) + html_of(table));
 }
 
-Html beside_criteria(const Views& views) {
+Html compared_criteria(const Views& views) {
   HtmlTable table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
   for (std::size_t i = 0; i < views.size(); ++i) table.head.push_back(number_of(i));
   std::vector<std::string> told;
@@ -115,8 +113,8 @@ Html beside_criteria(const Views& views) {
         row.push_back(same == nullptr
                           ? Html()
                           : element("b", class_of_result(same->result),
-                                    text(std::string(evaluation::text_of_result(same->result)) +
-                                         " " + brief(same->value))));
+                                    text(std::string(words::of_criterion(same->result)) + " " +
+                                         brief(same->value))));
       }
       table.rows.push_back(row);
     }
@@ -124,7 +122,7 @@ Html beside_criteria(const Views& views) {
   return table.rows.empty() ? Html() : html_of(table);
 }
 
-Html beside_curves(const Views& views) {
+Html compared_curves(const Views& views) {
   std::vector<std::string> phases;
   for (const RunView* view : views) {
     for (const evaluation::Phase& phase : view->phases()) {
@@ -156,7 +154,7 @@ Html beside_curves(const Views& views) {
   return html;
 }
 
-Html beside_poses(const Views& views) {
+Html compared_poses(const Views& views) {
   constexpr const char* names[] = {"x", "y", "z", "w", "p", "r"};
   std::vector<Chart> charts;
   for (const std::size_t axis : {0u, 3u, 1u, 4u, 2u, 5u}) {
@@ -177,7 +175,7 @@ Html beside_poses(const Views& views) {
   return charts.empty() ? Html() : grid_of(charts);
 }
 
-Html beside_measurements(const Views& views) {
+Html compared_measurements(const Views& views) {
   std::vector<const evaluation::Measurer*> measurers;
   for (const RunView* view : views) measurers.push_back(&view->measurer());
   const auto rows = evaluation::compare_side_by_side(measurers);

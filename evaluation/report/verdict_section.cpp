@@ -7,8 +7,8 @@
 #include "common/core/utc.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
-#include "evaluation/report/verdict_marks.h"
 #include "evaluation/run/own_estimator.h"
+#include "lcmtypes/words.h"
 
 namespace berth::report {
 namespace {
@@ -114,9 +114,8 @@ Html verdict_head(const RunView& view) {
     return std::to_string(std::count_if(c.criteria.begin(), c.criteria.end(),
                                         [&](const auto& r) { return r.result == result; }));
   };
-  Html html = markup("<h1><span class=\"outcome\">") +
-              text(evaluation::text_of_outcome(c.outcome)) + markup("</span> ") +
-              text(view.source().name()) + markup("</h1>");
+  Html html = markup("<h1><span class=\"outcome\">") + text(words::of_outcome(c.outcome)) +
+              markup("</span> ") + text(view.source().name()) + markup("</h1>");
   if (!c.reason.empty()) html += element("p", "", text(c.reason));
   if (!c.criteria.empty()) {
     html += element(
@@ -132,7 +131,7 @@ Html verdict_head(const RunView& view) {
   if (!c.agrees && c.recorded_outcome != procedure_state_t::NONE) {
     html += element("p", "bad",
                     text(std::string("Verdict reproduced from the log: DIFFERENT, recorded was ") +
-                         evaluation::text_of_outcome(c.recorded_outcome) + "."));
+                         words::of_outcome(c.recorded_outcome) + "."));
   }
   for (const std::string& remark : c.remarks) html += element("p", "unsure", text(remark));
   html += facts_of(view);

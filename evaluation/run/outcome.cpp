@@ -17,18 +17,12 @@ std::int8_t outcome_of(const std::vector<criterion_result_t>& results) {
   return procedure_state_t::PASS;
 }
 
-const char* text_of_result(std::int8_t result) { return words::of_criterion(result); }
-
-const char* text_of_outcome(std::int8_t outcome) { return words::of_outcome(outcome); }
-
 std::optional<std::int8_t> outcome_named(const std::string& text) {
   for (std::int8_t o = procedure_state_t::NONE; o <= procedure_state_t::TIMEOUT; ++o) {
-    if (text == text_of_outcome(o)) return o;
+    if (text == words::of_outcome(o)) return o;
   }
   return std::nullopt;
 }
-
-const char* text_of_step_state(std::int8_t state) { return words::of_step_state(state); }
 
 int exit_code_of_outcome(std::int8_t outcome) {
   switch (outcome) {

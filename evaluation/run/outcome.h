@@ -12,14 +12,8 @@ namespace berth::evaluation {
 /// procedure_state_t::FAIL if any failed, else INCONCLUSIVE if any is, else PASS.
 std::int8_t outcome_of(const std::vector<criterion_result_t>& results);
 
-/// "PASS", "FAIL", "INCONCLUSIVE" or "PENDING".
-const char* text_of_result(std::int8_t result);
-/// "PASS", "FAIL", "ERROR", "ABORTED", "INCONCLUSIVE", "TIMEOUT" or "NONE".
-const char* text_of_outcome(std::int8_t outcome);
-/// Inverse of text_of_outcome; nothing for any other text.
+/// Inverse of words::of_outcome; nothing for any other text.
 std::optional<std::int8_t> outcome_named(const std::string& text);
-/// "PENDING", "RUNNING", "PASSED", "FAILED", "ERROR", "TIMEOUT", "ABORTED" or "SKIPPED".
-const char* text_of_step_state(std::int8_t state);
 /// What a program that ran or judged a procedure returns: 0 pass, 1 fail, 2 error or time-out,
 /// 3 aborted, 4 inconclusive.
 int exit_code_of_outcome(std::int8_t outcome);

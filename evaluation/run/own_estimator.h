@@ -6,7 +6,7 @@
 
 namespace berth::evaluation {
 
-/// How RUN_INFO says that an estimator other than Berth's own was run: an attachment of its name,
+/// RUN_INFO names an estimator other than Berth's own that was run by an attachment of its name,
 /// without content. sha256: of its program or library; empty where somebody else ran it.
 attachment_t attachment_of_own_estimator(const std::string& name, const std::string& sha256);
 

@@ -47,22 +47,22 @@ struct EstimateSample {
 
 EstimateSample sample_of(const pose_estimate_t& message);
 
-/// The relative pose that the arms were told to take, in nominal kinematics.
+/// The commanded relative pose of the arms, in nominal kinematics.
 struct CommandedSample {
-  Utime utime = 0;  ///< at which they were told; they are there a dead time later
+  Utime utime = 0;  ///< of the command; the arms reach it a dead time later
   std::int64_t seq = 0;
   Pose pose;                 ///< T_sensor_model
   bool by_estimate = false;  ///< guidance goes after the estimates
 };
 
-/// How long one estimate took, as the estimator's node tells it.
+/// Latency of one estimate, as the estimator reports it.
 struct LatencySample {
   Utime utime = 0;  ///< of the estimate
   std::int64_t seq = 0;
   Utime latency = 0;  ///< from the last return of its scan to when it was published
 };
 
-/// Nothing in a message that does not tell it.
+/// Nothing for a message without it.
 std::optional<Utime> latency_in(const estimator_diagnostics_t& message);
 
 /// The first return of a beam of SCAN_DATA, seen from the sensor's origin.
@@ -118,12 +118,12 @@ class RunRecord {
   void add(const testbed_state_t& message);
   /// Keeps which docking port an approach was for.
   void add(const testbed_command2_t& message);
-  /// Keeps some of its returns, evenly: as many as tell how they scatter.
+  /// Keeps an even sample of its returns, enough to measure their scatter.
   void add(const ScanPacket& message);
 
   /// Of the messages so far; without utime, seq and session.
   verdict_basis_t basis() const;
-  /// Forgets what came after the run was judged, where the log tells.
+  /// Removes what came after the run was judged, where the log holds that time.
   void keep_judged();
   /// A record of each procedure, by their starts: of several each has the messages of its own time
   /// only. This record itself where there is none, or one.

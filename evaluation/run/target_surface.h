@@ -17,7 +17,8 @@ std::string target_name_of_run(const run_info_t& info, const std::filesystem::pa
 /// @throws InputError when it cannot be loaded.
 Target target_of_run(const run_info_t& info, const std::filesystem::path& directory);
 
-/// Name of RUN_INFO's attachment, and of the file beside the log, that holds the target's symmetry.
+/// Name of RUN_INFO's attachment, and of the file next to the log, that holds the target's
+/// symmetry.
 inline constexpr char symmetry_file[] = "symmetry.yaml";
 
 /// The symmetry by which a run is judged, as RUN_INFO holds it. The trivial one where it holds

@@ -211,8 +211,8 @@ SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
   }
   fit.sigma.sigma = greatest - fit.sigma.value;
 
-  // What the part tells of errors and angle, whatever its surface is: with (K^-1 + N)^-1 =
-  // (I + K N)^-1 K, N diagonal.
+  // Information of the part on errors and angle, marginalised over its surface: with (K^-1 + N)^-1
+  // = (I + K N)^-1 K, N diagonal.
   const MatrixXd covariance =
       fit.sigma.value * fit.sigma.value * correlation_of(data, fit.correlation_length.value);
   MatrixXd gained = covariance * sums.cells.asDiagonal();

@@ -38,7 +38,7 @@ struct CellMean {
   double by_angle = 0;     ///< m/rad, d departure / d joint angle
 };
 
-/// What scans from about one place tell of a part.
+/// Information of scans from about one place on a part.
 struct SurfaceView {
   std::size_t run = 0;
   std::vector<CellMean> means;
@@ -70,9 +70,9 @@ struct SurfaceFit {
 ///
 /// is greatest over s in closed search for each l. The standard deviation of l is from its
 /// curvature in ln l, that of s from where it has fallen by a half. What it cannot do: lengths
-/// below the distance of cells or above the part's size are not told apart from those; a part that
-/// departs by less than its means' noise has s = 0 within its sigma, and its l is of the prior ln l
-/// ~ N(ln of a third of the part's size, 1).
+/// below the distance of cells or above the part's size are not distinguished from those; a part
+/// that departs by less than its means' noise has s = 0 within its sigma, and its l is of the prior
+/// ln l ~ N(ln of a third of the part's size, 1).
 /// @param data at least 10 cells; several hundred cells take a second
 /// @param known of the errors, from elsewhere: a priori, and from other parts
 SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known);

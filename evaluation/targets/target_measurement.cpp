@@ -415,8 +415,8 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
   const Views views(returns);
   std::vector<PartMeasurement> found(target.parts.size());
   std::vector<ErrorInformation> told(target.parts.size());  // by each part, of errors
-  // What a part tells of the errors depends on how smooth it was found to be, and that on what the
-  // others tell.
+  // The information of a part on the errors depends on how smooth it was found to be, and that on
+  // what the others tell.
   const int rounds = any_joint || target.parts.size() > 1 ? 3 : 1;
   for (int round = 0; round < rounds; ++round) {
     auto met = met_parts(target, turned_mesh(target, angles), returns, settings.beam, views);

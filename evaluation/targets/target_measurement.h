@@ -17,7 +17,7 @@ struct TrueReturn {
   Vector3d origin = Vector3d::Zero();      ///< of the beam, m, sensor frame
   Vector3d direction = Vector3d::UnitZ();  ///< unit, sensor frame
   double range = 0;                        ///< m, from the origin
-  double range_sigma = 0;                  ///< m, as the LIDAR says; 0: the beam model's
+  double range_sigma = 0;                  ///< m, as the LIDAR reports; 0: the beam model's
   double power = 0;                        ///< intensity over its full scale, 0..1; 1: saturated
   Pose pose;                               ///< T_sensor_model, truth
   Matrix6d covariance = Matrix6d::Zero();  ///< of truth: m, rad; sensor frame
@@ -30,7 +30,8 @@ struct MeasurementSettings {
   double full_scale_range = 10;
 };
 
-/// What was found of a part. What could not be is absent, and `note` says why.
+/// Measured properties of a part. One that could not be measured is absent, and `note` gives the
+/// reason.
 struct PartMeasurement {
   std::string part;
   std::size_t returns = 0;                     ///< that met it, away from edges

@@ -10,7 +10,7 @@
 
 namespace berth::logs {
 
-/// Messages of Berth said once more in the schemas that Foxglove-compatible viewers draw: poses,
+/// Messages of Berth converted to the schemas that Foxglove-compatible viewers draw: poses,
 /// frames, clouds of whole scans, log lines. Frames: "view" (x forward, y left, z up) holds
 /// "sensor" (z along the boresight); in it are "target truth" and "target estimate".
 class Foxglove {

@@ -18,7 +18,7 @@ struct ScanPoint {
   float y = 0;
   float z = 0;
   float intensity = 0;      ///< 0..4095
-  float range_sigma = 0;    ///< m; 0: not said
+  float range_sigma = 0;    ///< m; 0: not reported
   float ambient = 0;        ///< background light of its beam, on the scale of intensity
   float return_number = 1;  ///< 2: the second return of its beam
   double utime = 0;         ///< us since the epoch, whole
@@ -31,7 +31,7 @@ inline std::array<float, point_fields.size()> floats_of(const ScanPoint& p) {
   return {p.x, p.y, p.z, p.intensity, p.range_sigma, p.ambient, p.return_number};
 }
 
-/// All returns of one scan, those of a beam one after the other. Sensor frame, unless `frame` says
+/// All returns of one scan, those of a beam one after the other. Sensor frame, unless `frame` names
 /// another.
 struct ScanCloud {
   std::int64_t session = 0;

@@ -6,7 +6,7 @@
 namespace berth::logs {
 
 /// Counts what is missing from numbers that should go up by one. A number that was damaged on its
-/// way, one that comes late and a count that begins anew are told from a gap.
+/// way, one that comes late and a count that begins anew are distinguished from a gap.
 class SequenceCounter {
  public:
   enum class Step {
@@ -15,7 +15,7 @@ class SequenceCounter {
     gap,        ///< missing_before() numbers were left out
     late,       ///< one that was taken for missing
     restart,    ///< counts from anew
-    corrected,  ///< the number before was damaged: what was said of it does not hold
+    corrected,  ///< the number before was damaged: its step does not hold
   };
 
   Step take(std::int64_t number) {

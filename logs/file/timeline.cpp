@@ -10,7 +10,7 @@
 
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
-#include "logs/file/reused_message.h"
+#include "logs/file/log_event.h"
 
 namespace berth::logs {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr Utime beat_period = 50 * millisecond;     // heartbeat_t: 20 Hz
 constexpr Utime smallest_told = 128 * millisecond;  // ntpd's step threshold
 constexpr Utime shortest_silence = second;          // a busy machine has shorter ones
-constexpr Utime max_wait = 60 * second;             // that nobody minds
+constexpr Utime max_wait = 60 * second;             // acceptable pause
 constexpr std::size_t max_unexplained = 8;          // more silences are how the log is
 constexpr double chance = 1e-9;
 
@@ -73,7 +73,7 @@ class TimelineFinder {
 
   void finish() {
     if (!next_) return;
-    // A last event that is earlier than the one before says nothing of those that might follow.
+    // A last event that is earlier than the one before does not determine those that might follow.
     if (!last_ || next_->utime >= last_->utime) accept(*next_);
     judge_unexplained();
     judge_joints();

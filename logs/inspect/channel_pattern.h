@@ -13,7 +13,7 @@ namespace berth::logs {
 /// subscriptions do.
 class ChannelPattern {
  public:
-  /// empty_matches: what an empty expression says of every channel.
+  /// empty_matches: whether an empty expression matches every channel.
   /// @throws InputError when the expression is none.
   explicit ChannelPattern(const std::string& expression, bool empty_matches = true)
       : empty_(expression.empty()), empty_matches_(empty_matches) {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "logs/types/lcm_type.h"
 #include "logs/types/value.h"
-#include "logs/types/wire.h"
 
 namespace berth::logs {
 namespace {

@@ -13,8 +13,8 @@
 
 namespace berth::logs {
 
-/// Where a type keeps what tells a stream's gaps, when all before it has a fixed size: seq, and
-/// beside it session and sender (node or commander), which have counts of their own.
+/// Fields of a type that reveal a stream's gaps, when all before it has a fixed size: seq, and
+/// besides session and sender (node or commander), which have counts of their own.
 struct StreamFields {
   struct Place {
     std::size_t offset;  ///< in the message, fingerprint included
@@ -34,7 +34,7 @@ class ChannelTally {
  public:
   explicit ChannelTally(const TypeCatalogue& types) : types_(&types) {}
 
-  /// What is to be said of one message.
+  /// Result of one message.
   struct Note {
     enum class Kind { sound, unknown_type, undecodable };
     Kind kind = Kind::sound;

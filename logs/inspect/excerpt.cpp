@@ -3,8 +3,8 @@
 
 #include <unordered_map>
 
-#include "logs/file/derived_log.h"
 #include "logs/file/log_reader.h"
+#include "logs/file/log_writer.h"
 #include "logs/inspect/channel_pattern.h"
 
 namespace berth::logs {
@@ -15,7 +15,7 @@ struct Selection {
   bool always = false;
 };
 
-/// What the expressions say of a channel, asked once for each.
+/// Whether the expressions match a channel, evaluated once for each.
 class Chooser {
  public:
   explicit Chooser(const Excerpt& excerpt)

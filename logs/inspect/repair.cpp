@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "logs/file/derived_log.h"
+#include "logs/file/log_writer.h"
 #include "logs/types/value.h"
 
 namespace berth::logs {
@@ -27,7 +27,7 @@ class ChannelContents {
     }
   }
 
-  /// No damage: a message of its type, or of one that nobody knows here. A fingerprint that is
+  /// No damage: a message of its type, or of an unknown one. A fingerprint that is
   /// there but once, where others are known, is a damaged one.
   bool is_whole(const LogEvent& event) {
     if (const StructType* type = types_.type_of(event.data)) return is_message(*type, event.data);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "common/bus/loop.h"
 
 namespace berth::logs {
 
@@ -24,10 +27,10 @@ enum class Kind : std::uint8_t {
   structure
 };
 
-/// One dimension of an array: of a size that is written down, or that an earlier field tells.
+/// One dimension of an array: of constant size, or of the size in an earlier field.
 struct Dimension {
   std::string size;         ///< as written
-  int count_field = -1;     ///< index of the field that tells it; -1: it is fixed
+  int count_field = -1;     ///< index of the field with the size; -1: constant
   std::int64_t length = 0;  ///< of a fixed one
 };
 
@@ -38,7 +41,7 @@ struct Field {
   const StructType* structure = nullptr;  ///< of Kind::structure
   std::vector<Dimension> dimensions;
   std::string comment;
-  std::string unit;     ///< "m", "rad/s", "us" ...; empty: none, or none is told
+  std::string unit;     ///< "m", "rad/s", "us" ...; empty: none, or not given
   int count_slot = -1;  ///< not -1: the size of an array after it
 };
 
@@ -62,5 +65,73 @@ struct StructType {
 
   const Field* field(const std::string& name) const;
 };
+
+}  // namespace berth::logs
+
+/// LCM's encoding: big-endian, no padding.
+namespace berth::logs::wire {
+
+/// The first N bytes as an unsigned number.
+template <int N>
+std::uint64_t unsigned_of(const std::uint8_t* at) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < N; ++i) value = value << 8 | at[i];
+  return value;
+}
+
+/// The first so many bytes as a signed number.
+template <int N>
+std::int64_t signed_of(const std::uint8_t* at) {
+  constexpr int unused = 64 - 8 * N;
+  return static_cast<std::int64_t>(unsigned_of<N>(at) << unused) >> unused;
+}
+
+inline std::int64_t integer_of(Kind kind, const std::uint8_t* at) {
+  switch (kind) {
+    case Kind::int8:
+      return signed_of<1>(at);
+    case Kind::int16:
+      return signed_of<2>(at);
+    case Kind::int32:
+      return signed_of<4>(at);
+    case Kind::int64:
+      return signed_of<8>(at);
+    default:
+      return static_cast<std::int64_t>(unsigned_of<1>(at));
+  }
+}
+
+/// Of one element; nothing for strings and structs.
+constexpr std::optional<std::size_t> bytes_of(Kind kind) {
+  switch (kind) {
+    case Kind::int8:
+    case Kind::byte:
+    case Kind::boolean:
+      return 1;
+    case Kind::int16:
+      return 2;
+    case Kind::int32:
+    case Kind::real32:
+      return 4;
+    case Kind::int64:
+    case Kind::real64:
+      return 8;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace berth::logs::wire
+
+namespace berth::logs {
+
+/// "event_t" for ours, "other.lab.survey_t" for others.
+std::string short_name(const StructType& type);
+
+/// "0xc4a27e6fb13d03d5".
+std::string hexadecimal(std::uint64_t fingerprint);
+
+/// "2026-11-21 13:30:54.123456", UTC.
+std::string text_of_utime(Utime utime);
 
 }  // namespace berth::logs

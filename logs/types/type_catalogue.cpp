@@ -6,7 +6,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "logs/types/lcm_parser.h"
-#include "logs/types/wire.h"
+#include "logs/types/lcm_type.h"
 
 namespace berth::logs {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <bit>
 
+#include "logs/types/lcm_type.h"
 #include "logs/types/type_catalogue.h"
-#include "logs/types/wire.h"
 
 namespace berth::logs {
 namespace {
@@ -52,7 +52,7 @@ class Walker {
     const std::int64_t length =
         d.count_field < 0 ? d.length
                           : counts[type.fields[static_cast<std::size_t>(d.count_field)].count_slot];
-    // A size that a damaged message tells has to fit its bytes: this bounds time and memory.
+    // The size in a damaged message has to fit its bytes: this bounds time and memory.
     if (length < 0 || (d.count_field >= 0 && static_cast<std::size_t>(length) > bytes_))
       return false;
     const auto n = static_cast<std::size_t>(length);

@@ -3,13 +3,41 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "procedures/check/finding.h"
 #include "procedures/check/rehearsal.h"
+
+namespace berth::evaluation {
+class RunRecord;
+}
 
 namespace berth::procedures {
 
-/// What can be said of a procedure before anything moves.
+/// error: the run could not pass; warning: it may not do what was meant; note: what was assumed.
+enum class Severity { error, warning, note };
+const char* name_of(Severity severity);
+
+/// One result of a check of a procedure.
+struct Finding {
+  Severity severity = Severity::error;
+  std::string file;
+  int line = 0;     ///< 0: of the whole file
+  std::string key;  ///< step, criterion or key of the file
+  std::string found;
+  std::string expected;  ///< may be empty
+  int step = -1;         ///< index among main steps, then teardown; -1: of none
+};
+
+/// "file:line: error: step 'move': found ..., expected ...".
+std::string text_of(const Finding& finding);
+
+/// Of an InputError's "file:line: key ...".
+Finding finding_of_error(const std::string& what, const std::string& file);
+
+bool has_errors(const std::vector<Finding>& findings);
+
+/// Results of the check of a procedure before anything moves.
 struct CheckReport {
   std::string file;
   std::string name;    ///< of the procedure; empty when it cannot be read
@@ -32,7 +60,23 @@ struct CheckReport {
 CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
                             const std::optional<testbed::ArmPair>& start = std::nullopt);
 
-/// Of a procedure that cannot be read or set up, from what its reader said.
+// Its parts.
+
+/// Whether the LIDAR can see the replica wherever it is to be found or tracked.
+std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
+                                 const Rehearsal& rehearsal);
+
+/// What a run that goes as rehearsed would record: truth with the uncertainty that the rig gives
+/// it and, with_estimates, exact estimates, at the rate that the LIDAR allows.
+evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal,
+                                      bool with_estimates);
+
+/// Whether each criterion can be judged on what the run will record, by judging a record of the
+/// rehearsal: what cannot be measured there, or fails although all went as planned, is an error.
+std::vector<Finding> check_criteria(const Procedure& procedure, const Rig& rig,
+                                    const Rehearsal& rehearsal);
+
+/// Of a procedure that cannot be read or set up, from the error of its reader.
 CheckReport report_of_error(const std::string& what, const std::string& file);
 
 /// SI units; angles in rad.

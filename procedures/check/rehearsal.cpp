@@ -7,9 +7,33 @@
 
 #include "common/bus/loop.h"
 #include "common/core/text.h"
-#include "procedures/engine/motion_command.h"
+#include "procedures/engine/motion_steps.h"
 
 namespace berth::procedures {
+
+Rig::Rig(const RunSetup& run, testbed::CalibratedCell calibrated)
+    : setup(run),
+      calibration(std::move(calibrated.calibration)),
+      cell(std::move(calibrated.cell)),
+      settings(testbed::load_settings(run.config / "testbed.yaml", cell)),
+      clearance(cell, settings.clearance),
+      path_check(cell, settings.path, clearance),
+      planner(cell, path_check, clearance),
+      surface(cell.target.mesh),
+      commands(cell, settings, planner, surface),
+      estimator(estimator::load_estimator_options(run.config / "estimator.yaml")),
+      lidar(load_lidar_profile(run, estimator.lidar)) {}
+
+double Rig::scan_period(int returns) const {
+  const int beams = returns > 0 ? returns : estimator.returns_per_scan;
+  return beams / lidar.rate_hz + estimator.request_latency_s;
+}
+
+double Rig::acquisition_time() const {
+  return (estimator.acquire_beams + estimator.zoom_beams) / lidar.rate_hz +
+         2 * estimator.request_latency_s;
+}
+
 namespace {
 
 using testbed::ArmPair;
@@ -69,7 +93,7 @@ struct CourseOf {
 }  // namespace
 
 Rehearsal::Rehearsal(Rig& rig, const ArmPair& start)
-    : rig_(rig), guidance_(rig.surface, rig.settings.guidance), trail_(rig.cell) {
+    : rig_(rig), guidance_(rig.surface, rig.settings.guidance), history_(rig.cell) {
   now_.joints = start;
   now_.pose = rig.cell.relative_pose(start.replica, start.sensor);
   moments_.push_back(now_);
@@ -120,17 +144,17 @@ void Rehearsal::stay(double duration) {
 std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
     const testbed_command2_t& command) {
   if (command.command == testbed_command2_t::RETREAT) {
-    auto way_back = rig_.commands.way_back(command, trail_, rig_.path_check, now_.joints);
-    trail_.clear();
+    auto way_back = rig_.commands.way_back(command, history_, rig_.path_check, now_.joints);
+    history_.clear();
     return way_back;
   }
   const std::int64_t time = utime_from_seconds(now_.time);
-  // The estimator says what is so: guidance flies what was predicted.
+  // The estimate is taken as exact: guidance flies what was predicted.
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
   auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
   if (auto* refusal = std::get_if<std::string>(&result)) return std::move(*refusal);
-  trail_.begin(now_.joints);
+  history_.begin(now_.joints);
   return std::get<testbed::CommandPlanner::Plan>(std::move(result)).arms.motion;
 }
 
@@ -143,7 +167,7 @@ void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) 
     lost_ = ever_lost_ = true;
     return;
   }
-  if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends where it was told to
+  if (!testbed::is_closed_loop(command)) lost_ = false;  // it ends at its commanded pose
   const auto& motion = *std::get<Motion>(result);
   forecast.guessed = testbed::is_closed_loop(command);
   if (forecast.guessed) forecast.remark = "the estimate is as commanded all the way";
@@ -160,7 +184,7 @@ void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) 
     if (!joints) break;  // the check has seen that there are some
     now_.time = start + t;
     now_.joints = *joints;
-    if (command.command != testbed_command2_t::RETREAT) trail_.add(now_.joints);
+    if (command.command != testbed_command2_t::RETREAT) history_.add(now_.joints);
     now_.pose = rig_.cell.relative_pose(joints->replica, joints->sensor);
     if (motion.duration() > 0) moments_.push_back(now_);
     if (i % between_looks == 0 || i == count) look_around(now_.joints, forecast);

@@ -4,10 +4,45 @@
 #include <string>
 #include <vector>
 
-#include "procedures/check/rig.h"
+#include "common/core/lidar_profile.h"
+#include "common/core/ray_caster.h"
+#include "common/core/run_setup.h"
+#include "estimator/estimator_options.h"
 #include "procedures/language/procedure.h"
+#include "testbed/calibration/calibration.h"
+#include "testbed/node/command_planner.h"
 
 namespace berth::procedures {
+
+/// What is known of the rig before anything moves: layout, target and settings, read and built as
+/// the nodes read and build them.
+struct Rig {
+  /// @throws InputError.
+  explicit Rig(const RunSetup& run) : Rig(run, testbed::load_calibrated_cell(run)) {}
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  RunSetup setup;
+  testbed::Calibration calibration;
+  Cell cell;
+  testbed::Settings settings;
+  testbed::Clearance clearance;
+  testbed::PathCheck path_check;
+  testbed::MotionPlanner planner;
+  RayCaster surface;  ///< of the target, model frame
+  testbed::CommandPlanner commands;
+  estimator::EstimatorOptions estimator;
+  LidarProfile lidar;
+
+  testbed::ArmPair home() const { return {cell.replica.home, cell.sensor.home}; }
+  /// s from one tracking scan's start to the next one's; returns: 0 for the estimator's own number.
+  double scan_period(int returns) const;
+  /// s that an acquisition scans when the first look finds the target.
+  double acquisition_time() const;
+
+ private:
+  Rig(const RunSetup& run, testbed::CalibratedCell calibrated);
+};
 
 /// The rig at one time of a run that goes as planned.
 struct Moment {
@@ -18,7 +53,7 @@ struct Moment {
   int returns = 0;       ///< per tracking scan; 0: the estimator's own number
 };
 
-/// What a step will do, as far as can be said beforehand.
+/// What a step will do, as far as it can be predicted.
 struct StepForecast {
   std::string name;
   std::string phase;
@@ -68,11 +103,11 @@ class Rehearsal {
 
   Rig& rig_;
   testbed::Guidance guidance_;
-  testbed::TrajectoryHistory trail_;
+  testbed::TrajectoryHistory history_;
   Moment now_;
   bool lost_ = false;  // where the arms are is not known: the motion before was refused
   bool ever_lost_ = false;
-  bool steered_ = false;  // somebody outside has steered since the last motion to a pose told
+  bool steered_ = false;  // an outside GNC has steered since the last motion to a commanded pose
   std::vector<Moment> moments_;
   std::vector<StepForecast> steps_;
 };

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "procedures/check/sight.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "common/core/text.h"
+#include "procedures/check/check.h"
 
 namespace berth::procedures {
 namespace {
@@ -44,6 +43,27 @@ std::vector<Vector3d> cover(const Mesh& mesh) {
 
 std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
 
+/// How much of the replica the LIDAR can see from where it stands.
+struct Sight {
+  double share = 0;     ///< of the surface turned to the sensor that can be measured
+  double outside = 0;   ///< of it: beyond the field of view,
+  double too_near = 0;  ///<   nearer than the LIDAR's least range or the gate,
+  double too_far = 0;   ///<   farther than its greatest range or the gate
+  double nearest = 0;   ///< m, of that surface
+  double farthest = 0;
+};
+
+/// Looks at the target from the sensor's place, ray by ray.
+class Lookout {
+ public:
+  explicit Lookout(const Rig& rig);
+  Sight look(const Pose& pose, const estimator::RangeGate& gate) const;
+
+ private:
+  const Rig& rig_;
+  std::vector<Vector3d> points_;  // of the surface, evenly spread, model frame
+};
+
 /// What keeps the most of the replica from being seen.
 std::string hindrance(const Sight& sight, const Rig& rig, const estimator::RangeGate& gate) {
   const LidarProfile& lidar = rig.lidar;
@@ -63,8 +83,6 @@ std::string hindrance(const Sight& sight, const Rig& rig, const estimator::Range
                      ? "the gate ends at " + fixed(gate.far, 2) + " m"
                      : "its greatest range is " + fixed(lidar.beam.range_max_m, 0) + " m");
 }
-
-}  // namespace
 
 Lookout::Lookout(const Rig& rig) : rig_(rig), points_(cover(rig.cell.target.mesh)) {}
 
@@ -103,6 +121,8 @@ Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
   }
   return sight;
 }
+
+}  // namespace
 
 std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
                                  const Rehearsal& rehearsal) {

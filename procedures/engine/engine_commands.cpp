@@ -5,7 +5,7 @@
 #include "common/core/error.h"
 #include "common/core/text.h"
 #include "procedures/engine/engine.h"
-#include "procedures/engine/operator_words.h"
+#include "procedures/engine/operator_control.h"
 
 namespace berth::procedures {
 namespace {

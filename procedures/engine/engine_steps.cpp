@@ -91,7 +91,7 @@ void Engine::begin_step(int index, Utime now) {
 
 void Engine::start_runner(Utime now) {
   bench_.live.begin_step(now);
-  runner_ = make_runner(step(state_.current_step));
+  runner_ = std::visit([](const auto& verb) { return make(verb); }, step(state_.current_step).verb);
   ++revision_;
   runner_->begin(bench_, now);
   show_prompt(now);

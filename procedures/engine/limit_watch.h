@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "procedures/engine/latest_messages.h"
+#include "procedures/engine/live_quantity.h"
 #include "procedures/language/limit.h"
 
 namespace berth::procedures {

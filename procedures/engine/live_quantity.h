@@ -1,14 +1,75 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/facility_state_t.hpp>
+#include <berth/ground_truth_t.hpp>
+#include <berth/lidar_state_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/testbed_state_t.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/quantity.h"
+#include "evaluation/measure/measurer.h"
 
 namespace berth::procedures {
 
-class LatestMessages;
+/// The newest of everything while a procedure runs; what live quantities are computed from.
+class LatestMessages {
+ public:
+  explicit LatestMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
+
+  void on(const run_info_t& message) { error_.on(message); }
+  void on(const pose_estimate_t& message, Utime now);
+  void on(const ground_truth_t& message) { error_.on(message); }
+  void on(const testbed_state_t& message) { testbed_ = message; }
+  void on(const facility_state_t& message) { facility_ = message; }
+  void on(const lidar_state_t& message) { lidar_ = message; }
+
+  void set_time(Utime now) { now_ = now; }
+  void begin_run(Utime now) { run_start_ = now; }
+  void begin_phase(Utime now);
+  void begin_step(Utime now) { step_start_ = now; }
+
+  Utime now() const { return now_; }
+  Utime run_start() const { return run_start_; }      ///< of the first step; 0: not yet
+  Utime phase_start() const { return phase_start_; }  ///< since which steps had the same phase
+  Utime step_start() const { return step_start_; }
+
+  const std::optional<pose_estimate_t>& estimate() const { return estimate_; }
+  /// When a good estimate was last received; 0: never.
+  Utime last_good_estimate() const { return last_good_; }
+  /// Received since the phase began.
+  int good_estimates() const { return good_estimates_; }
+  /// The newest truth, unless it is old.
+  std::optional<evaluation::TruthSample> truth() const;
+  /// The newest good estimate that truth has caught up with, against truth: [m; rad]; nothing
+  /// when it is old.
+  std::optional<Vector6d> error() const;
+  /// From the sensor to the target's nearest surface, by truth; nothing without truth or mesh.
+  std::optional<double> surface_range() const;
+  const std::optional<testbed_state_t>& testbed() const { return testbed_; }
+  const std::optional<facility_state_t>& facility() const { return facility_; }
+  const std::optional<lidar_state_t>& lidar() const { return lidar_; }
+
+ private:
+  /// Older than this is not known any more.
+  static constexpr Utime lifetime = 5 * second;
+
+  evaluation::NearestPoint nearest_;
+  Utime now_ = 0;
+  Utime run_start_ = 0;
+  Utime phase_start_ = 0;
+  Utime step_start_ = 0;
+  std::optional<pose_estimate_t> estimate_;
+  Utime last_good_ = 0;
+  int good_estimates_ = 0;
+  evaluation::LiveError error_;
+  std::optional<testbed_state_t> testbed_;
+  std::optional<facility_state_t> facility_;
+  std::optional<lidar_state_t> lidar_;
+};
 
 /// A named thing that can be read at any time while a procedure runs: in conditions, limits
 /// and records.

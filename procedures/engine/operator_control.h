@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/facility_command_t.hpp>
+#include <berth/facility_state_t.hpp>
 #include <berth/operator_control_t.hpp>
 #include <berth/procedure_command_t.hpp>
 #include <string>
@@ -14,7 +16,7 @@ namespace berth::procedures {
 inline constexpr Utime control_lifetime = 1500 * millisecond;
 
 /// Words of a TAKE_CONTROL's text, separated by commas.
-inline constexpr char take_over_word[] = "take over";  ///< from whoever has it
+inline constexpr char take_over_word[] = "take over";  ///< from its present holder
 inline constexpr char hold_when_lost_word[] = "hold";  ///< when the holder is lost
 
 /// Which operator steers a procedure: nobody, and then anybody may, or one, as long as it keeps
@@ -30,7 +32,7 @@ class OperatorControl {
   std::string take(const procedure_command_t& command, Utime now);
   bool keep(const std::string& commander, Utime now) { return lease_.keep(commander, now); }
   bool release(const std::string& commander, Utime now);
-  /// Once, when the holder has been silent too long: who it was. Empty: nothing of the kind.
+  /// Name of a holder that has been silent too long; reported once. Empty: none.
   std::string lapse(Utime now);
 
   bool holds_when_lost() const { return holds_when_lost_; }
@@ -41,5 +43,12 @@ class OperatorControl {
   Lease lease_{control_lifetime};
   bool holds_when_lost_ = false;
 };
+
+/// A speed override, "60 %", as 0..1. @throws InputError.
+double speed_override_of(const std::string& text);
+
+/// What is requested of the lamps, as a lights step has it: "sun: 80 %, albedo: 10 %". What it does
+/// not name stays as it is now. @throws InputError.
+facility_command_t lamps_of(const std::string& text, const facility_state_t& now);
 
 }  // namespace berth::procedures

@@ -13,7 +13,7 @@
 
 namespace berth {
 
-/// What is to be run, beside what RunSetup says.
+/// What is to be run, in addition to RunSetup.
 struct ProcedureRun {
   std::filesystem::path file;
   procedures::Overrides parameters;
@@ -25,7 +25,7 @@ struct ProcedureRun {
                                              "estimator",          "testbed"};
   std::string supervisor;                      ///< as EngineOptions::supervisor
   std::map<std::string, std::string> outside;  ///< as EngineOptions::outside
-  std::vector<attachment_t> attachments;       ///< of RUN_INFO, beside those of make_run_info()
+  std::vector<attachment_t> attachments;       ///< of RUN_INFO, besides those of make_run_info()
   /// Where the log is written and must have room; empty: not looked at.
   std::filesystem::path disk;
   Utime ready_timeout = 120 * second;

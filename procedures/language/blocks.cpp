@@ -8,8 +8,8 @@
 #include "common/core/positive.h"
 #include "common/core/text.h"
 #include "common/core/yaml_text.h"
-#include "procedures/language/attached_trajectory.h"
 #include "procedures/language/procedure.h"
+#include "procedures/language/source.h"
 #include "procedures/language/step_options.h"
 #include "procedures/language/sweep.h"
 

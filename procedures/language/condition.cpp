@@ -5,7 +5,7 @@
 #include <regex>
 
 #include "common/core/error.h"
-#include "procedures/engine/latest_messages.h"
+#include "procedures/engine/live_quantity.h"
 
 namespace berth::procedures {
 namespace {

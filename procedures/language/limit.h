@@ -6,7 +6,7 @@
 
 #include "common/core/config.h"
 #include "procedures/engine/live_quantity.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 
 namespace berth::procedures {
 

@@ -82,7 +82,7 @@ void check_phases(const Procedure& procedure) {
   }
 }
 
-/// All steps are told of in one message, with some words on each.
+/// PROCEDURE_STATE lists all steps in one message, with a detail for each.
 void check_size(const Procedure& procedure, const Config& config) {
   constexpr std::size_t max_bytes = 52000;
   constexpr std::size_t beside_names = 77;

@@ -35,7 +35,7 @@ struct Procedure {
   std::vector<evaluation::Figure> figures;
 };
 
-/// Unrolled steps of a procedure, its teardown among them, that one message can still tell of.
+/// Maximum number of unrolled steps, teardown included, that fit into PROCEDURE_STATE.
 inline constexpr int max_steps = 400;
 
 /// Reads and checks a procedure: syntax, names, units, phases, parameters, called procedures.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the LIDAR and the estimator are asked for.
+// Requests to the LIDAR and the estimator.
 #include <algorithm>
 
 #include "common/core/positive.h"
-#include "procedures/language/verb_families.h"
+#include "procedures/language/verbs.h"
 
 namespace berth::procedures {
 namespace {

@@ -6,11 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "common/core/config.h"
 #include "procedures/language/parameters.h"
 
 namespace berth::procedures {
 
-/// What a procedure needs beside itself, those that it calls and trajectories: read from the folder
+/// The other files of a procedure, those that it calls and trajectories: read from the folder
 /// of the one that runs, or found attached to its text. Names are paths relative to that folder.
 class Library {
  public:
@@ -21,7 +22,7 @@ class Library {
   const std::string& text(const std::string& name);
   /// How it is called in messages.
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  /// All that were asked for or attached.
+  /// All that were requested or attached.
   const std::map<std::string, std::string>& texts() const { return texts_; }
 
  private:
@@ -43,5 +44,17 @@ struct Source {
 /// @throws InputError for a reference that neither a parameter nor a sweep has the name of.
 Source make_source(const std::string& text, const std::string& file, const std::string& name,
                    const Overrides& overrides);
+
+/// A trajectory that was read from elsewhere (a CSV file, an earlier run) becomes a part of the
+/// procedure's own text, as a called procedure does: what was run can be run and judged anywhere.
+/// @{
+/// Before a step is read: what is attached takes the place of what it names.
+void give_attached(const Config& step, const Source& source, const Library& library);
+/// After it was read: what it read is attached.
+void keep_attached(const Config& step, const Source& source, Library& library);
+/// @}
+
+/// The key under which a rule finds its text, and leaves it.
+inline constexpr const char* attached_key = "attached";
 
 }  // namespace berth::procedures

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 #include "procedures/language/steps.h"
 
 namespace berth::procedures {
 
-/// The keys that every step may have beside its verb.
+/// The keys that every step may have besides its verb.
 const std::vector<KeyInfo>& step_keys();
 
 /// The key `on_failure` of a step or block. @param standard where it has none

@@ -125,7 +125,7 @@ struct Record {
   const LiveQuantity* quantity = nullptr;
 };
 
-/// A fault asked of the simulated cell.
+/// A fault requested of the simulated cell.
 struct Inject {
   std::string device;
   std::string fault;
@@ -140,7 +140,7 @@ struct ClearInjections {
   std::string fault;
 };
 
-/// The estimator asks for no more scans.
+/// The estimator requests no more scans.
 struct StopTracking {};
 
 using Verb = std::variant<Lights, Move, Retreat, Trajectory, Acquire, Track, Approach, Hold, Guided,

@@ -2,17 +2,82 @@
 #include "procedures/language/trajectory.h"
 
 #include <algorithm>
+#include <berth/testbed_state_t.hpp>
 #include <filesystem>
 
+#include "common/core/config.h"
+#include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/positive.h"
-#include "procedures/language/attached_trajectory.h"
-#include "procedures/language/recorded_trajectory.h"
+#include "common/core/text.h"
+#include "evaluation/run/run_record.h"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/conversions.h"
+#include "procedures/language/source.h"
 #include "testbed/trajectories/recorded.h"
 #include "testbed/trajectories/trajectory.h"
 
 namespace berth::procedures {
 namespace {
+
+/// Relative poses of an earlier run, with their times in s from the first one: where the replica
+/// was (GROUND_TRUTH), or its commanded poses (TESTBED_STATE).
+/// @param run a run directory, or its log
+/// @param phase of that run; empty: the whole of it
+/// @throws InputError, also when the record has holes.
+testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::string& phase,
+                                bool commanded);
+
+/// A record with longer gaps does not say how the motion went, s.
+constexpr double max_gap = 1;
+
+std::filesystem::path log_of(const std::filesystem::path& run) {
+  return std::filesystem::is_directory(run) ? run / "run.lcm" : run;
+}
+
+testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::string& phase_name,
+                                bool commanded) {
+  const std::filesystem::path file = log_of(run);
+  std::vector<std::pair<Utime, Pose>> poses;
+  evaluation::LogSummary summary;
+  const evaluation::RunRecord record =
+      evaluation::read_run(file, summary, std::nullopt, [&](const logs::LogEvent& event) {
+        if (!commanded) return;
+        const auto state = logs::decode<testbed_state_t>(event, channels::testbed_state);
+        if (!state) return;
+        poses.emplace_back(state->utime,
+                           exact_pose_of(state->commanded_position_m, state->commanded_q_wxyz));
+      });
+  if (!commanded) {
+    for (const auto& sample : record.truth().samples())
+      poses.emplace_back(sample.utime, sample.pose);
+  }
+  const auto phase = record.phase(phase_name.empty() ? evaluation::whole_run : phase_name);
+  if (!phase) {
+    std::string known;
+    for (const evaluation::Phase& p : record.phases())
+      known += (known.empty() ? "" : ", ") + p.name;
+    throw InputError(file.string() + ": has no phase '" + phase_name + "'" +
+                     (known.empty() ? "" : "; its phases are: " + known));
+  }
+  testbed::Waypoints samples;
+  for (const auto& [utime, pose] : poses) {
+    if (!phase->contains(utime)) continue;
+    const double time = seconds(utime - phase->start());
+    if (!samples.empty() && time <= samples.back().time) continue;
+    if (!samples.empty() && time - samples.back().time > max_gap) {
+      throw InputError(file.string() + ": where the replica was is not recorded from " +
+                       fixed(samples.back().time, 1) + " s to " + fixed(time, 1) + " s of '" +
+                       phase->name + "'");
+    }
+    samples.push_back({time, pose});
+  }
+  if (samples.size() < 2) {
+    throw InputError(file.string() + ": holds " + std::to_string(samples.size()) +
+                     " relative poses in '" + phase->name + "', expected at least two");
+  }
+  return samples;
+}
 
 using testbed::Waypoints;
 

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 #include "testbed/trajectories/trajectory.h"
 
 namespace berth::procedures {
 
 /// Through waypoints at their times, open loop: written out, from a file, or made by a rule.
 struct Trajectory {
-  /// From where the replica is told to be as the step begins, T_sensor_model.
+  /// From the commanded relative pose as the step begins, T_sensor_model.
   std::function<testbed::Waypoints(const Pose& here)> waypoints;
   double duration = 0;  ///< s; 0: it depends on where it begins
 };

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/core/config.h"
-#include "procedures/language/key_info.h"
+#include "procedures/language/schema.h"
 #include "procedures/language/steps.h"
 
 namespace berth::procedures {
@@ -17,8 +17,8 @@ struct Read {
   double timeout;
 };
 
-/// One verb of the language, as the parser reads it, the schema says it and the documentation
-/// tells. Behind it stands a map of keys, or one value, or either.
+/// One verb of the language, for parser, schema and documentation. Its value is a map of keys, one
+/// value, or either.
 struct VerbInfo {
   std::string name;
   std::string description;
@@ -36,11 +36,20 @@ const VerbInfo* verb_named(const std::string& name);
 /// Reads what stands behind the verb in a step. @throws InputError.
 Read read_verb(const VerbInfo& verb, Config& step);
 
-/// What a lights step says. @param lights what holds where it says nothing
+/// The lamps of a lights step. @param lights defaults of the keys that are left out
 Lights read_lamps(Config& config, Lights lights);
 
-/// Complains of keys that nobody knows. @throws std::logic_error when the reader asked for a key
-/// that the table does not have: the two must not drift apart.
+/// @throws InputError for unknown keys, std::logic_error when the reader read a key that the table
+/// does not have: the two must not drift apart.
 void finish_keys(const Config& map, const std::vector<KeyInfo>& keys, const std::string& where);
+
+// The verbs by what they are about, each with its reader; verbs() joins them.
+std::vector<VerbInfo> cell_verbs();
+std::vector<VerbInfo> motion_verbs();
+std::vector<VerbInfo> scan_verbs();
+std::vector<VerbInfo> operator_verbs();
+
+/// For verbs that take nothing. @throws InputError when something stands behind it.
+void expect_nothing(Config& step, const std::string& verb);
 
 }  // namespace berth::procedures

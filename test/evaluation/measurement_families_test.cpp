@@ -7,7 +7,7 @@
 #include "common/core/random.h"
 #include "common/targets/target.h"
 #include "evaluation/measure/measurer.h"
-#include "evaluation/measure/uncertainty.h"
+#include "evaluation/measure/truth_join.h"
 #include "test/catch.h"
 #include "test/evaluation/made_run.h"
 

@@ -7,7 +7,7 @@
 #include "common/core/random.h"
 #include "common/core/ray_caster.h"
 #include "common/targets/target.h"
-#include "evaluation/run/target_poses.h"
+#include "evaluation/run/truth_track.h"
 #include "logs/export/cloud_files.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"

@@ -11,8 +11,8 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "logs/types/lcm_parser.h"
 #include "logs/types/type_catalogue.h"
-#include "logs/types/unit.h"
 #include "logs/types/value.h"
 #include "test/catch.h"
 #include "test/logs/generated_types.h"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
+#include "evaluation/run/run_record.h"
 #include "evaluation/run/target_surface.h"
-#include "procedures/check/recording.h"
 #include "test/catch.h"
 
 using namespace berth;

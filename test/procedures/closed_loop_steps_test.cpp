@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "procedures/engine/motion_command.h"
+#include "procedures/engine/motion_steps.h"
 #include "procedures/language/procedure.h"
 #include "test/catch.h"
 #include "test/procedures/parsed.h"

@@ -2,7 +2,7 @@
 // Who of several operators steers, how fast, and in what light.
 #include <berth/operator_control_t.hpp>
 
-#include "procedures/engine/operator_words.h"
+#include "procedures/engine/operator_control.h"
 #include "test/procedures/engine_bench.h"
 
 using namespace berth;

@@ -8,6 +8,7 @@
 #include "app/runs/twin_host.h"
 #include "app/runs/verdict.h"
 #include "evaluation/compare/comparison.h"
+#include "lcmtypes/words.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -41,7 +42,7 @@ std::string kind_of_failure(const evaluation::Comparison& comparison) {
   const auto& steps = comparison.steps;
   const auto step = std::find_if(steps.begin(), steps.end(), went_wrong);
   if (step != steps.end()) {
-    return "step '" + step->name + "' " + evaluation::text_of_step_state(step->state);
+    return "step '" + step->name + "' " + words::of_step_state(step->state);
   }
   for (const auto wanted : {criterion_result_t::FAILED, criterion_result_t::INCONCLUSIVE}) {
     for (const criterion_result_t& criterion : comparison.criteria) {

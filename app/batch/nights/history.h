@@ -32,7 +32,7 @@ struct FinishedRun {
   std::string host;
   std::string version;  ///< of the build that ran it
   std::string configuration_hash;
-  std::string outcome;  ///< "PASS" ... as evaluation::text_of_outcome; "ERROR" also of a crash
+  std::string outcome;  ///< "PASS" ... as words::of_outcome; "ERROR" also of a crash
   std::string reason;
   std::string directory;  ///< relative to the night's; empty once it is deleted
   double simulated_s = 0;

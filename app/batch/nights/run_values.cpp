@@ -8,6 +8,7 @@
 #include "common/core/text.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/run/outcome.h"
+#include "lcmtypes/words.h"
 
 namespace berth::nights {
 namespace {
@@ -100,7 +101,7 @@ void read_results(const std::filesystem::path& directory, int exit_code, Finishe
     } else if (comparison.recorded_outcome == procedure_state_t::NONE) {
       run.reason = "its log ends before its verdict (exit code " + std::to_string(exit_code) + ")";
     } else {
-      run.outcome = evaluation::text_of_outcome(comparison.outcome);
+      run.outcome = words::of_outcome(comparison.outcome);
       run.reason = comparison.reason;
       if (run.reason.empty() && !run.passed()) run.reason = failed_criteria(comparison.criteria);
     }

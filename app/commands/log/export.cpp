@@ -8,7 +8,7 @@
 #include "app/exit_code.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
-#include "evaluation/run/target_poses.h"
+#include "evaluation/run/truth_track.h"
 #include "logs/export/cloud_files.h"
 #include "logs/export/csv.h"
 #include "logs/export/mcap.h"

@@ -6,7 +6,7 @@
 
 #include "common/core/error.h"
 #include "lcmtypes/channels.h"
-#include "procedures/engine/operator_words.h"
+#include "procedures/engine/operator_control.h"
 
 namespace berth::console {
 namespace {

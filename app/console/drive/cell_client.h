@@ -9,8 +9,7 @@
 #include <string>
 
 #include "common/bus/bus.h"
-#include "procedures/engine/facility_link.h"
-#include "procedures/engine/testbed_link.h"
+#include "procedures/engine/links.h"
 
 namespace berth::console {
 

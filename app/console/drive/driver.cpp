@@ -8,7 +8,6 @@
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "procedures/engine/operator_control.h"
-#include "procedures/engine/operator_words.h"
 
 namespace berth::console {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/covariance.h"
-#include "evaluation/measure/uncertainty.h"
+#include "evaluation/measure/truth_join.h"
 #include "lcmtypes/conversions.h"
 
 namespace berth::console {

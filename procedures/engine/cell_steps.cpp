@@ -1,9 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/text.h"
-#include "procedures/engine/step_makers.h"
+#include "procedures/engine/step_runner.h"
 
 namespace berth::procedures {
 namespace {
+
+class LightsRunner final : public StepRunner {
+ public:
+  explicit LightsRunner(const Lights& lights) : lights_(lights) {}
+
+  void begin(Bench& bench, Utime now) override {
+    facility_command_t command{};
+    command.sun_lamp = lights_.sun;
+    command.albedo_lamp = lights_.albedo;
+    command.sun_azimuth_rad = lights_.sun_azimuth;
+    command.sun_elevation_rad = lights_.sun_elevation;
+    bench.facility.command(command, now);
+  }
+
+  StepResult poll(Bench& bench, Utime, Utime) override {
+    if (bench.facility.status() == CommandStatus::refused) {
+      detail_ = "the facility refuses: " + bench.facility.refusal();
+      return StepResult::error;
+    }
+    if (!bench.facility.reached()) {
+      detail_ = bench.facility.missing();
+      return StepResult::running;
+    }
+    detail_ = "sun " + fixed(100 * lights_.sun, 0) + " %, albedo " +
+              fixed(100 * lights_.albedo, 0) + " %";
+    return StepResult::passed;
+  }
+
+ private:
+  Lights lights_;
+};
 
 class InjectionRunner final : public StepRunner {
  public:
@@ -46,6 +77,10 @@ class InjectionRunner final : public StepRunner {
 };
 
 }  // namespace
+
+std::unique_ptr<StepRunner> make(const Lights& lights) {
+  return std::make_unique<LightsRunner>(lights);
+}
 
 std::unique_ptr<StepRunner> make(const Inject& inject) {
   injection_t injection{};

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/compare/latency_text.h"
+#include "evaluation/latency/latencies.h"
 
 #include <cmath>
 
 #include "common/core/table.h"
 #include "common/core/text.h"
-#include "evaluation/compare/comparison.h"
 
 namespace berth::evaluation {
 namespace {
-
-constexpr std::size_t hash_shown = 8;
 
 std::string milliseconds(double seconds) {
   return std::isfinite(seconds) ? fixed(1e3 * seconds, 2) : "";
@@ -54,19 +51,6 @@ std::string latency_table(const std::vector<Latency>& latencies) {
     table.rows.push_back(std::move(cells));
   }
   return text_table(table) + remarks;
-}
-
-std::string truth_line(const Comparison& comparison) {
-  std::string text;
-  for (const TruthBasis& basis : comparison.truth_bases) {
-    text += (text.empty() ? "" : " and ") + (basis.basis.empty() ? "nothing told" : basis.basis);
-    if (!basis.calibration_hash.empty()) {
-      text += " (calibration " + basis.calibration_hash.substr(0, hash_shown) + ")";
-    }
-  }
-  if (text.empty()) return {};
-  return text + ", 1 sigma " + shown(1e3 * comparison.truth_position_sigma) + " mm and " +
-         shown(degrees(comparison.truth_attitude_sigma)) + " deg";
 }
 
 }  // namespace berth::evaluation
