@@ -25,10 +25,10 @@ FILE = re.compile(r"\*\*(?:\d+\. )?`([^`]+)`\*\*(?:, (new|at the end|(before|aft
 # ./berth, but it builds what is called, not all.
 BERTH = """#!/bin/bash
 export BERTH_HOME=$PWD
-[ "$1" = test ] || { ninja -C build/release berth >build/out || { cat build/out; exit 1; }; exec build/release/bin/berth "$@"; }
+[ "$1" = test ] || { ninja -j "$(nproc)" -C build/release berth >build/out || { cat build/out; exit 1; }; exec build/release/bin/berth "$@"; }
 shift
 tests=$(ctest --test-dir build/release -N "$@" | sed -n 's/^ *Test *#[0-9]*: \\(test_.*\\)/\\1/p')
-ninja -C build/release ${tests:-berth} >build/out || { tail -100 build/out; exit 1; }
+ninja -j "$(nproc)" -C build/release ${tests:-berth} >build/out || { tail -100 build/out; exit 1; }
 exec ctest --test-dir build/release --output-on-failure "$@"
 """
 
