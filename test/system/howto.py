@@ -22,7 +22,8 @@ import documented_commands as documents
 
 PAGES = [f"docs/howto/add_a_{name}.md" for name in ("target", "verb", "criterion", "driver", "message")]
 FILE = re.compile(r"\*\*(?:\d+\. )?`([^`]+)`\*\*(?:, (new|at the end|(before|after) `([^`]+)`))?")
-# ./berth, but it builds what is called, not all.
+# In place of ./berth: it builds what is called, not all.
+CALLED = "build/howto_berth"
 BERTH = """#!/bin/bash
 export BERTH_HOME=$PWD
 [ "$1" = test ] || { ninja -j "$(nproc)" -C build/release berth >build/out || { cat build/out; exit 1; }; exec build/release/bin/berth "$@"; }
@@ -91,7 +92,7 @@ def follow(page):
                 if expectation.startswith("not run:"):
                     continue
                 start = time.monotonic()
-                fault = documents.judge(Clone(), Path.cwd(), command, expectation)
+                fault = documents.judge(Clone(), Path.cwd(), command.replace("./berth ", f"{CALLED} "), expectation)
                 faults += bool(fault)
                 print(f"{'FAILED' if fault else 'ok'} {time.monotonic() - start:.0f} s: {place}: {command}")
                 print(f"  {fault}\n" if fault else "", end="", flush=True)
@@ -114,7 +115,8 @@ def main():
         shutil.copytree(here, copy, symlinks=True, ignore=lambda folder, names: [
             name for name in names if Path(folder) == here / "build" and name != "release" or
             Path(folder) == here and name in ("runs", "nightly", "campaign-runs")])
-        (copy / "berth").write_text(BERTH)
+        (copy / CALLED).write_text(BERTH)
+        (copy / CALLED).chmod(0o755)
         mount = 'mount --make-rprivate / && mount --bind "$1" "$2" && cd "$2" && exec "${@:3}"'
         call = ["unshare", "-m" if os.geteuid() == 0 else "-rm", "bash", "-c", mount, "-", copy, here,
                 sys.executable, "test/system/howto.py", "--here", *(sys.argv[1:] or PAGES)]
