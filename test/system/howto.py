@@ -18,7 +18,8 @@ import tempfile
 import time
 from pathlib import Path
 
-import documented_commands as documents
+sys.dont_write_bytecode = True
+import documented_commands as documents  # noqa: E402
 
 PAGES = [f"docs/howto/add_a_{name}.md" for name in ("target", "verb", "criterion", "driver", "message")]
 FILE = re.compile(r"\*\*(?:\d+\. )?`([^`]+)`\*\*(?:, (new|at the end|(before|after) `([^`]+)`))?")
