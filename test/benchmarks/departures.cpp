@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The estimator where the world departs from what it believes: each departure alone and together.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -361,6 +362,101 @@ void publish_single(const Settings& settings, const Results& results) {
   pooled.publish(settings.out);
 }
 
+/// Of all trials or of none at all.
+std::string per_cent(int part, int all) { return all == 0 ? "-" : number(100.0 * part / all, 1); }
+
+/// As departures.md has it: a row for a world and target, of the bare mesh and of the described
+/// one.
+void publish_tracking(const Settings& settings, const Results& results) {
+  using Key = std::pair<std::string, std::string>;
+  std::vector<Key> order;
+  std::map<Key, std::array<CellResult, 2>> cells;
+  for (const auto& [cell, result] : results) {
+    const std::string& view = cell.sighting->view;
+    if (cell.filtered || cell.returns != 1000 || view == "held") continue;
+    if (result.tracking.count() == 0) continue;
+    const Key key(cell.world->name, cell.sighting->target);
+    if (cells.count(key) == 0) order.push_back(key);
+    cells[key].at(view == "described" ? 1 : 0) = result;
+  }
+  if (order.empty()) return;
+  const auto millimetres = [](const Errors& errors) {
+    if (errors.mm.empty()) return std::string("-");
+    return number(median(errors.mm), 1) + ", " + number(quantile(errors.mm, 0.95), 1);
+  };
+  Table table("departures_tracking",
+              "Departures, tracking of 1,000 returns in free space: median and 95th percentile of "
+              "the error; mean NEES. ICP, refused in per cent and median ms of processor time: of "
+              "the bare mesh; of the described target",
+              {"world", "target", "bare mesh: mm, p95; NEES", "described: mm, p95; NEES",
+               "ICP: mm, p95", "refused", "ms"});
+  for (const Key& key : order) {
+    const auto& [bare_mesh, described_target] = cells[key];
+    const auto both = [&](const auto& text_of) {
+      return text_of(bare_mesh) + "; " + text_of(described_target);
+    };
+    const auto tracked = [&](const CellResult& result) {
+      return millimetres(result.tracking) + "; " + nees_of(result.tracking).front();
+    };
+    table.add(
+        {key.first, key.second, tracked(bare_mesh), tracked(described_target),
+         both([&](const CellResult& result) { return millimetres(result.reference); }),
+         both([](const CellResult& result) {
+           return per_cent(result.tracking.refused, result.tracking.count());
+         }),
+         both([](const CellResult& result) { return times_of(result.tracking.ms).front(); })});
+  }
+  table.publish(settings.out);
+}
+
+/// As departures.md has it: a row for a world, all targets together.
+void publish_acquisition(const Settings& settings, const Results& results) {
+  struct Sum {
+    Tally tally;
+    Tally without_cube;
+    std::vector<double> ms;
+  };
+  constexpr const char* cube = "arc_chaser";  // its 24 attitudes differ by fittings
+  std::vector<std::string> order;
+  std::map<std::string, std::array<Sum, 2>> sums;
+  for (const auto& [cell, result] : results) {
+    if (cell.returns != 1000 || result.tally.trials == 0) continue;
+    const std::string& world = cell.world->name;
+    if (sums.count(world) == 0) order.push_back(world);
+    Sum& sum = sums[world].at(cell.sighting->view == "held" ? 1 : 0);
+    sum.tally.add(result.tally);
+    if (cell.sighting->target.rfind(cube, 0) != 0) sum.without_cube.add(result.tally);
+    sum.ms.insert(sum.ms.end(), result.acquisition_ms.begin(), result.acquisition_ms.end());
+  }
+  if (order.empty()) return;
+  Table table("departures_acquisition",
+              "Departures, acquisition of 1,000 returns, all targets together. Per cent right, "
+              "ambiguous with the truth, ambiguous without, silently wrong, lost (in brackets "
+              "right or ambiguous with the truth without arc_chaser); ms of processor time, median "
+              "and greatest",
+              {"world", "free", "ms", "held", "ms"});
+  for (const std::string& world : order) {
+    std::vector<std::string> row = {world};
+    for (const Sum& sum : sums[world]) {
+      const Tally& all = sum.tally;
+      const Tally& few = sum.without_cube;
+      std::string text = per_cent(all.right, all.trials);
+      for (const int count :
+           {all.ambiguous_with_truth, all.ambiguous_without, all.silently_wrong, all.lost}) {
+        text += ", " + per_cent(count, all.trials);
+      }
+      text += " (" + per_cent(few.right + few.ambiguous_with_truth, few.trials) + ")";
+      const bool any = all.trials > 0;
+      row.push_back(any ? text : "-");
+      row.push_back(any ? number(median(sum.ms), 0) + "; " +
+                              number(*std::max_element(sum.ms.begin(), sum.ms.end()), 0)
+                        : "-");
+    }
+    table.add(row);
+  }
+  table.publish(settings.out);
+}
+
 void publish_filtered(const Settings& settings, const Results& results) {
   std::vector<std::string> columns = {"world", "target", "view", "scans", "runs", "lost"};
   append(columns, error_columns);
@@ -578,6 +674,8 @@ int run_departures(const Settings& settings) {
   Results results(cells.size());
   for (std::size_t i = 0; i < order.size(); ++i) results[order[i]] = {cells[order[i]], done[i]};
   publish_single(settings, results);
+  publish_tracking(settings, results);
+  publish_acquisition(settings, results);
   publish_filtered(settings, results);
   publish_reliability(settings, results);
   draw_surface(settings, results);

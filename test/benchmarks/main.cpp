@@ -87,7 +87,9 @@ int run(int argc, char* argv[]) {
   app.add_flag("--check", check,
                "for few trials: missed is what their 95 % intervals exclude; time counts beside "
                "PCL's only");
-  app.add_option("--only", settings.only, "rows whose name holds this, as 'Error1 sparse 200 '");
+  app.add_option("--only", settings.only,
+                 "rows whose name holds one of these, as 'Error1 sparse 200 '")
+      ->delimiter(',');
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -124,7 +124,10 @@ int run_micro(const Settings& settings) {
   std::string program = "berth benchmark";
   std::string out = "--benchmark_out=" + (settings.out / "micro.csv").string();
   std::string format = "--benchmark_out_format=csv";
-  std::string filter = "--benchmark_filter=" + settings.only;
+  std::string filter = "--benchmark_filter=";
+  for (const std::string& name : settings.only) {
+    filter += (name == settings.only.front() ? "" : "|") + name;
+  }
   char* arguments[] = {program.data(), out.data(), format.data(), filter.data()};
   int count = settings.only.empty() ? 3 : 4;
   ::benchmark::Initialize(&count, arguments);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -35,9 +36,14 @@ struct Settings {
   std::vector<std::string> acquisition_methods;
   std::vector<std::string> tracking_methods;
   Yardstick yardstick{true};
-  std::string only;  ///< of the cells of a part, those whose name holds this
+  std::vector<std::string> only;  ///< of the cells of a part, those whose name holds one of these
 
-  bool wanted(const std::string& cell) const { return cell.find(only) != std::string::npos; }
+  bool wanted(const std::string& cell) const {
+    const auto holds = [&cell](const std::string& text) {
+      return cell.find(text) != std::string::npos;
+    };
+    return only.empty() || std::any_of(only.begin(), only.end(), holds);
+  }
 };
 
 /// The parts. Each publishes its tables and pictures. @return how many targets were missed.

@@ -2,25 +2,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What ten viewers at 20 frames a second cost the control loops: an approach in the cell of processes without the
 # console and with it, the arms' read cycles of both side by side; and a viewer that reads too slowly gets fewer frames.
-#   test/system/console_load.sh BIN VIEWERS-PROGRAM [PROCEDURE]
+#   test/system/console_load.sh BIN VIEWERS-PROGRAM [PROCEDURE [TABLE]]: TABLE is that of test/benchmarks/runs.md
 . "$(dirname "$0")/common.sh"
 viewers=$2
 procedure=${3:-procedures/approach.yaml}
+table=${4:-$work/table.md}
 slow_bytes_per_s=20000
 
 # Seconds of processor time that a process has had.
 cpu_of() { awk -v hz="$(getconf CLK_TCK)" '{sub(/.*\) /, ""); print ($12 + $13) / hz}' "/proc/$1/stat"; }
 
-# cycles RUN ARM: what the arm's driver measured between its reads, ms.
+# cycles RUN ARM LABEL: what the arm's driver measured between its reads, ms; a row of the table.
 cycles() {
   rm -rf "$work/csv"
   "$bin/berth" log export "$1" --csv "$work/csv" --channels "ARM_STATE_$2" >/dev/null
   awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) { if ($i ~ /^cycle_s/) cycle = i; if ($i ~ /^reads_missed/) missed = i } next }
     $cycle > 0 { print 1e3 * $cycle; lost = $missed } END { print "missed", lost > "/dev/stderr" }' \
     "$work/csv/ARM_STATE_$2.csv" 2>"$work/missed" | sort -g >"$work/cycles"
-  awk -v missed="$(cut -d" " -f2 "$work/missed")" '{ v[NR] = $1; sum += $1; square += $1 * $1 } END { mean = sum / NR
+  awk -v missed="$(cut -d" " -f2 "$work/missed")" -v label="$3" -v table="$table" '{ v[NR] = $1; sum += $1; square += $1 * $1 } END { mean = sum / NR
+    sigma = sqrt(square / NR - mean * mean)
     printf "%6d reads  mean %6.3f  sigma %6.3f  50 %% %6.3f  99 %% %6.3f  99.9 %% %6.3f  max %7.3f ms  missed %d\n", NR, mean,
-      sqrt(square / NR - mean * mean), v[int(NR * .5) + 1], v[int(NR * .99) + 1], v[int(NR * .999) + 1], v[NR], missed }' "$work/cycles"
+      sigma, v[int(NR * .5) + 1], v[int(NR * .99) + 1], v[int(NR * .999) + 1], v[NR], missed
+    printf "| %s | %d | %.3f ms | %.2f ms | %.2f ms | %.1f ms | %d |\n", label, NR, sigma, v[int(NR * .99) + 1],
+      v[int(NR * .999) + 1], v[NR], missed >>table }' "$work/cycles"
 }
 
 # one_run NAME OPTION...: to its verdict, whatever it is; a busy machine may make it fail.
@@ -54,9 +58,11 @@ code=0
 wait $runner || code=$?
 ended $code with
 
-for name in without with; do
-  for arm in REPLICA SENSOR; do
-    printf '%-8s %-8s %s\n' "$name" "$arm" "$(cycles "$(only_run "$work/$name")" $arm)"
+printf '| | reads | sigma | 99 %% | 99.9 %% | longest | missed |\n|---|---|---|---|---|---|---|\n' >"$table"
+for arm in REPLICA SENSOR; do
+  for name in without with; do
+    label="${arm,,} arm, $([ $name = with ] && echo ten viewers || echo without)"
+    printf '%-8s %-8s %s\n' "$name" "$arm" "$(cycles "$(only_run "$work/$name")" $arm "$label")"
   done
 done
 cat "$work/viewers.txt"
