@@ -167,7 +167,8 @@ void History::record(const Night& night, const FinishedRun& run) {
       .run(night.id, run.case_name, std::string(name_of(run.build)),
            static_cast<std::int64_t>(run.seed), run.fresh ? 1 : 0, run.procedure,
            run.procedure_hash, run.target, run.host, run.version, run.configuration_hash,
-           run.outcome, run.reason, run.directory, run.simulated_s, run.wall_s, run.cpu_s);
+           std::string(name_of(run.outcome)), run.error, run.directory, run.simulated_s, run.wall_s,
+           run.cpu_s);
   const std::int64_t id = database_.last_id();
   Statement insert = database_.prepare("INSERT OR REPLACE INTO value VALUES (?, ?, ?, ?)");
   for (const RunValue& value : run.values) {
@@ -207,8 +208,8 @@ std::vector<FinishedRun> History::runs(const Night& night, Which which) {
     run.host = rows.text();
     run.version = rows.text();
     run.configuration_hash = rows.text();
-    run.outcome = rows.text();
-    run.reason = rows.text();
+    run.outcome = outcome_named(rows.text()).value_or(Outcome::error);
+    run.error = rows.text();
     run.directory = rows.text();
     run.simulated_s = rows.real();
     run.wall_s = rows.real();
