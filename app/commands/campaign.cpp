@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "app/attempt.h"
-#include "app/batch/campaigns/acquisition_parameters.h"
-#include "app/batch/campaigns/cost.h"
 #include "app/batch/campaigns/report.h"
 #include "app/batch/campaigns/results.h"
+#include "app/batch/campaigns/runner.h"
+#include "app/batch/campaigns/vocabulary.h"
 #include "app/batch/pool.h"
 #include "app/commands/campaign_slurm.h"
 #include "app/commands/cell_options.h"
@@ -113,7 +113,7 @@ void print_summary(const Campaign& campaign, const Summary& summary) {
   std::printf("%lld of %lld trials", static_cast<long long>(summary.present),
               static_cast<long long>(summary.trials));
   for (const auto& [outcome, count] : summary.outcomes) {
-    std::printf(", %lld %s", static_cast<long long>(count), campaigns::name_of(outcome));
+    std::printf(", %lld %s", static_cast<long long>(count), name_of(outcome));
   }
   std::printf("\n");
   for (const auto& [failure, count] : summary.failures) {

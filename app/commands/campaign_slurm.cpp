@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "app/batch/campaigns/cost.h"
+#include "app/batch/campaigns/results.h"
 #include "app/batch/campaigns/slurm.h"
 #include "app/runs/run_files.h"
 #include "app/terminal/progress_line.h"

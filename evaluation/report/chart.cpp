@@ -167,6 +167,9 @@ Html marks_of(const Chart& chart, const Axis& x, const Axis& y) {
 Html html_of(const Chart& chart) {
   const Axis x = x_axis_of(chart);
   const Axis y = y_axis_of(chart);
+  const bool slanted = chart.slanted_letters > 0;
+  std::string style = "--h:" + std::to_string(chart.height_px) + "px";
+  if (slanted) style += ";--letters:" + std::to_string(chart.slanted_letters);
   std::size_t beyond = 0;
   const Html curves = curves_of(chart, x, y, beyond);
   Html content =
@@ -183,7 +186,7 @@ Html html_of(const Chart& chart) {
         element("p", "note", text(std::to_string(beyond) + " beyond the scale, drawn at its edge"));
   }
   return element("figure",
-                 {{"class", "chart"},
+                 {{"class", slanted ? "chart slanted" : "chart"},
                   {"data-group", chart.group},
                   {"data-xrange", exact(x.low) + " " + exact(x.high)},
                   {"data-yrange", exact(y.low) + " " + exact(y.high)},
@@ -191,7 +194,7 @@ Html html_of(const Chart& chart) {
                   {"data-fixed-ticks", chart.x_ticks.empty() ? "" : "x"},
                   {"data-unit", chart.unit},
                   {"data-xunit", chart.x_unit},
-                  {"style", "--h:" + std::to_string(chart.height_px) + "px"}},
+                  {"style", style}},
                  content) +
          markup("\n");
 }

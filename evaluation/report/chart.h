@@ -46,7 +46,10 @@ struct Chart {
   std::optional<std::array<double, 2>> x_range;
   std::optional<std::array<double, 2>> y_range;
   std::vector<std::pair<double, std::string>> x_ticks;  ///< instead of numbers
-  double min_span = 0;                                  ///< of y: what changes less is not blown up
+  /// Letters of the longest of x_ticks where these are slanted: words, too long to stand side by
+  /// side. 0: they are level.
+  std::size_t slanted_letters = 0;
+  double min_span = 0;  ///< of y: what changes less is not blown up
   bool log_y = false;
   /// Few extreme values do not flatten the rest: they are drawn at the edge, and counted below.
   bool clip_extremes = false;

@@ -63,20 +63,4 @@ class Campaign {
   std::string build_;  ///< version() of the one that made it
 };
 
-/// What came of the blocks that are there.
-struct Summary {
-  std::int64_t trials = 0;   ///< asked for
-  std::int64_t present = 0;  ///< with a result
-  std::map<Outcome, std::int64_t> outcomes;
-  std::map<std::string, std::int64_t> failures;  ///< by kind
-  std::vector<Block> missing;
-  std::vector<std::int64_t> broken;  ///< trials that ended in an error or a crash
-
-  bool complete() const { return present == trials; }
-};
-
-/// Joins the results of finished blocks into trials.jsonl and writes summary.json. Takes whatever
-/// is there; may be repeated. @throws InputError.
-Summary merge(const Campaign& campaign);
-
 }  // namespace berth::campaigns

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/batch/campaigns/report_charts.h"
 #include "app/batch/campaigns/report_sections.h"
 #include "evaluation/report/axis.h"
 

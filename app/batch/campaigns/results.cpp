@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/batch/campaigns/results.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/host_name.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/text.h"
 #include "common/core/valid_text.h"
 
 namespace berth::campaigns {
@@ -20,6 +28,50 @@ void for_each_line(const std::string& text, const Each& each) {
     each(text.substr(from, to - from));
     from = to + 1;
   }
+}
+
+/// From a file that may end in the middle of a line: its whole lines. Empty when there is no file.
+std::vector<TrialResult> read_whole_lines(const fs::path& file) {
+  std::vector<TrialResult> results;
+  if (!fs::exists(file)) return results;
+  try {
+    for_each_line(read_file(file), [&](const std::string& line) {
+      results.push_back(result_of_line(line, file.string()));
+    });
+  } catch (const InputError&) {
+    // What comes behind a damaged line cannot be trusted either.
+  }
+  return results;
+}
+
+bool is_broken(Outcome outcome) { return outcome == Outcome::error || outcome == Outcome::crashed; }
+
+void count(const std::vector<TrialResult>& results, const Block& block, Summary& summary) {
+  std::int64_t expected = block.begin;
+  for (const TrialResult& result : results) {
+    if (result.index != expected++) throw InputError("the trials are not those of the block");
+    ++summary.present;
+    ++summary.outcomes[result.outcome];
+    if (!result.passed()) ++summary.failures[result.failure];
+    if (is_broken(result.outcome)) summary.broken.push_back(result.index);
+  }
+  if (expected != block.end) throw InputError("trials are missing from the block");
+}
+
+void write_summary(const Campaign& campaign, const Summary& summary) {
+  ordered_json outcomes = ordered_json::object();
+  for (const auto& [outcome, number] : summary.outcomes) outcomes[name_of(outcome)] = number;
+  ordered_json missing = ordered_json::array();
+  for (const Block& block : summary.missing) missing.push_back({block.begin, block.end});
+  const ordered_json json = {{"schema", "berth-campaign-summary-1"},
+                             {"name", campaign.manifest().name},
+                             {"trials", summary.trials},
+                             {"present", summary.present},
+                             {"outcomes", outcomes},
+                             {"failures", summary.failures},
+                             {"missing", missing},
+                             {"broken", summary.broken}};
+  write_file(campaign.directory() / "summary.json", json_text(json, 2) + "\n");
 }
 
 }  // namespace
@@ -83,17 +135,104 @@ std::vector<TrialResult> read_results(const fs::path& file) {
   return results;
 }
 
-std::vector<TrialResult> read_whole_lines(const fs::path& file) {
-  std::vector<TrialResult> results;
-  if (!fs::exists(file)) return results;
-  try {
-    for_each_line(read_file(file), [&](const std::string& line) {
-      results.push_back(result_of_line(line, file.string()));
-    });
-  } catch (const InputError&) {
-    // What comes behind a damaged line cannot be trusted either.
+BlockWriter::BlockWriter(const Campaign& campaign, const Block& block)
+    : block_file_(campaign.block_file(block)),
+      started_file_(campaign.started_file(block)),
+      file_(open(started_file_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644)),
+      next_(block.begin) {
+  if (file_ < 0) throw InputError(started_file_.string() + ": cannot be written");
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    close(file_);
+    throw InputError(started_file_.string() + ": another berth is at work on these trials");
   }
-  return results;
+  std::string lines;
+  for (const TrialResult& result : read_whole_lines(started_file_)) {
+    if (result.index != next_) break;
+    lines += line_of(result) + "\n";
+    ++next_;
+  }
+  if (ftruncate(file_, 0) != 0) throw InputError(started_file_.string() + ": cannot be written");
+  write(lines);
+}
+
+BlockWriter::~BlockWriter() { close(file_); }
+
+void BlockWriter::add(const TrialResult& result) {
+  write(line_of(result) + "\n");
+  ++next_;
+}
+
+void BlockWriter::finish() {
+  write_file(block_file_, lines_);
+  fs::remove(started_file_);
+}
+
+void BlockWriter::write(const std::string& text) {
+  std::size_t written = 0;
+  while (written < text.size()) {
+    const ssize_t n = ::write(file_, text.data() + written, text.size() - written);
+    if (n < 0) throw InputError(started_file_.string() + ": cannot be written");
+    written += static_cast<std::size_t>(n);
+  }
+  lines_ += text;
+}
+
+Summary merge(const Campaign& campaign) {
+  Summary summary;
+  summary.trials = campaign.manifest().total();
+  WholeFile out(campaign.trials_file());  // a block at a time: too long for the memory, maybe
+  for (const Block& block : campaign.blocks()) {
+    const fs::path file = campaign.block_file(block);
+    if (!fs::exists(file)) {
+      summary.missing.push_back(block);
+      continue;
+    }
+    try {
+      count(read_results(file), block, summary);
+    } catch (const InputError& e) {
+      throw InputError(file.string() + ": " + e.what() + "; delete it, and the trials run again");
+    }
+    out.write(read_file(file));
+  }
+  out.finish();
+  write_summary(campaign, summary);
+  return summary;
+}
+
+void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs) {
+  const nlohmann::ordered_json line = {{"machine", host_name()}, {"jobs", jobs},
+                                       {"trials", cost.trials},  {"wall_s", cost.wall_s},
+                                       {"user_s", cost.user_s},  {"system_s", cost.system_s}};
+  const std::string text = json_text(line) + "\n";
+  // In one write: the jobs of a cluster may all have come to their end now.
+  const int out = open((campaign.directory() / "cost.jsonl").c_str(),
+                       O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (out < 0) return;
+  [[maybe_unused]] const ssize_t n = write(out, text.data(), text.size());
+  close(out);
+}
+
+CampaignCost campaign_cost(const std::filesystem::path& directory) {
+  std::ifstream lines(directory / "cost.jsonl");
+  CampaignCost all;
+  for (std::string line; std::getline(lines, line);) {
+    const auto cost = nlohmann::json::parse(line, nullptr, false);
+    if (!cost.is_object()) continue;
+    const double trials = cost.value("trials", 0.0);
+    all.trials += trials;
+    all.processor_s += cost.value("user_s", 0.0) + cost.value("system_s", 0.0);
+    const double rate = trials / std::max(cost.value("wall_s", 0.0), 1e-3);
+    if (rate > all.fastest) all.jobs = cost.value("jobs", 1);
+    all.fastest = std::max(all.fastest, rate);
+  }
+  return all;
+}
+
+std::string text_of(const RunnerCost& cost) {
+  const auto trials = static_cast<double>(cost.trials);
+  return std::to_string(cost.trials) + " trials in " + shown(cost.wall_s) +
+         " s: " + shown(trials / cost.wall_s) + " a second; " +
+         shown(1e3 * (cost.user_s + cost.system_s) / trials) + " ms of processor time a trial";
 }
 
 }  // namespace berth::campaigns

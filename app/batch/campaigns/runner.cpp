@@ -2,23 +2,80 @@
 #include "app/batch/campaigns/runner.h"
 
 #include <signal.h>
+#include <sys/time.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <map>
-#include <memory>
 
-#include "app/batch/campaigns/results.h"
-#include "app/batch/campaigns/worker.h"
 #include "app/batch/pool.h"
 #include "app/batch/shared_values.h"
 #include "common/core/error.h"
-#include "common/core/file.h"
 #include "common/core/text.h"
 
 namespace berth::campaigns {
 namespace {
+
+/// Progress of a worker process, in memory that it shares with its parent.
+struct WorkerReport {
+  static constexpr std::int64_t none = -1;
+  std::atomic<bool> ready = false;         ///< its experiment is made
+  std::atomic<std::int64_t> block = none;  ///< that it is at work on
+  std::atomic<std::int64_t> in_block = 0;  ///< trials of that block that are done
+  std::atomic<std::int64_t> finished = 0;  ///< trials of blocks that are finished
+  std::atomic<std::int64_t> ran = 0;       ///< trials that it ran itself
+};
+
+/// A trial that takes longer ends its process with SIGPROF.
+void limit_processor_time(double limit_s) {
+  itimerval timer{};
+  timer.it_value.tv_sec = static_cast<time_t>(limit_s);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (limit_s - std::floor(limit_s)));
+  setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
+void run_block(const Campaign& campaign, Experiment& experiment, const Block& block,
+               WorkerReport& report) {
+  BlockWriter results(campaign, block);
+  report.in_block = results.next() - block.begin;
+  while (results.next() < block.end) {
+    limit_processor_time(campaign.manifest().trial_limit_s);
+    const TrialResult result = experiment.run(trial_of(campaign.manifest(), results.next()));
+    limit_processor_time(0);
+    results.add(result);
+    ++report.ran;
+    ++report.in_block;
+  }
+  results.finish();
+}
+
+/// What a worker process does: the block named first, then those that no worker has taken, one
+/// after the other. Their files are written whole or not at all; what an earlier worker left of a
+/// block (its .started file) is taken over.
+/// @param first of the blocks, or WorkerReport::none
+/// @param next of those that no worker has taken, shared by all
+/// @throws what the making of its experiment, or a block's files, threw
+void work(const Campaign& campaign, const std::vector<Block>& blocks,
+          const std::function<std::unique_ptr<Experiment>()>& make_experiment, std::int64_t first,
+          std::atomic<std::int64_t>& next, WorkerReport& report) {
+  signal(SIGINT, SIG_IGN);  // the terminal's: the parent decides
+  for (const int number : {SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) {
+    signal(number, SIG_DFL);  // whatever the parent does with them
+  }
+  const auto experiment = make_experiment();
+  report.ready = true;
+  for (std::int64_t i = first != WorkerReport::none ? first : next++; i < std::ssize(blocks);
+       i = next++) {
+    const Block& block = blocks[static_cast<std::size_t>(i)];
+    report.block = i;
+    run_block(campaign, *experiment, block, report);
+    report.block = WorkerReport::none;
+    report.in_block = 0;
+    report.finished += block.size();
+  }
+}
 
 /// Whoever sent these meant the process and not the trial.
 bool from_outside(int signal) {
@@ -111,14 +168,11 @@ class Runner {
 
   /// The first trial of a block without a result is the one that the worker died of.
   void give_up_trial(const Block& block, const ProcessEnd& end) {
-    const auto file = campaign_.started_file(block);
-    const auto results = read_whole_lines(file);
-    const std::int64_t index = block.begin + static_cast<std::int64_t>(results.size());
+    BlockWriter results(campaign_, block);
+    const std::int64_t index = results.next();
     if (index >= block.end) return;  // all done, but for the block's own file
     if (from_outside(end.signal) && killed_[index]++ == 0) return;
-    std::string lines;
-    for (const TrialResult& result : results) lines += line_of(result) + "\n";
-    write_file(file, lines + line_of(crashed(campaign_.manifest(), index, end)) + "\n");
+    results.add(crashed(campaign_.manifest(), index, end));
   }
 
   void report_progress() const {

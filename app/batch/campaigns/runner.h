@@ -1,32 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <sys/types.h>
-
 #include <functional>
-#include <memory>
 
-#include "app/batch/campaigns/campaign.h"
+#include "app/batch/campaigns/experiment.h"
+#include "app/batch/campaigns/results.h"
 
 namespace berth::campaigns {
-
-/// Runs trials, one after the other, in one process. What they share is made once.
-class Experiment {
- public:
-  virtual ~Experiment() = default;
-  /// A function of the trial alone: no clock, nothing of the trials before. Never throws for what
-  /// went wrong in the trial; that is its outcome.
-  virtual TrialResult run(const Trial& trial) = 0;
-  /// The same, and what there is to look at is left in `directory`, which is made.
-  virtual TrialResult run_again(const Trial& trial, const std::filesystem::path& directory) = 0;
-};
-
-/// Of the campaign's manifest. @throws InputError.
-std::unique_ptr<Experiment> make_experiment(const Campaign& campaign);
-
-/// Where a worker may leave files while it runs a trial: on the machine that it runs on. Removed
-/// when it has ended, however that was.
-std::filesystem::path work_directory_of(pid_t worker);
 
 struct RunnerProgress {
   std::int64_t done = 0;      ///< trials with a result, those of earlier times among them
@@ -40,14 +20,6 @@ struct RunnerOptions {
   std::function<std::unique_ptr<Experiment>()> make;
   std::function<void(const RunnerProgress&)> report;  ///< several times a second; may be empty
   std::function<bool()> interrupted;                  ///< called as often; may be empty
-};
-
-/// What the processes took.
-struct RunnerCost {
-  std::int64_t trials = 0;
-  double wall_s = 0;
-  double user_s = 0;  ///< of the workers, what they share included
-  double system_s = 0;
 };
 
 /// Runs those of the blocks that have no result, each in a worker process, and writes their files

@@ -1,21 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/batch/campaigns/trial.h"
 
-#include <array>
-
 namespace berth::campaigns {
-namespace {
-
-constexpr std::array<std::pair<Outcome, const char*>, 7> names = {
-    {{Outcome::pass, "PASS"},
-     {Outcome::fail, "FAIL"},
-     {Outcome::inconclusive, "INCONCLUSIVE"},
-     {Outcome::error, "ERROR"},
-     {Outcome::timeout, "TIMEOUT"},
-     {Outcome::aborted, "ABORTED"},
-     {Outcome::crashed, "CRASHED"}}};
-
-}  // namespace
 
 Trial trial_of(const Manifest& manifest, std::int64_t index) {
   Trial trial;
@@ -36,20 +22,6 @@ Trial trial_of(const Manifest& manifest, std::int64_t index) {
   for (const Parameter& parameter : manifest.drawn) take(parameter, 0, trial.parameters);
   for (const Parameter& parameter : manifest.fixed) take(parameter, 0, trial.fixed);
   return trial;
-}
-
-const char* name_of(Outcome outcome) {
-  for (const auto& [value, name] : names) {
-    if (value == outcome) return name;
-  }
-  return "?";
-}
-
-std::optional<Outcome> outcome_named(const std::string& name) {
-  for (const auto& [value, known] : names) {
-    if (name == known) return value;
-  }
-  return std::nullopt;
 }
 
 TrialResult result_for(const Trial& trial) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/batch/campaigns/manifest.h"
+#include "app/batch/task_result.h"
 
 namespace berth::campaigns {
 
@@ -28,28 +29,18 @@ struct Trial {
 
 Trial trial_of(const Manifest& manifest, std::int64_t index);
 
-/// How a trial ended. `crashed`: the worker died of it. Only `pass` is a success.
-enum class Outcome { pass, fail, inconclusive, error, timeout, aborted, crashed };
-/// "PASS" and so on.
-const char* name_of(Outcome outcome);
-std::optional<Outcome> outcome_named(const std::string& name);
-
 /// What is kept of a trial.
-struct TrialResult {
+struct TrialResult : TaskResult {
   std::int64_t index = 0;
   std::int64_t point = 0;
-  std::uint64_t seed = 0;
   Assignments parameters;  ///< as Trial's
   std::optional<Quaterniond> attitude;
-  Outcome outcome = Outcome::error;
   /// Kind of failure, a few words that many trials share: "silently wrong", "lost",
   /// "position on hold", "SIGSEGV". Empty when passed.
   std::string failure;
   /// By name, in the units of Manifest::measurements. Those that could not be measured are missing.
   std::map<std::string, double> measurements;
-  std::string error;  ///< what went wrong, for a person; empty when nothing did
 
-  bool passed() const { return outcome == Outcome::pass; }
   /// NaN: was not measured.
   double measurement(const std::string& name) const {
     const auto found = measurements.find(name);

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "app/batch/campaigns/manifest.h"
+#include "evaluation/trials/acquisition_trial.h"
 
 namespace berth::campaigns {
 
-/// What the experiment of a manifest may be told, and what can be kept of it.
+/// Parameters and measurements of a manifest's experiment.
 class Vocabulary {
  public:
   virtual ~Vocabulary() = default;
@@ -26,5 +29,29 @@ std::unique_ptr<Vocabulary> vocabulary_of_acquisition(const Places& places);
 
 /// "p95 position_error in hold". @throws InputError.
 KeptMeasurement measurement_of_run(const std::string& text, const std::vector<std::string>& phases);
+
+/// Parameters of a single acquisition.
+struct AcquisitionParameters {
+  trials::SceneWishes scene;
+  double gate_near_m = 1;  ///< the range gate
+  double gate_far_m = 15;
+};
+
+/// Sets one by its name: "returns", "range", "range_noise" ... from text such as "20 mm".
+/// @throws InputError when there is no such parameter, or the value is none for it.
+void set_parameter(AcquisitionParameters& parameters, const std::string& name,
+                   const std::string& value);
+
+/// Parameters and measurements as tables, for docs/campaigns.md and the terminal.
+std::string describe_acquisition();
+
+/// A measurement of one. Errors are as in docs/measurements.md, of the best hypothesis; against
+/// the nearest of the poses that show the same surface as the truth.
+struct AcquisitionMeasurement {
+  const char* name;
+  const char* unit;
+  const char* description;
+};
+const std::vector<AcquisitionMeasurement>& acquisition_measurements();
 
 }  // namespace berth::campaigns

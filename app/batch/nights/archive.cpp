@@ -87,17 +87,17 @@ ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const 
     words.insert(words.end(), {"--config", plan.archive.config.string()});
   }
   for (const std::string& run : runs_in(plan.archive.runs)) words.push_back(run);
-  const ProgramOutput said = run_program(words);
+  const ProgramOutput output = run_program(words);
   std::error_code ignored;
   fs::remove_all(out, ignored);
   try {
-    const ArchiveResult result = archive_result(said.text, plan.minimum_effect);
-    write_file(night / "archive.json", said.text);
+    const ArchiveResult result = archive_result(output.text, plan.minimum_effect);
+    write_file(night / "archive.json", output.text);
     return result;
   } catch (const nlohmann::json::exception&) {
     ArchivedRun none;
     none.name = plan.archive.runs.string();
-    none.error = "berth reestimate " + said.end.text() + ": " + said.errors;
+    none.error = "berth reestimate " + output.end.text() + ": " + output.errors;
     return {{none}, {}};
   }
 }

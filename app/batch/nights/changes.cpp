@@ -6,7 +6,7 @@
 #include <map>
 #include <tuple>
 
-#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/runner.h"
 #include "common/core/nan.h"
 #include "common/core/statistics.h"
 #include "evaluation/measure/measurer.h"
@@ -27,9 +27,9 @@ bool completed(const FinishedRun& run) {
   return false;
 }
 
-/// Extremes, and what goes on while a run is being put away, say more of luck than of change; they
-/// are recorded, not asked about.
-bool is_asked(const RunValue& v) {
+/// Extremes and the teardown of a run vary with luck more than with a change: recorded, not
+/// compared.
+bool is_compared(const RunValue& v) {
   return v.statistic != "peak" && v.phase != evaluation::teardown_phase;
 }
 
@@ -50,7 +50,7 @@ Columns columns_of(const std::vector<const FinishedRun*>& runs) {
       if (v.measurement == evaluation::passed_measurement ||
           v.measurement == evaluation::completed_measurement)
         continue;
-      if (is_asked(v)) put({v.phase, v.measurement, v.statistic, v.unit}, v.value);
+      if (is_compared(v)) put({v.phase, v.measurement, v.statistic, v.unit}, v.value);
     }
   }
   return columns;
@@ -69,33 +69,33 @@ struct Comparison {
 };
 
 /// On the scale on which it is compared: the logarithm of what is always positive.
-evaluation::Test question_of(const Comparison& asked, std::size_t group,
-                             const evaluation::MinimumEffect& least) {
-  evaluation::Test question{group, asked.before, asked.after, 0};
-  const double reference = std::abs(mean(finite(asked.before)));
-  const double effect = least.of(std::get<1>(asked.quantity), reference);
-  if (all_positive(asked.before) && all_positive(asked.after)) {
-    for (auto* values : {&question.before, &question.after}) {
+evaluation::Test test_of(const Comparison& comparison, std::size_t group,
+                         const evaluation::MinimumEffect& minimum) {
+  evaluation::Test test{group, comparison.before, comparison.after, 0};
+  const double reference = std::abs(mean(finite(comparison.before)));
+  const double effect = minimum.of(std::get<1>(comparison.quantity), reference);
+  if (all_positive(comparison.before) && all_positive(comparison.after)) {
+    for (auto* values : {&test.before, &test.after}) {
       for (double& v : *values) v = std::log(v);
     }
-    question.least = std::log1p(effect / reference);
+    test.least = std::log1p(effect / reference);
   } else {
-    question.least = effect;
+    test.least = effect;
   }
-  return question;
+  return test;
 }
 
 /// Difference of the means with its 95 % interval.
-void measure_change(const Comparison& asked, bool paired, FlaggedChange& change) {
+void measure_change(const Comparison& comparison, bool paired, FlaggedChange& change) {
   if (paired) {
-    const auto d =
-        evaluation::paired_difference(evaluation::Statistic::mean, asked.before, asked.after);
+    const auto d = evaluation::paired_difference(evaluation::Statistic::mean, comparison.before,
+                                                 comparison.after);
     std::tie(change.before, change.after, change.low, change.high, change.runs) =
         std::tie(d.before, d.after, d.low, d.high, d.pairs);
     return;
   }
-  const std::vector<double> before = finite(asked.before);
-  const std::vector<double> after = finite(asked.after);
+  const std::vector<double> before = finite(comparison.before);
+  const std::vector<double> after = finite(comparison.after);
   change.before = mean(before);
   change.after = mean(after);
   // Two means: their standard errors add in square; 1.96 of them either way.
@@ -131,7 +131,7 @@ std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
     for (const FinishedRun& before : way.before) {
       if (before.case_name != after.case_name || before.seed != after.seed || before.fresh)
         continue;
-      if (before.outcome == "ERROR") continue;  // says nothing of what it would have measured
+      if (before.outcome == Outcome::error) continue;  // it measured nothing
       if (before.procedure_hash != after.procedure_hash) {
         runs.edited = true;
         continue;
@@ -153,7 +153,7 @@ std::map<std::string, Runs> runs_of(const Evidence& evidence, const Way& way) {
 }  // namespace
 
 ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
-                          const evaluation::MinimumEffect& least,
+                          const evaluation::MinimumEffect& minimum,
                           const evaluation::FamilyOptions& options) {
   ChangeReport report;
   std::vector<Way> ways;
@@ -163,8 +163,8 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
   if (ways.empty()) report.remarks.push_back("nothing to compare with yet");
 
   for (const Way& way : ways) {
-    std::vector<Comparison> asked;
-    std::vector<evaluation::Test> questions;
+    std::vector<Comparison> comparisons;
+    std::vector<evaluation::Test> tests;
     std::size_t group = 0;
     for (const auto& [name, runs] : runs_of(evidence, way)) {
       if (runs.edited) {
@@ -175,24 +175,25 @@ ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
       for (auto& [quantity, after] : columns_of(runs.after)) {
         const auto found = before.find(quantity);
         if (found == before.end()) continue;
-        asked.push_back({name, quantity, found->second, after});
-        questions.push_back(question_of(asked.back(), group, least));
+        comparisons.push_back({name, quantity, found->second, after});
+        tests.push_back(test_of(comparisons.back(), group, minimum));
       }
       ++group;
     }
-    const auto answers = way.paired ? evaluation::paired_family(questions, options)
-                                    : evaluation::unpaired_family(questions, options);
+    const auto results = way.paired ? evaluation::paired_family(tests, options)
+                                    : evaluation::unpaired_family(tests, options);
     const double level = family_wise_alpha / static_cast<double>(ways.size());
-    for (std::size_t q = 0; q < asked.size(); ++q) {
-      if (std::isnan(answers[q].change)) continue;
-      ++report.questions;
-      if (answers[q].p > level) continue;
+    for (std::size_t q = 0; q < comparisons.size(); ++q) {
+      if (std::isnan(results[q].change)) continue;
+      ++report.comparisons;
+      if (results[q].p > level) continue;
       FlaggedChange change;
       change.against = way.name;
-      change.case_name = asked[q].case_name;
-      std::tie(change.phase, change.measurement, change.statistic, change.unit) = asked[q].quantity;
-      measure_change(asked[q], way.paired, change);
-      change.p = answers[q].p;
+      change.case_name = comparisons[q].case_name;
+      std::tie(change.phase, change.measurement, change.statistic, change.unit) =
+          comparisons[q].quantity;
+      measure_change(comparisons[q], way.paired, change);
+      change.p = results[q].p;
       const auto criteria = evidence.criteria.find(change.case_name);
       change.kind = name_of(
           kind_of_change(change.measurement, change.statistic, change.before, change.after,

@@ -22,20 +22,20 @@ struct Evidence {
   std::map<std::string, std::vector<evaluation::Criterion>> criteria;
 };
 
-/// What the statistics say.
+/// Result of the statistics.
 struct ChangeReport {
   std::vector<FlaggedChange> changes;  ///< worse first
-  std::size_t questions = 0;           ///< that had enough runs to be asked
+  std::size_t comparisons = 0;         ///< with enough runs on both sides
   std::vector<std::string> remarks;    ///< what could not be compared, and why
 };
 
-/// Compares in up to three ways, which share the chance of a false alarm: fixed seeds with the same
+/// Compares in up to three ways, which share the family-wise alpha: fixed seeds with the same
 /// seeds of the baseline build, and of the last good night (pairs), fresh seeds with those of the
 /// nights before. Values that are all above zero are compared as ratios. Only runs of which all
-/// steps came to their end are measured; whether they do, and pass, is a question of its own. Runs
+/// steps came to their end are measured; whether they do, and pass, is compared by itself. Runs
 /// of a procedure that was edited since are not compared.
 ChangeReport find_changes(const Evidence& evidence, double family_wise_alpha,
-                          const evaluation::MinimumEffect& least,
+                          const evaluation::MinimumEffect& minimum,
                           const evaluation::FamilyOptions& options = {});
 
 }  // namespace berth::nights

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -14,7 +15,7 @@ namespace berth::nights {
 ///
 ///     Statement runs = database.prepare("SELECT seed, outcome FROM run WHERE night = ?");
 ///     runs.bind(night);
-///     while (runs.step()) use(runs.integer(), runs.text());
+///     while (runs.step()) runs.read(seed, outcome);
 ///
 /// All functions throw std::runtime_error with SQLite's message.
 class Statement {
@@ -39,13 +40,24 @@ class Statement {
     reset();
   }
 
-  /// The next column of the row.
+  /// The next columns of the row.
+  template <class... Values>
+  void read(Values&... values) {
+    (take(values), ...);
+  }
+  /// The next one.
   std::int64_t integer();
   double real();  ///< NaN of NULL
   std::string text();
 
  private:
   void reset();
+  void take(std::string& value) { value = text(); }
+  void take(double& value) { value = real(); }
+  template <std::integral Integer>
+  void take(Integer& value) {
+    value = static_cast<Integer>(integer());
+  }
   void bind_next(std::int64_t value);
   void bind_next(int value) { bind_next(std::int64_t{value}); }
   void bind_next(double value);  // NaN becomes NULL

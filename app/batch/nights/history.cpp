@@ -49,21 +49,15 @@ constexpr char night_columns[] =
     "SELECT id, number, name, begun, ended, plan_hash, build, baseline, version, "
     "configuration_hash, verdict, accepted, wall_s FROM night ";
 
+Build build_named(const std::string& name) {
+  return name == name_of(Build::tonight) ? Build::tonight : Build::baseline;
+}
+
 Night night_of(Statement& row) {
   Night night;
-  night.id = row.integer();
-  night.number = row.integer();
-  night.name = row.text();
-  night.begun = row.text();
-  night.ended = row.text();
-  night.plan_hash = row.text();
-  night.build = row.text();
-  night.baseline = row.text();
-  night.version = row.text();
-  night.configuration_hash = row.text();
-  night.verdict = row.text();
-  night.accepted = row.integer() != 0;
-  night.wall_s = row.real();
+  row.read(night.id, night.number, night.name, night.begun, night.ended, night.plan_hash,
+           night.build, night.baseline, night.version, night.configuration_hash, night.verdict,
+           night.accepted, night.wall_s);
   return night;
 }
 
@@ -167,7 +161,8 @@ void History::record(const Night& night, const FinishedRun& run) {
       .run(night.id, run.case_name, std::string(name_of(run.build)),
            static_cast<std::int64_t>(run.seed), run.fresh ? 1 : 0, run.procedure,
            run.procedure_hash, run.target, run.host, run.version, run.configuration_hash,
-           run.outcome, run.reason, run.directory, run.simulated_s, run.wall_s, run.cpu_s);
+           std::string(name_of(run.outcome)), run.error, run.directory, run.simulated_s, run.wall_s,
+           run.cpu_s);
   const std::int64_t id = database_.last_id();
   Statement insert = database_.prepare("INSERT OR REPLACE INTO value VALUES (?, ?, ?, ?)");
   for (const RunValue& value : run.values) {
@@ -197,22 +192,13 @@ std::vector<FinishedRun> History::runs(const Night& night, Which which) {
   while (rows.step()) {
     place[rows.integer()] = runs.size();
     FinishedRun& run = runs.emplace_back();
-    run.case_name = rows.text();
-    run.build = rows.text() == name_of(Build::tonight) ? Build::tonight : Build::baseline;
-    run.seed = static_cast<std::uint64_t>(rows.integer());
-    run.fresh = rows.integer() != 0;
-    run.procedure = rows.text();
-    run.procedure_hash = rows.text();
-    run.target = rows.text();
-    run.host = rows.text();
-    run.version = rows.text();
-    run.configuration_hash = rows.text();
-    run.outcome = rows.text();
-    run.reason = rows.text();
-    run.directory = rows.text();
-    run.simulated_s = rows.real();
-    run.wall_s = rows.real();
-    run.cpu_s = rows.real();
+    std::string build;
+    std::string outcome;
+    rows.read(run.case_name, build, run.seed, run.fresh, run.procedure, run.procedure_hash,
+              run.target, run.host, run.version, run.configuration_hash, outcome, run.error,
+              run.directory, run.simulated_s, run.wall_s, run.cpu_s);
+    run.build = build_named(build);
+    run.outcome = outcome_named(outcome).value_or(Outcome::error);
   }
   if (which == Which::all_without_values) return runs;
   Statement values = database_.prepare(
@@ -224,12 +210,8 @@ std::vector<FinishedRun> History::runs(const Night& night, Which which) {
   while (values.step()) {
     auto& list = runs[place.at(values.integer())].values;
     RunValue& value = list.emplace_back();
-    value.phase = values.text();
-    value.measurement = values.text();
-    value.statistic = values.text();
-    value.unit = values.text();
-    value.value = values.real();
-    value.samples = values.integer();
+    values.read(value.phase, value.measurement, value.statistic, value.unit, value.value,
+                value.samples);
   }
   return runs;
 }
@@ -248,9 +230,9 @@ std::vector<TrendValue> History::trend(std::int64_t first_night, const std::stri
   rows.bind(case_name, phase, measurement, statistic, first_night);
   while (rows.step()) {
     TrendValue& value = values.emplace_back();
-    value.night = rows.integer();
-    value.build = rows.text() == name_of(Build::tonight) ? Build::tonight : Build::baseline;
-    value.value = rows.real();
+    std::string build;
+    rows.read(value.night, build, value.value);
+    value.build = build_named(build);
   }
   return values;
 }
@@ -263,19 +245,8 @@ std::vector<FlaggedChange> History::changes(const Night& night) {
   rows.bind(night.id);
   while (rows.step()) {
     FlaggedChange& c = changes.emplace_back();
-    c.against = rows.text();
-    c.case_name = rows.text();
-    c.phase = rows.text();
-    c.measurement = rows.text();
-    c.statistic = rows.text();
-    c.unit = rows.text();
-    c.before = rows.real();
-    c.after = rows.real();
-    c.low = rows.real();
-    c.high = rows.real();
-    c.p = rows.real();
-    c.kind = rows.text();
-    c.runs = static_cast<std::size_t>(rows.integer());
+    rows.read(c.against, c.case_name, c.phase, c.measurement, c.statistic, c.unit, c.before,
+              c.after, c.low, c.high, c.p, c.kind, c.runs);
   }
   return changes;
 }

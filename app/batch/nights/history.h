@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "app/batch/nights/database.h"
-#include "app/batch/nights/planned_run.h"
+#include "app/batch/nights/plan.h"
+#include "app/batch/task_result.h"
 
 namespace berth::nights {
 
@@ -20,11 +21,10 @@ struct RunValue {
   std::int64_t samples = 0;
 };
 
-/// What became of one run.
-struct FinishedRun {
+/// What became of one run. One that crashed is an error.
+struct FinishedRun : TaskResult {
   std::string case_name;
   Build build = Build::tonight;
-  std::uint64_t seed = 0;
   bool fresh = false;
   std::string procedure;       ///< its file
   std::string procedure_hash;  ///< over the file and the parameters set
@@ -32,18 +32,14 @@ struct FinishedRun {
   std::string host;
   std::string version;  ///< of the build that ran it
   std::string configuration_hash;
-  std::string outcome;  ///< "PASS" ... as words::of_outcome; "ERROR" also of a crash
-  std::string reason;
   std::string directory;  ///< relative to the night's; empty once it is deleted
   double simulated_s = 0;
   double wall_s = 0;
   double cpu_s = 0;
   std::vector<RunValue> values;
-
-  bool passed() const { return outcome == "PASS"; }
 };
 
-/// One night, and what was said of it.
+/// One night and its verdict.
 struct Night {
   std::int64_t id = 0;
   std::int64_t number = 0;  ///< of this plan, from 1
@@ -82,7 +78,7 @@ struct FlaggedChange {
   double after = 0;
   double low = 0;  ///< 95 % interval of after - before
   double high = 0;
-  double p = 1;      ///< chance that a night without changes flags anything so strongly
+  double p = 1;      ///< family-wise p-value
   std::string kind;  ///< "worse", "better" or "changed"
   std::size_t runs = 0;
 };

@@ -5,18 +5,58 @@
 #include <map>
 #include <set>
 
-#include "app/batch/nights/claims_table.h"
-#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/runner.h"
 #include "app/batch/nights/trend.h"
+#include "common/core/error.h"
 #include "common/core/text.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/measure/statistic.h"
 #include "evaluation/report/html.h"
+#include "evaluation/report/axis.h"
+#include "evaluation/report/sections.h"
 
 namespace berth::nights {
 namespace {
 
 using namespace report;
+
+/// Values of a criterion in tonight's runs of a case, in its shown unit.
+std::vector<double> values_of(const NightReport& report, const std::string& case_name,
+                              const evaluation::Criterion& criterion) {
+  std::vector<double> values;
+  for (const FinishedRun& run : report.runs) {
+    if (run.case_name != case_name || run.build != Build::tonight) continue;
+    for (const RunValue& v : run.values) {
+      if (v.statistic == criterion.name && v.phase == criterion.phase) values.push_back(v.value);
+    }
+  }
+  return values;
+}
+
+void add_rows(const Case& of_plan, const NightReport& report, HtmlTable& table) {
+  for (const evaluation::Criterion& c : criteria_of(of_plan)) {
+    if (c.claim.empty()) continue;
+    const std::vector<double> values = values_of(report, of_plan.name, c);
+    const double low = c.measurement->shown(c.lower);
+    const double high = c.measurement->shown(c.upper);
+    criterion_result_t limits{};
+    limits.lower_limit = low;
+    limits.upper_limit = high;
+    const auto met = std::count_if(values.begin(), values.end(),
+                                   [&](double v) { return v >= low && v <= high; });
+    const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+    const auto runs = static_cast<std::ptrdiff_t>(values.size());
+    table.rows.push_back({text(of_plan.name), text(c.claim),
+                          limits_of(limits) + text(" " + c.measurement->unit),
+                          text(brief(evaluation::compute(evaluation::Statistic::p50, values))),
+                          values.empty() ? Html() : text(brief(*least) + " to " + brief(*greatest)),
+                          element("b",
+                                  met == runs && runs > 0 ? "good"
+                                  : 2 * met >= runs       ? "unsure"
+                                                          : "bad",
+                                  text(std::to_string(met) + " of " + std::to_string(runs)))});
+  }
+}
 
 constexpr std::size_t nights_shown = 60;
 
@@ -76,7 +116,7 @@ Html head_of(const NightReport& report) {
     cpu += c.cpu_s;
   }
   std::string said = std::to_string(passed) + " of " + std::to_string(runs) + " runs passed; " +
-                     std::to_string(worse) + " of " + std::to_string(report.changes.questions) +
+                     std::to_string(worse) + " of " + std::to_string(report.changes.comparisons) +
                      " comparisons tell of a change for the worse.";
   if (report.left_out > 0) {
     said += " The time budget left out " + std::to_string(report.left_out) + " runs.";
@@ -123,7 +163,7 @@ Html changes_table(const std::vector<FlaggedChange>& changes) {
                           text(c.statistic + " " + c.measurement),
                           text(c.against + ", " + std::to_string(c.runs) + " runs"),
                           text(shown(c.before)), text(shown(c.after)), text(c.unit),
-                          text(changed_by(c)), text(chance_text(c.p))});
+                          text(changed_by(c)), text(p_value_text(c.p))});
   }
   return html_of(table);
 }
@@ -134,9 +174,10 @@ Html failures_table(const std::filesystem::path& out, const NightReport& report)
     if (run.passed()) continue;
     const std::string name =
         run.build == Build::baseline ? run.case_name + " (baseline)" : run.case_name;
-    table.rows.push_back({text(name), link_to_run(out, report.night, run),
-                          element("b", run.outcome == "FAIL" ? "bad" : "unsure", text(run.outcome)),
-                          text(run.reason)});
+    table.rows.push_back(
+        {text(name), link_to_run(out, report.night, run),
+         element("b", run.outcome == Outcome::fail ? "bad" : "unsure", text(name_of(run.outcome))),
+         text(run.error)});
   }
   if (table.rows.empty()) return element("p", "", text("All runs passed."));
   return html_of(table);
@@ -257,6 +298,19 @@ std::vector<TrendSubject> subjects_of(const NightReport& report, const std::stri
 }
 
 }  // namespace
+
+Html claims_table(const Plan& plan, const NightReport& report) {
+  HtmlTable table{
+      "ll", {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"}};
+  for (const Case& of_plan : plan.cases) {
+    try {
+      add_rows(of_plan, report, table);
+    } catch (const InputError& e) {
+      table.rows.push_back({text(of_plan.name), text(e.what()), {}, {}, {}, {}});
+    }
+  }
+  return table.rows.empty() ? Html() : html_of(table);
+}
 
 void write_index_page(const std::filesystem::path& out, const Plan& plan, History& history,
                       const NightReport& report) {

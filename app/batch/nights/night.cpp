@@ -9,8 +9,8 @@
 
 #include "app/attempt.h"
 #include "app/batch/nights/index_page.h"
-#include "app/batch/nights/notify.h"
 #include "app/batch/nights/runner.h"
+#include "app/batch/nights/verdict.h"
 #include "app/batch/pool.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
@@ -27,15 +27,15 @@ namespace berth::nights {
 namespace fs = std::filesystem;
 namespace {
 
-/// What another build says of itself.
+/// Of another build.
 std::string version_of(const fs::path& program) {
-  const ProgramOutput said =
+  const ProgramOutput output =
       run_program({"env", "-u", "BERTH_HOME", program.string(), "--version"});
-  std::fputs(said.errors.c_str(), stderr);
-  if (!said.end.ok() || said.text.empty()) {
+  std::fputs(output.errors.c_str(), stderr);
+  if (!output.end.ok() || output.text.empty()) {
     throw InputError("baseline " + program.string() + ": 'berth --version' does not work");
   }
-  return said.text.substr(0, said.text.find('\n'));
+  return output.text.substr(0, output.text.find('\n'));
 }
 
 std::string identity(const std::string& version, const fs::path& program) {
@@ -123,11 +123,11 @@ std::vector<PlannedRun> without_finished(std::vector<PlannedRun> planned,
 /// Directories of passed runs are many and large: the newest few stay, those of all others too.
 class RetentionPolicy {
  public:
-  RetentionPolicy(fs::path out, int most) : out_(std::move(out)), most_(most) {}
+  RetentionPolicy(fs::path out, int max_passed) : out_(std::move(out)), max_passed_(max_passed) {}
 
   /// Deletes the directory of a passed run unless it is one of those that stay.
   void judge(const Night& night, FinishedRun& run) {
-    if (run.directory.empty() || !run.passed() || kept_++ < most_) return;
+    if (run.directory.empty() || !run.passed() || kept_++ < max_passed_) return;
     std::error_code ignored;
     fs::remove_all(out_ / night.name / run.directory, ignored);
     run.directory.clear();
@@ -148,7 +148,7 @@ class RetentionPolicy {
 
  private:
   fs::path out_;
-  int most_;
+  int max_passed_;
   int kept_ = 0;
 };
 
@@ -222,8 +222,9 @@ std::optional<Night> night_before(History& history, const Night& tonight) {
 
 /// Of a run that did not pass.
 std::string line_of(const FinishedRun& run) {
-  return run.outcome + " " + run.case_name + " seed " + std::to_string(run.seed) +
-         (run.build == Build::baseline ? " (baseline)" : "") + ": " + run.reason;
+  return std::string(name_of(run.outcome)) + " " + run.case_name + " seed " +
+         std::to_string(run.seed) + (run.build == Build::baseline ? " (baseline)" : "") + ": " +
+         run.error;
 }
 
 }  // namespace
@@ -245,8 +246,8 @@ int run_night(const NightRequest& request) {
   std::printf("night %s: %zu runs, %d at a time, in %s\n", night.name.c_str(), to_run.size(),
               plan.jobs, directory.c_str());
   std::fflush(stdout);
-  RetentionPolicy keeper(out, plan.keep);
-  for (FinishedRun run : finished) keeper.judge(night, run);
+  RetentionPolicy retention(out, plan.keep);
+  for (FinishedRun run : finished) retention.judge(night, run);
   const double before_s = night.wall_s;
   {
     terminal::ProgressLine progress("runs", std::ssize(planned));
@@ -258,7 +259,7 @@ int run_night(const NightRequest& request) {
         plan.run_timeout_s, plan.time_budget_s, terminal::interrupted};
     terminal::watch_for_interruption();
     report.left_out = run_all(to_run, configuration, [&](FinishedRun run) {
-      keeper.judge(night, run);
+      retention.judge(night, run);
       night.wall_s = before_s + progress.elapsed_s();
       history.record(night, run);
       if (!run.passed()) {
@@ -289,7 +290,7 @@ int run_night(const NightRequest& request) {
   judge(plan, report);
   night.ended = utc_text(std::time(nullptr));
   history.finish(night, report.changes.changes);
-  attempt([&] { keeper.judge_earlier_nights(history, night); });
+  attempt([&] { retention.judge_earlier_nights(history, night); });
 
   attempt([&] { write_file(directory / "results.xml", junit_of(report)); });
   attempt([&] { write_file(directory / "summary.txt", text_of(report)); });

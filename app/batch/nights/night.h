@@ -6,7 +6,7 @@
 
 namespace berth::nights {
 
-/// What a user asks of `berth nightly`.
+/// A request to `berth nightly`.
 struct NightRequest {
   std::filesystem::path plan;
   std::filesystem::path out = "nightly";  ///< history.sqlite, index.html and a directory per night

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/runner.h"
 #include "common/core/statistics.h"
 #include "evaluation/measure/statistic.h"
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 #include "app/batch/nights/archive.h"
 #include "app/batch/nights/changes.h"
 
@@ -44,11 +47,18 @@ void judge(const Plan& plan, NightReport& report);
 double binomial_tail(std::size_t failed, std::size_t runs, double chance);
 
 /// "0.00125", "0.00005".
-std::string chance_text(double p);
+std::string p_value_text(double p);
 
 /// As the terminal and the notified see it.
 std::string text_of(const NightReport& report);
 std::string json_of(const NightReport& report);
 std::string junit_of(const NightReport& report);
+
+/// Runs the plan's shell command with the summary on its standard input and, in its environment,
+/// BERTH_NIGHT, BERTH_NIGHT_VERDICT, BERTH_NIGHT_EXIT_CODE, BERTH_NIGHT_DIRECTORY,
+/// BERTH_NIGHT_INDEX, BERTH_NIGHT_VERSION and BERTH_NIGHT_BUILD (the program). Waits for its end.
+/// @return what went wrong, or nothing
+std::string notify(const std::string& command, const NightReport& report,
+                   const std::filesystem::path& out, const std::filesystem::path& program);
 
 }  // namespace berth::nights

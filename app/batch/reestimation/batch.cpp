@@ -28,7 +28,7 @@ fs::path new_directory(const fs::path& log, const fs::path& out) {
   }
 }
 
-/// What the process of a run tells us.
+/// Progress and result of a run, in memory shared with its process.
 struct RunReport {
   std::atomic<double> share = 0;  // of it that is done
   Reestimation result;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/batch/reestimation/new_run.h"
 
+#include <algorithm>
+#include <array>
 #include <berth/run_info_t.hpp>
 #include <cstdio>
+#include <string>
+#include <string_view>
 
-#include "app/batch/reestimation/old_keys.h"
 #include "app/runs/run_list.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -22,6 +25,54 @@ namespace berth {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A key of estimator.yaml as it was, all that it holds with it.
+struct OldKey {
+  std::string_view key;
+  std::string_view value;    ///< that is no more; empty: the key is no more, whatever its value
+  std::string_view present;  ///< instead of the value
+};
+
+constexpr std::array old_keys = {
+    // Replaced by methods that need no options of theirs.
+    OldKey{"acquisition.method", "views", "hypotheses"},
+    OldKey{"acquisition.views", "", ""},
+    OldKey{"tracking.method", "beam", "likelihood"},
+    OldKey{"tracking.beam", "", ""},
+    // Beams are always as wide as the scanner says of itself.
+    OldKey{"likelihood.footprint", "", ""},
+    // A constant of the filter.
+    OldKey{"target_tracker.se3.iterations", "", ""},
+};
+
+const OldKey* old_key(const std::string& key, const YamlNode& value) {
+  const auto* found = std::find_if(old_keys.begin(), old_keys.end(), [&](const OldKey& old) {
+    return old.key == key && (old.value.empty() || old.value == value.text());
+  });
+  return found == old_keys.end() ? nullptr : found;
+}
+
+/// The estimator.yaml of a run recorded before, with what replaces the keys and methods that are no
+/// more. The same node where it has none of them.
+/// @param prefix of the map's keys in the file
+YamlNode with_present_keys(const YamlNode& map, const std::string& prefix = "") {
+  YamlNode result(YamlNode::Kind::map);
+  bool same = true;
+  for (const auto& [key, value] : map.entries()) {
+    const std::string name = prefix + key.text();
+    YamlNode now = value;
+    if (const OldKey* old = old_key(name, value)) {
+      same = false;
+      if (old->value.empty()) continue;
+      now = YamlNode(std::string(old->present));
+    } else if (value.is_map()) {
+      now = with_present_keys(value, name + ".");
+      same = same && now.is(value);
+    }
+    result.add(key, now);
+  }
+  return same ? map : result;
+}
 
 void write_with_directory(const fs::path& path, const std::string& text) {
   fs::create_directories(path.parent_path());

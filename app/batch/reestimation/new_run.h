@@ -21,7 +21,7 @@ struct EstimatorChanges {
 
 /// Makes `directory`, a run directory like the recorded one in all but the log, with the changes
 /// made in its configuration. What an earlier version wrote into its estimator.yaml is read as what
-/// replaces it (old_keys.h); a file of `changes` is not. Of a log without its directory: from what
+/// replaces it; a file of `changes` is not. Of a log without its directory: from what
 /// RUN_INFO holds.
 /// @throws InputError for what is wrong in the input, or missing.
 RunFiles make_new_run(const std::filesystem::path& run_or_log, const EstimatorChanges& changes,

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "app/batch/campaigns/report_sweep.h"
+#include "app/batch/campaigns/report_table.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "test/app/batch/campaigns/made_campaign.h"

@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "app/batch/nights/history.h"
-#include "app/batch/nights/notify.h"
+#include "app/batch/nights/verdict.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "test/catch.h"
@@ -19,7 +19,7 @@ FinishedRun made_run(std::uint64_t seed, bool fresh, double value) {
   run.case_name = "approach";
   run.seed = seed;
   run.fresh = fresh;
-  run.outcome = "PASS";
+  run.outcome = Outcome::pass;
   run.directory = "runs/approach-seed" + std::to_string(seed);
   run.values = {{"hold", "position_error", "rms", "mm", value, 12},
                 {"hold", "x_error", "mean", "mm", std::nan(""), 0}};

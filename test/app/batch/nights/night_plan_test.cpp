@@ -2,8 +2,8 @@
 #include <fstream>
 #include <set>
 
-#include "app/batch/nights/claims_table.h"
-#include "app/batch/nights/planned_run.h"
+#include "app/batch/nights/index_page.h"
+#include "app/batch/nights/plan.h"
 #include "common/core/error.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"

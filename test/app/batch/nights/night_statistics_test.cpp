@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "app/batch/nights/changes.h"
-#include "app/batch/nights/run_values.h"
+#include "app/batch/nights/runner.h"
 #include "app/batch/nights/verdict.h"
 #include "common/core/config.h"
 #include "common/core/random.h"
@@ -61,7 +61,7 @@ FinishedRun made_run(const std::string& case_name, Build build, std::uint64_t se
   run.seed = seed;
   run.fresh = fresh;
   run.procedure_hash = "p";
-  run.outcome = "PASS";
+  run.outcome = Outcome::pass;
   run.values = {{"run", evaluation::passed_measurement, "value", "", 1, 1},
                 {"run", evaluation::completed_measurement, "value", "", 1, 1},
                 {"hold", "position_error", "rms", "mm", position_error, 100},
@@ -155,19 +155,19 @@ TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") 
   SECTION("an edited procedure is not compared") {
     for (FinishedRun& run : evidence.tonight) run.procedure_hash = "edited";
     const auto none = find_changes(evidence, 0.002, {});
-    CHECK(none.questions == 0);
+    CHECK(none.comparisons == 0);
     REQUIRE(none.remarks.size() == 1);
   }
   SECTION("a baseline that crashed says nothing") {
     for (FinishedRun& run : evidence.baseline) {
-      run.outcome = "ERROR";
+      run.outcome = Outcome::error;
       run.values.clear();
     }
-    CHECK(find_changes(evidence, 0.002, {}).questions == 0);
+    CHECK(find_changes(evidence, 0.002, {}).comparisons == 0);
   }
   SECTION("runs that broke off are counted, not measured") {
     for (FinishedRun& run : evidence.tonight) {
-      run.outcome = "FAIL";
+      run.outcome = Outcome::fail;
       run.values[1].value = 0;
     }
     const auto broken = find_changes(evidence, 0.002, {});
@@ -250,7 +250,7 @@ TEST_CASE("as many runs may fail as the plan says, by chance") {
   CHECK(report.night.verdict == "clean");
   CHECK(report.exit_code() == 0);
 
-  report.runs[3].outcome = "FAIL";
+  report.runs[3].outcome = Outcome::fail;
   judge(plan, report);
   CHECK(report.night.verdict == "failed");
   CHECK(report.exit_code() == 1);
@@ -259,7 +259,7 @@ TEST_CASE("as many runs may fail as the plan says, by chance") {
   judge(plan, report);
   CHECK(report.night.verdict == "clean");
 
-  report.runs[4].outcome = "ERROR";
+  report.runs[4].outcome = Outcome::error;
   judge(plan, report);
   CHECK(report.night.verdict == "error");
   CHECK(report.exit_code() == 2);
@@ -272,7 +272,7 @@ TEST_CASE("as many runs may fail as the plan says, by chance") {
   judge(plan, report);
   CHECK(report.night.verdict == "error");  // the worst, as of any runs
   CHECK(report.exit_code() == 2);
-  report.runs[4].outcome = "PASS";
+  report.runs[4].outcome = Outcome::pass;
   judge(plan, report);
   CHECK(report.night.verdict == "regression");
   CHECK(report.exit_code() == 1);

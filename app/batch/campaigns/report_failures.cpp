@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 
-#include "app/batch/campaigns/report_charts.h"
 #include "app/batch/campaigns/report_sections.h"
 #include "app/batch/campaigns/sphere_map.h"
 #include "common/core/text.h"

@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/campaigns/experiment.h"
+
+#include <unistd.h>
+
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "app/batch/campaigns/acquisition_parameters.h"
-#include "app/batch/campaigns/experiments.h"
+#include "app/batch/campaigns/vocabulary.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/config_override.h"
+#include "app/runs/run_files.h"
+#include "app/runs/twin_host.h"
+#include "app/runs/verdict.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
 #include "estimator/estimator_options.h"
+#include "evaluation/compare/comparison.h"
+#include "lcmtypes/words.h"
 
 namespace berth::campaigns {
 namespace fs = std::filesystem;
@@ -17,11 +26,8 @@ namespace {
 using estimator::AcquisitionResult;
 using trials::AcquisitionScene;
 
-/// Of every target, unless the manifest says otherwise: the replica's.
-constexpr double standard_length = 3.0;
-
-/// Name of the parameter that says which target a trial is of, where there are several.
-constexpr char of_target[] = "target";
+/// m, of a target without a length in the manifest: the replica's.
+constexpr double default_length = 3.0;
 
 /// What trials with one configuration and target share.
 struct Subject {
@@ -30,11 +36,18 @@ struct Subject {
   std::unique_ptr<trials::PoseJudge> judge;
 };
 
+/// The trial could not be run.
+void fail(TrialResult& result, const std::string& why) {
+  result.outcome = Outcome::error;
+  result.failure = "error";
+  result.error = why;
+}
+
 std::map<std::string, std::string> configuration_of(const Trial& trial) {
   std::map<std::string, std::string> keys;
   for (const auto* list : {&trial.fixed, &trial.parameters}) {
     for (const auto& [name, value] : *list) {
-      if (names_configuration(name) || name == of_target) keys[name] = value;
+      if (names_configuration(name) || name == target_axis) keys[name] = value;
     }
   }
   return keys;
@@ -45,7 +58,7 @@ AcquisitionParameters parameters_of(const Trial& trial) {
   parameters.scene.physics.noise.range_min_m = 1;  // a target of 3 m comes near
   for (const auto* list : {&trial.fixed, &trial.parameters}) {
     for (const auto& [name, value] : *list) {
-      if (!names_configuration(name) && name != of_target) set_parameter(parameters, name, value);
+      if (!names_configuration(name) && name != target_axis) set_parameter(parameters, name, value);
     }
   }
   return parameters;
@@ -93,9 +106,7 @@ class AcquisitionExperiment : public Experiment {
     try {
       run_into(result, trial, directory);
     } catch (const std::exception& e) {
-      result.outcome = Outcome::error;
-      result.failure = "error";
-      result.error = e.what();
+      fail(result, e.what());
     }
     return result;
   }
@@ -157,14 +168,14 @@ class AcquisitionExperiment : public Experiment {
     const CampaignTarget target = manifest_.target_of({keys.begin(), keys.end()});
     subject.model = estimator::load_target_model(
         load_target(target.place.empty() ? default_target(manifest_.places.config) : target.place,
-                    target.length > 0 ? target.length : standard_length),
+                    target.length > 0 ? target.length : default_length),
         subject.options.model, estimator::default_cache_directory());
     subject.judge = std::make_unique<trials::PoseJudge>(*subject.model);
     return subjects_.emplace(keys, std::move(subject)).first->second;
   }
 
   estimator::EstimatorOptions options_with(std::map<std::string, std::string> keys) const {
-    keys.erase(of_target);
+    keys.erase(target_axis);
     const ChangedConfiguration changed(manifest_.places.config, keys);
     return estimator::load_estimator_options(changed.directory() / "estimator.yaml");
   }
@@ -173,10 +184,140 @@ class AcquisitionExperiment : public Experiment {
   std::map<std::map<std::string, std::string>, Subject> subjects_;
 };
 
+/// What many trials that failed alike have in common: the step that broke it off, or else the first
+/// criterion that was not met.
+std::string kind_of_failure(const evaluation::Comparison& comparison) {
+  const auto& steps = comparison.steps;
+  const auto step = std::find_if(steps.begin(), steps.end(), went_wrong);
+  if (step != steps.end()) {
+    return "step '" + step->name + "' " + words::of_step_state(step->state);
+  }
+  for (const auto wanted : {criterion_result_t::FAILED, criterion_result_t::INCONCLUSIVE}) {
+    for (const criterion_result_t& criterion : comparison.criteria) {
+      if (criterion.result == wanted) return criterion.name;
+    }
+  }
+  return "no verdict";
+}
+
+const evaluation::Phase* phase_named(const std::vector<evaluation::Phase>& phases,
+                                     const std::string& name) {
+  const auto found =
+      std::find_if(phases.begin(), phases.end(),
+                   [&](const evaluation::Phase& phase) { return phase.name == name; });
+  return found == phases.end() ? nullptr : &*found;
+}
+
+/// A directory of this process, which its parent removes when it cannot do so itself.
+fs::path work_directory() {
+  const fs::path directory = work_directory_of(getpid());
+  fs::create_directories(directory);
+  return directory;
+}
+
+class ProcedureExperiment : public Experiment {
+ public:
+  explicit ProcedureExperiment(const Campaign& campaign)
+      : manifest_(campaign.manifest()), work_(work_directory()) {}
+  ~ProcedureExperiment() override {
+    std::error_code ignored;
+    fs::remove_all(work_, ignored);
+  }
+
+  TrialResult run(const Trial& trial) override {
+    TrialResult result = result_for(trial);
+    try {
+      const RunFiles files = RunFiles::create(request_for(trial, work_));
+      run_into(result, files);
+      std::error_code ignored;  // no trial's fault; the worker's directory goes at its end
+      fs::remove_all(files.directory, ignored);
+    } catch (const std::exception& e) {
+      fail(result, placeless(e.what()));
+    }
+    return result;
+  }
+
+  TrialResult run_again(const Trial& trial, const fs::path& directory) override {
+    TrialResult result = result_for(trial);
+    try {
+      const RunFiles made = RunFiles::create(request_for(trial, work_));
+      const int code = run_into(result, made);
+      write_verdict(made, code);
+      fs::create_directories(fs::absolute(directory).parent_path());
+      fs::copy(made.directory, directory, fs::copy_options::recursive);
+    } catch (const std::exception& e) {
+      fail(result, placeless(e.what()));
+    }
+    return result;
+  }
+
+ private:
+  /// Where and when a run was made must not show in its result: "procedure.yaml:7: ..." is left.
+  std::string placeless(std::string text) const {
+    const std::string place = work_.string() + "/";
+    for (auto at = text.find(place); at != std::string::npos; at = text.find(place, at)) {
+      const auto end = text.find('/', at + place.size());
+      text.erase(at, end == std::string::npos ? place.size() : end + 1 - at);
+    }
+    return text;
+  }
+
+  RunRequest request_for(const Trial& trial, const fs::path& out) const {
+    RunRequest request;
+    request.procedure = manifest_.places.procedure;
+    request.layout = manifest_.layout;
+    const CampaignTarget target = manifest_.target_of(trial.parameters);
+    request.target = target.place;
+    request.target_length = target.length;
+    request.world = manifest_.world;
+    request.config = manifest_.places.config;
+    request.seed = trial.seed;
+    request.host = "twin";
+    request.out = out;
+    for (const auto* list : {&trial.fixed, &trial.parameters}) {
+      for (const auto& [name, value] : *list) request.parameters[name] = value;
+    }
+    if (!target.name.empty()) request.parameters.erase(target_axis);
+    return request;
+  }
+
+  /// @return the run's exit code
+  int run_into(TrialResult& result, const RunFiles& files) const {
+    const TwinResult twin = run_twin(
+        files, [](const std::string&, Bytes) {}, [] { return false; });
+    const evaluation::ComparedRun run = evaluation::compare_run(files.log());
+    const evaluation::Comparison& comparison = run.comparison;
+    result.outcome = outcome_of_run(comparison.outcome);
+    if (!result.passed()) {
+      result.failure = kind_of_failure(comparison);
+      result.error = placeless(comparison.reason);
+    }
+    const evaluation::Measurer measurer(run.record, run.nearest);
+    const auto phases = run.record.phases();
+    for (const KeptMeasurement& kept : manifest_.measurements) {
+      const evaluation::Phase* phase = phase_named(phases, kept.phase);
+      if (phase == nullptr) continue;
+      const double value = measurer.measure(*kept.measurement, kept.statistic, *phase).value;
+      if (std::isfinite(value)) result.measurements[kept.name] = kept.measurement->shown(value);
+    }
+    return twin.exit_code;
+  }
+
+  const Manifest manifest_;
+  const fs::path work_;
+};
+
 }  // namespace
 
-std::unique_ptr<Experiment> make_acquisition_experiment(const Campaign& campaign) {
+std::unique_ptr<Experiment> make_experiment(const Campaign& campaign) {
+  if (campaign.manifest().experiment == "procedure") {
+    return std::make_unique<ProcedureExperiment>(campaign);
+  }
   return std::make_unique<AcquisitionExperiment>(campaign);
+}
+
+fs::path work_directory_of(pid_t worker) {
+  return temporary_directory() / ("berth-worker-" + std::to_string(worker));
 }
 
 }  // namespace berth::campaigns

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/batch/campaigns/report_charts.h"
 #include "app/batch/campaigns/report_sections.h"
 #include "app/batch/campaigns/sphere_map.h"
 #include "common/core/text.h"
@@ -19,7 +18,7 @@ constexpr std::size_t wanted_in_a_cell = 25;
 constexpr std::size_t min_cells = 48;
 constexpr std::size_t max_cells = 500;
 constexpr std::size_t max_maps = 8;
-constexpr double doubtful_chance = 0.01;
+constexpr double alpha = 0.01;
 
 SphereGrid grid_for(std::size_t trials) {
   return SphereGrid(std::clamp(trials / wanted_in_a_cell, min_cells, max_cells));
@@ -189,7 +188,7 @@ Html worst_views(const ReportView& view) {
   return html;
 }
 
-Sweep roll_sweep(const TrialTable& table, double& chance) {
+Sweep roll_sweep(const TrialTable& table, double& p_value) {
   constexpr std::size_t bins = 12;
   std::vector<Rows> rows(bins);
   for (std::size_t row = 0; row < table.size(); ++row) {
@@ -209,25 +208,25 @@ Sweep roll_sweep(const TrialTable& table, double& chance) {
     passed.push_back(sweep.series[0].groups.back().passed);
     trials.push_back(sweep.series[0].groups.back().rows.size());
   }
-  chance = chance_of_equal_shares(passed, trials);
+  p_value = chance_of_equal_shares(passed, trials);
   return sweep;
 }
 
 Html roll_charts(const TrialTable& table) {
-  double chance = 1;
-  const Sweep sweep = roll_sweep(table, chance);
+  double p_value = 1;
+  const Sweep sweep = roll_sweep(table, p_value);
   Chart chart = success_chart(sweep);
   chart.title = "Passed over the roll about the line of sight";
   std::vector<Chart> charts = {chart};
   if (!table.measurements.empty())
     charts.push_back(measurement_chart(sweep, 0, table.measurements[0]));
   const std::string said =
-      chance < doubtful_chance
+      p_value < alpha
           ? "Roll matters: shares as different as these come by chance in "
           : "Nothing says that roll matters: shares as different as these come by chance in ";
   return grid_of(charts) +
          element("p", "note-wide",
-                 text(said + report::brief(100 * chance, 2) + " % of campaigns (chi squared)."));
+                 text(said + report::brief(100 * p_value, 2) + " % of campaigns (chi squared)."));
 }
 
 }  // namespace

@@ -1,26 +1,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/campaigns/acquisition_parameters.h"
+#include "app/batch/campaigns/vocabulary.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
+#include "app/runs/config_override.h"
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/table.h"
+#include "common/core/text.h"
+#include "evaluation/run/run_record.h"
+#include "procedures/language/procedure.h"
 
 namespace berth::campaigns {
 namespace {
 
 using Set = std::function<void(AcquisitionParameters&, double)>;
 
+class ProcedureVocabulary : public Vocabulary {
+ public:
+  explicit ProcedureVocabulary(Places places)
+      : places_(std::move(places)), procedure_(procedures::load_procedure(places_.procedure)) {}
+
+  void check(const std::string& name, const std::string& value) const override {
+    if (names_configuration(name)) {
+      check_override(places_.config, name, value);
+    } else {
+      procedures::load_procedure(places_.procedure, {{name, value}});
+    }
+  }
+
+  std::vector<std::string> required() const override { return {}; }
+
+  KeptMeasurement measurement(const std::string& text) const override {
+    return measurement_of_run(text, phases());
+  }
+
+ private:
+  std::vector<std::string> phases() const {
+    std::vector<std::string> names = {evaluation::whole_run};
+    for (const auto& step : procedure_.steps) {
+      if (std::find(names.begin(), names.end(), step.phase) == names.end()) {
+        names.push_back(step.phase);
+      }
+    }
+    return names;
+  }
+
+  Places places_;
+  procedures::Procedure procedure_;
+};
+
 /// A parameter that is one quantity.
 struct Known {
   const char* name;
   Dimension dimension;
-  double least;
-  double most;
-  const char* standard;
+  double min;
+  double max;
+  const char* default_value;
   const char* description;
   Set set;
 };
@@ -80,7 +118,84 @@ std::vector<double> list_of(const std::string& value) {
   return Config(map, "value").quantities("value", Dimension::number);
 }
 
+/// Only what the estimator reads: there is no cell.
+constexpr char estimator_file[] = "estimator.yaml:";
+
+class AcquisitionVocabulary : public Vocabulary {
+ public:
+  explicit AcquisitionVocabulary(Places places) : places_(std::move(places)) {}
+
+  void check(const std::string& name, const std::string& value) const override {
+    if (names_configuration(name)) {
+      if (name.rfind(estimator_file, 0) != 0) {
+        throw InputError("an acquisition reads no other file of config/ than estimator.yaml");
+      }
+      check_override(places_.config, name, value);
+      return;
+    }
+    AcquisitionParameters parameters;
+    set_parameter(parameters, name, value);
+  }
+
+  std::vector<std::string> required() const override { return {"returns", "attitude"}; }
+
+  KeptMeasurement measurement(const std::string& text) const override {
+    for (const AcquisitionMeasurement& known : acquisition_measurements()) {
+      if (text != known.name) continue;
+      KeptMeasurement kept;
+      kept.name = text;
+      kept.unit = known.unit;
+      return kept;
+    }
+    std::string names;
+    for (const AcquisitionMeasurement& known : acquisition_measurements()) {
+      names += std::string(names.empty() ? "" : ", ") + known.name;
+    }
+    throw InputError("no measurement of an acquisition, expected one of: " + names);
+  }
+
+ private:
+  Places places_;
+};
+
 }  // namespace
+
+KeptMeasurement measurement_of_run(const std::string& text,
+                                   const std::vector<std::string>& phases) {
+  KeptMeasurement kept;
+  kept.name = text;
+  kept.phase = evaluation::whole_run;
+  std::string words = text;
+  if (const auto in = text.find(" in "); in != std::string::npos) {
+    kept.phase = text.substr(in + 4);
+    words = text.substr(0, in);
+    if (std::find(phases.begin(), phases.end(), kept.phase) == phases.end()) {
+      throw InputError("found phase '" + kept.phase + "', expected one of: " + joined(phases));
+    }
+  }
+  const auto space = words.rfind(' ');
+  kept.measurement =
+      evaluation::measurement_named(space == std::string::npos ? words : words.substr(space + 1));
+  if (kept.measurement == nullptr) {
+    throw InputError(
+        "no such measurement, expected [STATISTIC] MEASUREMENT [in PHASE]; see "
+        "berth compare --list");
+  }
+  kept.unit = kept.measurement->unit;
+  if (space == std::string::npos) return kept;
+  const auto statistic = evaluation::statistic_named(words.substr(0, space));
+  if (!statistic || !kept.measurement->series) {
+    throw InputError("found '" + words.substr(0, space) + "', expected " +
+                     (kept.measurement->series ? "one of: " + joined(evaluation::statistic_names())
+                                               : "no statistic: it is one number"));
+  }
+  kept.statistic = *statistic;
+  return kept;
+}
+
+std::unique_ptr<Vocabulary> vocabulary_of_procedure(const Places& places) {
+  return std::make_unique<ProcedureVocabulary>(places);
+}
 
 void set_parameter(AcquisitionParameters& parameters, const std::string& name,
                    const std::string& value) {
@@ -98,7 +213,7 @@ void set_parameter(AcquisitionParameters& parameters, const std::string& name,
     names += std::string(", ") + known.name;
     if (name != known.name) continue;
     const double number = parse_quantity(value, known.dimension);
-    if (!(number >= known.least && number <= known.most)) {
+    if (!(number >= known.min && number <= known.max)) {
       throw InputError("found '" + value + "', which is out of the limits of '" + name + "'");
     }
     known.set(parameters, number);
@@ -132,7 +247,7 @@ std::string describe_acquisition() {
   parameters.rows.push_back({"`attitude`", "", attitude_description});
   for (const Known& known : known_parameters()) {
     parameters.rows.push_back(
-        {std::string("`") + known.name + "`", known.standard, known.description});
+        {std::string("`") + known.name + "`", known.default_value, known.description});
   }
   Table measurements{"lll", {"measurement", "unit", "what it is"}};
   for (const AcquisitionMeasurement& known : acquisition_measurements()) {
@@ -140,6 +255,10 @@ std::string describe_acquisition() {
         {std::string("`") + known.name + "`", known.unit, known.description});
   }
   return markdown_table(parameters) + "\n" + markdown_table(measurements);
+}
+
+std::unique_ptr<Vocabulary> vocabulary_of_acquisition(const Places& places) {
+  return std::make_unique<AcquisitionVocabulary>(places);
 }
 
 }  // namespace berth::campaigns
