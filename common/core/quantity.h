@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace berth {
 
@@ -25,7 +26,16 @@ enum class Dimension {
 /// @throws InputError naming the units that would be right.
 double parse_quantity(std::string_view text, Dimension dimension);
 
+/// Reads as the value, to ten digits, in the unit that makes it shortest: "0.1 mrad".
+std::string text_of(double value, Dimension dimension);
+
+/// "length", "angular speed".
+std::string name_of(Dimension dimension);
+
 /// "a length such as '5.5 m'": for error messages and help.
 std::string describe(Dimension dimension);
+
+/// "m", "mm" ...; of a number "" and "%".
+std::vector<std::string> unit_names(Dimension dimension);
 
 }  // namespace berth
