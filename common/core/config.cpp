@@ -366,7 +366,7 @@ void Config::optional(const std::string& key, Dimension dimension, double& value
                  .dimension = dimension,
                  .bounds = bounds,
                  .required = false,
-                 .standard = text_of(value, dimension)});
+                 .standard = std::isfinite(value) ? text_of(value, dimension) : ""});
   }
   if (known(key)) value = convert(node_.at(key), key, dimension, bounds);
 }
