@@ -3,7 +3,7 @@
 
 # The programs find these in ../share/berth. The configuration is installed whole: its hash, which every run records, is
 # that of the sources.
-foreach(directory config targets)
+foreach(directory config schemas targets)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${directory} DESTINATION ${CMAKE_INSTALL_DATADIR}/berth)
 endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/procedures DESTINATION ${CMAKE_INSTALL_DATADIR}/berth

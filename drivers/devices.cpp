@@ -2,44 +2,32 @@
 #include "drivers/devices.h"
 
 #include "common/core/config.h"
-#include "common/core/positive.h"
 #include "common/core/quantity.h"
 
 namespace berth {
 namespace {
 
 Utime period(Config& config, const std::string& key) {
-  const double rate = config.quantity(key, Dimension::frequency);
-  if (!(rate >= 0.1 && rate <= 1000)) {
-    throw config.error(key, "found a rate outside 0.1 Hz to 1 kHz");
-  }
-  return utime_from_seconds(1 / rate);
-}
-
-Utime time(Config& config, const std::string& key) {
-  return utime_from_seconds(config.quantity(key, Dimension::time));
+  return utime_from_seconds(1 / config.quantity(key, Dimension::frequency, within(0.1, 1000)));
 }
 
 /// Of a connection; a device that is switched off answers nothing.
 void read_dial_timeout(Config& config, Utime& timeout) {
-  double value = seconds(timeout);
-  config.optional("dial_timeout", Dimension::time, value);
-  expect_positive(config, "dial_timeout", value);
-  timeout = utime_from_seconds(value);
+  config.optional_microseconds("dial_timeout", timeout, above(0));
 }
 
 /// What the controller's position is: measured by the encoders, or what its interpolation has
 /// handed to the servos.
 double read_following_lag(Config& config) {
-  const bool commanded = config.has("positions") &&
-                         config.choice("positions", {"measured", "commanded"}) == "commanded";
-  if (!commanded) {
-    if (config.has("following_lag")) {
-      throw config.error("following_lag", "is of 'positions: commanded' alone");
-    }
-    return 0;
+  bool commanded = false;
+  config.optional_choice("positions", commanded, {{"measured", false}, {"commanded", true}});
+  std::optional<double> lag;
+  config.optional("following_lag", Dimension::time, lag, above(0));
+  if (commanded && !lag) throw config.error("following_lag", "is missing");
+  if (!commanded && lag) {
+    throw config.error("following_lag", "is of 'positions: commanded' alone");
   }
-  return positive(config, "following_lag", Dimension::time);
+  return lag.value_or(0);
 }
 
 ArmDevice read_arm(Config config) {
@@ -48,9 +36,9 @@ ArmDevice read_arm(Config config) {
   arm.registers = config.text("registers");
   arm.status_period = period(config, "status_rate");
   arm.setpoint_period = period(config, "setpoint_rate");
-  arm.timeout = time(config, "timeout");
+  arm.timeout = config.microseconds("timeout");
   read_dial_timeout(config, arm.dial_timeout);
-  arm.report_lag = time(config, "report_lag");
+  arm.report_lag = config.microseconds("report_lag");
   arm.rotary_sigma = config.quantity("rotary_sigma", Dimension::angle);
   arm.linear_sigma = config.quantity("linear_sigma", Dimension::length);
   arm.following_lag = read_following_lag(config);
@@ -63,34 +51,32 @@ ArmDevice read_arm(Config config) {
 
 LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
   LidarDevice lidar;
-  const std::string adapter =
-      config.has("adapter") ? config.choice("adapter", {"tcp", "files", "log", "folder"}) : "tcp";
-  lidar.adapter = adapter == "files"    ? LidarDevice::Kind::files
-                  : adapter == "log"    ? LidarDevice::Kind::log
-                  : adapter == "folder" ? LidarDevice::Kind::folder
-                                        : LidarDevice::Kind::tcp;
+  using Kind = LidarDevice::Kind;
+  config.optional_choice(
+      "adapter", lidar.adapter,
+      {{"tcp", Kind::tcp}, {"files", Kind::files}, {"log", Kind::log}, {"folder", Kind::folder}});
   lidar.model = config.text("model");
   std::string address;
   std::string recording;
   config.optional("address", address);
   config.optional("recording", recording);
-  const bool tcp = lidar.adapter == LidarDevice::Kind::tcp;
+  const bool tcp = lidar.adapter == Kind::tcp;
   if (tcp && address.empty()) lidar.address = config.text("address");
   lidar.address = address;
   read_dial_timeout(config, lidar.dial_timeout);
   if (!tcp && (recording.empty() || recording == "none")) {
-    throw config.error("recording", "found none, expected what adapter " + adapter + " reads");
+    throw config.error("recording",
+                       "found none, expected what adapter " + config.text("adapter") + " reads");
   }
   if (!tcp) lidar.recording = directory / recording;  // an absolute one stays as it is
-  if (config.has("time_unit")) {
-    const std::string unit = config.choice("time_unit", {"found", "s", "ms", "us", "ns"});
-    if (unit != "found") lidar.us_per_time = 1e6 * find_unit(unit, Dimension::time).value();
-  }
+  config.optional_choice("time_unit", lidar.us_per_time,
+                         {{"found", std::nullopt},
+                          {"s", 1e6},
+                          {"ms", 1e6 * 1e-3},
+                          {"us", 1e6 * 1e-6},
+                          {"ns", 1e6 * 1e-9}});
   config.optional("repeat", lidar.repeat);
-  double gap = seconds(lidar.max_gap);
-  config.optional("max_gap", Dimension::time, gap);
-  expect_not_negative(config, "max_gap", gap);
-  lidar.max_gap = utime_from_seconds(gap);
+  config.optional_microseconds("max_gap", lidar.max_gap, at_least(0));
   config.finish();
   return lidar;
 }
@@ -106,7 +92,7 @@ Devices load_devices(const std::filesystem::path& config_directory) {
   devices.plc.address = plc.text("address");
   devices.plc.registers = plc.text("registers");
   devices.plc.poll_period = period(plc, "poll_rate");
-  devices.plc.timeout = time(plc, "timeout");
+  devices.plc.timeout = plc.microseconds("timeout");
   read_dial_timeout(plc, devices.plc.dial_timeout);
   plc.finish();
   devices.lidar = read_lidar(config.section("lidar"), config_directory);

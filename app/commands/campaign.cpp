@@ -306,7 +306,7 @@ void add_campaign(CLI::App& app, int& exit_code) {
       ->envname("BERTH_SLURM");
   command
       ->add_option("--block", options->task_trials,
-                   "Trials of one task on the cluster (default: as many as take two minutes)")
+                   "Trials of one task on the cluster; left out: as many as its `task` takes")
       ->check(CLI::PositiveNumber);
   command->add_flag("--detach", options->detach,
                     "Leave when the cluster has the jobs; the same command waits for them");

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/commands/commands.h"
+#include "app/configuration/described_keys.h"
 #include "app/exit_code.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -39,6 +40,29 @@ bool migrate(const fs::path& file, bool dry, int& count) {
   }
 }
 
+struct DescribeOptions {
+  std::string what;
+  bool schema = false;
+};
+
+void list_kinds() {
+  Table table{"lll", {"kind", "files", "what they configure"}};
+  for (const ConfigKind& kind : config_kinds()) {
+    table.rows.push_back({kind.name, kind.files, kind.what});
+  }
+  std::printf("%s", text_table(table).c_str());
+}
+
+/// what: a kind, or a file of one.
+void describe(const DescribeOptions& options) {
+  const bool is_file = fs::is_regular_file(options.what);
+  const ConfigKind& kind = is_file ? kind_of_file(options.what) : config_kind(options.what);
+  const auto keys = described_keys(kind, is_file ? fs::path(options.what) : fs::path());
+  const std::string text =
+      options.schema ? key_schema(kind, keys) : text_table(key_table(keys, is_file));
+  std::printf("%s", text.c_str());
+}
+
 }  // namespace
 
 void add_config(CLI::App& app, int& exit_code) {
@@ -62,6 +86,21 @@ void add_config(CLI::App& app, int& exit_code) {
     }
     std::printf("%d keys %s\n", count, options->dry ? "to be renamed" : "renamed");
     exit_code = all_read ? exit_code::passed : exit_code::error;
+  });
+
+  CLI::App* describing = command->add_subcommand(
+      "describe",
+      "The keys of a kind of file, or of a file: unit, default, what is allowed, meaning");
+  auto asked = std::make_shared<DescribeOptions>();
+  describing->add_option("what", asked->what, "Kind, or file; left out: which kinds there are");
+  describing->add_flag("--json-schema", asked->schema,
+                       "Print a JSON Schema (draft 2020-12), by which editors complete and check");
+  describing->callback([asked] {
+    if (asked->what.empty()) {
+      list_kinds();
+    } else {
+      describe(*asked);
+    }
   });
 }
 

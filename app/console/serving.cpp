@@ -36,12 +36,6 @@ fs::path library(const std::string& name) {
 
 fs::path address_file(const fs::path& run) { return run / "output" / "console.url"; }
 
-void check_port(const Config& config, int port) {
-  if (port < 0 || port > 65535) {
-    throw config.error("port", "found " + std::to_string(port) + ", expected 0 to 65535");
-  }
-}
-
 }  // namespace
 
 ConsoleConfig load_console_config(const fs::path& directory) {
@@ -53,10 +47,9 @@ ConsoleConfig load_console_config(const fs::path& directory) {
   config.optional("start", console.start);
   config.optional("listen", console.server.address);
   int port = console.server.port;
-  config.optional("port", port);
-  check_port(config, port);
+  config.optional("port", port, within(0, 65535));
   console.server.port = static_cast<std::uint16_t>(port);
-  if (config.has("hosts")) console.server.hosts = config.texts("hosts");
+  config.optional("hosts", console.server.hosts);
   const auto optional_path = [&config](const std::string& key, fs::path& path) {
     std::string text;
     config.optional(key, text);
@@ -65,19 +58,14 @@ ConsoleConfig load_console_config(const fs::path& directory) {
   optional_path("token_file", console.token_file);
   optional_path("certificate", console.server.certificate);
   optional_path("key", console.server.key);
-  config.optional("rate", Dimension::frequency, console.server.frames_per_s);
-  if (!(console.server.frames_per_s >= 0.1 && console.server.frames_per_s <= 60)) {
-    throw config.error("rate", "expected 0.1 Hz to 60 Hz");
-  }
+  config.optional("rate", Dimension::frequency, console.server.frames_per_s, within(0.1, 60));
   int viewers = static_cast<int>(console.server.max_viewers);
-  config.optional("viewers", viewers);
-  if (viewers < 1) throw config.error("viewers", "expected 1 or more");
+  config.optional("viewers", viewers, at_least(1));
   console.server.max_viewers = static_cast<std::size_t>(viewers);
   // A browser asks for files over some connections beside its viewer's.
   console.server.max_connections = 64 + 2 * console.server.max_viewers;
-  if (config.has("on_loss_of_control")) {
-    console.hold_on_loss = config.choice("on_loss_of_control", {"hold", "nothing"}) == "hold";
-  }
+  config.optional_choice("on_loss_of_control", console.hold_on_loss,
+                         {{"hold", true}, {"nothing", false}});
   config.finish();
   return console;
 }

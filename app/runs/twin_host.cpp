@@ -30,17 +30,6 @@ double wall_clock() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::map<std::string, Utime> compute_delays(const std::filesystem::path& config) {
-  Config file = Config::load(config / "twin.yaml");
-  Config section = file.section("compute_delay");
-  std::map<std::string, Utime> delays;
-  for (const auto& node : section.keys()) {
-    delays[node] = utime_from_seconds(section.quantity(node, Dimension::time));
-  }
-  file.finish();
-  return delays;
-}
-
 /// Aborts, and answers prompts with what was given beforehand.
 class TwinOperator {
  public:
@@ -90,6 +79,17 @@ void keep_memory() {
 constexpr Utime time_limit = 24 * 3600LL * second;
 
 }  // namespace
+
+std::map<std::string, Utime> compute_delays(const std::filesystem::path& config) {
+  Config file = Config::load(config / "twin.yaml");
+  std::map<std::string, Utime> delays;
+  for (const auto& [node, delay] :
+       file.section("compute_delay").named_quantities(Dimension::time)) {
+    delays[node] = utime_from_seconds(delay);
+  }
+  file.finish();
+  return delays;
+}
 
 TwinResult run_twin(const RunFiles& files,
                     const std::function<void(const std::string&, Bytes)>& watch,

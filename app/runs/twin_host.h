@@ -18,6 +18,9 @@ struct TwinResult {
   double preparation_s = 0;
 };
 
+/// By which each node of the twin answers later: twin.yaml of a configuration.
+std::map<std::string, Utime> compute_delays(const std::filesystem::path& config);
+
 /// Runs every node of the run, the simulated cell and the procedure in this process, on an
 /// in-process bus and a simulated clock, and records run.lcm. Deterministic to the bit for one seed
 /// and version. watch sees every message. abort_requested is called now and then. Prompts are

@@ -35,8 +35,7 @@ std::shared_ptr<const ArmKinematics> ArmKinematics::load(const std::filesystem::
   for (Config body : config.sections("bodies")) {
     ArmBody part;
     part.name = body.text("name");
-    part.link = body.small_integer("link");
-    if (part.link < 0 || part.link > 6) throw body.error("link", "expected 0 (the base) to 6");
+    part.link = body.small_integer("link", within(0, 6));  // 0: the base
     part.mesh = read_shape(body);
     body.finish();
     arm->bodies_.push_back(std::move(part));

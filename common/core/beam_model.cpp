@@ -25,25 +25,17 @@ void beam_angles(const Vector3d& direction, double& azimuth, double& elevation) 
 
 BeamModel read_beam_model(Config config) {
   BeamModel beam;
-  config.optional("range_sigma", Dimension::length, beam.range_sigma_m);
-  config.optional("range_bias", Dimension::length, beam.range_bias_m);
-  config.optional("azimuth_sigma", Dimension::angle, beam.azimuth_sigma_rad);
-  config.optional("elevation_sigma", Dimension::angle, beam.elevation_sigma_rad);
-  config.optional("divergence", Dimension::angle, beam.divergence_rad);
-  config.optional("aperture", Dimension::length, beam.aperture_m);
-  config.optional("range_min", Dimension::length, beam.range_min_m);
+  config.optional("range_sigma", Dimension::length, beam.range_sigma_m, at_least(0));
+  config.optional("range_bias", Dimension::length, beam.range_bias_m, at_least(0));
+  config.optional("azimuth_sigma", Dimension::angle, beam.azimuth_sigma_rad, at_least(0));
+  config.optional("elevation_sigma", Dimension::angle, beam.elevation_sigma_rad, at_least(0));
+  config.optional("divergence", Dimension::angle, beam.divergence_rad, at_least(0));
+  config.optional("aperture", Dimension::length, beam.aperture_m, at_least(0));
+  config.optional("range_min", Dimension::length, beam.range_min_m, at_least(0));
   config.optional("range_max", Dimension::length, beam.range_max_m);
   config.optional("second_returns", beam.second_returns);
-  config.optional("intensity_sigma", beam.intensity_sigma);
+  config.optional("intensity_sigma", beam.intensity_sigma, at_least(0));
   config.finish();
-  const std::pair<const char*, double> values[] = {
-      {"range_sigma", beam.range_sigma_m},       {"range_bias", beam.range_bias_m},
-      {"azimuth_sigma", beam.azimuth_sigma_rad}, {"elevation_sigma", beam.elevation_sigma_rad},
-      {"divergence", beam.divergence_rad},       {"aperture", beam.aperture_m},
-      {"range_min", beam.range_min_m},           {"intensity_sigma", beam.intensity_sigma}};
-  for (const auto& [key, value] : values) {
-    if (value < 0) throw config.error(key, "found a negative value, expected at least 0");
-  }
   if (beam.range_max_m <= beam.range_min_m) {
     throw config.error("range_max", "is not more than range_min");
   }

@@ -11,22 +11,19 @@ constexpr int cylinder_sides = 16;
 Mesh read_shape(Config& config) {
   Pose placement;
   config.optional("pose", placement);
-  if (config.has("box") == config.has("cylinder")) {
+  std::optional<Vector3d> box;
+  config.optional("box", Dimension::length, box, above(0));
+  Config cylinder = config.optional_section("cylinder");
+  if (box.has_value() == config.has("cylinder")) {
     throw config.error("box", "give either 'box' or 'cylinder'");
   }
   Mesh shape;
-  if (config.has("box")) {
-    const Vector3d size = config.vector("box", Dimension::length);
-    if (size.minCoeff() <= 0) throw config.error("box", "sizes must be positive");
-    shape = make_box(size);
+  if (box) {
+    shape = make_box(*box);
   } else {
-    Config cylinder = config.section("cylinder");
-    const double diameter = cylinder.quantity("diameter", Dimension::length);
-    const double length = cylinder.quantity("length", Dimension::length);
+    const double diameter = cylinder.quantity("diameter", Dimension::length, above(0));
+    const double length = cylinder.quantity("length", Dimension::length, above(0));
     cylinder.finish();
-    if (diameter <= 0 || length <= 0) {
-      throw cylinder.error("diameter", "diameter and length must be positive");
-    }
     shape = make_cylinder(0.5 * diameter, length, cylinder_sides);
   }
   Mesh placed;

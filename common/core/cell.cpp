@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/core/body_shapes.h"
-#include "common/core/positive.h"
 #include "common/core/ray_caster.h"
 
 namespace berth {
@@ -14,7 +13,7 @@ namespace {
 constexpr int mount_sides = 16;
 
 Joints read_home(Config& config, const ArmKinematics& arm) {
-  const YamlNode list = config.raw("home");
+  const YamlNode list = config.raw("home", "list of six joints");
   Joints home{};
   if (!list.is_list() || list.size() != home.size()) {
     throw config.error("home", "expected a list of six joints");
@@ -68,13 +67,12 @@ double rod_length(const Mesh& target, const Quaterniond& attitude, double gap) {
 /// The target is held where its description says; without a word it hangs on the faceplate's axis:
 /// by its back, or by its side where that rod would be too long for the arm to make room behind it.
 void mount_target(Config& config, Cell& cell) {
-  const double gap = config.quantity("gap", Dimension::length);
-  const double diameter = config.quantity("diameter", Dimension::length);
+  const double gap = config.quantity("gap", Dimension::length, at_least(0));
+  const double diameter = config.quantity("diameter", Dimension::length, above(0));
   const double longest = config.quantity("longest", Dimension::length);
   const Quaterniond back = config.pose("back").rotation;
   const Quaterniond side = config.pose("side").rotation;
   config.finish();
-  if (gap < 0 || diameter <= 0) throw config.error("gap", "gap and diameter must be positive");
   const Mesh& target = cell.target.mesh;
   const bool by_back =
       rod_length(target, back, gap) <= std::max(longest, rod_length(target, side, gap));
@@ -142,12 +140,8 @@ Cell load_cell(const std::filesystem::path& layout_file, const Target& target) {
   if (home_by_pose) cell.replica.home = home_with_target(cell, home_pose);
 
   config.optional("lidar", cell.lidar);
-  config.optional("greatest_speed", Dimension::speed, cell.greatest_speed);
-  expect_not_negative(config, "greatest_speed", cell.greatest_speed);
-  config.optional("sensor_share", cell.sensor_share);
-  if (!(cell.sensor_share >= 0 && cell.sensor_share <= 1)) {
-    throw config.error("sensor_share", "expected 0..1");
-  }
+  config.optional("greatest_speed", Dimension::speed, cell.greatest_speed, at_least(0));
+  config.optional("sensor_share", cell.sensor_share, within(0, 1));
   for (Config part : config.sections("room")) {
     RoomBody body;
     body.name = part.text("name");

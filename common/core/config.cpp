@@ -12,6 +12,7 @@
 #include "common/core/nearest_word.h"
 #include "common/core/renamed_keys.h"
 #include "common/core/text.h"
+#include "common/core/yaml_text.h"
 
 namespace berth {
 namespace {
@@ -43,12 +44,27 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
   return static_cast<std::int64_t>(negative ? -value : value);
 }
 
+/// Behind what has the bounds: " above 0", " of at least 1 mm".
+std::string in_words(const ValueBounds& bounds, Dimension dimension) {
+  const std::string text = text_of(bounds, dimension);
+  return (text.rfind("at ", 0) == 0 ? " of " : " ") + text;
+}
+
+/// "a length".
+std::string a_quantity(Dimension dimension) {
+  const std::string text = describe(dimension);
+  return text.substr(0, text.find(" such as"));
+}
+
+constexpr auto min_whole = std::numeric_limits<std::int64_t>::min();
+constexpr auto max_whole = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t min_int = std::numeric_limits<int>::min();
+constexpr std::int64_t max_int = std::numeric_limits<int>::max();
+
 }  // namespace
 
-Config::Config(const YamlNode& node, std::string file, std::string prefix)
-    : node_(node), file_(std::move(file)), prefix_(std::move(prefix)) {}
-
-Config::Config(const YamlNode& node, std::string file) : Config(node, std::move(file), "") {
+Config::Config(const YamlNode& node, std::string file)
+    : node_(node), file_(std::move(file)), recorder_(ConfigRecorder::current()) {
   if (node.is_map()) return;
   throw InputError(file_ + ":" + std::to_string(line()) + ": found " + shown(node) +
                    ", expected a map of keys");
@@ -62,7 +78,26 @@ Config Config::parse(const std::string& text, const std::string& name) {
   return {read_yaml(text, name), name};
 }
 
-Config Config::holding(const YamlNode& node) const { return {node, file_, prefix_}; }
+Config Config::child(const YamlNode& node, const std::string& name,
+                     const std::string& recorded) const {
+  Config config = *this;
+  config.node_ = node;
+  config.read_.clear();
+  config.prefix_ += name;
+  if (recorder_ != nullptr) config.recorded_ += recorded;
+  return config;
+}
+
+Config Config::holding(const YamlNode& node) const { return child(node, "", ""); }
+
+void Config::record(const std::string& key, Key defined) {
+  defined.file = file_;
+  defined.path = recorded_ + key;
+  if (has(key) && defined.kind != Key::Kind::map && defined.kind != Key::Kind::maps) {
+    defined.value = plain_text(node_.at(key));
+  }
+  recorder_->add(std::move(defined));
+}
 
 int Config::line() const { return node_.line(); }
 
@@ -91,92 +126,144 @@ std::vector<std::string> Config::keys() const {
   return names;
 }
 
-YamlNode Config::raw(const std::string& key) {
+YamlNode Config::raw(const std::string& key, const std::string& kind) {
+  if (recorder_ != nullptr && !kind.empty())
+    record(key, {.kind = Key::Kind::other, .words = {kind}});
   read_.insert(key);
   return node_.at(key);
 }
 
 YamlNode Config::require(const std::string& key) {
   if (!known(key)) throw error(key, "is missing");
-  return raw(key);
+  return node_.at(key);
 }
 
-double Config::convert(const YamlNode& node, const std::string& key, Dimension dimension) const {
+double Config::convert(const YamlNode& node, const std::string& key, Dimension dimension,
+                       const ValueBounds& bounds) const {
   if (!node.is_text()) {
     throw error(key, "found " + shown(node) + ", expected " + describe(dimension));
   }
   try {
-    return parse_quantity(node.text(), dimension);
+    const double value = parse_quantity(node.text(), dimension);
+    if (bounds.contain(value)) return value;
   } catch (const InputError& e) {
     throw error(key, e.what());
   }
+  throw error(key, "found " + shown(node) + ", expected " + a_quantity(dimension) +
+                       in_words(bounds, dimension));
 }
 
-double Config::quantity(const std::string& key, Dimension dimension) {
-  return convert(require(key), key, dimension);
+double Config::quantity(const std::string& key, Dimension dimension, const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::quantity, .dimension = dimension, .bounds = bounds});
+  }
+  return convert(require(key), key, dimension, bounds);
 }
 
-std::int64_t Config::whole(const YamlNode& node, const std::string& key, std::int64_t least,
-                           std::int64_t most) const {
+std::int64_t Config::microseconds(const std::string& key, const ValueBounds& bounds) {
+  return std::llround(1e6 * quantity(key, Dimension::time, bounds));
+}
+
+std::int64_t Config::whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds,
+                           std::int64_t least, std::int64_t most) const {
   const auto value = node.is_text() ? whole_number(node.text()) : std::nullopt;
   if (!value) throw error(key, "found " + shown(node) + ", expected a whole number");
+  if (!bounds.contain(static_cast<double>(*value))) {
+    throw error(key, "found " + shown(node) + ", expected a whole number" +
+                         in_words(bounds, Dimension::number));
+  }
   if (*value >= least && *value <= most) return *value;
   throw error(key, "found " + shown(node) + ", expected a whole number from " +
                        std::to_string(least) + " to " + std::to_string(most));
 }
 
-std::int64_t Config::integer(const std::string& key) {
-  return whole(require(key), key, std::numeric_limits<std::int64_t>::min(),
-               std::numeric_limits<std::int64_t>::max());
+std::int64_t Config::integer(const std::string& key, const ValueBounds& bounds) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::integer, .bounds = bounds});
+  return whole(require(key), key, bounds, min_whole, max_whole);
 }
 
-int Config::small_integer(const std::string& key) {
-  return static_cast<int>(
-      whole(require(key), key, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
+int Config::small_integer(const std::string& key, const ValueBounds& bounds) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::integer, .bounds = bounds});
+  return static_cast<int>(whole(require(key), key, bounds, min_int, max_int));
 }
 
 std::vector<std::int64_t> Config::integers(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::integers});
   const YamlNode node = require(key);
   if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list");
   std::vector<std::int64_t> values;
   for (const YamlNode& item : node.items()) {
-    values.push_back(whole(item, key, std::numeric_limits<std::int64_t>::min(),
-                           std::numeric_limits<std::int64_t>::max()));
+    values.push_back(whole(item, key, {}, min_whole, max_whole));
   }
   return values;
 }
 
-bool Config::boolean(const std::string& key) {
+bool Config::read_boolean(const std::string& key) {
   const YamlNode node = require(key);
   if (node.is_text() && node.text() == "true") return true;
   if (node.is_text() && node.text() == "false") return false;
   throw error(key, "found " + shown(node) + ", expected true or false");
 }
 
-std::string Config::text(const std::string& key) {
+bool Config::boolean(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::boolean});
+  return read_boolean(key);
+}
+
+std::string Config::read_text(const std::string& key) {
   const YamlNode node = require(key);
   if (!node.is_text()) throw error(key, "found " + shown(node) + ", expected a text");
   return node.text();
 }
 
-std::string Config::choice(const std::string& key, const std::vector<std::string>& words) {
-  const std::string found = text(key);
+std::string Config::text(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::text});
+  return read_text(key);
+}
+
+std::string Config::read_word(const std::string& key, const std::vector<std::string>& words) {
+  const std::string found = read_text(key);
   if (std::find(words.begin(), words.end(), found) != words.end()) return found;
   throw error(key, "found '" + found + "', expected one of: " + joined(words));
 }
 
-std::vector<double> Config::quantities(const std::string& key, Dimension dimension) {
+std::string Config::choice(const std::string& key, const std::vector<std::string>& words) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::choice, .words = words});
+  return read_word(key, words);
+}
+
+std::string Config::optional_word(const std::string& key, const std::vector<std::string>& words,
+                                  const std::string& standard) {
+  if (recorder_ != nullptr) {
+    record(key,
+           {.kind = Key::Kind::choice, .words = words, .required = false, .standard = standard});
+  }
+  return known(key) ? read_word(key, words) : "";
+}
+
+std::vector<double> Config::read_quantities(const std::string& key, Dimension dimension,
+                                            const ValueBounds& bounds) {
   const YamlNode node = require(key);
   if (!node.is_list()) {
     throw error(key, "found " + shown(node) + ", expected a list, each " + describe(dimension));
   }
   std::vector<double> values;
-  for (const YamlNode& item : node.items()) values.push_back(convert(item, key, dimension));
+  for (const YamlNode& item : node.items()) {
+    values.push_back(convert(item, key, dimension, bounds));
+  }
   return values;
 }
 
-Pose Config::pose(const std::string& key) {
-  const auto values = quantities(key, Dimension::number);
+std::vector<double> Config::quantities(const std::string& key, Dimension dimension,
+                                       const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::quantities, .dimension = dimension, .bounds = bounds});
+  }
+  return read_quantities(key, dimension, bounds);
+}
+
+Pose Config::read_pose(const std::string& key) {
+  const auto values = read_quantities(key, Dimension::number, {});
   if (values.size() != 6) {
     throw error(key, "found a list of " + std::to_string(values.size()) +
                          ", expected [x, y, z, w, p, r] in mm and degrees");
@@ -186,8 +273,14 @@ Pose Config::pose(const std::string& key) {
   return pose_from_xyzwpr(xyzwpr);
 }
 
-Vector3d Config::vector(const std::string& key, Dimension dimension) {
-  const auto values = quantities(key, dimension);
+Pose Config::pose(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::pose});
+  return read_pose(key);
+}
+
+Vector3d Config::read_vector(const std::string& key, Dimension dimension,
+                             const ValueBounds& bounds) {
+  const auto values = read_quantities(key, dimension, bounds);
   if (values.size() != 3) {
     throw error(key, "found a list of " + std::to_string(values.size()) +
                          ", expected three values, each " + describe(dimension));
@@ -195,7 +288,15 @@ Vector3d Config::vector(const std::string& key, Dimension dimension) {
   return {values[0], values[1], values[2]};
 }
 
-std::vector<std::string> Config::texts(const std::string& key) {
+Vector3d Config::vector(const std::string& key, Dimension dimension, const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(key,
+           {.kind = Key::Kind::quantities, .dimension = dimension, .size = 3, .bounds = bounds});
+  }
+  return read_vector(key, dimension, bounds);
+}
+
+std::vector<std::string> Config::read_texts(const std::string& key) {
   const YamlNode node = require(key);
   if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list of texts");
   std::vector<std::string> values;
@@ -206,13 +307,26 @@ std::vector<std::string> Config::texts(const std::string& key) {
   return values;
 }
 
+std::vector<std::string> Config::texts(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::texts});
+  return read_texts(key);
+}
+
 Config Config::section(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::map});
   const YamlNode node = require(key);
   if (!node.is_map()) throw error(key, "found " + shown(node) + ", expected a map of keys");
-  return {node, file_, prefix_ + key + "."};
+  return child(node, key + ".", key + ".");
+}
+
+Config Config::optional_section(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::map, .required = false});
+  if (known(key)) return section(key);
+  return child(YamlNode(YamlNode::Kind::map).placed_at(node_), key + ".", key + ".");
 }
 
 std::vector<Config> Config::sections(const std::string& key) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::maps, .required = false});
   std::vector<Config> list;
   if (!has(key)) return list;
   const YamlNode node = raw(key);
@@ -220,28 +334,125 @@ std::vector<Config> Config::sections(const std::string& key) {
   for (std::size_t i = 0; i < node.size(); ++i) {
     const YamlNode& item = node.items()[i];
     if (!item.is_map()) throw error(key, "found " + shown(item) + ", expected a map of keys");
-    list.push_back({item, file_, prefix_ + key + "[" + std::to_string(i) + "]."});
+    list.push_back(child(item, key + "[" + std::to_string(i) + "].", key + "[]."));
   }
   return list;
 }
 
-void Config::optional(const std::string& key, Dimension dimension, double& value) {
-  if (known(key)) value = quantity(key, dimension);
+std::vector<std::pair<std::string, Config>> Config::named_sections() {
+  if (recorder_ != nullptr) record("NAME", {.kind = Key::Kind::map, .required = false});
+  std::vector<std::pair<std::string, Config>> all;
+  for (const std::string& name : keys()) {
+    const YamlNode node = raw(name);
+    if (!node.is_map()) throw error(name, "found " + shown(node) + ", expected a map of keys");
+    all.emplace_back(name, child(node, name + ".", "NAME."));
+  }
+  return all;
 }
-void Config::optional(const std::string& key, int& value) {
-  if (known(key)) value = small_integer(key);
+
+std::map<std::string, double> Config::named_quantities(Dimension dimension) {
+  if (recorder_ != nullptr) {
+    record("NAME", {.kind = Key::Kind::quantity, .dimension = dimension, .required = false});
+  }
+  std::map<std::string, double> values;
+  for (const std::string& name : keys()) values[name] = convert(raw(name), name, dimension, {});
+  return values;
 }
-void Config::optional(const std::string& key, std::int64_t& value) {
-  if (known(key)) value = integer(key);
+
+void Config::optional(const std::string& key, Dimension dimension, double& value,
+                      const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::quantity,
+                 .dimension = dimension,
+                 .bounds = bounds,
+                 .required = false,
+                 .standard = std::isfinite(value) ? text_of(value, dimension) : ""});
+  }
+  if (known(key)) value = convert(node_.at(key), key, dimension, bounds);
 }
+
+void Config::optional(const std::string& key, Dimension dimension, std::optional<double>& value,
+                      const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(
+        key,
+        {.kind = Key::Kind::quantity, .dimension = dimension, .bounds = bounds, .required = false});
+  }
+  if (known(key)) value = convert(node_.at(key), key, dimension, bounds);
+}
+
+void Config::optional(const std::string& key, Dimension dimension, std::optional<Vector3d>& value,
+                      const ValueBounds& bounds) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::quantities,
+                 .dimension = dimension,
+                 .size = 3,
+                 .bounds = bounds,
+                 .required = false});
+  }
+  if (known(key)) value = read_vector(key, dimension, bounds);
+}
+
+void Config::optional_microseconds(const std::string& key, std::int64_t& value,
+                                   const ValueBounds& bounds) {
+  double time = static_cast<double>(value) * 1e-6;
+  optional(key, Dimension::time, time, bounds);
+  if (has(key)) value = std::llround(1e6 * time);
+}
+
+void Config::optional(const std::string& key, int& value, const ValueBounds& bounds) {
+  std::int64_t whole_value = value;
+  optional_whole(key, whole_value, bounds, min_int, max_int);
+  value = static_cast<int>(whole_value);
+}
+
+void Config::optional(const std::string& key, std::int64_t& value, const ValueBounds& bounds) {
+  optional_whole(key, value, bounds, min_whole, max_whole);
+}
+
+void Config::optional_whole(const std::string& key, std::int64_t& value, const ValueBounds& bounds,
+                            std::int64_t least, std::int64_t most) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::integer,
+                 .bounds = bounds,
+                 .required = false,
+                 .standard = std::to_string(value)});
+  }
+  if (known(key)) value = whole(node_.at(key), key, bounds, least, most);
+}
+
 void Config::optional(const std::string& key, bool& value) {
-  if (known(key)) value = boolean(key);
+  if (recorder_ != nullptr) {
+    record(key,
+           {.kind = Key::Kind::boolean, .required = false, .standard = value ? "true" : "false"});
+  }
+  if (known(key)) value = read_boolean(key);
 }
+
 void Config::optional(const std::string& key, std::string& value) {
-  if (known(key)) value = text(key);
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::text, .required = false, .standard = value});
+  }
+  if (known(key)) value = read_text(key);
 }
+
+void Config::optional(const std::string& key, std::vector<std::string>& value) {
+  if (recorder_ != nullptr) {
+    record(key, {.kind = Key::Kind::texts,
+                 .required = false,
+                 .standard = value.empty() ? "" : "[" + joined(value) + "]"});
+  }
+  if (known(key)) value = read_texts(key);
+}
+
 void Config::optional(const std::string& key, Pose& value) {
-  if (known(key)) value = pose(key);
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::pose, .required = false});
+  if (known(key)) value = read_pose(key);
+}
+
+void Config::optional(const std::string& key, std::optional<Pose>& value) {
+  if (recorder_ != nullptr) record(key, {.kind = Key::Kind::pose, .required = false});
+  if (known(key)) value = read_pose(key);
 }
 
 void Config::finish() const {

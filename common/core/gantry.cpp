@@ -22,15 +22,14 @@ Quaterniond about(const Vector3d& axis, double angle) {
 Gantry::Gantry(Config& config) {
   for (const bool linear : {true, false}) {
     Config section = config.section(linear ? "travel" : "turn");
-    const double limit = section.quantity("limit", linear ? Dimension::length : Dimension::angle);
+    const double limit =
+        section.quantity("limit", linear ? Dimension::length : Dimension::angle, above(0));
     const double speed =
-        section.quantity("speed", linear ? Dimension::speed : Dimension::angular_speed);
+        section.quantity("speed", linear ? Dimension::speed : Dimension::angular_speed, above(0));
     const double acceleration = section.quantity(
-        "acceleration", linear ? Dimension::acceleration : Dimension::angular_acceleration);
+        "acceleration", linear ? Dimension::acceleration : Dimension::angular_acceleration,
+        above(0));
     section.finish();
-    if (limit <= 0 || speed <= 0 || acceleration <= 0) {
-      throw section.error("limit", "limit, speed and acceleration must be positive");
-    }
     for (std::size_t i = linear ? 0 : 3; i < (linear ? 3U : 6U); ++i) {
       limits_[i] = {-limit, limit, speed, acceleration};
       linear_[i] = linear;

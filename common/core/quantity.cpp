@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 
 #include "common/core/error.h"
 #include "common/core/pose.h"
@@ -54,6 +55,31 @@ constexpr std::array units{
     Unit{Dimension::mass, "g", 1e-3},
 };
 
+/// Its name, and an example behind "such as".
+struct DimensionWords {
+  Dimension dimension;
+  const char* name;
+  const char* examples;
+};
+
+constexpr std::array dimension_words{
+    DimensionWords{Dimension::number, "number", "'0.5'"},
+    DimensionWords{Dimension::length, "length", "'5.5 m' or '30 mm'"},
+    DimensionWords{Dimension::angle, "angle", "'2 deg' or '0.1 mrad'"},
+    DimensionWords{Dimension::time, "time", "'10 s' or '150 ms'"},
+    DimensionWords{Dimension::speed, "speed", "'20 mm/s'"},
+    DimensionWords{Dimension::angular_speed, "angular speed", "'3 deg/s'"},
+    DimensionWords{Dimension::acceleration, "acceleration", "'0.5 m/s^2'"},
+    DimensionWords{Dimension::angular_acceleration, "angular acceleration", "'400 deg/s^2'"},
+    DimensionWords{Dimension::jerk, "jerk", "'2 m/s^3'"},
+    DimensionWords{Dimension::frequency, "frequency", "'100 Hz'"},
+    DimensionWords{Dimension::mass, "mass", "'13 kg'"},
+};
+
+const DimensionWords& words_of(Dimension dimension) {
+  return dimension_words[static_cast<std::size_t>(dimension)];
+}
+
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -62,32 +88,31 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
+std::string name_of(Dimension dimension) { return words_of(dimension).name; }
+
 std::string describe(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::number:
-      return "a number such as '0.5'";
-    case Dimension::length:
-      return "a length such as '5.5 m' or '30 mm'";
-    case Dimension::angle:
-      return "an angle such as '2 deg' or '0.1 mrad'";
-    case Dimension::time:
-      return "a time such as '10 s' or '150 ms'";
-    case Dimension::speed:
-      return "a speed such as '20 mm/s'";
-    case Dimension::angular_speed:
-      return "an angular speed such as '3 deg/s'";
-    case Dimension::acceleration:
-      return "an acceleration such as '0.5 m/s^2'";
-    case Dimension::angular_acceleration:
-      return "an angular acceleration such as '400 deg/s^2'";
-    case Dimension::jerk:
-      return "a jerk such as '2 m/s^3'";
-    case Dimension::frequency:
-      return "a frequency such as '100 Hz'";
-    case Dimension::mass:
-      return "a mass such as '13 kg'";
+  const std::string name = name_of(dimension);
+  return (name.front() == 'a' ? "an " : "a ") + name + " such as " + words_of(dimension).examples;
+}
+
+std::vector<std::string> unit_names(Dimension dimension) {
+  std::vector<std::string> names;
+  for (const Unit& unit : units) {
+    if (unit.dimension == dimension) names.emplace_back(unit.name);
   }
-  return {};
+  return names;
+}
+
+std::string text_of(double value, Dimension dimension) {
+  std::string shortest;
+  for (const Unit& unit : units) {
+    if (unit.dimension != dimension || unit.name.substr(0, 2) == "cm") continue;
+    char text[64];
+    std::snprintf(text, sizeof text, unit.name.empty() ? "%.10g" : "%.10g ", value / unit.si);
+    const std::string whole = text + std::string(unit.name);
+    if (shortest.empty() || whole.size() < shortest.size()) shortest = whole;
+  }
+  return shortest;
 }
 
 std::optional<double> find_unit(std::string_view name, Dimension dimension) {

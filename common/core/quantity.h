@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace berth {
 
@@ -26,11 +27,19 @@ enum class Dimension {
 /// @throws InputError naming the units that would be right.
 double parse_quantity(std::string_view text, Dimension dimension);
 
+/// Reads as the value, to ten digits, in the unit that makes it shortest: "0.1 mrad".
+std::string text_of(double value, Dimension dimension);
+
+/// "length", "angular speed".
+std::string name_of(Dimension dimension);
+
 /// "a length such as '5.5 m'": for error messages and help.
 std::string describe(Dimension dimension);
 
 /// What the unit of this name is in SI units, as in quantities; nothing where the dimension has
 /// none of that name.
 std::optional<double> find_unit(std::string_view name, Dimension dimension);
+/// "m", "mm" ...; of a number "" and "%".
+std::vector<std::string> unit_names(Dimension dimension);
 
 }  // namespace berth

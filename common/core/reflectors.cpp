@@ -3,16 +3,16 @@
 
 #include <set>
 
-#include "common/core/positive.h"
+#include "common/core/config.h"
 
 namespace berth {
 
 TrackerSetup load_tracker_setup(const std::filesystem::path& file) {
   Config config = Config::load(file);
   TrackerSetup setup;
-  setup.sigma = positive(config, "sigma", Dimension::length);
-  setup.sigma_per_metre = positive(config, "sigma_per_metre", Dimension::length);
-  setup.time_sigma = positive(config, "time_sigma", Dimension::time);
+  setup.sigma = config.quantity("sigma", Dimension::length, above(0));
+  setup.sigma_per_metre = config.quantity("sigma_per_metre", Dimension::length, above(0));
+  setup.time_sigma = config.quantity("time_sigma", Dimension::time, above(0));
   std::set<std::string> names;
   int count[2] = {0, 0};
   for (Config entry : config.sections("reflectors")) {
@@ -22,7 +22,7 @@ TrackerSetup load_tracker_setup(const std::filesystem::path& file) {
       throw entry.error("name", "there is another reflector '" + reflector.name + "'");
     }
     reflector.on =
-        entry.choice("on", {"replica", "sensor"}) == "replica" ? ArmRole::replica : ArmRole::sensor;
+        entry.choice<ArmRole>("on", {{"replica", ArmRole::replica}, {"sensor", ArmRole::sensor}});
     reflector.place = entry.vector("at", Dimension::length);
     entry.finish();
     ++count[reflector.on == ArmRole::replica ? 0 : 1];

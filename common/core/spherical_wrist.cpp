@@ -87,14 +87,11 @@ int turn_number(double angle) {
 SphericalWristArm::SphericalWristArm(Config& config) {
   Config geometry = config.section("geometry");
   geometry_.a1 = geometry.quantity("a1", Dimension::length);
-  geometry_.a2 = geometry.quantity("a2", Dimension::length);
+  geometry_.a2 = geometry.quantity("a2", Dimension::length, above(0));
   geometry_.a3 = geometry.quantity("a3", Dimension::length);
-  geometry_.d4 = geometry.quantity("d4", Dimension::length);
+  geometry_.d4 = geometry.quantity("d4", Dimension::length, above(0));
   geometry_.d6 = geometry.quantity("d6", Dimension::length);
   geometry.finish();
-  if (geometry_.a2 <= 0 || geometry_.d4 <= 0) {
-    throw config.error("geometry", "a2 and d4 must be positive");
-  }
   forearm_ = std::hypot(geometry_.a3, geometry_.d4);
   forearm_angle_ = std::atan2(geometry_.a3, geometry_.d4);
 
@@ -110,12 +107,11 @@ SphericalWristArm::SphericalWristArm(Config& config) {
     JointLimit& limit = limits_[i];
     limit.low = joints[i].quantity("low", Dimension::angle);
     limit.high = joints[i].quantity("high", Dimension::angle);
-    limit.speed = joints[i].quantity("speed", Dimension::angular_speed);
-    limit.acceleration = joints[i].quantity("acceleration", Dimension::angular_acceleration);
+    limit.speed = joints[i].quantity("speed", Dimension::angular_speed, above(0));
+    limit.acceleration =
+        joints[i].quantity("acceleration", Dimension::angular_acceleration, above(0));
     joints[i].finish();
-    if (limit.low >= limit.high || limit.speed <= 0 || limit.acceleration <= 0) {
-      throw joints[i].error("low", "low must be below high, speed and acceleration positive");
-    }
+    if (limit.low >= limit.high) throw joints[i].error("low", "must be below 'high'");
   }
 }
 

@@ -9,7 +9,6 @@
 
 #include "common/core/config.h"
 #include "common/core/file.h"
-#include "common/core/positive.h"
 #include "common/core/sha256.h"
 #include "common/core/text.h"
 #include "common/meshes/mesh_file.h"
@@ -23,9 +22,7 @@ constexpr double rounding = 1e-9;
 
 Joint read_joint(Config config) {
   Joint joint;
-  const auto numbers = config.quantities("axis", Dimension::number);
-  if (numbers.size() != 3) throw config.error("axis", "expected a direction [x, y, z]");
-  joint.axis = {numbers[0], numbers[1], numbers[2]};
+  joint.axis = config.vector("axis", Dimension::number);
   if (!(joint.axis.norm() > 0)) throw config.error("axis", "expected a direction, not zero");
   joint.axis.normalize();
   joint.point = config.vector("point", Dimension::length);
@@ -46,17 +43,13 @@ Joint read_joint(Config config) {
 
 /// What all parts may say.
 void read_properties(Config& config, TargetPart& part) {
-  config.optional("surface_sigma", Dimension::length, part.surface_sigma);
-  expect_not_negative(config, "surface_sigma", part.surface_sigma);
-  config.optional("correlation_length", Dimension::length, part.correlation_length);
-  expect_positive(config, "correlation_length", part.correlation_length);
+  config.optional("surface_sigma", Dimension::length, part.surface_sigma, at_least(0));
+  config.optional("correlation_length", Dimension::length, part.correlation_length, above(0));
   read_material(config, part.material);
-  if (config.has("scan")) {
-    const std::string word = config.choice("scan", {"prefer", "avoid", "none"});
-    part.scan = word == "prefer"  ? ScanPreference::prefer
-                : word == "avoid" ? ScanPreference::avoid
-                                  : ScanPreference::none;
-  }
+  config.optional_choice("scan", part.scan,
+                         {{"prefer", ScanPreference::prefer},
+                          {"avoid", ScanPreference::avoid},
+                          {"none", ScanPreference::none}});
 }
 
 /// "7", or "0-11": indices of triangles, both ends included.
@@ -88,9 +81,12 @@ std::vector<std::uint32_t> faces_of(Config& config, const Mesh& mesh) {
     throw config.error("box",
                        "expected one of 'group', 'box' and 'faces', found " + std::to_string(ways));
   }
+  std::string name;
+  config.optional("group", name);
+  std::vector<std::string> texts;
+  config.optional("faces", texts);
   std::vector<std::uint32_t> faces;
   if (config.has("group")) {
-    const std::string name = config.text("group");
     std::vector<std::string> names;
     for (const MeshGroup& group : mesh.groups) {
       names.push_back(group.name);
@@ -102,7 +98,7 @@ std::vector<std::uint32_t> faces_of(Config& config, const Mesh& mesh) {
                                       (names.empty() ? "none" : joined(names)));
     }
   } else if (config.has("box")) {
-    Config box = config.section("box");
+    Config box = config.optional_section("box");
     const Eigen::Array3d low = box.vector("low", Dimension::length);
     const Eigen::Array3d high = box.vector("high", Dimension::length);
     box.finish();
@@ -116,7 +112,7 @@ std::vector<std::uint32_t> faces_of(Config& config, const Mesh& mesh) {
     if (faces.empty()) throw config.error("box", "no face of the mesh has its centre in it");
   } else {
     std::set<std::uint32_t> listed;
-    for (const std::string& text : config.texts("faces")) {
+    for (const std::string& text : texts) {
       add_faces(config, text, mesh.triangles.size(), listed);
     }
     faces.assign(listed.begin(), listed.end());
@@ -126,20 +122,17 @@ std::vector<std::uint32_t> faces_of(Config& config, const Mesh& mesh) {
 }
 
 void read_parts(Config& config, Target& target) {
-  if (config.has("default_part")) {
-    Config part = config.section("default_part");
-    read_properties(part, target.parts[0]);
-    part.finish();
-  }
+  Config default_part = config.optional_section("default_part");
+  read_properties(default_part, target.parts[0]);
+  default_part.finish();
   target.parts[0].name = "default";
   if (!config.has("parts")) return;
   constexpr std::size_t max_parts = 1000;
-  Config parts = config.section("parts");
+  Config parts = config.optional_section("parts");
   if (parts.keys().size() > max_parts) throw config.error("parts", "expected at most 1000");
   target.part_of.assign(target.mesh.triangles.size(), 0);
-  for (const std::string& name : parts.keys()) {
+  for (auto& [name, config_of_part] : parts.named_sections()) {
     if (name == "default") throw parts.error(name, "is the name of 'default_part'");
-    Config config_of_part = parts.section(name);
     TargetPart part = target.parts[0];
     part.name = name;
     read_properties(config_of_part, part);
@@ -156,26 +149,19 @@ void read_parts(Config& config, Target& target) {
     if (!any) throw parts.error(name, "all its faces are of parts before it");
     target.parts.push_back(std::move(part));
   }
-  parts.finish();
 }
 
 std::vector<DockingPort> ports_of(Config& config) {
   std::vector<DockingPort> ports;
-  if (!config.has("docking")) return ports;
-  Config docking = config.section("docking");
-  for (const std::string& name : docking.keys()) {
-    Config config_of_port = docking.section(name);
+  for (auto& [name, config_of_port] : config.optional_section("docking").named_sections()) {
     DockingPort port;
     port.name = name;
     port.pose = config_of_port.pose("pose");
-    config_of_port.optional("approach_cone", Dimension::angle, port.approach_cone);
-    if (!(port.approach_cone > 0 && port.approach_cone <= radians(90))) {
-      throw config_of_port.error("approach_cone", "expected a half angle up to 90 deg");
-    }
+    config_of_port.optional("approach_cone", Dimension::angle, port.approach_cone,
+                            above(0).at_most(radians(90)));
     config_of_port.finish();
     ports.push_back(std::move(port));
   }
-  docking.finish();
   return ports;
 }
 
@@ -195,23 +181,16 @@ bool nearly(double a, double b) { return std::abs(a - b) <= rounding * b; }
 std::vector<DockingPort> read_ports(const std::string& text, const std::string& name,
                                     double length) {
   Config config = Config::parse(text, name);
-  const double size = positive(config, "length", Dimension::length);
+  const double size = config.quantity("length", Dimension::length, above(0));
   std::vector<DockingPort> ports = ports_of(config);
   for (DockingPort& port : ports) port.pose.position *= nearly(size, length) ? 1 : length / size;
   return ports;
 }
 
 void read_material(Config& config, Material& material) {
-  const auto share = [&config](const char* key, double& value) {
-    config.optional(key, value);
-    if (!(value >= 0 && value <= 1)) throw config.error(key, "expected 0 to 1");
-  };
-  share("reflectivity", material.reflectivity);
-  share("specular", material.specular);
-  config.optional("roughness", Dimension::angle, material.roughness);
-  if (!(material.roughness >= 1e-3 && material.roughness <= 1)) {
-    throw config.error("roughness", "expected 1 mrad to 1 rad");
-  }
+  config.optional("reflectivity", material.reflectivity, within(0, 1));
+  config.optional("specular", material.specular, within(0, 1));
+  config.optional("roughness", Dimension::angle, material.roughness, within(1e-3, 1));
 }
 
 Target read_target_folder(const std::filesystem::path& folder, double length) {
@@ -232,7 +211,7 @@ Target read_target_folder(const std::filesystem::path& folder, double length) {
   }
   target.files = {file, folder / mesh};
   target.mesh = load_mesh(target.files.back());
-  const double size = positive(config, "length", Dimension::length);
+  const double size = config.quantity("length", Dimension::length, above(0));
   if (!nearly(bounding_box(target.mesh).size().maxCoeff(), size)) {
     target.mesh = scaled_to_length(target.mesh, size);
   }
@@ -243,11 +222,10 @@ Target read_target_folder(const std::filesystem::path& folder, double length) {
   }
   read_parts(config, target);
   target.ports = ports_of(config);
-  if (config.has("mount")) {
-    Config mount = config.section("mount");
-    target.mount = mount.pose("pose");
-    mount.finish();
-  }
+  Config mount = config.optional_section("mount");
+  mount.optional("pose", target.mount);
+  if (config.has("mount") && !target.mount) throw mount.error("pose", "is missing");
+  mount.finish();
   config.finish();
   if (length > 0 && !nearly(size, length)) scale(target, length / size);
 

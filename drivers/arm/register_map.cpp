@@ -67,14 +67,13 @@ constexpr int max_name = 37;
 
 SnpxAssignment read_assignment(Config config) {
   SnpxAssignment a;
-  a.slot = config.small_integer("slot");
-  a.address = config.small_integer("address");
-  a.size = config.small_integer("size");
+  a.slot = config.small_integer("slot", within(1, 80));
+  a.address = config.small_integer("address", at_least(1));
+  a.size = config.small_integer("size", at_least(1));
   a.variable = config.text("variable");
   a.multiply = config.small_integer("multiply");
   config.finish();
-  if (a.slot < 1 || a.slot > 80) throw config.error("slot", "expected 1 to 80");
-  if (a.address < 1 || a.size < 1 || a.address > last_register - a.size + 1) {
+  if (a.address > last_register - a.size + 1) {
     throw config.error("address", "expected registers within 1 to 16384");
   }
   if (!parse_snpx_variable(a.variable) || a.variable.size() > max_name ||
@@ -88,11 +87,8 @@ SnpxAssignment read_assignment(Config config) {
 
 RegisterBlock read_block(Config config, int most) {
   RegisterBlock block;
-  block.first = config.small_integer("first");
-  block.count = config.small_integer("count");
-  if (block.first < 1 || block.count < 1 || block.count > most) {
-    throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
-  }
+  block.first = config.small_integer("first", at_least(1));
+  block.count = config.small_integer("count", within(1, most));
   config.finish();
   return block;
 }
@@ -179,7 +175,7 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   map.command = read_block(config.section("command"), MODBUS_MAX_WRITE_REGISTERS);
 
   if (config.has("bootstrap")) {
-    Config section = config.section("bootstrap");
+    Config section = config.optional_section("bootstrap");
     Bootstrap window;
     window.first = section.small_integer("first");
     window.peephole = section.small_integer("peephole");
@@ -197,6 +193,8 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   map.setpoint_valid = locator.word(config, "setpoint", position_words::joints_valid, map.command);
   map.program_state = locator.word(config, "program", program_words::state, map.status);
 
+  std::string variable;
+  config.optional("alarm", variable);
   if (config.has("alarm")) {
     const RegisterBlock all{1, last_register};
     const auto alarm = locator.find(config, "alarm", 1, alarm_words::text_end, all);
@@ -221,15 +219,14 @@ RegisterMap RegisterMap::load(const std::filesystem::path& path) {
   map.mode = locator.number(numbers, "mode", map.command);
   numbers.finish();
 
-  map.tick_period = utime_from_seconds(config.quantity("tick_period", Dimension::time));
-  map.counter_wrap = config.small_integer("counter_wrap");
-  if (map.counter_wrap < 1 << 16) throw config.error("counter_wrap", "expected at least 65536");
+  map.tick_period = config.microseconds("tick_period");
+  map.counter_wrap = config.small_integer("counter_wrap", at_least(1 << 16));
   Config coils = config.section("coils");
   map.start_coil = coils.small_integer("start");
   map.hold_coil = coils.small_integer("hold");
   map.reset_coil = coils.small_integer("reset");
   coils.finish();
-  map.pulse = utime_from_seconds(config.quantity("pulse", Dimension::time));
+  map.pulse = config.microseconds("pulse");
   config.finish();
   return map;
 }

@@ -18,11 +18,8 @@ constexpr double angle_scale = 100;
 
 PlcMap::Block read_block(Config config, int most) {
   PlcMap::Block block;
-  block.first = config.small_integer("first");
-  block.count = config.small_integer("count");
-  if (block.first < 1 || block.count < 1 || block.count > most) {
-    throw config.error("count", "expected 1 to " + std::to_string(most) + " registers");
-  }
+  block.first = config.small_integer("first", at_least(1));
+  block.count = config.small_integer("count", within(1, most));
   config.finish();
   return block;
 }
@@ -36,9 +33,7 @@ int read_register(Config& config, const std::string& key, const PlcMap::Block& b
 }
 
 int read_bit(Config& config, const std::string& key) {
-  const auto bit = config.small_integer(key);
-  if (bit < 0 || bit > 15) throw config.error(key, "expected a bit, 0 to 15");
-  return bit;
+  return config.small_integer(key, within(0, 15));
 }
 
 }  // namespace

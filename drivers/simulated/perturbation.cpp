@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/core/corrected_kinematics.h"
-#include "common/core/positive.h"
 #include "common/core/random.h"
 
 namespace berth {
@@ -16,30 +15,25 @@ Pose draw_pose(Random& random, double position, double rotation) {
   return {shift, rotation_from_vector(random.normal_vector(rotation))};
 }
 
-void read_size(Config& config, const char* key, Dimension dimension, double& value) {
-  config.optional(key, dimension, value);
-  expect_not_negative(config, key, value);
-}
-
 }  // namespace
 
 void read_geometry(Config config, PerturbationSizes& sizes) {
-  read_size(config, "base_position", Dimension::length, sizes.base_position);
-  read_size(config, "base_rotation", Dimension::angle, sizes.base_rotation);
-  read_size(config, "tool_position", Dimension::length, sizes.tool_position);
-  read_size(config, "tool_rotation", Dimension::angle, sizes.tool_rotation);
-  read_size(config, "rotary_zero", Dimension::angle, sizes.rotary_zero);
-  read_size(config, "linear_zero", Dimension::length, sizes.linear_zero);
-  read_size(config, "link_position", Dimension::length, sizes.link_position);
-  read_size(config, "link_rotation", Dimension::angle, sizes.link_rotation);
+  config.optional("base_position", Dimension::length, sizes.base_position, at_least(0));
+  config.optional("base_rotation", Dimension::angle, sizes.base_rotation, at_least(0));
+  config.optional("tool_position", Dimension::length, sizes.tool_position, at_least(0));
+  config.optional("tool_rotation", Dimension::angle, sizes.tool_rotation, at_least(0));
+  config.optional("rotary_zero", Dimension::angle, sizes.rotary_zero, at_least(0));
+  config.optional("linear_zero", Dimension::length, sizes.linear_zero, at_least(0));
+  config.optional("link_position", Dimension::length, sizes.link_position, at_least(0));
+  config.optional("link_rotation", Dimension::angle, sizes.link_rotation, at_least(0));
   config.finish();
 }
 
 void read_clocks(Config config, PerturbationSizes& sizes) {
-  read_size(config, "controller", Dimension::time, sizes.controller_clock);
-  read_size(config, "controller_drift", Dimension::number, sizes.controller_drift);
-  read_size(config, "report_lag", Dimension::time, sizes.report_lag);
-  read_size(config, "lidar", Dimension::time, sizes.lidar_clock);
+  config.optional("controller", Dimension::time, sizes.controller_clock, at_least(0));
+  config.optional("controller_drift", Dimension::number, sizes.controller_drift, at_least(0));
+  config.optional("report_lag", Dimension::time, sizes.report_lag, at_least(0));
+  config.optional("lidar", Dimension::time, sizes.lidar_clock, at_least(0));
   config.finish();
 }
 

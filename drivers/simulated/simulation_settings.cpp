@@ -1,54 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/simulated/simulation_settings.h"
 
-#include "common/core/positive.h"
+#include "common/core/config.h"
 
 namespace berth {
 namespace {
 
-void read_time(Config& config, const std::string& key, Utime& value) {
-  double s = seconds(value);
-  config.optional(key, Dimension::time, s);
-  expect_not_negative(config, key, s);
-  value = utime_from_seconds(s);
-}
-
 SimulatedController::Options read_controller(Config config) {
   SimulatedController::Options options;
   config.optional("connections", options.connections);
-  read_time(config, "idle_timeout", options.idle_timeout);
-  read_time(config, "interpolation_period", options.robot.interpolation_period);
-  read_time(config, "dead_time", options.robot.dead_time);
-  read_time(config, "watchdog", options.robot.watchdog);
-  config.optional("emergency_braking", options.robot.emergency_braking);
-  read_time(config, "report_lag", options.report_lag);
+  config.optional_microseconds("idle_timeout", options.idle_timeout, at_least(0));
+  config.optional_microseconds("interpolation_period", options.robot.interpolation_period,
+                               at_least(1e-3));
+  config.optional_microseconds("dead_time", options.robot.dead_time, at_least(0));
+  config.optional_microseconds("watchdog", options.robot.watchdog, at_least(0));
+  config.optional("emergency_braking", options.robot.emergency_braking, above(0));
+  config.optional_microseconds("report_lag", options.report_lag, at_least(0));
   config.optional("rotary_quantum", Dimension::angle, options.rotary_quantum);
   config.optional("linear_quantum", Dimension::length, options.linear_quantum);
   config.finish();
-  if (options.robot.interpolation_period < millisecond) {
-    throw config.error("interpolation_period", "must be at least 1 ms");
-  }
-  expect_positive(config, "emergency_braking", options.robot.emergency_braking);
   return options;
 }
 
 SimulatedPlc::Options read_plc(Config config) {
   SimulatedPlc::Options options;
   config.optional("connections", options.connections);
-  read_time(config, "idle_timeout", options.idle_timeout);
-  read_time(config, "lamp_rise", options.lamp_rise);
-  config.optional("lamp_turn", Dimension::angular_speed, options.lamp_turn);
+  config.optional_microseconds("idle_timeout", options.idle_timeout, at_least(0));
+  config.optional_microseconds("lamp_rise", options.lamp_rise, at_least(1e-3));
+  config.optional("lamp_turn", Dimension::angular_speed, options.lamp_turn, above(0));
   config.finish();
-  if (options.lamp_rise < millisecond) throw config.error("lamp_rise", "must be at least 1 ms");
-  expect_positive(config, "lamp_turn", options.lamp_turn);
   return options;
 }
 
 SimulatedTracker::Options read_tracker(Config config) {
   SimulatedTracker::Options options;
   options.write = config.boolean("write");
-  const double rate = config.quantity("rate", Dimension::frequency);
-  if (!(rate > 0 && rate <= 1000)) throw config.error("rate", "expected up to 1 kHz");
+  const double rate = config.quantity("rate", Dimension::frequency, above(0).at_most(1000));
   options.period = utime_from_seconds(1 / rate);
   options.place = config.pose("place");
   config.finish();
@@ -58,13 +45,14 @@ SimulatedTracker::Options read_tracker(Config config) {
 SimulatedInertial::Options read_inertial(Config config) {
   SimulatedInertial::Options options;
   options.publish = config.boolean("publish");
-  const double rate = config.quantity("rate", Dimension::frequency);
-  if (!(rate >= 10 && rate <= 1000)) throw config.error("rate", "expected 10 Hz to 1 kHz");
+  const double rate = config.quantity("rate", Dimension::frequency, within(10, 1000));
   options.period = utime_from_seconds(1 / rate);
-  options.acceleration_bias = not_negative(config, "acceleration_bias", Dimension::acceleration);
-  options.turn_rate_bias = not_negative(config, "turn_rate_bias", Dimension::angular_speed);
-  options.velocity_noise = not_negative(config, "velocity_noise", Dimension::speed);
-  options.turn_rate_noise = not_negative(config, "turn_rate_noise", Dimension::angular_speed);
+  options.acceleration_bias =
+      config.quantity("acceleration_bias", Dimension::acceleration, at_least(0));
+  options.turn_rate_bias = config.quantity("turn_rate_bias", Dimension::angular_speed, at_least(0));
+  options.velocity_noise = config.quantity("velocity_noise", Dimension::speed, at_least(0));
+  options.turn_rate_noise =
+      config.quantity("turn_rate_noise", Dimension::angular_speed, at_least(0));
   config.finish();
   return options;
 }

@@ -7,7 +7,6 @@
 #include <map>
 #include <numeric>
 
-#include "common/core/positive.h"
 #include "common/core/random.h"
 #include "common/core/ray_caster.h"
 
@@ -270,22 +269,13 @@ void add_part(TrueTarget& truth, double size, Random& random) {
 
 TargetDepartures read_target_departures(Config config) {
   TargetDepartures departures;
-  config.optional("surface", departures.surface);
-  expect_not_negative(config, "surface", departures.surface);
-  const std::pair<const char*, std::optional<double>*> sigmas[] = {
-      {"rigid_surface", &departures.rigid_surface}, {"soft_surface", &departures.soft_surface}};
-  for (const auto& [key, sigma] : sigmas) {
-    if (config.has(key)) *sigma = not_negative(config, key, Dimension::length);
-  }
-  config.optional("joints", Dimension::angle, departures.joints);
-  expect_not_negative(config, "joints", departures.joints);
-  const std::pair<const char*, double*> shares[] = {{"missing", &departures.missing},
-                                                    {"extra", &departures.extra},
-                                                    {"extra_size", &departures.extra_size}};
-  for (const auto& [key, share] : shares) {
-    config.optional(key, *share);
-    if (!(*share >= 0 && *share <= 1)) throw config.error(key, "expected 0 % to 100 %");
-  }
+  config.optional("surface", departures.surface, at_least(0));
+  config.optional("rigid_surface", Dimension::length, departures.rigid_surface, at_least(0));
+  config.optional("soft_surface", Dimension::length, departures.soft_surface, at_least(0));
+  config.optional("joints", Dimension::angle, departures.joints, at_least(0));
+  config.optional("missing", departures.missing, within(0, 1));
+  config.optional("extra", departures.extra, within(0, 1));
+  config.optional("extra_size", departures.extra_size, within(0, 1));
   config.finish();
   return departures;
 }

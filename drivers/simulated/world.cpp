@@ -49,11 +49,11 @@ std::string text_of(const TrueTarget& truth) {
 }
 
 void read_controllers(Config config, WorldSettings& world) {
-  const std::string program = config.choice("program", {"interpolating", "position_register"});
-  world.program = program == "interpolating" ? SimulatedRobot::Program::interpolating
-                                             : SimulatedRobot::Program::position_register;
-  config.optional("cnt", world.cnt);
-  if (world.cnt < 0 || world.cnt > 100) throw config.error("cnt", "expected 0 to 100");
+  using Program = SimulatedRobot::Program;
+  world.program =
+      config.choice<Program>("program", {{"interpolating", Program::interpolating},
+                                         {"position_register", Program::position_register}});
+  config.optional("cnt", world.cnt, within(0, 100));
   config.finish();
 }
 
@@ -68,10 +68,10 @@ WorldSettings load_world(const std::filesystem::path& config, const std::string&
   }
   Config file = Config::load(path);
   WorldSettings world;
-  if (file.has("geometry")) read_geometry(file.section("geometry"), world.cell);
-  if (file.has("clocks")) read_clocks(file.section("clocks"), world.cell);
-  if (file.has("target")) world.target = read_target_departures(file.section("target"));
-  if (file.has("scanner")) world.scanner = read_scanner_errors(file.section("scanner"));
+  read_geometry(file.optional_section("geometry"), world.cell);
+  read_clocks(file.optional_section("clocks"), world.cell);
+  world.target = read_target_departures(file.optional_section("target"));
+  world.scanner = read_scanner_errors(file.optional_section("scanner"));
   if (file.has("controllers")) read_controllers(file.section("controllers"), world);
   file.finish();
   return world;

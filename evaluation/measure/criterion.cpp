@@ -34,14 +34,13 @@ Criterion read_criterion(Config& config) {
   config.optional("min", dimension, criterion.lower);
   config.optional("max", dimension, criterion.upper);
   config.optional("nominal", dimension, criterion.nominal);
-  config.optional("samples", criterion.samples);
+  config.optional("samples", criterion.samples, at_least(1));
   config.optional("claim", criterion.claim);
   config.finish();
   if (!config.has("min") && !config.has("max")) {
     throw config.error("name", "criterion '" + criterion.name + "' needs 'min' or 'max'");
   }
   if (criterion.lower > criterion.upper) throw config.error("min", "is greater than 'max'");
-  if (criterion.samples < 1) throw config.error("samples", "must be at least 1");
   return criterion;
 }
 

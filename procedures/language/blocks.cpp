@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "common/core/error.h"
-#include "common/core/positive.h"
 #include "common/core/text.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/procedure.h"
@@ -136,19 +135,14 @@ class Unroller {
     step.when_lost = around.when_lost.value_or(WhenLost::fail);
     step.depth = around.depth;
     config.optional("name", step.name);
-    config.optional("timeout", Dimension::time, step.timeout);
-    expect_positive(config, "timeout", step.timeout);
+    config.optional("timeout", Dimension::time, step.timeout, above(0));
     config.finish();
     add(std::move(step), config);
   }
 
   void repeat(Config& config, const Surroundings& around) {
     Config block = config.section("repeat");
-    const std::int64_t times = block.integer("times");
-    if (times < 1 || times > max_steps) {
-      throw block.error("times", "found " + std::to_string(times) + ", expected 1 to " +
-                                     std::to_string(max_steps));
-    }
+    const std::int64_t times = block.integer("times", within(1, max_steps));
     block.raw("steps");
     finish_keys(block, find_in(blocks(), "repeat")->keys, "repeat");
     for (std::int64_t i = 1; i <= times; ++i) {
@@ -236,17 +230,13 @@ class Unroller {
     Config block = config.section("calibrate");
     Move move;
     Dwell dwell{20, 1};
-    move.speed = positive(block, "speed", Dimension::speed);
+    move.speed = block.quantity("speed", Dimension::speed, above(0));
     move.angular_speed = radians(10);
-    block.optional("turn", Dimension::angular_speed, move.angular_speed);
-    expect_positive(block, "turn", move.angular_speed);
-    block.optional("estimates", dwell.estimates);
-    if (dwell.estimates < 1) throw block.error("estimates", "expected at least one");
-    block.optional("settle", Dimension::time, dwell.settle);
-    expect_not_negative(block, "settle", dwell.settle);
+    block.optional("turn", Dimension::angular_speed, move.angular_speed, above(0));
+    block.optional("estimates", dwell.estimates, at_least(1));
+    block.optional("settle", Dimension::time, dwell.settle, at_least(0));
     Track track;
-    block.optional("returns", track.returns);
-    expect_not_negative(block, "returns", track.returns);
+    block.optional("returns", track.returns, at_least(0));
     const Condition seen = parse_condition("estimate is ok");
     const Condition not_seen = parse_condition("estimate is not ok");
     const auto poses = read_poses(block, "poses");

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "common/core/fault_kind.h"
-#include "common/core/positive.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/verbs.h"
 
@@ -11,8 +10,7 @@ namespace berth::procedures {
 namespace {
 
 void read_lamp(Config& config, const std::string& key, double& value) {
-  config.optional(key, Dimension::number, value);
-  if (value < 0 || value > 1) throw config.error(key, "expected 0 % to 100 %");
+  config.optional(key, value, within(0, 1));
 }
 
 Read read_lights(Config& config) { return {read_lamps(config, {}), 20}; }
@@ -75,10 +73,8 @@ Read read_inject(Config& config) {
   if (const std::string wrong = wrong_fault_value(kind, inject.value); !wrong.empty()) {
     throw config.error("value", wrong);
   }
-  config.optional("for", Dimension::time, inject.duration);
-  expect_not_negative(config, "for", inject.duration);
-  config.optional("after", Dimension::time, inject.after);
-  expect_not_negative(config, "after", inject.after);
+  config.optional("for", Dimension::time, inject.duration, at_least(0));
+  config.optional("after", Dimension::time, inject.after, at_least(0));
   return {inject, 15};
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What moves the arms.
-#include "common/core/positive.h"
 #include "procedures/language/step_options.h"
 #include "procedures/language/verbs.h"
 
@@ -17,10 +16,9 @@ const KeyInfo target_motion_key = {"target_motion", Kind::trajectory, false, "no
 Read read_move(Config& config) {
   Move move;
   move.to = config.pose("to");
-  move.speed = positive(config, "speed", Dimension::speed);
+  move.speed = config.quantity("speed", Dimension::speed, above(0));
   move.angular_speed = radians(10);
-  config.optional("turn", Dimension::angular_speed, move.angular_speed);
-  expect_positive(config, "turn", move.angular_speed);
+  config.optional("turn", Dimension::angular_speed, move.angular_speed, above(0));
   if (config.has("frozen")) {
     move.frozen_arm = frozen_arm_of(config.choice("frozen", frozen_arms()));
   }
@@ -29,7 +27,7 @@ Read read_move(Config& config) {
 
 Read read_retreat(Config& config) {
   Retreat retreat;
-  if (config.has("speed")) retreat.speed = positive(config, "speed", Dimension::speed);
+  if (config.has("speed")) retreat.speed = config.quantity("speed", Dimension::speed, above(0));
   return {retreat, 600};
 }
 
@@ -52,8 +50,8 @@ ClosedLoop read_loop(Config& config) {
 
 Read read_approach(Config& config) {
   Approach approach;
-  approach.standoff = positive(config, "standoff", Dimension::length);
-  approach.speed = positive(config, "speed", Dimension::speed);
+  approach.standoff = config.quantity("standoff", Dimension::length, above(0));
+  approach.speed = config.quantity("speed", Dimension::speed, above(0));
   if (config.has("dock")) {
     const std::string port = config.text("dock");
     if (port == "true") approach.port = "";
@@ -64,28 +62,27 @@ Read read_approach(Config& config) {
 }
 
 Read read_hold(Config& step) {
-  const double duration = positive(step, "hold", Dimension::time);
+  const double duration = step.quantity("hold", Dimension::time, above(0));
   return {Hold{duration, false, {}}, duration + 30};
 }
 
 Read read_station_keep(Config& step) {
-  const double duration = positive(step, "station_keep", Dimension::time);
+  const double duration = step.quantity("station_keep", Dimension::time, above(0));
   return {Hold{duration, true, {}}, duration + 30};
 }
 
 Read read_station_keep_map(Config& config) {
-  const double duration = positive(config, "for", Dimension::time);
+  const double duration = config.quantity("for", Dimension::time, above(0));
   return {Hold{duration, true, read_loop(config)}, duration + 30};
 }
 
 Read read_guided(Config& config) {
   Guided guided;
   guided.by = config.text("by");
-  guided.duration = positive(config, "for", Dimension::time);
-  guided.speed = positive(config, "speed", Dimension::speed);
+  guided.duration = config.quantity("for", Dimension::time, above(0));
+  guided.speed = config.quantity("speed", Dimension::speed, above(0));
   guided.angular_speed = radians(5);
-  config.optional("turn", Dimension::angular_speed, guided.angular_speed);
-  expect_positive(config, "turn", guided.angular_speed);
+  config.optional("turn", Dimension::angular_speed, guided.angular_speed, above(0));
   if (config.has("until")) {
     try {
       guided.until = parse_condition(config.text("until"));

@@ -2,14 +2,13 @@
 // Waiting, asking and writing down.
 #include <algorithm>
 
-#include "common/core/positive.h"
 #include "procedures/language/verbs.h"
 
 namespace berth::procedures {
 namespace {
 
 Read read_wait(Config& step) {
-  const double duration = positive(step, "wait", Dimension::time);
+  const double duration = step.quantity("wait", Dimension::time, above(0));
   return {Wait{duration}, duration + 30};
 }
 

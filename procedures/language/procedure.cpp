@@ -213,8 +213,7 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   if (config.has("target")) procedure.target_line = config.raw("target").line();
   if (config.has("world")) procedure.world_line = config.raw("world").line();
   config.optional("target_length", Dimension::length, procedure.target_length);
-  config.optional("lost_for", Dimension::time, procedure.lost_for);
-  if (procedure.lost_for <= 0) throw config.error("lost_for", "must be greater than zero");
+  config.optional("lost_for", Dimension::time, procedure.lost_for, above(0));
   Unrolled steps = unroll(source, "steps", library);
   procedure.steps = std::move(steps.steps);
   procedure.limits = read_limits(config);

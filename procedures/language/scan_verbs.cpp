@@ -2,7 +2,6 @@
 // Requests to the LIDAR and the estimator.
 #include <algorithm>
 
-#include "common/core/positive.h"
 #include "procedures/language/verbs.h"
 
 namespace berth::procedures {
@@ -18,11 +17,6 @@ const KeyInfo returns_key = {"returns", Kind::count, false, "the estimator's own
 
 const KeyInfo acquire_returns_key = {"returns", Kind::count, false, "as they come",
                                      "returns wanted of the scan in which it is found"};
-
-void optional_count(Config& config, const std::string& key, int& value) {
-  config.optional(key, value);
-  expect_not_negative(config, key, value);
-}
 
 void optional_gate(Config& config, double& near, double& far) {
   if (!config.has("gate")) return;
@@ -40,10 +34,9 @@ Read read_scan(Config& config) {
   window.name = "procedure";
   config.optional("azimuth", Dimension::angle, window.azimuth);
   config.optional("elevation", Dimension::angle, window.elevation);
-  window.width = positive(config, "width", Dimension::angle);
-  window.height = positive(config, "height", Dimension::angle);
-  window.count = config.small_integer("count");
-  if (window.count < 1) throw config.error("count", "expected at least one beam");
+  window.width = config.quantity("width", Dimension::angle, above(0));
+  window.height = config.quantity("height", Dimension::angle, above(0));
+  window.count = config.small_integer("count", at_least(1));
   if (config.has("pattern")) {
     const auto found =
         std::find(patterns.begin(), patterns.end(), config.choice("pattern", patterns));
@@ -55,7 +48,7 @@ Read read_scan(Config& config) {
 Read read_acquire(Config& config) {
   Acquire acquire;
   optional_gate(config, acquire.gate_near, acquire.gate_far);
-  optional_count(config, "returns", acquire.returns);
+  config.optional("returns", acquire.returns, at_least(0));
   return {acquire, 90};
 }
 
@@ -63,9 +56,8 @@ Read read_track(Config& config) {
   Track track;
   optional_gate(config, track.gate_near, track.gate_far);
   config.optional("strategy", track.strategy);
-  optional_count(config, "returns", track.returns);
-  config.optional("settle", track.settle);
-  if (track.settle < 1) throw config.error("settle", "expected at least one good estimate");
+  config.optional("returns", track.returns, at_least(0));
+  config.optional("settle", track.settle, at_least(1));
   if (config.has("from")) track.from = config.pose("from");
   return {track, 60};
 }

@@ -29,6 +29,13 @@ json quantity(const std::string& units, bool bare_number) {
   return {{"anyOf", json::array({{{"type", "number"}}, text})}};
 }
 
+/// Text of a number and a unit of the dimension.
+json quantity(Dimension dimension) {
+  std::string units;
+  for (const std::string& name : unit_names(dimension)) units += (units.empty() ? "" : "|") + name;
+  return quantity(units, false);
+}
+
 json list_of(const json& items, int least = 1) {
   return {{"anyOf", json::array({{{"type", "array"}, {"items", items}, {"minItems", least}},
                                  ref("reference")})}};
@@ -52,12 +59,12 @@ json definitions() {
   json d;
   d["reference"] = {{"type", "string"}, {"pattern", std::string("^") + reference + "$"}};
   d["number"] = quantity("%?", true);
-  d["length"] = quantity("m|mm|cm|um|km", false);
-  d["angle"] = quantity("deg|rad|mrad|urad", false);
-  d["time"] = quantity("s|ms|us|min|h", false);
-  d["speed"] = quantity("m/s|mm/s|cm/s", false);
-  d["angular_speed"] = quantity("deg/s|rad/s", false);
-  d["frequency"] = quantity("Hz|kHz", false);
+  d["length"] = quantity(Dimension::length);
+  d["angle"] = quantity(Dimension::angle);
+  d["time"] = quantity(Dimension::time);
+  d["speed"] = quantity(Dimension::speed);
+  d["angular_speed"] = quantity(Dimension::angular_speed);
+  d["frequency"] = quantity(Dimension::frequency);
   d["quantity"] = quantity(".*", true);
   d["count"] = {{"anyOf", json::array({{{"type", "integer"}, {"minimum", 0}}, ref("reference")})}};
   d["boolean"] = {{"anyOf", json::array({{{"type", "boolean"}}, ref("reference")})}};

@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "common/core/error.h"
-#include "common/core/positive.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
 #include "procedures/language/procedure.h"
@@ -27,7 +26,7 @@ std::vector<YamlNode> read_range(Config& axis) {
   if (!dimension) throw axis.error("from", "found '" + from + "', expected a quantity");
   const double first = parse_quantity(from, *dimension);
   const double last = axis.quantity("to", *dimension);
-  const double step = positive(axis, "step", *dimension);  // from and to say which way
+  const double step = axis.quantity("step", *dimension, above(0));  // from and to say which way
   axis.finish();
   const double count = std::floor(std::abs((last - first) / step) + 1e-9);
   if (count >= max_steps) {

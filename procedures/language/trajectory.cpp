@@ -8,7 +8,6 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "common/core/positive.h"
 #include "common/core/text.h"
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
@@ -87,13 +86,8 @@ Trajectory made_by(Waypoints (*make)(const Pose&, const Options&), const Options
   return {[=](const Pose& here) { return make(here, options); }, make(Pose{}, options).back().time};
 }
 
-void optional_positive(Config& config, const std::string& key, Dimension dimension, double& value) {
-  config.optional(key, dimension, value);
-  expect_positive(config, key, value);
-}
-
 void read_ramp(Config& config, double& ramp) {
-  optional_positive(config, "ramp", Dimension::time, ramp);
+  config.optional("ramp", Dimension::time, ramp, above(0));
 }
 
 void read_axis(Config& config, Vector3d& axis) {
@@ -135,8 +129,7 @@ std::string attached(Config& rule, const Reader& read) {
 Trajectory read_file_rule(Config& config) {
   testbed::TrajectoryFile options;
   const std::filesystem::path name = config.text("name");
-  config.optional("ramp", Dimension::time, options.ramp);
-  expect_not_negative(config, "ramp", options.ramp);
+  config.optional("ramp", Dimension::time, options.ramp, at_least(0));
   try {
     const std::string text = attached(config, [&](const std::filesystem::path& folder) {
       return clean_text(read_file(folder / name), name.string());
@@ -157,9 +150,9 @@ Trajectory read_log_rule(Config& config) {
   std::string of = "truth";
   if (config.has("of")) of = config.choice("of", {"truth", "commanded"});
   double spacing = 0.25;
-  optional_positive(config, "spacing", Dimension::time, spacing);
-  optional_positive(config, "speed", Dimension::speed, options.speed);
-  optional_positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  config.optional("spacing", Dimension::time, spacing, above(0));
+  config.optional("speed", Dimension::speed, options.speed, above(0));
+  config.optional("turn", Dimension::angular_speed, options.angular_speed, above(0));
   read_ramp(config, options.ramp);
   try {
     const std::string text = attached(config, [&](const std::filesystem::path& folder) {
@@ -176,8 +169,8 @@ Trajectory read_log_rule(Config& config) {
 Trajectory read_straight(Config& config) {
   testbed::Straight options;
   options.by = config.pose("by");
-  optional_positive(config, "speed", Dimension::speed, options.speed);
-  optional_positive(config, "turn", Dimension::angular_speed, options.angular_speed);
+  config.optional("speed", Dimension::speed, options.speed, above(0));
+  config.optional("turn", Dimension::angular_speed, options.angular_speed, above(0));
   read_ramp(config, options.ramp);
   if (distance(Pose{}, options.by) < 1e-6 && angle_between(Pose{}, options.by) < 1e-6) {
     throw config.error("by", "goes nowhere");
@@ -187,10 +180,10 @@ Trajectory read_straight(Config& config) {
 
 Trajectory read_bar(Config& config, const Vector3d& bulge_along) {
   testbed::BarApproach options;
-  options.to = positive(config, "to", Dimension::length);
+  options.to = config.quantity("to", Dimension::length, above(0));
   if (config.has("holds")) options.holds = config.quantities("holds", Dimension::length);
-  optional_positive(config, "hold_for", Dimension::time, options.hold_for);
-  optional_positive(config, "speed", Dimension::speed, options.speed);
+  config.optional("hold_for", Dimension::time, options.hold_for, above(0));
+  config.optional("speed", Dimension::speed, options.speed, above(0));
   config.optional("bulge", Dimension::length, options.bulge);
   read_ramp(config, options.ramp);
   options.bulge_along = bulge_along;
@@ -203,30 +196,28 @@ Trajectory read_r_bar(Config& config) { return read_bar(config, Vector3d::UnitX(
 Trajectory read_oscillation(Config& config) {
   testbed::Oscillation options;
   read_axis(config, options.axis);
-  options.amplitude = positive(config, "amplitude", Dimension::length);
-  options.speed = positive(config, "speed", Dimension::speed);
-  config.optional("cycles", options.cycles);
-  if (options.cycles < 1) throw config.error("cycles", "expected at least one");
+  options.amplitude = config.quantity("amplitude", Dimension::length, above(0));
+  options.speed = config.quantity("speed", Dimension::speed, above(0));
+  config.optional("cycles", options.cycles, at_least(1));
   read_ramp(config, options.ramp);
   return made_by(testbed::oscillation, options);
 }
 
 Trajectory read_spiral(Config& config) {
   testbed::Spiral options;
-  options.radius = positive(config, "radius", Dimension::length);
-  optional_positive(config, "turns", Dimension::number, options.turns);
-  optional_positive(config, "speed", Dimension::speed, options.speed);
+  options.radius = config.quantity("radius", Dimension::length, above(0));
+  config.optional("turns", options.turns, above(0));
+  config.optional("speed", Dimension::speed, options.speed, above(0));
   read_ramp(config, options.ramp);
   return made_by(testbed::spiral, options);
 }
 
 Trajectory read_drift(Config& config) {
   testbed::Drift options;
-  optional_positive(config, "amplitude", Dimension::length, options.amplitude);
-  config.optional("turn", Dimension::angle, options.turn);
-  expect_not_negative(config, "turn", options.turn);
-  optional_positive(config, "period", Dimension::time, options.period);
-  options.duration = positive(config, "duration", Dimension::time);
+  config.optional("amplitude", Dimension::length, options.amplitude, above(0));
+  config.optional("turn", Dimension::angle, options.turn, at_least(0));
+  config.optional("period", Dimension::time, options.period, above(0));
+  options.duration = config.quantity("duration", Dimension::time, above(0));
   read_ramp(config, options.ramp);
   return made_by(testbed::drift, options);
 }
@@ -236,7 +227,7 @@ Trajectory read_fly_around(Config& config) {
   options.angle = config.quantity("angle", Dimension::angle);
   if (options.angle == 0) throw config.error("angle", "goes nowhere");
   read_axis(config, options.axis);
-  optional_positive(config, "speed", Dimension::angular_speed, options.speed);
+  config.optional("speed", Dimension::angular_speed, options.speed, above(0));
   read_ramp(config, options.ramp);
   return made_by(testbed::fly_around, options);
 }
@@ -252,7 +243,7 @@ Trajectory read_tumble(Config& config) {
   }
   options.rate = config.vector("rate", Dimension::angular_speed);
   if (options.rate.norm() == 0) throw config.error("rate", "a body that does not turn");
-  options.duration = positive(config, "duration", Dimension::time);
+  options.duration = config.quantity("duration", Dimension::time, above(0));
   read_ramp(config, options.ramp);
   return made_by(testbed::tumble, options);
 }

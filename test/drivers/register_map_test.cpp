@@ -66,7 +66,7 @@ TEST_CASE("a map that cannot work is refused with file, line and key") {
              Catch::Contains("stands at register 53, outside its block"));
   CHECK_THAT(complaint("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
   CHECK_THAT(complaint("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
-  CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("1 to 123 registers"));
+  CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("a whole number from 1 to 123"));
   CHECK_THAT(complaint("alarm: ALM[1]", "alarm: ALM[2]"),
              Catch::Contains("none of the assignments"));
   CHECK_THAT(complaint("unit: 1", "unit: 250"), Catch::Contains("found 250, expected 1 to 247"));

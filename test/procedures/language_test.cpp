@@ -132,7 +132,8 @@ TEST_CASE("names of sweeps are checked") {
             .find("p.yaml:4: key 'steps[0].sweep.a.to': found '2 m', expected a time") == 0);
   CHECK(complaint_about_steps("  - sweep:\n      a: {from: 2 s, to: 1 s, step: -1 s}\n"
                               "      steps:\n        - wait: ${a}\n")
-            .find("p.yaml:4: key 'steps[0].sweep.a.step': must be greater than zero") == 0);
+            .find("p.yaml:4: key 'steps[0].sweep.a.step': found '-1 s', expected a time above 0") ==
+        0);
   CHECK(
       complaint_about_steps("  - sweep:\n      a: [1 s, 2 m]\n      steps:\n        - wait: ${a}\n")
           .find("p.yaml:6: key 'steps[0].sweep.steps[0].wait': found '2 m'") == 0);

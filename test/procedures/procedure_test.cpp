@@ -127,7 +127,7 @@ TEST_CASE("errors name file, line, key and what was expected") {
   CHECK(with("${speed}", "20 mm/s") == "p.yaml:3: key 'parameters.speed': is never used");
   CHECK(with("name: good", "nmae: good").find("p.yaml:1: key 'name': is missing") == 0);
   CHECK(with("criteria:", "criterion:").find("p.yaml:15: key 'criterion': is not known here") == 0);
-  CHECK(with("hold: 10 s", "hold: 0 s").find("must be greater than zero") != std::string::npos);
+  CHECK(with("hold: 10 s", "hold: 0 s").find("expected a time above 0") != std::string::npos);
 }
 
 TEST_CASE("steps out of order are refused before anything moves") {

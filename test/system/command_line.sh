@@ -36,6 +36,14 @@ expect 2 "$bin/berth" run procedures/approach.yaml --twin --out "$work" --set no
 says "nonsense"
 expect 2 "$bin/berth" run procedures/approach.yaml --out "$work" --lcm-url tcpq://localhost:7700
 says "tcpq"
+expect 0 "$bin/berth" config describe
+says "config/lidars/*.yaml"
+expect 0 "$bin/berth" config describe lidar
+says "beam.range_sigma"
+expect 0 "$bin/berth" config describe config/lidars/ilris_3d.yaml
+says "ILRIS-3D"
+expect 2 "$bin/berth" config describe lidra
+says "found 'lidra', expected a file or one of: "
 expect 0 "$bin/berth" check procedures
 says "0 with errors"
 expect 0 "$bin/berth" check --schema

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "common/core/config.h"
-#include "common/core/positive.h"
 
 namespace berth::testbed {
 namespace {
@@ -49,7 +48,7 @@ std::vector<CalibrationParameter> make_parameters() {
 ParameterSigmas read_sigmas(Config config) {
   ParameterSigmas sigmas;
   const auto read = [&](const char* key, Kind kind, Dimension dimension) {
-    sigmas[kind] = positive(config, key, dimension);
+    sigmas[kind] = config.quantity(key, dimension, above(0));
   };
   read("base_position", Kind::base_position, Dimension::length);
   read("base_rotation", Kind::base_rotation, Dimension::angle);

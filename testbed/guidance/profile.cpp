@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "testbed/guidance/profile.h"
 
-#include "common/core/positive.h"
+#include "common/core/config.h"
 #include "testbed/guidance/clohessy_wiltshire.h"
 
 namespace berth::testbed {
@@ -26,33 +26,29 @@ double newtons(Config& config, const std::string& key) {
 
 Profile::Orbit read_orbit(Config config) {
   Profile::Orbit orbit;
-  orbit.mean_motion = mean_motion(positive(config, "altitude", Dimension::length));
-  orbit.bar = config.choice("boresight_along", {"v_bar", "r_bar"}) == "v_bar" ? Profile::Bar::v_bar
-                                                                              : Profile::Bar::r_bar;
-  orbit.length_scale = positive(config, "length_scale", Dimension::number);
-  orbit.time_scale = positive(config, "time_scale", Dimension::number);
+  orbit.mean_motion = mean_motion(config.quantity("altitude", Dimension::length, above(0)));
+  orbit.bar = config.choice<Profile::Bar>(
+      "boresight_along", {{"v_bar", Profile::Bar::v_bar}, {"r_bar", Profile::Bar::r_bar}});
+  orbit.length_scale = config.number("length_scale", above(0));
+  orbit.time_scale = config.number("time_scale", above(0));
   config.finish();
   return orbit;
 }
 
 Profile::Vehicle read_vehicle(Config config) {
   Profile::Vehicle vehicle;
-  vehicle.mass = positive(config, "mass", Dimension::mass);
+  vehicle.mass = config.quantity("mass", Dimension::mass, above(0));
   vehicle.thrust = newtons(config, "thrust");
-  config.optional("shortest_burn", Dimension::time, vehicle.shortest_burn);
-  expect_not_negative(config, "shortest_burn", vehicle.shortest_burn);
-  vehicle.specific_impulse = positive(config, "specific_impulse", Dimension::time);
+  config.optional("shortest_burn", Dimension::time, vehicle.shortest_burn, at_least(0));
+  vehicle.specific_impulse = config.quantity("specific_impulse", Dimension::time, above(0));
   config.finish();
   return vehicle;
 }
 
 Profile::Corridor read_corridor(Config config) {
   Profile::Corridor corridor;
-  corridor.radius = positive(config, "radius", Dimension::length);
-  corridor.half_angle = config.quantity("half_angle", Dimension::angle);
-  if (corridor.half_angle < 0 || corridor.half_angle > 0.8) {
-    throw config.error("half_angle", "expected 0 deg to 45 deg");
-  }
+  corridor.radius = config.quantity("radius", Dimension::length, above(0));
+  corridor.half_angle = config.quantity("half_angle", Dimension::angle, within(0, 0.8));
   config.finish();
   return corridor;
 }
@@ -61,9 +57,8 @@ std::vector<Profile::HoldPoint> read_hold_points(Config& config) {
   std::vector<Profile::HoldPoint> points;
   for (Config& section : config.sections("hold_points")) {
     Profile::HoldPoint point;
-    point.range = positive(section, "range", Dimension::length);
-    point.dwell = section.quantity("dwell", Dimension::time);
-    expect_not_negative(section, "dwell", point.dwell);
+    point.range = section.quantity("range", Dimension::length, above(0));
+    point.dwell = section.quantity("dwell", Dimension::time, at_least(0));
     if (!points.empty() && point.range >= points.back().range) {
       throw section.error("range", "must be nearer than the hold point before");
     }
@@ -75,35 +70,35 @@ std::vector<Profile::HoldPoint> read_hold_points(Config& config) {
 
 Profile::GoOn read_go_on(Config config) {
   Profile::GoOn go_on;
-  go_on.offset = positive(config, "offset", Dimension::length);
-  go_on.angle = positive(config, "angle", Dimension::angle);
-  go_on.patience = positive(config, "patience", Dimension::time);
+  go_on.offset = config.quantity("offset", Dimension::length, above(0));
+  go_on.angle = config.quantity("angle", Dimension::angle, above(0));
+  go_on.patience = config.quantity("patience", Dimension::time, above(0));
   config.finish();
   return go_on;
 }
 
 Profile::Final read_final(Config config) {
   Profile::Final final;
-  final.range = positive(config, "range", Dimension::length);
-  final.speed = positive(config, "contact_speed", Dimension::speed);
+  final.range = config.quantity("range", Dimension::length, above(0));
+  final.speed = config.quantity("contact_speed", Dimension::speed, above(0));
   config.finish();
   return final;
 }
 
 Profile::Abort read_abort(Config config) {
   Profile::Abort abort;
-  abort.after = positive(config, "after", Dimension::time);
-  abort.retreat_range = positive(config, "retreat_range", Dimension::length);
-  abort.retreat_speed = positive(config, "retreat_speed", Dimension::speed);
-  abort.retreat_time = positive(config, "retreat_time", Dimension::time);
+  abort.after = config.quantity("after", Dimension::time, above(0));
+  abort.retreat_range = config.quantity("retreat_range", Dimension::length, above(0));
+  abort.retreat_speed = config.quantity("retreat_speed", Dimension::speed, above(0));
+  abort.retreat_time = config.quantity("retreat_time", Dimension::time, above(0));
   config.finish();
   return abort;
 }
 
 Profile::Tracking read_tracking(Config config) {
   Profile::Tracking tracking;
-  tracking.response = positive(config, "response", Dimension::time);
-  tracking.speed = positive(config, "speed", Dimension::speed);
+  tracking.response = config.quantity("response", Dimension::time, above(0));
+  tracking.speed = config.quantity("speed", Dimension::speed, above(0));
   config.finish();
   return tracking;
 }
@@ -118,15 +113,16 @@ GuidanceProfile load_guidance_profile(const std::filesystem::path& file) {
   Config config = Config::load(file);
   Profile profile;
   profile.name = file.stem().string();
-  const std::string law = config.choice("law", {"kinematic", "clohessy_wiltshire"});
-  if (law == "clohessy_wiltshire") {
-    profile.law = Profile::Law::clohessy_wiltshire;
+  profile.law = config.choice<Profile::Law>(
+      "law", {{"kinematic", Profile::Law::kinematic},
+              {"clohessy_wiltshire", Profile::Law::clohessy_wiltshire}});
+  if (profile.law == Profile::Law::clohessy_wiltshire) {
     profile.orbit = read_orbit(config.section("orbit"));
     profile.vehicle = read_vehicle(config.section("vehicle"));
   }
-  profile.align = config.choice("align", {"docking_axis", "line_of_sight"}) == "docking_axis"
-                      ? Profile::Align::docking_axis
-                      : Profile::Align::line_of_sight;
+  profile.align =
+      config.choice<Profile::Align>("align", {{"docking_axis", Profile::Align::docking_axis},
+                                              {"line_of_sight", Profile::Align::line_of_sight}});
   profile.corridor = read_corridor(config.section("corridor"));
   profile.hold_points = read_hold_points(config);
   profile.go_on = read_go_on(config.section("go_on"));

@@ -67,8 +67,7 @@ void read_targets(Config& config, const Places* given, Manifest& manifest) {
     CampaignTarget target;
     const std::string path = item.text("target");
     target.name = fs::path(path).stem().string();
-    item.optional("length", Dimension::length, target.length);
-    if (target.length < 0) throw item.error("length", "found a negative length");
+    item.optional("length", Dimension::length, target.length, at_least(0));
     item.finish();
     for (const CampaignTarget& known : manifest.targets) {
       if (known.name == target.name)
@@ -92,15 +91,6 @@ void read_targets(Config& config, const Places* given, Manifest& manifest) {
   }
   if (manifest.targets.empty()) throw config.error("targets", "none of them is there");
   manifest.grid.insert(manifest.grid.begin(), axis);
-}
-
-std::int64_t positive(Config& config, const std::string& key, std::int64_t otherwise) {
-  std::int64_t value = otherwise;
-  config.optional(key, value);
-  if (config.has(key) && (value < 1 || value > max_trials)) {
-    throw config.error(key, "found " + std::to_string(value) + ", expected 1 to 1000000000");
-  }
-  return value;
 }
 
 void check_names(const Manifest& manifest, Config& config, const Vocabulary& vocabulary) {
@@ -195,19 +185,16 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
                        "expected either 'procedure: FILE' or 'experiment: acquisition'");
   }
   manifest.places = read_places(config, places);
-  config.optional("target_length", Dimension::length, manifest.target_length);
-  if (manifest.target_length < 0) throw config.error("target_length", "found a negative length");
+  config.optional("target_length", Dimension::length, manifest.target_length, at_least(0));
   if (is_procedure) config.optional("layout", manifest.layout);
   if (is_procedure) config.optional("world", manifest.world);
   std::int64_t seed = 1;
-  config.optional("seed", seed);
-  if (seed < 0) throw config.error("seed", "found a negative seed");
+  config.optional("seed", seed, at_least(0));
   manifest.seed = static_cast<std::uint64_t>(seed);
   if (!config.has("trials")) throw config.error("trials", "is missing: how many at each point");
-  manifest.trials = positive(config, "trials", 0);
-  manifest.block = positive(config, "block", 0);
-  config.optional("trial_limit", Dimension::time, manifest.trial_limit_s);
-  if (manifest.trial_limit_s <= 0) throw config.error("trial_limit", "expected more than nothing");
+  manifest.trials = config.integer("trials", within(1, max_trials));
+  config.optional("block", manifest.block, within(1, max_trials));
+  config.optional("trial_limit", Dimension::time, manifest.trial_limit_s, above(0));
   manifest.grid = read_grid(config);
   read_targets(config, places, manifest);
   manifest.drawn = read_drawn(config);

@@ -33,34 +33,6 @@ fs::path resolved(const Config& config, const std::string& key, const std::strin
   return fs::absolute(full);
 }
 
-double share(Config& config, const std::string& key, double otherwise) {
-  double value = otherwise;
-  config.optional(key, value);
-  if (!(value >= 0 && value < 1)) {
-    throw config.error(key, "found " + std::to_string(value) +
-                                ", expected a share from 0 % to "
-                                "less than 100 %");
-  }
-  return value;
-}
-
-int count(Config& config, const std::string& key, int otherwise, int least) {
-  int value = otherwise;
-  config.optional(key, value);
-  if (config.has(key) && value < least) {
-    throw config.error(
-        key, "found " + std::to_string(value) + ", expected at least " + std::to_string(least));
-  }
-  return value;
-}
-
-double duration(Config& config, const std::string& key, double otherwise) {
-  double value = otherwise;
-  config.optional(key, Dimension::time, value);
-  if (value <= 0 && config.has(key)) throw config.error(key, "expected a time above zero");
-  return value;
-}
-
 /// `fixed: 12` means the seeds 1 to 12, `fixed: [3, 5]` just these.
 std::vector<std::uint64_t> read_fixed(Config& config) {
   std::vector<std::uint64_t> seeds;
@@ -79,10 +51,7 @@ std::vector<std::uint64_t> read_fixed(Config& config) {
     return seeds;
   }
   std::int64_t last = 0;
-  config.optional("fixed", last);
-  if (last < 0 || last > max_seeds) {
-    throw config.error("fixed", "expected how many (at most 10000), or a list of seeds");
-  }
+  config.optional("fixed", last, within(0, max_seeds));
   for (std::int64_t seed = 1; seed <= last; ++seed) add(seed);
   return seeds;
 }
@@ -92,8 +61,7 @@ Seeds read_seeds(Config& parent, const Seeds& otherwise) {
   Config config = parent.section("seeds");
   Seeds seeds;
   seeds.fixed = read_fixed(config);
-  seeds.fresh = count(config, "fresh", 0, 0);
-  if (seeds.fresh > max_seeds) throw config.error("fresh", "expected at most 10000");
+  config.optional("fresh", seeds.fresh, within(0, max_seeds));
   config.finish();
   return seeds;
 }
@@ -110,7 +78,7 @@ std::vector<std::string> words(Config& config, const std::string& key) {
 std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   Case common;
   common.procedure = resolved(config, "procedure", config.text("procedure"));
-  common.may_fail = share(config, "may_fail", 0);
+  config.optional("may_fail", common.may_fail, at_least(0).below(1));
   const Seeds seeds = read_seeds(config, default_seeds);
   common.fixed = seeds.fixed;
   common.fresh = seeds.fresh;
@@ -178,10 +146,9 @@ evaluation::MinimumEffect read_minimum_effect(Config& parent) {
                                                  {"angular_speed", Dimension::angular_speed},
                                                  {"frequency", Dimension::frequency},
                                                  {"number", Dimension::number}};
-  least.relative = share(config, "relative", least.relative);
+  config.optional("relative", least.relative, at_least(0).below(1));
   for (const auto& [key, dimension] : keys) {
-    config.optional(key, dimension, least.absolute[dimension]);
-    if (least.absolute[dimension] < 0) throw config.error(key, "found a negative change");
+    config.optional(key, dimension, least.absolute[dimension], at_least(0));
   }
   config.finish();
   return least;
@@ -233,15 +200,13 @@ Plan load_plan(const fs::path& file) {
   Config config = Config::parse(plan.text, file.string());
   plan.name = file.stem().string();
   config.optional("name", plan.name);
-  plan.jobs = count(config, "jobs", 0, 1);
-  plan.time_budget_s = duration(config, "time_budget", 0);
-  plan.run_timeout_s = duration(config, "run_timeout", plan.run_timeout_s);
+  config.optional("jobs", plan.jobs, at_least(1));
+  config.optional("time_budget", Dimension::time, plan.time_budget_s, above(0));
+  config.optional("run_timeout", Dimension::time, plan.run_timeout_s, above(0));
   config.optional("notify", plan.notify);
-  plan.keep = count(config, "keep", plan.keep, 0);
-  plan.history_nights = count(config, "history", plan.history_nights, 1);
-  plan.family_wise_alpha = share(config, "family_wise_alpha", plan.family_wise_alpha);
-  if (plan.family_wise_alpha == 0)
-    throw config.error("family_wise_alpha", "expected more than 0 %");
+  config.optional("keep", plan.keep, at_least(0));
+  config.optional("history", plan.history_nights, at_least(1));
+  config.optional("family_wise_alpha", plan.family_wise_alpha, above(0).below(1));
   plan.minimum_effect = read_minimum_effect(config);
   plan.baseline = read_baseline(config);
   plan.archive = read_archive(config);

@@ -3,21 +3,14 @@
 
 #include <cmath>
 
-#include "common/core/positive.h"
-
 namespace berth {
 
 MirrorSettings read_mirror(Config config) {
   MirrorSettings mirror;
-  double settle = seconds(mirror.settle);
-  config.optional("settle", Dimension::time, settle);
-  mirror.settle = utime_from_seconds(settle);
-  config.optional("acceleration", Dimension::angular_acceleration, mirror.acceleration);
-  config.optional("speed", Dimension::angular_speed, mirror.speed);
+  config.optional_microseconds("settle", mirror.settle, at_least(0));
+  config.optional("acceleration", Dimension::angular_acceleration, mirror.acceleration, above(0));
+  config.optional("speed", Dimension::angular_speed, mirror.speed, above(0));
   config.finish();
-  expect_not_negative(config, "settle", mirror.settle);
-  expect_positive(config, "acceleration", mirror.acceleration);
-  expect_positive(config, "speed", mirror.speed);
   return mirror;
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/positive.h"
+#include "common/core/config.h"
 #include "drivers/lidar/limits.h"
 
 namespace berth {
@@ -224,37 +224,22 @@ void SimulatedLidar::stop() {
 SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file) {
   Config config = Config::load(file);
   SimulatedLidarSettings settings;
-  const auto time = [&config](const std::string& key, Utime& value) {
-    double s = seconds(value);
-    config.optional(key, Dimension::time, s);
-    value = utime_from_seconds(s);
-  };
   config.optional("serial", settings.serial);
-  time("start_delay", settings.start_delay);
-  config.optional("beams_per_packet", settings.beams_per_packet);
-  time("clock_offset", settings.clock_offset);
-  config.optional("clock_drift", settings.clock_drift);
+  config.optional_microseconds("start_delay", settings.start_delay, at_least(0));
+  config.optional("beams_per_packet", settings.beams_per_packet,
+                  within(1, lidar::max_beams_per_message));
+  config.optional_microseconds("clock_offset", settings.clock_offset);
+  config.optional("clock_drift", settings.clock_drift, within(-1e-3, 1e-3));
   ReceiverSettings& receiver = settings.receiver;
-  config.optional("noise_scale", receiver.noise_scale);
+  config.optional("noise_scale", receiver.noise_scale, at_least(0));
   config.optional("full_scale_range", Dimension::length, receiver.echoes.full_scale_range_m);
   int min_intensity = 0;
   config.optional("min_intensity", min_intensity);
   receiver.min_power = (min_intensity - 0.5) / full_scale;
-  expect_not_negative(config, "start_delay", settings.start_delay);
-  if (settings.beams_per_packet < 1 ||
-      settings.beams_per_packet > static_cast<int>(lidar::max_beams_per_message)) {
-    throw config.error("beams_per_packet",
-                       "expected 1 to " + std::to_string(lidar::max_beams_per_message));
-  }
-  if (std::abs(settings.clock_drift) > 1e-3) {
-    throw config.error("clock_drift", "expected at most 0.001");
-  }
-  expect_not_negative(config, "noise_scale", receiver.noise_scale);
-  config.optional("saturation", receiver.saturation);
-  if (!(receiver.saturation > 0)) throw config.error("saturation", "must be greater than zero");
-  if (config.has("mirror")) settings.mirror = read_mirror(config.section("mirror"));
+  config.optional("saturation", receiver.saturation, above(0));
+  settings.mirror = read_mirror(config.optional_section("mirror"));
   read_scene_settings(config, settings.scene);
-  if (config.has("sun")) receiver.sun = read_sun_glare(config.section("sun"));
+  receiver.sun = read_sun_glare(config.optional_section("sun"));
   config.finish();
   return settings;
 }

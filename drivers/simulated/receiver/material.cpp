@@ -8,18 +8,15 @@
 namespace berth {
 
 void read_scene_settings(Config& config, SceneSettings& settings) {
-  if (config.has("materials")) {
-    Config materials = config.section("materials");
-    const std::pair<const char*, Material*> kinds[] = {
-        {"mount", &settings.mount}, {"arm", &settings.arm}, {"room", &settings.room}};
-    for (const auto& [name, material] : kinds) {
-      if (!materials.has(name)) continue;
-      Config section = materials.section(name);
-      read_material(section, *material);
-      section.finish();
-    }
-    materials.finish();
+  Config materials = config.optional_section("materials");
+  const std::pair<const char*, Material*> kinds[] = {
+      {"mount", &settings.mount}, {"arm", &settings.arm}, {"room", &settings.room}};
+  for (const auto& [name, material] : kinds) {
+    Config section = materials.optional_section(name);
+    read_material(section, *material);
+    section.finish();
   }
+  materials.finish();
 }
 
 double returned_share(const Material& material, double cosine, double glitter) {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/positive.h"
-
 namespace berth {
 namespace {
 
@@ -95,26 +93,17 @@ Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
 ScannerErrors read_scanner_errors(Config config) {
   ScannerErrors errors;
   config.optional("footprint", errors.footprint);
-  config.optional("returns", errors.returns);
-  if (errors.returns != 1 && errors.returns != 2) throw config.error("returns", "expected 1 or 2");
+  config.optional("returns", errors.returns, within(1, 2));
   if (errors.returns == 2 && !errors.footprint) {
     throw config.error("returns", "expected 1 without `footprint: true`");
   }
-  const std::pair<const char*, double*> lengths[] = {{"range_bias", &errors.range_bias},
-                                                     {"range_step", &errors.range_step},
-                                                     {"range_walk", &errors.range_walk},
-                                                     {"outlier_range", &errors.outlier_range}};
-  for (const auto& [key, value] : lengths) {
-    config.optional(key, Dimension::length, *value);
-    expect_not_negative(config, key, *value);
-  }
-  const std::pair<const char*, double*> shares[] = {{"drop_out", &errors.drop_out},
-                                                    {"drop_out_grazing", &errors.drop_out_grazing},
-                                                    {"outliers", &errors.outliers}};
-  for (const auto& [key, value] : shares) {
-    config.optional(key, *value);
-    if (!(*value >= 0 && *value <= 1)) throw config.error(key, "expected 0 % to 100 %");
-  }
+  config.optional("range_bias", Dimension::length, errors.range_bias, at_least(0));
+  config.optional("range_step", Dimension::length, errors.range_step, at_least(0));
+  config.optional("range_walk", Dimension::length, errors.range_walk, at_least(0));
+  config.optional("outlier_range", Dimension::length, errors.outlier_range, at_least(0));
+  config.optional("drop_out", errors.drop_out, within(0, 1));
+  config.optional("drop_out_grazing", errors.drop_out_grazing, within(0, 1));
+  config.optional("outliers", errors.outliers, within(0, 1));
   config.finish();
   return errors;
 }
@@ -127,17 +116,12 @@ double drop_out_at(const ScannerErrors& errors, double cosine) {
 
 void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings) {
   Config file = Config::load(profile);
-  if (!file.has("receiver")) return;
-  Config config = file.section("receiver");
-  config.optional("range_max_reflectivity", settings.range_max_reflectivity);
-  if (!(settings.range_max_reflectivity >= 0 && settings.range_max_reflectivity <= 1)) {
-    throw config.error("range_max_reflectivity", "expected 0 to 1");
-  }
+  Config config = file.optional_section("receiver");
+  config.optional("range_max_reflectivity", settings.range_max_reflectivity, within(0, 1));
   config.raw("pulse_length");  // of the beam model
   config.raw("min_echo");
-  if (config.has("returns")) {
-    settings.echoes.last_return = config.choice("returns", {"first", "last"}) == "last";
-  }
+  config.optional_choice("returns", settings.echoes.last_return,
+                         {{"first", false}, {"last", true}});
   config.finish();
 }
 

@@ -4,28 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/positive.h"
-
 namespace berth {
 
 SunGlareSettings read_sun_glare(Config config) {
   SunGlareSettings settings;
-  const std::pair<const char*, double*> not_negative[] = {
-      {"lit_surface", &settings.lit_surface},
-      {"albedo_surface", &settings.albedo_surface},
-      {"in_aperture", &settings.in_aperture}};
-  for (const auto& [key, value] : not_negative) {
-    config.optional(key, *value);
-    expect_not_negative(config, key, *value);
-  }
-  config.optional("glare_half_angle", Dimension::angle, settings.glare_half_angle);
-  config.optional("half_lost", settings.half_lost);
-  config.optional("early_share", settings.early_share);
-  expect_positive(config, "glare_half_angle", settings.glare_half_angle);
-  expect_positive(config, "half_lost", settings.half_lost);
-  if (!(settings.early_share >= 0 && settings.early_share <= 1)) {
-    throw config.error("early_share", "expected 0 % to 100 %");
-  }
+  config.optional("lit_surface", settings.lit_surface, at_least(0));
+  config.optional("albedo_surface", settings.albedo_surface, at_least(0));
+  config.optional("in_aperture", settings.in_aperture, at_least(0));
+  config.optional("glare_half_angle", Dimension::angle, settings.glare_half_angle, above(0));
+  config.optional("half_lost", settings.half_lost, above(0));
+  config.optional("early_share", settings.early_share, within(0, 1));
   config.finish();
   return settings;
 }

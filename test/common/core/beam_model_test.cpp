@@ -40,7 +40,7 @@ TEST_CASE("a beam section is read strictly") {
   CHECK_THROWS_WITH(read_beam_model(Config::parse("range_sgima: 2 cm\n", "beam.yaml")),
                     Contains("did you mean 'range_sigma'"));
   CHECK_THROWS_WITH(read_beam_model(Config::parse("divergence: -1 mrad\n", "beam.yaml")),
-                    Contains("beam.yaml:1") && Contains("negative"));
+                    Contains("beam.yaml:1") && Contains("of at least 0"));
   CHECK_THROWS_WITH(read_beam_model(Config::parse("range_max: 2 m\n", "beam.yaml")),
                     Contains("range_max"));
 }

@@ -106,6 +106,95 @@ TEST_CASE("quantities are finite and have one sign") {
   CHECK(parse_quantity("+010 mm", Dimension::length) == Approx(0.01));
 }
 
+TEST_CASE("Bounds are checked where a key is read, and said in one way") {
+  const auto refused = [](const std::string& value, Dimension dimension,
+                          const ValueBounds& bounds) {
+    Config config = Config::parse("a:\n  b: " + value + "\n", "x.yaml");
+    Config section = config.section("a");
+    double read = 0;
+    try {
+      section.optional("b", dimension, read, bounds);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  CHECK(refused("0 m", Dimension::length, above(0)) ==
+        "x.yaml:2: key 'a.b': found '0 m', expected a length above 0");
+  CHECK(refused("-1 %", Dimension::number, within(0, 1)) ==
+        "x.yaml:2: key 'a.b': found '-1 %', expected a number from 0 to 1");
+  CHECK(refused("90 %", Dimension::number, above(0).below(0.9)) ==
+        "x.yaml:2: key 'a.b': found '90 %', expected a number above 0 and below 0.9");
+  CHECK(refused("0.5 mm", Dimension::length, at_least(0.001)) ==
+        "x.yaml:2: key 'a.b': found '0.5 mm', expected a length of at least 1 mm");
+  CHECK(refused("2 Hz", Dimension::frequency, ValueBounds{}.at_most(1)) ==
+        "x.yaml:2: key 'a.b': found '2 Hz', expected a frequency of at most 1 Hz");
+  CHECK(refused("1 mm", Dimension::length, at_least(0.001)).empty());
+  CHECK(refused("100 %", Dimension::number, within(0, 1)).empty());
+  Config config = Config::parse("n: 0\nbox: [1 m, 0 m, 1 m]\n", "x.yaml");
+  CHECK_THROWS_WITH(config.integer("n", at_least(1)),
+                    "x.yaml:1: key 'n': found '0', expected a whole number of at least 1");
+  CHECK_THROWS_WITH(config.small_integer("n", within(1, 80)),
+                    "x.yaml:1: key 'n': found '0', expected a whole number from 1 to 80");
+  CHECK_THROWS_WITH(config.vector("box", Dimension::length, above(0)),
+                    "x.yaml:2: key 'box': found '0 m', expected a length above 0");
+}
+
+TEST_CASE("A choice is read as what its word means, a left out one keeps its value") {
+  enum class Side { left, right };
+  Config config = Config::parse("a: right\nb: up\n", "x.yaml");
+  CHECK(config.choice<Side>("a", {{"left", Side::left}, {"right", Side::right}}) == Side::right);
+  Side side = Side::right;
+  config.optional_choice("c", side, {{"left", Side::left}, {"right", Side::right}});
+  CHECK(side == Side::right);
+  CHECK_THROWS_WITH(
+      config.optional_choice("b", side, {{"left", Side::left}, {"right", Side::right}}),
+      "x.yaml:2: key 'b': found 'up', expected one of: left, right");
+}
+
+TEST_CASE("A recorder keeps what each key is, whether the file has it or not") {
+  const auto read = [] {
+    Config config = Config::parse("rate: 5 Hz\nparts:\n  bus: {kind: b}\nlist: [{n: 3}]\n", "x");
+    double rate = 10, share = 0.25;
+    config.optional("rate", Dimension::frequency, rate, above(0));
+    Config section = config.optional_section("section");
+    section.optional("share", share);
+    for (auto& [name, part] : config.section("parts").named_sections()) {
+      part.choice("kind", {"a", "b"});
+    }
+    for (Config& item : config.sections("list")) item.small_integer("n", at_least(1));
+    config.finish();
+  };
+  read();  // without one nothing is kept
+  std::map<std::string, ConfigKey> keys;
+  {
+    const ConfigRecorder recorder;
+    read();
+    for (const ConfigKey& key : recorder.keys()) keys.emplace(key.path, key);
+  }
+  CHECK(ConfigRecorder::current() == nullptr);
+  const ConfigKey& rate = keys.at("rate");
+  CHECK(rate.file == "x");
+  CHECK_FALSE(rate.required);
+  CHECK(rate.standard == "10 Hz");
+  CHECK(rate.value == "5 Hz");
+  CHECK(text_of(rate.bounds, rate.dimension) == "above 0");
+  CHECK(keys.at("section.share").standard == "0.25");
+  CHECK(keys.at("section.share").value.empty());
+  CHECK(keys.at("parts.NAME.kind").words == std::vector<std::string>{"a", "b"});
+  CHECK(keys.at("parts.NAME.kind").required);
+  CHECK(keys.at("list[].n").kind == ConfigKey::Kind::integer);
+}
+
+TEST_CASE("A value is shown in the unit that makes it shortest") {
+  CHECK(text_of(0.17e-3, Dimension::angle) == "170 urad");
+  CHECK(text_of(radians(5), Dimension::angle) == "5 deg");
+  CHECK(text_of(0.035, Dimension::length) == "35 mm");
+  CHECK(text_of(1e6, Dimension::frequency) == "1000 kHz");
+  CHECK(text_of(0.0025, Dimension::number) == "0.0025");
+  CHECK(text_of(60, Dimension::time) == "60 s");
+}
+
 TEST_CASE("A key under its former name is an error that says the present one") {
   Config config = Config::parse("scan_planner:\n  least_margin: 20 mm\n", "estimator.yaml");
   Config planner = config.section("scan_planner");

@@ -126,7 +126,8 @@ TEST_CASE("a description that is wrong is refused with file, line and key") {
     CHECK_THROWS_WITH(folder.load(), Contains(with) && Contains(std::string(target_file) + ":"));
   };
   refused(changed("length: 3 m\n", ""), "key 'length': is missing");
-  refused(changed("length: 3 m", "length: 0 m"), "key 'length': must be greater than zero");
+  refused(changed("length: 3 m", "length: 0 m"),
+          "key 'length': found '0 m', expected a length above 0");
   refused(changed("satellite.obj", "../satellite.obj"), "expected a file beside target.yaml");
   refused(changed("group: array", "group: wing"), "has no group 'wing'; it has");
   refused(changed("group: array", "box: {low: [1 m, 1 m, 1 m], high: [2 m, 2 m, 2 m]}"),
@@ -139,8 +140,8 @@ TEST_CASE("a description that is wrong is refused with file, line and key") {
   refused(changed("scan: avoid", "scan: never"), "expected one of: prefer, avoid");
   refused(changed("axis: [0, 2, 0]", "axis: [0, 0, 0]"), "expected a direction");
   refused(changed("range: [-20 deg, 90 deg]", "range: [90 deg, -20 deg]"), "joint.range");
-  refused(changed("15 deg", "120 deg"), "expected a half angle up to 90 deg");
-  refused(changed("reflectivity: 0.4", "reflectivity: 4"), "expected 0 to 1");
+  refused(changed("15 deg", "120 deg"), "expected an angle above 0 and at most 90 deg");
+  refused(changed("reflectivity: 0.4", "reflectivity: 4"), "expected a number from 0 to 1");
   refused(changed("surface_sigma: 2 mm", "sigma: 2 mm"), "is not known here");
 }
 

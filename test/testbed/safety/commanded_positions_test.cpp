@@ -110,7 +110,8 @@ TEST_CASE("a site that reports commanded positions says how far the servos follo
   CHECK_THAT(wrong("positions: guessed"), Contains("positions") && Contains("guessed"));
   CHECK_THAT(wrong("positions: measured\n  following_lag: 20 ms"),
              Contains("is of 'positions: commanded' alone"));
-  CHECK_THAT(wrong("positions: commanded\n  following_lag: 0 ms"), Contains("greater than zero"));
+  CHECK_THAT(wrong("positions: commanded\n  following_lag: 0 ms"),
+             Contains("expected a time above 0"));
 }
 
 }  // namespace

@@ -132,8 +132,8 @@ TEST_CASE("mistakes in a plan are told with file, line and key") {
   CHECK(plan_file.complaint(good) == "none");
   has(good + "  - procedure: approach.yaml\n    seeds: {fixed: 3}\n", "appears twice in the plan");
   has(good + "tiem_budget: 2 h\n", "did you mean 'time_budget'?");
-  has(good + "jobs: 0\n", ":4: key 'jobs': found 0, expected at least 1");
-  has(good + "family_wise_alpha: 0\n", "expected more than 0 %");
+  has(good + "jobs: 0\n", ":4: key 'jobs': found '0', expected a whole number of at least 1");
+  has(good + "family_wise_alpha: 0\n", "expected a number above 0 and below 1");
   has(good + "    hosts: [moon]\n", "expected twin, simulated-cell or cell");
   has(good + "baseline: {build: ../old/berth}\n", "key 'baseline.build': found '../old/berth'");
   has("procedures:\n  - procedure: approach.yaml\n    seeds: {fixed: [1, 1]}\n", "appears twice");

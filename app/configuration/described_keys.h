@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "app/configuration/kinds.h"
+#include "common/core/config_recorder.h"
+#include "common/core/table.h"
+
+namespace berth {
+
+/// A key of a kind of file: what its reader says of it, and what the shipped files' comments do.
+struct DescribedKey {
+  ConfigKey key;
+  std::string meaning;
+};
+
+/// All keys that the reader of a kind knows, as the shipped files bring it to ask for them, in the
+/// order of their sections. Values are those of `file`, where one is given. @throws InputError.
+std::vector<DescribedKey> described_keys(const ConfigKind& kind,
+                                         const std::filesystem::path& file = {});
+
+/// Key, unit or kind, default, what is allowed and meaning; values where there is a file.
+Table key_table(const std::vector<DescribedKey>& keys, bool with_values);
+
+/// JSON Schema (draft 2020-12), for editors.
+std::string key_schema(const ConfigKind& kind, const std::vector<DescribedKey>& keys);
+
+/// The tables of all kinds, in Markdown: what docs/configuration.md has.
+std::string document_of_keys();
+
+}  // namespace berth
