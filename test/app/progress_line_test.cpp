@@ -55,10 +55,18 @@ class Ends {
   std::FILE* file_;
 };
 
+struct OnTerminal {
+  Ends terminal{Ends::Kind::terminal};
+};
+
+struct OnPipe {
+  Ends pipe{Ends::Kind::pipe};
+};
+
 }  // namespace
 
-TEST_CASE("a terminal has one line, rewritten in place, and none when the work is over") {
-  Ends terminal(Ends::Kind::terminal);
+TEST_CASE_METHOD(OnTerminal,
+                 "a terminal has one line, rewritten in place, and none when the work is over") {
   {
     ProgressLine line("runs", 9, terminal.output());
     terminal.now_s += 4;
@@ -74,8 +82,7 @@ TEST_CASE("a terminal has one line, rewritten in place, and none when the work i
   CHECK(terminal.written() == "\r\x1b[K");
 }
 
-TEST_CASE("on a terminal a share is told from its second second on") {
-  Ends terminal(Ends::Kind::terminal);
+TEST_CASE_METHOD(OnTerminal, "on a terminal a share is told from its second second on") {
   {
     ProgressLine line("run.lcm", terminal.output());
     line.show(0.5);
@@ -87,8 +94,8 @@ TEST_CASE("on a terminal a share is told from its second second on") {
   CHECK_THAT(terminal.written(), Contains("\rrun.lcm: 25 %; 0:03 elapsed, about 0:09"));
 }
 
-TEST_CASE("a terminal is written to four times a second, and at once where less is done") {
-  Ends terminal(Ends::Kind::terminal);
+TEST_CASE_METHOD(OnTerminal,
+                 "a terminal is written to four times a second, and at once where less is done") {
   ProgressLine line("trials", 5000, terminal.output());
   terminal.now_s += 2;
   line.show(1);
@@ -101,8 +108,8 @@ TEST_CASE("a terminal is written to four times a second, and at once where less 
   CHECK_THAT(terminal.written(), Contains("\r1001 of 5000"));
 }
 
-TEST_CASE("elsewhere there is a whole line for each twentieth part, and one a minute") {
-  Ends pipe(Ends::Kind::pipe);
+TEST_CASE_METHOD(OnPipe,
+                 "elsewhere there is a whole line for each twentieth part, and one a minute") {
   ProgressLine line("trials", 200, pipe.output());
   for (int done = 1; done < 10; ++done) line.show(done);
   CHECK(pipe.written().empty());
@@ -123,16 +130,14 @@ TEST_CASE("elsewhere there is a whole line for each twentieth part, and one a mi
   CHECK(pipe.written() == "lasting\n");
 }
 
-TEST_CASE("what was done before says nothing of the time to go") {
-  Ends pipe(Ends::Kind::pipe);
+TEST_CASE_METHOD(OnPipe, "what was done before says nothing of the time to go") {
   ProgressLine line("runs", 10, pipe.output());
   pipe.now_s += 10;
   line.show(6, "0 did not pass", 5);
   CHECK(pipe.written() == "6 of 10 runs, 0 did not pass; 0:10 elapsed, about 0:40 to go\n");
 }
 
-TEST_CASE("elsewhere a share has a line a minute") {
-  Ends pipe(Ends::Kind::pipe);
+TEST_CASE_METHOD(OnPipe, "elsewhere a share has a line a minute") {
   ProgressLine line("run.lcm", pipe.output());
   pipe.now_s += 59;
   line.show(0.4);
