@@ -10,7 +10,7 @@
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
-#include "evaluation/compare/change_report.h"
+#include "evaluation/compare/change.h"
 
 namespace berth::commands {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "logs/types/type_text.h"
+#include "logs/types/lcm_type.h"
 #include "logs/types/value.h"
 
 namespace berth {

@@ -7,7 +7,7 @@
 #include "app/runs/run_files.h"
 #include "app/terminal/progress.h"
 #include "common/bus/bus.h"
-#include "logs/file/reused_message.h"
+#include "logs/file/log_event.h"
 
 namespace berth::terminal {
 

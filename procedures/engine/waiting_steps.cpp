@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "procedures/engine/step_makers.h"
+#include "procedures/engine/step_runner.h"
 
 namespace berth::procedures {
 namespace {

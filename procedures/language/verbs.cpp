@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "procedures/language/verb_families.h"
-
 namespace berth::procedures {
 namespace {
 

@@ -7,7 +7,7 @@
 #include <regex>
 #include <thread>
 
-#include "app/hardware/examination.h"
+#include "app/doctor/hardware.h"
 #include "app/runs/run_files.h"
 #include "common/bus/lcm_bus.h"
 #include "common/core/child_process.h"

@@ -3,9 +3,9 @@
 #include <berth/heartbeat_t.hpp>
 #include <fstream>
 
-#include "app/runs/replay/channel_map.h"
-#include "app/runs/replay/estimate_pairs.h"
+#include "app/runs/replay/live_estimator.h"
 #include "app/runs/replay/player.h"
+#include "app/runs/replay/replay_bus.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "logs/file/log_writer.h"

@@ -8,7 +8,6 @@
 
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
-#include "app/runs/checksums.h"
 #include "app/runs/manifest.h"
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"

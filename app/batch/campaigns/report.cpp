@@ -6,7 +6,7 @@
 #include "app/batch/campaigns/report_sections.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
-#include "evaluation/report/page.h"
+#include "evaluation/report/html.h"
 
 namespace berth::campaigns {
 namespace {

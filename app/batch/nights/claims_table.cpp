@@ -6,7 +6,7 @@
 #include "common/core/error.h"
 #include "evaluation/measure/statistic.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/verdict_marks.h"
+#include "evaluation/report/sections.h"
 
 namespace berth::nights {
 namespace {

@@ -11,7 +11,7 @@
 #include "common/core/text.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/measure/statistic.h"
-#include "evaluation/report/page.h"
+#include "evaluation/report/html.h"
 
 namespace berth::nights {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "evaluation/run/run_record.h"
 #include "lcmtypes/channels.h"
-#include "logs/types/type_text.h"
+#include "logs/types/lcm_type.h"
 #include "logs/types/wire.h"
 
 namespace berth::console {
