@@ -8,9 +8,9 @@
 #include "common/core/config.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"
+#include "common/core/yaml_files.h"
 #include "common/core/yaml_text.h"
 #include "procedures/language/parameters.h"
-#include "procedures/language/procedure.h"
 
 namespace berth::console {
 namespace fs = std::filesystem;
@@ -19,6 +19,7 @@ namespace {
 std::optional<Runnable> read(const fs::path& directory, const fs::path& file) {
   try {
     const procedures::Written written = procedures::read_written(read_file(file), file.string());
+    if (!written.tree.has("steps")) return std::nullopt;  // a plan of nights, or the like
     Config config(written.tree, file.string());
     Runnable runnable;
     runnable.file = fs::relative(file, directory).generic_string();
@@ -38,7 +39,7 @@ std::optional<Runnable> read(const fs::path& directory, const fs::path& file) {
 
 std::vector<Runnable> runnables(const fs::path& directory) {
   std::vector<Runnable> found;
-  for (const fs::path& file : procedures::procedures_in(directory)) {
+  for (const fs::path& file : yaml_files(directory)) {
     if (auto runnable = read(directory, file)) found.push_back(std::move(*runnable));
   }
   const auto depth = [](const Runnable& r) {
