@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -80,10 +79,5 @@ struct RecordPair {
 /// @param level of any false alarm in the whole table, e.g. 0.05; the intervals cover 1 - level
 ///   each.
 Change find_change(const std::vector<RecordPair>& pairs, double level);
-
-/// Table of rows, status changes and verdict, for a terminal.
-std::string text_of(const Change& change, double level);
-/// Numbers that are not finite become null.
-nlohmann::ordered_json json_of(const Change& change);
 
 }  // namespace berth::evaluation

@@ -78,7 +78,4 @@ const Measurement* measurement_named(const std::string& name);
 /// The table of measurements and statistics, for people; with Markdown's bars for docs.
 std::string describe_measurements(bool markdown = false);
 
-/// The family of what is only known once something has gone wrong: it cannot be foreseen.
-inline constexpr char safety_family[] = "safety: how faults are answered";
-
 }  // namespace berth::evaluation

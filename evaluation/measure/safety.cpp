@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/measure/safety.h"
+
 #include <algorithm>
 
 #include "common/core/nan.h"
-#include "evaluation/measure/measurement.h"
 #include "evaluation/measure/series.h"
 
 namespace berth::evaluation {

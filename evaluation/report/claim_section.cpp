@@ -5,6 +5,7 @@
 #include "common/core/nan.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
+#include "evaluation/report/verdict_marks.h"
 
 namespace berth::report {
 namespace {

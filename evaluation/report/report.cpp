@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/report/report.h"
 
-#include "evaluation/report/html.h"
+#include "evaluation/report/page.h"
 #include "evaluation/report/sections.h"
 #include "evaluation/report/side_by_side_sections.h"
 

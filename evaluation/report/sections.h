@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "evaluation/measure/criterion.h"
 #include "evaluation/report/html.h"
 #include "evaluation/report/reported_run.h"
 
@@ -35,16 +34,5 @@ Html node_section(const RunView& view);
 Html measurement_section(const RunView& view);
 /// The run directory's files and what the run was made of. Links are relative to the page.
 Html file_section(const RunView& view, const std::filesystem::path& page);
-
-/// How far a value is inside its limits, as a part of the limit (of half the room between two);
-/// negative outside, NaN where nothing was measured or nothing limits it.
-double relative_margin(const criterion_result_t& criterion);
-
-/// "≤ 20", "3 to 5": what is allowed, without the unit.
-Html limits_of(const criterion_result_t& criterion);
-
-/// Class of page.css that colours it: "good", "bad", "unsure" or "grey".
-const char* class_of_outcome(std::int8_t outcome);
-const char* class_of_result(std::int8_t result);
 
 }  // namespace berth::report

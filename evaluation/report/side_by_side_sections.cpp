@@ -7,7 +7,7 @@
 
 #include "evaluation/compare/side_by_side.h"
 #include "evaluation/report/axis.h"
-#include "evaluation/report/sections.h"
+#include "evaluation/report/verdict_marks.h"
 
 namespace berth::report {
 namespace {

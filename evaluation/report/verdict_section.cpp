@@ -7,6 +7,7 @@
 #include "common/core/utc.h"
 #include "evaluation/report/axis.h"
 #include "evaluation/report/sections.h"
+#include "evaluation/report/verdict_marks.h"
 #include "evaluation/run/own_estimator.h"
 
 namespace berth::report {

@@ -9,8 +9,8 @@
 #include "common/core/config.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/conversions.h"
-#include "logs/file/log_event.h"
 #include "logs/file/log_reader.h"
+#include "logs/file/reused_message.h"
 
 namespace berth::evaluation {
 namespace {

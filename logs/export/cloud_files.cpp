@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "lcmtypes/channels.h"
+#include "logs/export/file_names.h"
 #include "logs/export/output_file.h"
 #include "logs/file/log_reader.h"
 

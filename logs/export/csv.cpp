@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "logs/export/csv_columns.h"
+#include "logs/export/file_names.h"
 #include "logs/export/output_file.h"
 #include "logs/file/log_reader.h"
 

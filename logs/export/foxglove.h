@@ -8,14 +8,7 @@
 #include "logs/export/scans.h"
 #include "logs/file/log_event.h"
 
-/// JSON schemas of the messages that Foxglove-compatible viewers know, with the fields that are
-/// documented at docs.foxglove.dev/docs/sdk/schemas.
 namespace berth::logs {
-
-std::string pose_in_frame_schema();
-std::string frame_transform_schema();
-std::string point_cloud_schema();
-std::string log_schema();
 
 /// Messages of Berth said once more in the schemas that Foxglove-compatible viewers draw: poses,
 /// frames, clouds of whole scans, log lines. Frames: "view" (x forward, y left, z up) holds

@@ -10,7 +10,7 @@
 
 #include "common/core/text.h"
 #include "lcmtypes/channels.h"
-#include "logs/file/log_event.h"
+#include "logs/file/reused_message.h"
 
 namespace berth::logs {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <unordered_map>
 
+#include "logs/file/derived_log.h"
 #include "logs/file/log_reader.h"
-#include "logs/file/log_writer.h"
 #include "logs/inspect/channel_pattern.h"
 
 namespace berth::logs {

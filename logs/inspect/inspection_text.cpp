@@ -7,7 +7,7 @@
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "logs/inspect/inspection.h"
-#include "logs/types/lcm_type.h"
+#include "logs/types/type_text.h"
 
 namespace berth::logs {
 namespace {

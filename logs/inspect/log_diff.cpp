@@ -8,7 +8,7 @@
 #include "logs/file/log_reader.h"
 #include "logs/inspect/channel_tally.h"
 #include "logs/inspect/value_diff.h"
-#include "logs/types/lcm_type.h"
+#include "logs/types/type_text.h"
 
 namespace berth::logs {
 namespace {

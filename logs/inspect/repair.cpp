@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "logs/file/log_writer.h"
+#include "logs/file/derived_log.h"
 #include "logs/types/value.h"
 
 namespace berth::logs {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "evaluation/measure/measurement.h"
+#include "evaluation/measure/safety.h"
 #include "evaluation/run/target_surface.h"
 #include "procedures/check/recording.h"
 

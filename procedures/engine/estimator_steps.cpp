@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"
-#include "procedures/engine/step_runner.h"
+#include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/text.h"
-#include "procedures/engine/step_runner.h"
+#include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
 namespace {

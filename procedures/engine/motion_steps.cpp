@@ -2,7 +2,7 @@
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
 #include "procedures/engine/motion_command.h"
-#include "procedures/engine/step_runner.h"
+#include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/text.h"
-#include "procedures/engine/step_runner.h"
+#include "procedures/engine/step_makers.h"
 
 namespace berth::procedures {
 namespace {

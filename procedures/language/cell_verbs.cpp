@@ -5,7 +5,7 @@
 #include "common/core/fault_kind.h"
 #include "common/core/positive.h"
 #include "procedures/language/parameters.h"
-#include "procedures/language/verbs.h"
+#include "procedures/language/verb_families.h"
 
 namespace berth::procedures {
 namespace {

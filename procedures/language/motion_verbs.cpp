@@ -2,7 +2,7 @@
 // What moves the arms.
 #include "common/core/positive.h"
 #include "procedures/language/step_options.h"
-#include "procedures/language/verbs.h"
+#include "procedures/language/verb_families.h"
 
 namespace berth::procedures {
 namespace {

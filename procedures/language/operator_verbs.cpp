@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/core/positive.h"
-#include "procedures/language/verbs.h"
+#include "procedures/language/verb_families.h"
 
 namespace berth::procedures {
 namespace {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "procedures/language/verb_families.h"
+
 namespace berth::procedures {
 namespace {
 

@@ -43,13 +43,4 @@ Lights read_lamps(Config& config, Lights lights);
 /// that the table does not have: the two must not drift apart.
 void finish_keys(const Config& map, const std::vector<KeyInfo>& keys, const std::string& where);
 
-// The verbs by what they are about, each with its reader; verbs() joins them.
-std::vector<VerbInfo> cell_verbs();
-std::vector<VerbInfo> motion_verbs();
-std::vector<VerbInfo> scan_verbs();
-std::vector<VerbInfo> operator_verbs();
-
-/// For verbs that take nothing. @throws InputError when something stands behind it.
-void expect_nothing(Config& step, const std::string& verb);
-
 }  // namespace berth::procedures

@@ -5,6 +5,7 @@
 
 #include "common/core/config.h"
 #include "common/core/random.h"
+#include "evaluation/compare/change_report.h"
 #include "test/catch.h"
 #include "test/evaluation/made_run.h"
 

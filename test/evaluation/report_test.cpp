@@ -4,7 +4,7 @@
 
 #include "evaluation/report/axis.h"
 #include "evaluation/report/chart.h"
-#include "evaluation/report/html.h"
+#include "evaluation/report/page.h"
 #include "test/catch.h"
 
 using namespace berth::report;

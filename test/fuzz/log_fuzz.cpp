@@ -11,7 +11,7 @@
 #include "app/runs/replay/player.h"
 #include "common/core/error.h"
 #include "common/core/valid_text.h"
-#include "logs/export/output_file.h"
+#include "logs/export/file_names.h"
 #include "logs/file/log_reader.h"
 #include "logs/file/timeline.h"
 #include "logs/types/type_catalogue.h"

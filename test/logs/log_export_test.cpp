@@ -13,7 +13,7 @@
 #include "logs/export/csv.h"
 #include "logs/export/json_text.h"
 #include "logs/export/mcap.h"
-#include "logs/file/log_event.h"
+#include "logs/file/reused_message.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 #include "test/evaluation/made_run.h"

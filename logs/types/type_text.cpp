@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "logs/types/lcm_type.h"
+#include "logs/types/type_text.h"
 
 #include <cinttypes>
 #include <cstdio>

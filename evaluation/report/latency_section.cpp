@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "evaluation/compare/latency_text.h"
+#include "evaluation/report/axis.h"
+#include "evaluation/report/sections.h"
+
+namespace berth::report {
+namespace {
+
+/// Short, for below a chart: what is late.
+std::string tick_of(const std::string& name) {
+  if (name == "sensor arm behind replica arm") return "arm to arm";
+  return name.substr(0, name.find(" behind"));
+}
+
+/// Each delay as a dot in its interval.
+Chart intervals(const std::vector<evaluation::Latency>& latencies) {
+  Chart chart;
+  chart.title = "delays with their 95 % intervals";
+  chart.unit = "ms";
+  chart.x_unit = "";
+  Curve range{"", Curve::Style::range, 1};
+  Curve value{"", Curve::Style::dots, 1};
+  for (const evaluation::Latency& l : latencies) {
+    const bool drawn = std::isfinite(l.value) && std::isfinite(l.low) && std::isfinite(l.high);
+    if (l.kind != evaluation::Latency::Kind::delay || !drawn) continue;
+    const double x = static_cast<double>(value.x.size());
+    chart.x_ticks.emplace_back(x, tick_of(l.name));
+    value.add(x, 1e3 * l.value);
+    range.add(x, 1e3 * l.low, 1e3 * l.high);
+  }
+  chart.x_range = {-0.5, static_cast<double>(value.x.size()) - 0.5};
+  chart.levels.push_back({0, "no delay"});
+  chart.curves = {range, value};
+  return chart;
+}
+
+/// The direction in which the target went most.
+Vector3d main_direction(const std::vector<evaluation::ComparedEstimate>& compared) {
+  Matrix3d spread = Matrix3d::Zero();
+  for (const auto& c : compared) {
+    spread += c.truth.velocity.linear * c.truth.velocity.linear.transpose();
+  }
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors().col(2);
+}
+
+/// Error against speed along the main direction: a delay is the slope.
+Chart slope(const RunView& view, double delay) {
+  const auto& compared = view.measurer().compared();
+  const Vector3d along = main_direction(compared);
+  Curve dots{"single scans", Curve::Style::dots, 1};
+  double mean_error = 0;
+  double mean_speed = 0;
+  for (const auto& c : compared) {
+    if (view.record().steered(c.estimate.utime)) continue;
+    const Vector3d error = c.estimate.measured.position - c.truth.pose.position;
+    dots.add(1e3 * along.dot(c.truth.velocity.linear), 1e3 * along.dot(error));
+    mean_speed += dots.x.back();
+    mean_error += dots.y.back();
+  }
+  Chart chart;
+  chart.title = "error along the motion against the speed";
+  chart.unit = "mm";
+  chart.x_unit = "mm/s";
+  chart.clip_extremes = true;
+  if (dots.x.empty()) return chart;
+  const auto n = static_cast<double>(dots.x.size());
+  Curve line{"the delay of " + brief(1e3 * delay, 3) + " ms", Curve::Style::line, 2};
+  const auto [least, most] = std::minmax_element(dots.x.begin(), dots.x.end());
+  for (const double speed : {*least, *most}) {
+    line.add(speed, mean_error / n - delay * (speed - mean_speed / n));
+  }
+  chart.curves = {dots, line};
+  return chart;
+}
+
+}  // namespace
+
+Html latency_section(const RunView& view) {
+  const auto& latencies = view.comparison().latencies;
+  if (latencies.empty()) return {};
+  HtmlTable table{"ll", {"latency", "from", "ms", "95 % low", "high", "samples", "remark"}};
+  double scans = std::numeric_limits<double>::quiet_NaN();
+  for (const evaluation::Latency& l : latencies) {
+    std::vector<Html> row;
+    for (const std::string& cell : evaluation::latency_cells(l)) row.push_back(text(cell));
+    table.rows.push_back(std::move(row));
+    if (&l == &latencies.front() && l.remark.empty()) scans = l.value;
+  }
+  Html html;
+  std::vector<Chart> charts;
+  const Chart delays = intervals(latencies);
+  if (!delays.x_ticks.empty()) charts.push_back(delays);
+  if (std::isfinite(scans)) charts.push_back(slope(view, scans));
+  if (!charts.empty()) html += grid_of(charts);
+  return html + html_of(table) +
+         element(
+             "p", "note-wide",
+             text("A positive delay: the first named is later than the second. Of motion: least "
+                  "squares beside truth's constant errors; intervals from the scatter, or from "
+                  "blocks of neighbours drawn again, whichever is wider."));
+}
+
+}  // namespace berth::report
