@@ -24,7 +24,8 @@ void take_one_word_each(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands({})) take_one_word_each(*command);
 }
 
-/// What is wrong with a command line whose command there is not; empty when that is not it.
+/// The error of a command line with an unknown command, with the nearest known one; empty when its
+/// commands are known.
 std::string unknown_command(const CLI::App& app) {
   const CLI::App* at = &app;
   while (!at->get_subcommands().empty()) at = at->get_subcommands().front();

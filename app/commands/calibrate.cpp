@@ -4,9 +4,8 @@
 #include <ctime>
 #include <memory>
 
+#include "app/calibration/calibration_report.h"
 #include "app/calibration/procedure_text.h"
-#include "app/calibration/residual_picture.h"
-#include "app/calibration/summary.h"
 #include "app/calibration/truth_check.h"
 #include "app/commands/cell_options.h"
 #include "app/commands/commands.h"

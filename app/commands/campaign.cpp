@@ -19,7 +19,7 @@
 #include "app/commands/commands.h"
 #include "app/directory_lock.h"
 #include "app/exit_code.h"
-#include "app/runs/checksums.h"
+#include "app/runs/manifest.h"
 #include "app/terminal/interruption.h"
 #include "app/terminal/progress_line.h"
 #include "common/core/error.h"

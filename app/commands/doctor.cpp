@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/doctor.h"
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
 #include "app/commands/commands.h"
-#include "app/hardware/examination.h"
+#include "app/doctor/hardware.h"
+#include "app/doctor/host.h"
 #include "app/runs/choose_setup.h"
 
 namespace berth::commands {

@@ -7,7 +7,7 @@
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
-#include "app/runs/checksums.h"
+#include "app/runs/manifest.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
 #include "common/core/table.h"

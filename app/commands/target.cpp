@@ -9,7 +9,6 @@
 #include "app/runs/run_files.h"
 #include "app/runs/run_list.h"
 #include "app/targets/new_target.h"
-#include "app/targets/target_picture.h"
 #include "app/targets/target_report.h"
 #include "common/core/config.h"
 #include "common/core/error.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/console/server/board.h"
-#include "app/console/view/sink.h"
+#include "app/console/view/section.h"
 
 namespace berth::console {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/console/board_sink.h"
-#include "app/console/drive/runnable.h"
+#include "app/console/control/runnable.h"
 #include "app/console/view/scene.h"
 #include "app/runs/manifest.h"
 #include "common/core/valid_text.h"
@@ -38,7 +38,7 @@ ConsoleContext::ConsoleContext(const RunFiles& files)
   types.add(files.directory / "types");
 }
 
-/// Who has control is published by the driver, which knows its viewers.
+/// Who has control is published by the command handler, which knows its viewers.
 class ConsoleNode::ViewSink final : public BoardSink {
  public:
   using BoardSink::BoardSink;
@@ -55,14 +55,14 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& sight, Boar
       process_loop_(the_loop),
       sink_(std::make_unique<ViewSink>(board)),
       view_(sight.cell, sight.lidar, sight.types, *sink_, at_every_tick()),
-      driver_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
-              {[this](const std::string& viewer, const Answer& answer) {
-                 server_.answer(viewer, answer);
-               },
-               [this](std::int8_t severity, const std::string& code, const std::string& text) {
-                 event(severity, code, text);
-               },
-               std::move(options.run)}) {
+      handler_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
+               {[this](const std::string& viewer, const Answer& answer) {
+                  server_.answer(viewer, answer);
+                },
+                [this](std::int8_t severity, const std::string& code, const std::string& text) {
+                  event(severity, code, text);
+                },
+                std::move(options.run)}) {
   for (auto& [path, mesh] : mesh_texts(drawn_bodies(sight.cell))) {
     server_.offer(path, "application/json", std::move(mesh));
   }
@@ -102,7 +102,7 @@ void ConsoleNode::take(const Incoming& incoming) {
     case Incoming::Kind::left:
       return event(event_t::INFO, "console-viewer", incoming.viewer + " has left");
     case Incoming::Kind::command:
-      driver_.take(incoming.command);
+      handler_.take(incoming.command);
       return publish_control();
   }
 }
@@ -114,13 +114,13 @@ void ConsoleNode::run_ended(int code, const std::string& words) {
 }
 
 void ConsoleNode::tick() {
-  driver_.tick();
+  handler_.tick();
   view_.advance(now());
   publish_control();
 }
 
 void ConsoleNode::publish_control() {
-  const Driver::Control control = driver_.control();
+  const CommandHandler::Control control = handler_.control();
   board_.set("control", json_text(nlohmann::json{{"holder", control.holder},
                                                  {"viewer", control.viewer},
                                                  {"utime_expires", control.utime_expires},

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "app/console/drive/driver.h"
+#include "app/console/control/command_handler.h"
 #include "app/console/server/server.h"
 #include "app/console/view/cell_view.h"
 #include "app/runs/run_files.h"
@@ -57,7 +57,7 @@ class ConsoleNode final : public Node {
   ProcessLoop& process_loop_;
   std::unique_ptr<ViewSink> sink_;
   CellView view_;
-  Driver driver_;
+  CommandHandler handler_;
   std::string run_;  // that the view shows
   std::vector<Loop::TimerId> timers_;
 };

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "app/console/drive/runnable.h"
+#include "app/console/control/runnable.h"
 
 namespace berth::console {
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "app/console/drive/driver.h"
+#include "app/console/control/command_handler.h"
 #include "app/runs/run_files.h"
 #include "app/runs/watched_process.h"
 

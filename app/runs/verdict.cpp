@@ -8,7 +8,7 @@
 
 #include "app/attempt.h"
 #include "app/exit_code.h"
-#include "app/runs/checksums.h"
+#include "app/runs/manifest.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/valid_text.h"

@@ -16,4 +16,8 @@ std::string report_of(const Target& target);
 /// surface, far from it, or looking into it. Empty: nothing.
 std::vector<std::string> doubts_about(const Target& target);
 
+/// A target from six sides, along its axes, as SVG: parts in colours, where a joint may bring its
+/// part, its axis, ports with their cones, symmetry axes, and what is to be scanned or not.
+std::string draw(const Target& target);
+
 }  // namespace berth

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What `berth target` makes, checks, draws and writes.
 #include "app/targets/new_target.h"
-#include "app/targets/target_picture.h"
 #include "app/targets/target_report.h"
 #include "common/core/error.h"
 #include "common/core/file.h"

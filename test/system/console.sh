@@ -7,7 +7,7 @@ expect 0 "$bin/berth" up --layout free --detach --out "$work/runs" --lcm-url "$u
 cell=$(only_run "$work/runs")
 for _ in $(seq 100); do [ ! -s "$cell/output/console.url" ] || break; sleep 0.2; done
 [ -s "$cell/output/console.url" ] || fail "the console does not serve"
-PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 test/system/console_drive.py "$(sed 's,.*:\([0-9]*\)/,\1,' "$cell/output/console.url")" || {
+PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 test/system/console_control.py "$(sed 's,.*:\([0-9]*\)/,\1,' "$cell/output/console.url")" || {
   tail -n 5 "$cell"/output/console*.txt
   fail "the console"
 }

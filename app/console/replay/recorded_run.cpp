@@ -5,7 +5,7 @@
 #include <berth/event_t.hpp>
 #include <berth/scan_request_t.hpp>
 
-#include "app/console/view/json.h"
+#include "app/console/view/section.h"
 #include "common/core/error.h"
 #include "drivers/devices.h"
 #include "lcmtypes/channels.h"

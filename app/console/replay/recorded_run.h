@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/console/view/cell_view.h"
-#include "app/runs/replay/log_index.h"
+#include "app/runs/replay/player.h"
 #include "app/runs/run_files.h"
 
 namespace berth::console {

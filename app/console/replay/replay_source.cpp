@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/console/replay/recorded_run.h"
-#include "app/console/view/json.h"
+#include "app/console/view/section.h"
 #include "app/runs/replay/player.h"
 #include "common/core/error.h"
 #include "common/core/text.h"

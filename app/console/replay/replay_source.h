@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "app/console/view/sink.h"
+#include "app/console/view/section.h"
 #include "logs/types/type_catalogue.h"
 
 namespace berth::console {

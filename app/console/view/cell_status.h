@@ -1,11 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <berth/arm_state_t.hpp>
+#include <berth/facility_state_t.hpp>
+#include <berth/lidar_state_t.hpp>
+#include <berth/node_status_t.hpp>
+#include <berth/pose_estimate_t.hpp>
+#include <berth/procedure_state_t.hpp>
+#include <berth/testbed_state_t.hpp>
+#include <map>
+#include <optional>
 #include <string>
 
-#include "app/console/view/latest_messages.h"
+#include "evaluation/run/truth_track.h"
+#include "logs/file/log_event.h"
 
 namespace berth::console {
+
+/// The newest of everything that more than one section needs.
+struct LatestMessages {
+  std::optional<arm_state_t> replica_arm;
+  std::optional<arm_state_t> sensor_arm;
+  std::optional<facility_state_t> facility;
+  std::optional<lidar_state_t> lidar;
+  std::optional<pose_estimate_t> estimate;
+  std::optional<procedure_state_t> procedure;
+  std::optional<testbed_state_t> testbed;
+  std::optional<evaluation::TruthSample> truth;
+  std::map<std::string, node_status_t> nodes;
+  std::map<std::string, Utime> beats;  ///< when each node's heartbeat was last received
+
+  /// A message of a foreign type, or a damaged one, changes nothing.
+  void take(const logs::LogEvent& event);
+  /// Truth, unless it is older than a second.
+  std::optional<evaluation::TruthSample> truth_at(Utime now) const;
+};
 
 /// What is read from three metres.
 struct CellStatus {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/console/view/cell_status.h"
-#include "app/console/view/pose_sections.h"
+#include "app/console/view/estimate_sections.h"
 #include "evaluation/run/target_surface.h"
 #include "lcmtypes/channels.h"
 

@@ -6,10 +6,10 @@
 
 #include "app/console/view/channel_health.h"
 #include "app/console/view/criteria.h"
-#include "app/console/view/samples.h"
+#include "app/console/view/estimate_sections.h"
 #include "app/console/view/scan_section.h"
 #include "app/console/view/scene.h"
-#include "app/console/view/sink.h"
+#include "app/console/view/section.h"
 #include "testbed/motion/clearance.h"
 
 namespace berth::console {

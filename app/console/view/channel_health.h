@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "app/console/view/json.h"
-#include "app/console/view/latest_messages.h"
+#include "app/console/view/cell_status.h"
+#include "app/console/view/section.h"
 #include "app/terminal/spy_model.h"
 
 namespace berth::console {

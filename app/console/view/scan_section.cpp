@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/console/view/json.h"
+#include "app/console/view/section.h"
 #include "lcmtypes/channels.h"
 
 namespace berth::console {

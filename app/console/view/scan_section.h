@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "app/console/view/latest_messages.h"
-#include "app/console/view/sink.h"
+#include "app/console/view/cell_status.h"
+#include "app/console/view/section.h"
 #include "lcmtypes/scan_packet.h"
 
 namespace berth::console {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/console/view/scene.h"
 
-#include "app/console/view/json.h"
+#include "app/console/view/section.h"
 #include "evaluation/measure/measurer.h"
 #include "lcmtypes/conversions.h"
 #include "lcmtypes/good_estimate.h"

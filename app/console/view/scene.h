@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/console/view/json.h"
-#include "app/console/view/latest_messages.h"
+#include "app/console/view/cell_status.h"
+#include "app/console/view/section.h"
 #include "common/core/cell.h"
 #include "common/core/lidar_profile.h"
 

@@ -10,8 +10,6 @@
 
 #include "app/batch/reestimation/new_run.h"
 #include "app/exit_code.h"
-#include "app/runs/replay/channel_map.h"
-#include "app/runs/replay/estimate_pairs.h"
 #include "app/runs/replay/live_estimator.h"
 #include "app/runs/replay/replay_bus.h"
 #include "app/runs/run_list.h"

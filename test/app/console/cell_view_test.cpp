@@ -9,7 +9,7 @@
 #include <berth/scan_request_t.hpp>
 
 #include "app/console/view/cell_status.h"
-#include "app/console/view/pose_sections.h"
+#include "app/console/view/estimate_sections.h"
 #include "common/core/beam_model.h"
 #include "lcmtypes/scan_packet.h"
 #include "test/app/console/written_board.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/console/view/sink.h"
+#include "app/console/view/section.h"
 #include "lcmtypes/channels.h"
 #include "logs/file/log_event.h"
 #include "logs/types/type_catalogue.h"
