@@ -45,9 +45,9 @@ struct LidarDevice {
   Utime dial_timeout = Sockets::dial_timeout;  ///< of tcp
   std::string model;                           ///< config/lidars/<model>.yaml
   std::filesystem::path recording;             ///< of files, log and folder
-  std::optional<double> us_per_time;           ///< unit of the times in files; else they tell it
-  bool repeat = false;                         ///< a recording that is over starts anew
-  Utime max_gap = 10 * second;  ///< between two scans of a recording: longer ones are cut
+  std::optional<double> us_per_time;  ///< unit of the times in files; none: from name or values
+  bool repeat = false;                ///< a recording that is over starts anew
+  Utime max_gap = 10 * second;        ///< between two scans of a recording: longer ones are cut
 };
 
 /// All boxes of hardware of one cell.

@@ -20,7 +20,7 @@ namespace berth::testbed {
 /// SI.
 struct Settings {
   std::int64_t setpoint_period = 16667;
-  std::int64_t dead_time = 150000;  ///< nominal, until the arms' motion has told it
+  std::int64_t dead_time = 150000;  ///< nominal, until it is identified from the arms' motion
   std::int64_t setpoint_lifetime = 200000;
 
   RelativeLimits motion;  ///< speeds where a command names none

@@ -34,7 +34,7 @@ HostAndPort split(const std::string& address) {
   return {address.substr(0, colon), address.substr(colon + 1)};
 }
 
-/// flags: AI_NUMERICHOST asks nobody.
+/// flags: AI_NUMERICHOST sends no query.
 Sockets::Found resolve(const std::string& host, const std::string& port, int flags) {
   addrinfo hints{};
   hints.ai_family = AF_INET;
@@ -130,7 +130,7 @@ void Sockets::look_up(const std::shared_ptr<Dialling>& dialling, const std::stri
   const std::string& address = dialling->address;
   auto& waiting = looked_up_[address];
   waiting.push_back(dialling);
-  if (waiting.size() > 1) return;  // it is being asked for
+  if (waiting.size() > 1) return;  // the query is under way
   std::thread([link = link_, ask = look_up_, address, host = host, port = port] {
     const Found found = ask(host, port);
     const std::lock_guard lock(link->mutex);

@@ -67,7 +67,7 @@ class Sockets {
   /// where no server listens or none has answered within the time-out.
   /// @throws InputError when the address is not of the form host:port.
   void dial(const std::string& address, Ready connected, Utime timeout = dial_timeout);
-  /// Why the address cannot be reached by any patience: its name is not known, or nobody has
+  /// Why the address cannot be reached by any patience: its name is not known, or no host has
   /// answered in time. Empty: nothing of the kind was seen when it was dialled last.
   std::string trouble(const std::string& address) const;
   /// Accepts connections until this ends.

@@ -45,7 +45,7 @@ struct Cloud {
 
 /// Options for information that files lack.
 struct CloudOptions {
-  std::optional<double> us_per_time;  ///< unit of its times, whatever name and magnitude say
+  std::optional<double> us_per_time;  ///< unit of its times, overrides name and magnitude
 };
 
 /// Reads a cloud by its extension. A file is read whole or refused.

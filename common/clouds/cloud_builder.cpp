@@ -39,7 +39,7 @@ bool is_unit(const std::string& name) {
 /// A column's name: "X (mm)" is x in mm, "time_us" time in us.
 struct Name {
   std::string base;
-  std::string unit;  ///< empty: not said
+  std::string unit;  ///< empty: unknown
 
   explicit Name(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
@@ -162,8 +162,8 @@ constexpr double max_scan_us = 3600e6;
 constexpr double first_epoch_us = 946684800e6;
 constexpr double last_epoch_us = 4102444800e6;
 
-/// The unit that the magnitude of times tells: seconds since 1970 and parts of them, else seconds
-/// with decimals. Whole numbers from about 0 may be of any unit.
+/// The unit that follows from the magnitude of times: seconds since 1970 and parts of them, else
+/// seconds with decimals. Whole numbers from about 0 may be of any unit.
 const TimeUnit* unit_by_magnitude(double first, double last, bool whole) {
   const auto plausible = [&](const TimeUnit& unit) {
     const bool is_seconds = unit.us == time_units[0].us;

@@ -18,7 +18,7 @@ Cloud parse_pcd(std::string_view bytes, const std::string& file, const CloudOpti
 Cloud parse_ply(std::string_view bytes, const std::string& file, const CloudOptions& options);
 
 /// One scan in Leica's PTX: columns, rows, the scanner's position and axes, a 4x4 matrix, then a
-/// beam a line, x y z intensity [r g b], column by column. Points are taken as they stand, in the
+/// beam a line, x y z intensity [r g b], column by column. Points are taken unchanged, in the
 /// scanner's own frame; the poses are not used. 0 0 0 is a beam that nothing came back from: a miss
 /// whose direction follows from the grid of the other beams. A second scan in the file is an error:
 /// it was taken from another place. file: for messages. @throws InputError.

@@ -29,7 +29,7 @@ class LineError : public InputError {
   std::size_t cell_;
 };
 
-/// The bytes of a text file as UTF-8: without byte order mark, from UTF-16 where that says so.
+/// The bytes of a text file as UTF-8: without byte order mark, from UTF-16 by that mark.
 /// file: for messages. @throws InputError when they are no text.
 std::string text_of(std::string bytes, const std::string& file);
 
@@ -50,7 +50,7 @@ class TextLines {
   /// What follows a '#' or "//" after a blank or at the line's start; the line behind a '%' there.
   std::string_view comment() const { return comment_; }
 
-  /// Cell i of this line; NaN where it says that there is no number: empty, NA, 1.#QNAN, ...
+  /// Cell i of this line; NaN where it marks a missing number: empty, NA, 1.#QNAN, ...
   /// @throws LineError when it is missing or none.
   double number(std::size_t i, const char* name) const;
   /// The same for a count of at least one.
@@ -74,7 +74,7 @@ class TextLines {
 
 /// The cells of a line.
 void split_cells(std::string_view line, char delimiter, std::vector<std::string_view>& cells);
-/// A cell as a number; NaN for one that says that there is none. @return false for anything else.
+/// A cell as a number; NaN for one that marks a missing number. @return false for anything else.
 bool parse_number(std::string_view cell, char decimal, double& number);
 
 }  // namespace berth::clouds

@@ -19,7 +19,7 @@ struct DeclaredTable {
 /// Reads a point a line. One decision holds for all of the text: what parts the cells (';', '|',
 /// tab, ',' or blanks), whether decimals have a point or a comma, what the columns are, how many
 /// there are. Columns are named by a line, or a comment, before the first point; without names
-/// x y z come first. A first line with nothing but a whole number tells how many points follow.
+/// x y z come first. A first line with nothing but a whole number is the count of points.
 /// What could be read in two ways is refused. file: for messages.
 /// @throws InputError naming file and line.
 Table read_text_table(std::string_view text, const std::string& file,

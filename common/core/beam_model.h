@@ -25,9 +25,9 @@ struct BeamModel {
   double range_max_m = 800.0;
   double pulse_length_m = 0.5;  ///< surfaces in one beam nearer to each other than this: one echo
   double min_echo = 0.25;       ///< of a beam's strongest echo: weaker ones are not seen
-  bool second_returns = false;  ///< the scanner tells a second return of a beam where there is one
+  bool second_returns = false;  ///< the scanner reports the second return of a beam
   /// 1 sigma of the logarithm of a return's intensity about Lambert's law: reflectivity times the
-  /// cosine of incidence over range^2. 0: intensity says nothing.
+  /// cosine of incidence over range^2. 0: intensity has no information.
   double intensity_sigma = 0;
 
   /// Variance (m^2) along the beam of a return from a surface at this range and incidence (rad from

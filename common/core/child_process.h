@@ -54,14 +54,14 @@ class ProcessHandle {
 
 /// How a child process is started.
 struct ChildOptions {
-  std::vector<std::pair<std::string, std::string>> environment;  ///< beside our own
+  std::vector<std::pair<std::string, std::string>> environment;  ///< added to our own
   int input = -1;   ///< descriptor of its standard input; -1: /dev/null
   int output = -1;  ///< and of its standard output; -1: ours
   int errors = -1;  ///< and of its standard error; -1: ours
   /// Where both are appended instead; empty: where those say.
   std::filesystem::path output_file;
   bool dies_with_parent = true;
-  bool outlives_object = false;  ///< it is not killed when the object that stands for it goes
+  bool outlives_object = false;  ///< it is not killed when its object is destroyed
   bool own_session = false;      ///< the terminal's signals and its end do not reach it
 };
 

@@ -13,8 +13,8 @@ struct KinematicCorrections {
   std::array<Pose, 6> links{};  ///< behind each link, in its frame
 };
 
-/// An arm whose zeros and links are not quite as its file says. Takes reported joints; limits and
-/// bodies are the nominal ones.
+/// Kinematics of an arm whose zeros and links are corrected by calibration. Takes reported joints;
+/// limits and bodies are the nominal ones.
 class CorrectedKinematics final : public ArmKinematics {
  public:
   CorrectedKinematics(std::shared_ptr<const ArmKinematics> nominal,

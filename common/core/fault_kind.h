@@ -27,7 +27,7 @@ struct FaultKind {
   double greatest = 0;
 };
 
-/// All of them; those of a device stand together. docs/simulated_cell.md tells what each does.
+/// All of them; those of a device are adjacent. docs/simulated_cell.md describes each.
 const std::vector<FaultKind>& fault_kinds();
 
 /// @param index of the kind, when it is known.
@@ -37,7 +37,7 @@ std::string unknown_fault(const std::string& device, const std::string& name, st
 /// @return why a fault cannot have this value, SI; empty: it can.
 std::string wrong_fault_value(const FaultKind& kind, double value);
 
-/// " 50 mm": the value as a person would say it, with a blank before it; empty when it has none.
+/// " 50 mm": the value with its unit, with a blank before it; empty when it has none.
 std::string text_of(FaultValue value, double size);
 
 }  // namespace berth

@@ -15,7 +15,7 @@ struct RunSetup {
   double target_length = 0;      ///< m; 0: as it is
   std::uint64_t seed = 1;        ///< of everything simulated
   std::int64_t session = 1;      ///< id of the run on the bus
-  std::filesystem::path out;     ///< where a part may write files beside the log; empty: nowhere
+  std::filesystem::path out;     ///< where a node may write files next to the log; empty: nowhere
 
   std::filesystem::path layout_file() const { return config / "layouts" / (layout + ".yaml"); }
 };

@@ -10,7 +10,7 @@
 namespace berth::svg {
 
 /// A piece of a document. Text from outside becomes one only by text() and as an attribute, which
-/// escape it, so that nothing a log says can become markup.
+/// escape it, so that no text of a log can become markup.
 struct Markup {
   std::string code;
 
@@ -69,10 +69,10 @@ struct Colour {
 /// "#rrggbb" @param shade from 0, black, to 1, the colour
 std::string hex(const Colour& colour, double shade = 1);
 
-/// A picture within HTML, as wide as its style says.
+/// A picture within HTML, as wide as its style.
 Markup image(double width, double height, const Markup& content);
 
-/// A file that stands alone. @param width, height pixels @param background a colour
+/// A complete file. @param width, height pixels @param background a colour
 std::string document(double width, double height, std::string_view background,
                      const Markup& content);
 

@@ -17,7 +17,7 @@ struct TableOf {
 /// One of words, rendered here; one of HTML is in evaluation/report/html.h.
 using Table = TableOf<std::string>;
 
-/// For a terminal, indented by two blanks; whatever the cells say, they do not drive it.
+/// For a terminal, indented by two blanks; control characters in cells have no effect.
 std::string text_table(const Table& table);
 /// Markdown, as GitHub reads it. The alignment is left to its reader.
 std::string markdown_table(const Table& table);

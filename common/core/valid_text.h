@@ -20,7 +20,7 @@ std::string valid_utf8(std::string_view text);
 /// A JSON document in which DEL and the C1 control characters are escaped, as the others are.
 std::string with_controls_escaped(std::string json);
 
-/// A JSON document (RFC 8259), on one line unless indent says otherwise. Numbers that are not
+/// A JSON document (RFC 8259), on one line unless it is indented. Numbers that are not
 /// finite are null. @param json nlohmann::json or ordered_json
 template <class Json>
 std::string json_text(const Json& json, int indent = -1) {

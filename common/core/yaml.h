@@ -10,7 +10,7 @@
 
 namespace berth {
 
-/// What a YAML file holds: nothing, a text, a list or a map, and the line it stands on. A handle: a
+/// What a YAML file holds: nothing, a text, a list or a map, and its line. A handle: a
 /// copy shares its content.
 class YamlNode {
  public:
@@ -49,11 +49,11 @@ class YamlNode {
   bool is(const YamlNode& other) const { return content_ == other.content_; }
   void add(YamlNode item);
   void add(YamlNode key, YamlNode value);
-  /// Replaces the value of a key, or adds it at the end; whoever shares this node sees it.
+  /// Replaces the value of a key, or adds it at the end; all handles to this node see it.
   void put(const std::string& key, YamlNode value);
   void put(const std::string& key, const std::string& text) { put(key, YamlNode(text)); }
 
-  /// Same content, wherever it stands; maps in the same order.
+  /// Same content, on any line; maps in the same order.
   friend bool operator==(const YamlNode& a, const YamlNode& b);
 
  private:

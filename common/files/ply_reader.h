@@ -51,9 +51,9 @@ class PlyReader {
   /// Lines of the header that begin with "comment" or "obj_info", without that word.
   const std::vector<std::string>& comments() const { return comments_; }
 
-  /// Goes to the next row, of the same element or of the next one. Properties that nobody asks for
-  /// are passed over unread. @return false after the last. @throws InputError when the file is cut
-  /// short or too long, or a list has no length.
+  /// Goes to the next row, of the same element or of the next one. Properties that are not
+  /// requested are passed over unread. @return false after the last. @throws InputError when the
+  /// file is cut short or too long, or a list has no length.
   bool next();
   const PlyElement& element() const { return elements_[element_]; }
   /// Number of the present row in its element, from 0.
@@ -71,7 +71,7 @@ class PlyReader {
 
  private:
   enum class Format { text, little_endian, big_endian };
-  /// Where a property of the present row stands: its first value, and how many there are.
+  /// The values of a property of the present row: its first value, and how many there are.
   struct Place {
     std::size_t first = 0;  ///< index of the word in its line, or offset in the file's bytes
     std::size_t count = 1;

@@ -71,7 +71,7 @@ class SelfMatcher {
 };
 
 /// Two poses whose surfaces lie nowhere farther apart than this share of the target's length are
-/// one to whoever judges.
+/// one to a criterion.
 inline constexpr double symmetry_tolerance = 0.002;
 
 /// Searches all rotations. Reproducible: the same mesh gives the same group. It shares nothing with

@@ -25,7 +25,7 @@ struct Joint {
   Vector3d point = Vector3d::Zero();  ///< on the axis, model frame, m
   double low = 0;                     ///< rad
   double high = 0;                    ///< rad, at least `low`
-  double rest = 0;                    ///< rad, from low to high: where it stands as held
+  double rest = 0;                    ///< rad, from low to high: its position as mounted
 };
 
 /// T_model_part of a part that its joint has turned by so much (rad) from where the mesh shows it.
@@ -78,7 +78,7 @@ struct Target {
   }
   const TargetPart& part(std::size_t triangle) const { return parts[part_index(triangle)]; }
   bool is_bare() const { return description_hash.empty(); }
-  /// Of a part, m; `bare` where nobody described the target.
+  /// Of a part, m; `bare` without a description of the target.
   double surface_sigma(const TargetPart& of, double bare) const {
     return is_bare() ? bare : of.surface_sigma;
   }
@@ -98,7 +98,7 @@ bool is_target_name(const std::string& name);
 std::filesystem::path find_target(const std::string& name);
 
 /// The target a user names, as by find_target(). length > 0 scales mesh, poses and boxes so that
-/// the largest side of the bounding box is so long (m); 0 keeps what the folder or mesh says. A
+/// the largest side of the bounding box is so long (m); 0 keeps the size of the folder or mesh. A
 /// bare mesh is used in its own axes, about its own origin; where that is far_from_origin, about
 /// the centre of its bounding box.
 /// @throws InputError as find_target, load_mesh and Config, or for a negative length.
@@ -109,7 +109,7 @@ Target load_target(const std::string& name, double length);
 /// @throws InputError
 std::filesystem::path copy_target(const Target& target, const std::filesystem::path& into);
 
-/// The mesh with the parts' joints turned by so much from where they stand now.
+/// The mesh with the parts' joints turned by so much from their present position.
 /// @param angles rad, as many as parts; looked at only for parts with a joint
 Mesh turned_mesh(const Target& target, const std::vector<double>& angles);
 

@@ -54,10 +54,10 @@ class ArmAdapter {
   };
   enum class Change {
     connected,
-    ready,            ///< it reports from now on
-    not_verified,     ///< before ready; the text says what could not be checked of its setup
-    wrong,            ///< it is set up otherwise than configured; reported repeatedly
-    lost,             ///< it reports no longer; the text says why, or why it cannot be reached
+    ready,         ///< it reports from now on
+    not_verified,  ///< before ready; the text names the part of its setup that could not be checked
+    wrong,         ///< it is set up otherwise than configured; reported repeatedly
+    lost,          ///< it reports no longer; the text says why, or why it cannot be reached
     setpoints_open,   ///< set-points come through
     setpoints_closed  ///< they do not; the text says why
   };

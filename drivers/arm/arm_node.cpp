@@ -101,7 +101,7 @@ void ArmNode::on_change(ArmAdapter::Change change, const std::string& text) {
     case Change::lost:
       event(event_t::WARNING, "arm-disconnected", name_ + ": " + text);
       offline_reason_ = text;
-      if (following_) hold();  // nobody sees where the arm goes
+      if (following_) hold();  // the arm's position is unknown
       report(node_status_t::DEGRADED, text);
       return publish_offline();
     case Change::setpoints_open:
@@ -177,7 +177,7 @@ void ArmNode::on_report(const ArmReport& report_now) {
   const bool stale = unchanged_reads_ >= arm_.device.stale_polls;
 
   arm_state_t state{};
-  // The tick says which interpolation period the joints are of; the bracket only bounds it.
+  // The tick identifies the interpolation period the joints are of; the bracket only bounds it.
   state.utime = stale ? report_.sent + (report_.received - report_.sent) / 2
                       : clock_.line().to_host(report_.controller_time) - arm_.device.report_lag;
   // A stamp that the last one has passed (the clock was set, the line moved) would make a rate of

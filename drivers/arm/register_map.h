@@ -81,7 +81,7 @@ struct SnpxAssignment {
   bool operator==(const SnpxAssignment&) const = default;
 };
 
-/// Where a number stands in the registers, and how it is written there.
+/// Address and encoding of a number in the registers.
 struct RegisterField {
   enum class Form { float32, int32 };
   int address = 0;  ///< first of two registers
@@ -144,7 +144,7 @@ struct RegisterMap {
   std::string assignment_table() const;
 };
 
-/// Where word `word` (from 1) of the variable "R[7]" or "PR[1]" stands.
+/// Register of word `word` (from 1) of the variable "R[7]" or "PR[1]".
 struct VariableLocation {
   int address = 0;
   int multiply = 0;

@@ -43,7 +43,7 @@ void AssignmentCheck::on_shown(const RegisterAnswer& answer) {
   if (!answer.ok()) return finish(Result::failed, answer.error);
   const RegisterMap::Bootstrap& window = *map_.bootstrap;
   const auto weak = weak_from_this();
-  if (step_ == 0) {  // registers that nobody assigned take any write and read as zeros
+  if (step_ == 0) {  // registers without an assignment take any write and read as zeros
     link_.read_registers(window.first, window.words, [weak](const RegisterAnswer& a) {
       if (const auto check = weak.lock()) check->on_window(a);
     });

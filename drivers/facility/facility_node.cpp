@@ -102,7 +102,7 @@ void FacilityNode::on_status(const RegisterAnswer& answer) {
   report(node_status_t::READY, state_.estop_chain_closed ? "" : "emergency stop");
 }
 
-/// Against what the PLC said last, however long it was not seen in between; at first a chain is
+/// Against the PLC's last report, however long it was not seen in between; at first a chain is
 /// taken to have been closed, so that one that is found open is announced.
 void FacilityNode::announce_changes(const facility_state_t& before) {
   const bool closed = state_.estop_chain_closed && state_.fence_closed;
@@ -171,7 +171,7 @@ void FacilityNode::carry_out(const facility_command_t& command) {
   link_->write_registers(map_.command.first, words, [this, command](const RegisterAnswer& answer) {
     if (answer.ok()) return answers_.accept(command);
     warn("lamps-not-set", "lamps: " + answer.error);
-    answers_.forget(command);  // whoever repeats it has it tried again
+    answers_.forget(command);  // a repetition is tried again
   });
 }
 

@@ -13,7 +13,7 @@ struct PlcMap {
     int first = 1;
     int count = 0;
   };
-  /// Where a value is shown and where it is asked for.
+  /// Addresses of a value's state and of its command.
   struct Value {
     int status = 0;
     int command = 0;

@@ -93,7 +93,7 @@ class Conformance {
   void skipped(const std::string& name, const std::string& why) {
     report_({name, Outcome::skipped, why, {}});
   }
-  /// fault: empty when it is as it should be, and then `found` is said.
+  /// fault: empty when the check passes; then `found` is reported.
   void check(const std::string& name, const std::string& fault, const std::string& found,
              const std::string& mend) {
     fault.empty() ? ok(name, found) : failed(name, fault, mend);
@@ -400,7 +400,7 @@ class Conformance {
           "ranges in metres, 0 unless the status is hit; intensities up to 4095; nothing negative");
   }
 
-  /// Where the beams of a window go tells swapped axes, wrong signs and units.
+  /// The directions of a window's beams reveal swapped axes, wrong signs and units.
   void test_directions(const std::string& of, const ScanRecord& scan) {
     std::string fault;
     for (std::size_t w = 0; w < scan.order.windows.size() && fault.empty(); ++w) {
@@ -417,7 +417,7 @@ class Conformance {
           ++n;
         }
       }
-      if (n == 0) continue;  // said by others
+      if (n == 0) continue;  // reported by other checks
       azimuth /= static_cast<double>(n);
       elevation /= static_cast<double>(n);
       if (std::abs(azimuth - window.azimuth) > 0.5 * window.width ||

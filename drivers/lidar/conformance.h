@@ -19,7 +19,7 @@ struct ConformanceCheck {
 /// several connections and some ten seconds: it makes scans. No other host may be connected.
 /// Reports each check once it is done.
 /// @return whether none has failed.
-/// @throws InputError when the address is not of the form host:port, or nobody listens there.
+/// @throws InputError when the address is not of the form host:port, or no server listens there.
 bool test_conformance(const std::string& address,
                       const std::function<void(const ConformanceCheck&)>& report);
 

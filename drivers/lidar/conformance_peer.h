@@ -22,7 +22,7 @@ class ConformancePeer {
     Utime at = 0;
   };
 
-  /// @param socket none: nobody answers
+  /// @param socket none: no connection
   ConformancePeer(ProcessLoop& loop, Socket socket);
   ~ConformancePeer();
   ConformancePeer(const ConformancePeer&) = delete;

@@ -191,7 +191,7 @@ void FolderAdapter::order(const ScanOrder& order) {
   pending_ = Pending{order.scan_id, file_system_now(), {}, 0};
   ScanAnswer answer;
   answer.scan_id = order.scan_id;
-  answer.accepted = true;  // with how many beams the file will tell
+  answer.accepted = true;  // the file has the number of beams
   // From the loop, as an answer over a wire would come.
   timer_ = loop_.after(0, [this, answer] { events_.message(answer); });
 }

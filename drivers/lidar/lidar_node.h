@@ -22,7 +22,7 @@ struct LidarNodeConfig {
 /// The LIDAR driver. SCAN_REQUEST in; SCAN_DATA while the scan runs, and LIDAR_STATE out.
 ///
 /// A request of another session is reported and not obeyed. One outside the profile's limits, or
-/// made while the device is offline, is answered with one REFUSED packet that says why. A repeated
+/// made while the device is offline, is answered with one REFUSED packet and a reason. A repeated
 /// request (same scan id) is not scanned again; a newer one takes the place of a scan that still
 /// runs, which ends as ABORTED. Every scan ends with an empty packet that is not RUNNING; while no
 /// scan runs it is published again every second, so that a lost datagram stalls no client.

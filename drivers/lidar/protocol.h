@@ -126,13 +126,13 @@ using Message = std::variant<Hello, Identity, ScanOrder, ScanAnswer, Returns, Sc
 /// @param version that both ends speak: of Returns, version 1 leaves out the fields that it has not
 std::vector<std::uint8_t> encode(const Message& message, int version = protocol_version);
 
-/// A payload as it stands in a frame of this type, whether it makes sense or not.
+/// A payload as in a frame of this type, valid or not.
 /// @throws std::length_error as encode.
 std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8_t> payload);
 
 /// Bytes in, messages out, of either version. Never throws on what it is fed. The transport is
 /// reliable, so damage means that the peer does not speak this protocol: the decoder then stops for
-/// good with an error that says what was wrong, and the connection is to be closed.
+/// good with an error that names the fault, and the connection is to be closed.
 class Decoder {
  public:
   void feed(std::span<const std::uint8_t> bytes);

@@ -72,8 +72,8 @@ class CloudRecording final : public Recording {
   std::size_t next_ = 0;
 };
 
-/// The scans of a log, in their order: SCAN_DATA, with what SCAN_REQUEST tells of when they were
-/// requested. Scans without a beam (refused ones) are passed over.
+/// The scans of a log, in their order: SCAN_DATA, with their request times from
+/// SCAN_REQUEST. Scans without a beam (refused ones) are passed over.
 class LogRecording final : public Recording {
  public:
   /// A run directory, or a log file. @throws InputError when it holds no scan.

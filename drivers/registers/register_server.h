@@ -93,7 +93,8 @@ class RegisterServer {
   /// One of them, counted from 0 in the order in which they came.
   virtual void drop_connection(int n) = 0;
   /// The connection goes deaf as after a peer's power cut: nothing is received or sent on it, and
-  /// nobody is told; it counts until it has been idle too long. New ones are as they should be.
+  /// the peer is not informed; it counts until it has been idle too long. New ones are as they
+  /// should be.
   void half_open(int n) { state(n).deaf = true; }
 
   void drop_connections() {

@@ -33,7 +33,7 @@ struct SunLamp {
 /// aperture, and keep-out volumes, which are not there to be seen.
 class CellScene final : public Scene {
  public:
-  /// `world` is what really stands there: placements, tools, kinematics and meshes as perturbed.
+  /// `world` is the true cell: placements, tools, kinematics and meshes as perturbed.
   CellScene(const Cell& world, JointsAt replica, JointsAt sensor,
             const SceneSettings& settings = {});
 
@@ -45,7 +45,7 @@ class CellScene final : public Scene {
   /// The room hides no lamp: it is the room's.
   Sunlight sunlight(Utime t) override;
 
-  /// Where the lamp is, asked once per packet; none: dark.
+  /// Place of the lamp, read once per packet; none: dark.
   void set_sun_lamp(std::function<SunLamp()> lamp) { sun_lamp_ = std::move(lamp); }
   /// A plate before the target hides this share (0..1) of its width, from the sensor's left.
   void set_occlusion(double share) { occlusion_ = share; }
@@ -73,7 +73,7 @@ class CellScene final : public Scene {
     mutable Vector3d sensor_place = Vector3d::Zero();
   };
   using Frames = std::array<Pose, 9>;  // in the base: links 0..6 of the arm, its flange, its tool
-  /// What moves together, and the frames in which its bodies stand.
+  /// A rigid group of bodies and its frames.
   struct Group {
     std::vector<Body> bodies;
     Pose base;  // in the cell
@@ -92,7 +92,7 @@ class CellScene final : public Scene {
   struct Arm : Group {
     PlacedArm placed;
     JointsAt joints_at;
-    Knot before;                       // the time asked for lies on it,
+    Knot before;                       // the requested time lies on it,
     Knot after;                        // or between the two
     bool flange_is_last_link = false;  // true of all arms but perturbed ones
     bool placed_once = false;          // frames are those of `before`
@@ -107,7 +107,7 @@ class CellScene final : public Scene {
   static Body& add(Group& group, const Mesh& mesh, std::size_t frame, const Material& material);
   static void find_knot(const Arm& arm, Utime t, Knot& knot);
   /// @param next the farthest time that it may look ahead to
-  /// @return false when it stands where it stood.
+  /// @return false when it has not moved.
   static bool move(Arm& arm, Utime t, Utime next);
   void move_to(Utime t);
   /// What a ray of the sensor frame meets first: the body, and the normal in the sensor frame.

@@ -28,7 +28,7 @@ class PositionRegisterLoop {
   /// @param cnt of the motion's termination, 0..100
   explicit PositionRegisterLoop(int cnt) : cnt_(cnt) {}
 
-  /// The program starts where the robot stands, which is PR[1] until it is written.
+  /// The program starts at the robot's present joints, which are PR[1] until it is written.
   void start(const Motors& here, Utime now);
   /// PR[1] as the program reads it from `visible` on.
   void write(const Motors& target, Utime visible) { writes_.push_back({visible, target}); }

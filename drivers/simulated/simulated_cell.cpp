@@ -166,7 +166,7 @@ void SimulatedCell::on_injection(const injection_t& injection) {
     last = injection.seq;
     carry_out(injection);
   }
-  publish_faults();  // also to a repetition: its commander has not heard yet
+  publish_faults();  // also to a repetition: its commander may have missed the answer
 }
 
 void SimulatedCell::carry_out(const injection_t& injection) {

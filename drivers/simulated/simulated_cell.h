@@ -30,7 +30,7 @@ class LogFile;
 
 namespace berth {
 
-/// The log of where the replica really was: channel WORLD_TRUTH in stock LCM format, a file beside
+/// The log of where the replica really was: channel WORLD_TRUTH in stock LCM format, a file next to
 /// the run. Nothing of it goes over the bus.
 class WorldTruthLog {
  public:
@@ -48,7 +48,7 @@ class WorldTruthLog {
 
 /// All hardware of the cell, simulated: one scene and one clock, two arm controllers, the PLC and
 /// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others: it
-/// takes INJECTION, says in INJECTION_STATE what is wrong with the devices, and says nothing of the
+/// takes INJECTION, publishes the devices' faults in INJECTION_STATE, and publishes nothing of the
 /// truth; that goes to world_truth.lcm alone.
 class SimulatedCell final : public Node {
  public:

@@ -56,7 +56,7 @@ class SimulatedController {
   void creep(const Joints& rate);
   /// The program leaves its set-points.
   void run_away(const Joints& rate);
-  /// Somebody turns the pendant's speed override down: 0..1, 1 again afterwards.
+  /// The pendant's speed override is turned down: 0..1, 1 again afterwards.
   void set_override(double fraction);
   /// Clock and counters start anew, the program is aborted, all connections are gone.
   void reboot();

@@ -13,7 +13,7 @@
 
 namespace berth {
 
-/// The chaser's inertial unit, beside the sensor: what it measures of the sensor's own motion, with
+/// The chaser's inertial unit, next to the sensor: it measures the sensor's own motion, with
 /// gravity taken out, biases and noise of its own.
 class SimulatedInertial {
  public:
@@ -54,7 +54,7 @@ class SimulatedInertial {
 
 /// A laser tracker that looks at one reflector after the other and writes what it sees into a CSV
 /// file, as an operator's instrument would: time (s), point, x, y, z (mm) in the tracker's own
-/// frame. Nothing stands in its way.
+/// frame. Its line of sight is never occluded.
 class SimulatedTracker {
  public:
   struct Options {

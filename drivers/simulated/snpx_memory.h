@@ -23,8 +23,8 @@ struct SnpxPosition {
 };
 
 /// What a controller shows through its $SNPX_ASG table, and what writes to registers do to it:
-/// registers nobody assigned read 0 and swallow writes, of overlapping assignments the lower slot
-/// wins, POS, PRG and ALM ignore writes. The table itself is among the variables.
+/// registers without an assignment read 0 and ignore writes, of overlapping assignments the lower
+/// slot wins, POS, PRG and ALM ignore writes. The table itself is among the variables.
 class SnpxMemory {
  public:
   explicit SnpxMemory(const std::vector<SnpxAssignment>& assignments);
@@ -69,7 +69,7 @@ class SnpxMemory {
   int element_size(const Slot& slot) const;
 
   std::map<int, Slot> slots_;
-  std::vector<const Slot*> owners_;  // of each register; null: nobody's
+  std::vector<const Slot*> owners_;  // of each register; null: none
   mutable std::vector<Word> element_;
 };
 

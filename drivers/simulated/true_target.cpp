@@ -91,7 +91,7 @@ double sigma_of(const TargetPart& part, const TargetDepartures& departures) {
   return instead.value_or(departures.surface * part.surface_sigma);
 }
 
-/// Displaces the surface of truth.target, whose parts say by how much.
+/// Displaces the surface of truth.target by the amounts of its parts.
 void displace(TrueTarget& truth, std::uint64_t seed) {
   Target& target = truth.target;
   double shortest = std::numeric_limits<double>::infinity();
@@ -244,7 +244,7 @@ void add_part(TrueTarget& truth, double size, Random& random) {
   Vector3d normal = ab.cross(ac).normalized();
   const double turn = random.uniform(0, radians(360));
   for (int axis = 0; axis < 3; ++axis) truth.extra_size[axis] = random.uniform(0.25, 1) * size;
-  // Winding says nothing: out is where nothing of the target follows, else away from its middle.
+  // Winding is not reliable: out is where nothing of the target follows, else away from its middle.
   const RayCaster caster(mesh);
   const double start = 1e-4 * size;
   const auto follows = [&](const Vector3d& d) {

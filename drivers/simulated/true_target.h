@@ -41,7 +41,7 @@ struct TargetDepartures {
   double surface = 0;                   ///< times the surface_sigma of each part
   std::optional<double> rigid_surface;  ///< m: this sigma instead, for parts that are rigid
   std::optional<double> soft_surface;   ///< m: this sigma instead, for parts with `scan: avoid`
-  double joints = 0;   ///< rad: a joint stands evenly within so much of its rest, and its range
+  double joints = 0;   ///< rad: a joint is uniform within so much of its rest, and its range
   double missing = 0;  ///< probability that a part is missing
   /// Probability that there is a part too many. One draw decides both: as far as they sum up to 1
   /// they exclude each other.

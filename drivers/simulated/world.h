@@ -34,7 +34,7 @@ struct LidarErrors {
 /// The same seed draws the same errors.
 LidarErrors draw_lidar_errors(const WorldSettings& world, std::uint64_t seed);
 
-/// What was drawn, as YAML for tests and reports: world.yaml beside the run.
+/// What was drawn, as YAML for tests and reports: world.yaml in the run directory.
 std::string text_of(const ArmErrors& replica, const ArmErrors& sensor, const TrueTarget& target,
                     const LidarErrors& lidar);
 

@@ -177,7 +177,7 @@ PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints&
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates) {
   CalibrationJacobian jacobian = calibration_jacobian(calibrated, joints, rates);
-  jacobian.col(lidar_time_index()).setZero();  // says when a scan was, not where the target was
+  jacobian.col(lidar_time_index()).setZero();  // shifts the time of a scan, not the target
   return jacobian * calibration.covariance * jacobian.transpose();
 }
 

@@ -63,8 +63,8 @@ Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calib
                                 const ArmPair& joints, const ArmPair& rates = {});
 
 /// The file's text: values and sigmas for people in mm, deg and ms, the covariance as the lower
-/// triangle of its factor L (L L^T, SI units), which loses nothing where parameters can hardly be
-/// told apart.
+/// triangle of its factor L (L L^T, SI units), which is exact also for nearly dependent
+/// parameters.
 std::string text_of(const Calibration& calibration);
 
 /// @throws InputError when it cannot be written.

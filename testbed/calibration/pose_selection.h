@@ -36,7 +36,7 @@ struct CalibrationPose {
   ArmPair joints;
 };
 
-/// Motion along one line and back, fast enough to tell the clocks' offsets.
+/// Motion along one line and back, fast enough to identify the clocks' offsets.
 struct FastStroke {
   Pose from;
   Pose to;
@@ -53,7 +53,7 @@ struct PoseSelection {
 
 /// Chooses poses one after the other: of many drawn at random in the sensor's view, where one arm
 /// or both have moved on, the one after which truth is known best all over the workspace, if the
-/// way there passes the check. Then strokes with each arm alone at the speed asked for.
+/// way there passes the check. Then strokes with each arm alone at the requested speed.
 /// @param progress called before each pose with its number
 /// @throws InputError when fewer than ten poses can be reached, or no stroke.
 PoseSelection select_poses(const Cell& cell, const MotionPlanner& planner,

@@ -31,7 +31,7 @@ struct CalibrationSolution {
 
 /// The parameters that explain the measurements best, given the prior: Gauss-Newton with
 /// Levenberg's damping, far-off measurements counted less (Huber). Where a kind of measurement
-/// scatters more than its sigmas say, its sigmas are raised until it does not. With tracker
+/// scatters more than its sigmas, these are raised until it does not. With tracker
 /// readings the tracker's place is solved for with each run, and the scans may be off by a constant
 /// pose: what the sensor makes of the target is not what the cell is judged by.
 /// @throws InputError when there is too little to solve from, or it does not converge.

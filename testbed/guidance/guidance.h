@@ -87,7 +87,7 @@ class Guidance {
   double initial_distance() const { return offset_.position.norm(); }
   double initial_angle() const { return angle_between(offset_, Pose()); }
 
-  /// Somebody else's hold: at rest on the path as long as it lasts. After it, a lost estimate has
+  /// A hold from outside: at rest on the path as long as it lasts. After it, a lost estimate has
   /// all its time again to come back.
   void set_held(bool held);
   /// Steers no more; estimates and commanded poses are still noted.

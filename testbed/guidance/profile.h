@@ -16,7 +16,7 @@ struct GuidanceProfile {
   enum class Align { docking_axis, line_of_sight };
   enum class Bar { v_bar, r_bar };
 
-  /// What the flight in the cell stands for.
+  /// The orbital flight that the cell represents.
   struct Orbit {
     double mean_motion = 0;   ///< rad/s
     Bar bar = Bar::v_bar;     ///< that the boresight lies along as the flight begins

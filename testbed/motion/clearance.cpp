@@ -217,7 +217,7 @@ struct Clearance::Impl {
         const int near = std::min(a.link, b.link);
         const int far = std::max(a.link, b.link);
         if (between) {
-          // what stands on the floor stands near it
+          // bodies on the floor are near it
           const bool standing =
               (a.party == Party::room && b.link <= 1) || (b.party == Party::room && a.link <= 1);
           if (standing) continue;

@@ -56,8 +56,8 @@ class MotionPlanner {
   };
   using Result = std::variant<Plan, Refusal>;
 
-  /// The path must begin where the arms stand. A refusal is the one of the resolution that would
-  /// pass fastest.
+  /// The path must begin at the arms' present pose. A refusal is the one of the resolution that
+  /// would pass fastest.
   Result plan(std::shared_ptr<const RelativePath> path, const ArmPair& start,
               FrozenArm frozen) const;
 

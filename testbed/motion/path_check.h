@@ -63,7 +63,7 @@ struct PathLimits {
 struct Refusal {
   std::string text;         ///< where, when and which limit
   double time = 0;          ///< s after the start
-  double passing_rate = 0;  ///< of the speed asked for, at which it would pass; 0: at none
+  double passing_rate = 0;  ///< of the requested speed, at which it would pass; 0: at none
 };
 
 /// Checks a whole motion before it starts: joint limits including the coupled joint, singularities,

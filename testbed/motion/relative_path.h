@@ -45,7 +45,7 @@ class StraightPath final : public RelativePath {
 };
 
 /// Through poses at given times, with continuous velocity and acceleration (quintic between
-/// neighbours); at rest in the first and the last, unless told otherwise.
+/// neighbours); at rest in the first and the last, unless Ends says otherwise.
 class WaypointPath final : public RelativePath {
  public:
   struct Waypoint {

@@ -41,7 +41,7 @@ class TrajectoryHistory {
   void clear();
   /// Nothing has moved since the last retreat.
   bool empty() const { return points_.size() < 2; }
-  /// From where the arms stand to where the history began.
+  /// From the arms' present joints to the beginning of the history.
   std::shared_ptr<const ArmMotion> way_back(const ArmPair& from,
                                             const RelativeLimits& limits) const;
 

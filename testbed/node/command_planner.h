@@ -35,8 +35,8 @@ class CommandPlanner {
   };
   using Result = std::variant<Plan, std::string>;
 
-  /// Any motion, from where the arms stand. Closed loops by the testbed's own guidance begin in a
-  /// copy of it; those by a profile are flown to their end first, with perfect estimates. Their
+  /// Any motion, from the arms' present joints. Closed loops by the testbed's own guidance begin in
+  /// a copy of it; those by a profile are flown to their end first, with perfect estimates. Their
   /// motion is the one predicted.
   /// @param now us, on guidance's clock
   Result plan(const testbed_command2_t& command, const ArmPair& start, std::int64_t now,

@@ -43,8 +43,8 @@ namespace berth {
 /// HOLD and STOP are obeyed from any commander, of any session, however late, in any order, once
 /// each; everything else only from the lease holder of this session, whose KEEP_LEASE may also
 /// change the speed override of the motion under way. A motion is planned on the node's worker
-/// while the arms stand; the command is answered then. A HOLD meanwhile holds the motion at its
-/// start, a STOP abandons it.
+/// while the arms are at rest; the command is answered then. A HOLD meanwhile holds the motion at
+/// its start, a STOP abandons it.
 class TestbedNode final : public Node {
  public:
   TestbedNode(NodeSetup setup, testbed::CalibratedCell cell, testbed::Settings settings, Bus& bus,

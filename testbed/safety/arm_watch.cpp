@@ -13,7 +13,7 @@ namespace {
 
 /// us that two samples' times may be wrong by, against each other.
 constexpr std::int64_t time_error = 10000;
-/// us after which nothing is said of the way between two samples.
+/// us between two samples beyond which their step is not judged.
 constexpr std::int64_t max_gap = 1000000;
 /// us that a mapped clock may go back by itself.
 constexpr std::int64_t clock_error = 1000000;
@@ -121,7 +121,7 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
   learned_ = t;
   const auto newest = commands.at(t);
   const auto oldest = commands.at(t - settings_.max_dead_time);
-  if (!newest || !oldest || max_change(*newest, *oldest) < 1e-6) return;  // says nothing
+  if (!newest || !oldest || max_change(*newest, *oldest) < 1e-6) return;  // without information
   Joints limits{};
   for (std::size_t j = 0; j < 6; ++j) limits[j] = limit(j);
   for (std::size_t i = 0; i < residual_.size(); ++i) {

@@ -101,7 +101,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_chain() const {
 std::string SafetySupervisor::unresettable_fault() const {
   const std::optional<Verdict> manual = judge_manual_faults();
   if (manual && manual->code == "arm-estop") return manual->reason;
-  // A controller says more of an open chain than the PLC.
+  // A controller's reason for an open chain is more specific than the PLC's.
   return judge_chain() ? manual->reason : "";
 }
 

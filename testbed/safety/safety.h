@@ -58,7 +58,7 @@ class SafetySupervisor {
   void on_heartbeat(const std::string& node, std::int64_t received);
   void on_facility(std::int64_t received, bool valid, bool estop_closed, bool fence_closed,
                    bool motion_enabled, const std::string& reason);
-  /// A scan was asked for, or a packet of one came. more: of the same scan should follow.
+  /// A scan was requested, or a packet of one came. more: of the same scan should follow.
   void on_scan(std::int64_t received, bool more);
   /// fault: why the LIDAR cannot scan; empty: it can.
   void on_lidar(const std::string& fault) { lidar_fault_ = fault; }

@@ -156,7 +156,7 @@ Waypoints smoothed(const Waypoints& samples, double spacing) {
     const double time = start + duration * k / count;
     auto first = std::lower_bound(samples.begin(), samples.end(), time - spacing, later);
     auto last = std::lower_bound(first, samples.end(), time + spacing, later);
-    // thinner samples than asked for: the neighbours
+    // sparser samples than requested: the neighbours
     if (first == samples.end()) --first;
     if (last == first) ++last;
     places.push_back(

@@ -20,7 +20,7 @@ struct TrajectoryFile {
 Waypoints read_trajectory_text(const std::string& text, const std::string& name,
                                const TrajectoryFile& options);
 
-/// The poses as they stand there, the first at 0 s; at least two. @throws InputError, as above.
+/// The poses of the text unchanged, the first at 0 s; at least two. @throws InputError, as above.
 Waypoints read_poses(const std::string& text, const std::string& name);
 /// What read_poses reads.
 std::string trajectory_text(const Waypoints& waypoints);

@@ -73,7 +73,7 @@ void TruthCovariance::update_geometry(const ArmPair& joints) {
   geometry_known_ = true;
   geometry_at_ = joints;
   CalibrationJacobian jacobian = calibration_jacobian(cell_, joints);
-  jacobian.col(lidar_time_index()).setZero();  // says when a scan was, not where the target was
+  jacobian.col(lidar_time_index()).setZero();  // shifts the time of a scan, not the target
   const Eigen::Matrix<double, 6, calibration_size> spread = jacobian * calibration_.covariance;
   geometry_.noalias() = spread * jacobian.transpose();
   geometry_with_time_ << spread.col(time_index(ArmRole::replica)),

@@ -18,7 +18,7 @@
 
 namespace berth {
 
-/// How the simulated LIDAR departs from its profile, and what the profile does not say:
+/// Deviations of the simulated LIDAR from its profile, and properties that no profile has:
 /// config/simulation_lidar.yaml.
 struct SimulatedLidarSettings {
   std::string serial = "simulated";

@@ -12,7 +12,7 @@
 
 namespace berth {
 
-/// How many rays stand for the light of one beam.
+/// Number of rays that represent the light of one beam.
 inline constexpr std::size_t rays_per_beam = 8;
 
 /// A beam as rays of one power each: its middle, and seven about it at three quarters of its
@@ -50,7 +50,7 @@ Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
 /// How a scanner departs from its profile: section `scanner` of a world (config/worlds). All zero:
 /// not at all.
 struct ScannerErrors {
-  bool footprint = false;       ///< a beam is as wide as the beam model says; else it is one ray
+  bool footprint = false;       ///< a beam has the width of the beam model; else it is one ray
   int returns = 1;              ///< of a beam that are reported, 1 or 2; two need a footprint
   double range_bias = 0;        ///< m, in every range
   double range_step = 0;        ///< m: ranges are multiples of it
@@ -80,7 +80,7 @@ struct ReceiverSettings {
   ScannerErrors errors;
 };
 
-/// Reads what a LIDAR's profile (config/lidars) says of its receiver. @throws InputError.
+/// Reads the receiver of a LIDAR's profile (config/lidars). @throws InputError.
 void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings);
 
 /// What becomes of one beam.

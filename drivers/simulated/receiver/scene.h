@@ -27,7 +27,7 @@ struct SceneHit {
 struct Sunlight {
   double level = 0;                       ///< of the sun lamp, 0 off .. 1 full
   Vector3d towards = -Vector3d::UnitZ();  ///< unit, to the sun lamp, sensor frame
-  bool in_view = false;                   ///< nothing stands between aperture and sun lamp
+  bool in_view = false;                   ///< nothing occludes the sun lamp
   double albedo = 0;                      ///< level of the albedo lamp, which lights from all sides
 
   bool dark() const { return level <= 0 && albedo <= 0; }
@@ -52,7 +52,7 @@ class Scene {
   virtual Sunlight sunlight(std::int64_t /*utime*/) { return {}; }
 };
 
-/// A rigid target that moves evenly in empty space before the sensor, and things that stand still
+/// A rigid target that moves evenly in empty space before the sensor, and things at rest
 /// in the sensor frame.
 class MeshScene final : public Scene {
  public:

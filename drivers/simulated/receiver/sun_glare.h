@@ -7,7 +7,7 @@
 namespace berth {
 
 /// What sunlight does to the simulated LIDAR: section `sun` of config/simulation_lidar.yaml, where
-/// each number's ground is told. Background is counted in what a white surface, square to the
+/// each number has its source. Background is counted in what a white surface, square to the
 /// beam, returns of the LIDAR's own light from the full-scale range.
 struct SunGlareSettings {
   double lit_surface = 0.005;           ///< of a white surface that faces the full lamp

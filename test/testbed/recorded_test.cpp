@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/trajectories/recorded.h"
+
 #include "common/core/error.h"
 #include "test/catch.h"
-#include "testbed/trajectories/recorded.h"
 
 using namespace berth;
 using namespace berth::testbed;

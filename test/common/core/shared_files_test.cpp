@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/core/file.h"
 #include "common/core/shared_files.h"
+
+#include "common/core/file.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 

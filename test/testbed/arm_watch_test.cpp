@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "testbed/safety/arm_watch.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "common/bus/loop.h"
 #include "test/catch.h"
-#include "testbed/safety/arm_watch.h"
 
 namespace berth::testbed {
 namespace {
