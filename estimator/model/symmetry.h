@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "estimator/model/closest_point_grid.h"
 #include "estimator/model/visible_surface.h"
 
 namespace berth::estimator {

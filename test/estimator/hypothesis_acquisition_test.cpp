@@ -486,7 +486,9 @@ TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
                std::sqrt(2 * std::numbers::pi * m.variance) +
            (w.front + w.through) / depth;
   };
-  const auto misses = [&](const ExpectedRange& m) { return std::isfinite(m.range) ? w.missing : 0.5; };
+  const auto misses = [&](const ExpectedRange& m) {
+    return std::isfinite(m.range) ? w.missing : 0.5;
+  };
   for (const ExpectedRange& truth : {near, beside, far, nothing}) {
     for (const ExpectedRange& other : {near, beside, far, nothing}) {
       double sum = 0;

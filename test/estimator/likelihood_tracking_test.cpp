@@ -175,7 +175,8 @@ TEST_CASE("The covariance of offsets as factors is the covariance, as far as ask
     const Eigen::MatrixXd left = k - few * few.transpose();
     CHECK((left.diagonal() - coarse.fields[f].residual).norm() < 1e-12);
     const Eigen::VectorXd noises =
-        scales[f] * scales[f] * coarse.fields[f].residual.cwiseProduct(plate.sums.patch_information);
+        scales[f] * scales[f] *
+        coarse.fields[f].residual.cwiseProduct(plate.sums.patch_information);
     CHECK(noises.maxCoeff() <= 0.05);
     CHECK(Eigen::LLT<Eigen::MatrixXd>(k + 1e-12 * Eigen::MatrixXd::Identity(12, 12)).info() ==
           Eigen::Success);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "estimator/beam/scan.h"
+
 #include <cmath>
 
-#include "estimator/beam/scan.h"
 #include "test/catch.h"
 
 using namespace berth;
