@@ -13,13 +13,9 @@
 
 namespace berth::logs {
 namespace {
-/// JSON schemas of the messages that Foxglove-compatible viewers know, with the fields that are
-/// documented at docs.foxglove.dev/docs/sdk/schemas.
 
-std::string pose_in_frame_schema();
-std::string frame_transform_schema();
-std::string point_cloud_schema();
-std::string log_schema();
+// JSON schemas of the messages that Foxglove-compatible viewers know, with the fields that are
+// documented at docs.foxglove.dev/docs/sdk/schemas.
 
 using Json = nlohmann::ordered_json;
 

@@ -26,10 +26,6 @@ struct ValueDiff {
   double largest = 0;  ///< greatest difference of real numbers, also within the tolerance
 };
 
-/// ignored: whether a field's path does not count. NaN equals NaN.
-ValueDiff diff_values(const StructType& type, const Value& a, const Value& b, double tolerance,
-                      const std::function<bool(const std::string& path)>& ignored);
-
 std::string shown_value(const Value& value) {
   return std::visit(
       [](const auto& v) -> std::string {
@@ -109,6 +105,7 @@ class Comparer {
   const std::function<bool(const std::string&)>& ignored_;
 };
 
+/// ignored: whether a field's path does not count. NaN equals NaN.
 ValueDiff diff_values(const StructType& type, const Value& a, const Value& b, double tolerance,
                       const std::function<bool(const std::string&)>& ignored) {
   Comparer comparer(tolerance, ignored);

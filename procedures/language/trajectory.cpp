@@ -19,14 +19,6 @@
 namespace berth::procedures {
 namespace {
 
-/// Relative poses of an earlier run, with their times in s from the first one: where the replica
-/// was (GROUND_TRUTH), or its commanded poses (TESTBED_STATE).
-/// @param run a run directory, or its log
-/// @param phase of that run; empty: the whole of it
-/// @throws InputError, also when the record has holes.
-testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::string& phase,
-                                bool commanded);
-
 /// A record with longer gaps does not say how the motion went, s.
 constexpr double max_gap = 1;
 
@@ -34,6 +26,11 @@ std::filesystem::path log_of(const std::filesystem::path& run) {
   return std::filesystem::is_directory(run) ? run / "run.lcm" : run;
 }
 
+/// Relative poses of an earlier run, with their times in s from the first one: where the replica
+/// was (GROUND_TRUTH), or its commanded poses (TESTBED_STATE).
+/// @param run a run directory, or its log
+/// @param phase_name of that run; empty: the whole of it
+/// @throws InputError, also when the record has holes.
 testbed::Waypoints poses_of_run(const std::filesystem::path& run, const std::string& phase_name,
                                 bool commanded) {
   const std::filesystem::path file = log_of(run);
