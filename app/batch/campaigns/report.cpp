@@ -95,10 +95,6 @@ ordered_json group_json(const ReportView& view, const Group& group) {
           {"measurements", measured}};
 }
 
-std::string id_of(std::size_t number) { return "parameter-" + std::to_string(number + 1); }
-
-}  // namespace
-
 Html campaign_head(const ReportView& view) {
   const ordered_json record = json_in(view.directory / "campaign.json");
   const ordered_json summary = json_in(view.directory / "summary.json");
@@ -150,6 +146,7 @@ Html manifest_section(const ReportView& view) {
          element("p", "", files);
 }
 
+/// Everything that the charts show, as numbers.
 ordered_json numbers_of(const ReportView& view) {
   ordered_json units = ordered_json::object();
   for (const MeasurementColumn& column : view.table.measurements) units[column.name] = column.unit;
@@ -178,6 +175,10 @@ ordered_json numbers_of(const ReportView& view) {
           {"failures", failures},
           {"sweeps", sweeps}};
 }
+
+std::string id_of(std::size_t number) { return "parameter-" + std::to_string(number + 1); }
+
+}  // namespace
 
 void write_report(const Manifest& manifest, const std::filesystem::path& directory) {
   const TrialTable table = read_trials(manifest, directory / "trials.jsonl");

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "app/batch/campaigns/report_table.h"
 #include "evaluation/report/chart.h"
 #include "evaluation/report/heat_map.h"
@@ -25,7 +23,6 @@ inline constexpr char trial_directory[] = "again";
 report::ColourScale failure_scale();
 
 /// The parts of the page. Empty where there is nothing of the kind.
-report::Html campaign_head(const ReportView& view);
 /// Charts and a table of success and errors over one parameter.
 report::Html sweep_section(const ReportView& view, const Sweep& sweep);
 /// Each two parameters of the grid against each other.
@@ -38,10 +35,6 @@ report::Html failure_section(const ReportView& view);
 report::Html worst_section(const ReportView& view);
 /// The paper's Figure 7 beside ours; of the acquisition experiment alone.
 report::Html figure_7_section(const ReportView& view);
-report::Html manifest_section(const ReportView& view);
-
-/// Everything that the charts show, as numbers.
-nlohmann::ordered_json numbers_of(const ReportView& view);
 
 /// Per cent of the trials that passed over the parameter, with intervals.
 report::Chart success_chart(const Sweep& sweep);

@@ -16,7 +16,39 @@
 namespace berth::campaigns {
 namespace {
 
-using Set = std::function<void(AcquisitionParameters&, double)>;
+/// "p95 position_error in hold". @throws InputError.
+KeptMeasurement measurement_of_run(const std::string& text,
+                                   const std::vector<std::string>& phases) {
+  KeptMeasurement kept;
+  kept.name = text;
+  kept.phase = evaluation::whole_run;
+  std::string words = text;
+  if (const auto in = text.find(" in "); in != std::string::npos) {
+    kept.phase = text.substr(in + 4);
+    words = text.substr(0, in);
+    if (std::find(phases.begin(), phases.end(), kept.phase) == phases.end()) {
+      throw InputError("found phase '" + kept.phase + "', expected one of: " + joined(phases));
+    }
+  }
+  const auto space = words.rfind(' ');
+  kept.measurement =
+      evaluation::measurement_named(space == std::string::npos ? words : words.substr(space + 1));
+  if (kept.measurement == nullptr) {
+    throw InputError(
+        "no such measurement, expected [STATISTIC] MEASUREMENT [in PHASE]; see "
+        "berth compare --list");
+  }
+  kept.unit = kept.measurement->unit;
+  if (space == std::string::npos) return kept;
+  const auto statistic = evaluation::statistic_named(words.substr(0, space));
+  if (!statistic || !kept.measurement->series) {
+    throw InputError("found '" + words.substr(0, space) + "', expected " +
+                     (kept.measurement->series ? "one of: " + joined(evaluation::statistic_names())
+                                               : "no statistic: it is one number"));
+  }
+  kept.statistic = *statistic;
+  return kept;
+}
 
 class ProcedureVocabulary : public Vocabulary {
  public:
@@ -51,6 +83,8 @@ class ProcedureVocabulary : public Vocabulary {
   Places places_;
   procedures::Procedure procedure_;
 };
+
+using Set = std::function<void(AcquisitionParameters&, double)>;
 
 /// A parameter that is one quantity.
 struct Known {
@@ -159,39 +193,6 @@ class AcquisitionVocabulary : public Vocabulary {
 };
 
 }  // namespace
-
-KeptMeasurement measurement_of_run(const std::string& text,
-                                   const std::vector<std::string>& phases) {
-  KeptMeasurement kept;
-  kept.name = text;
-  kept.phase = evaluation::whole_run;
-  std::string words = text;
-  if (const auto in = text.find(" in "); in != std::string::npos) {
-    kept.phase = text.substr(in + 4);
-    words = text.substr(0, in);
-    if (std::find(phases.begin(), phases.end(), kept.phase) == phases.end()) {
-      throw InputError("found phase '" + kept.phase + "', expected one of: " + joined(phases));
-    }
-  }
-  const auto space = words.rfind(' ');
-  kept.measurement =
-      evaluation::measurement_named(space == std::string::npos ? words : words.substr(space + 1));
-  if (kept.measurement == nullptr) {
-    throw InputError(
-        "no such measurement, expected [STATISTIC] MEASUREMENT [in PHASE]; see "
-        "berth compare --list");
-  }
-  kept.unit = kept.measurement->unit;
-  if (space == std::string::npos) return kept;
-  const auto statistic = evaluation::statistic_named(words.substr(0, space));
-  if (!statistic || !kept.measurement->series) {
-    throw InputError("found '" + words.substr(0, space) + "', expected " +
-                     (kept.measurement->series ? "one of: " + joined(evaluation::statistic_names())
-                                               : "no statistic: it is one number"));
-  }
-  kept.statistic = *statistic;
-  return kept;
-}
 
 std::unique_ptr<Vocabulary> vocabulary_of_procedure(const Places& places) {
   return std::make_unique<ProcedureVocabulary>(places);

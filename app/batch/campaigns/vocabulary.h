@@ -27,9 +27,6 @@ class Vocabulary {
 std::unique_ptr<Vocabulary> vocabulary_of_procedure(const Places& places);
 std::unique_ptr<Vocabulary> vocabulary_of_acquisition(const Places& places);
 
-/// "p95 position_error in hold". @throws InputError.
-KeptMeasurement measurement_of_run(const std::string& text, const std::vector<std::string>& phases);
-
 /// Parameters of a single acquisition.
 struct AcquisitionParameters {
   trials::SceneWishes scene;
