@@ -47,14 +47,14 @@ class ConsoleNode::ViewSink final : public BoardSink {
   }
 };
 
-ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& sight, Board& board,
+ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& context, Board& board,
                          Server& server, Options options, Bus& the_bus, ProcessLoop& the_loop)
     : Node(std::move(node_setup), the_bus, the_loop),
       board_(board),
       server_(server),
       process_loop_(the_loop),
       sink_(std::make_unique<ViewSink>(board)),
-      view_(sight.cell, sight.lidar, sight.types, *sink_, at_every_tick()),
+      view_(context.cell, context.lidar, context.types, *sink_, at_every_tick()),
       handler_(the_bus, the_loop, {name_of(server), options.hold_when_lost, session()},
                {[this](const std::string& viewer, const Answer& answer) {
                   server_.answer(viewer, answer);
@@ -63,7 +63,7 @@ ConsoleNode::ConsoleNode(NodeSetup node_setup, const ConsoleContext& sight, Boar
                   event(severity, code, text);
                 },
                 std::move(options.run)}) {
-  for (auto& [path, mesh] : mesh_texts(drawn_bodies(sight.cell))) {
+  for (auto& [path, mesh] : mesh_texts(drawn_bodies(context.cell))) {
     server_.offer(path, "application/json", std::move(mesh));
   }
   board_.set("procedures", to_json(runnables(shared_files() / "procedures")));

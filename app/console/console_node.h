@@ -35,7 +35,7 @@ class ConsoleNode final : public Node {
   };
 
   /// ConsoleContext, board and server must outlive it.
-  ConsoleNode(NodeSetup setup, const ConsoleContext& sight, Board& board, Server& server,
+  ConsoleNode(NodeSetup setup, const ConsoleContext& context, Board& board, Server& server,
               Options options, Bus& bus, ProcessLoop& loop);
   ~ConsoleNode() override;
 

@@ -15,14 +15,14 @@ using namespace berth;
 constexpr std::size_t max_waiting = 20000;
 
 std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
-                                   const console::ConsoleContext& sight, console::Board& board,
+                                   const console::ConsoleContext& context, console::Board& board,
                                    console::Server& server, bool hold_when_lost) {
   const auto receiver = std::make_shared<console::ConsoleNode*>(nullptr);
   const auto starter = std::make_shared<console::RunStarter>(
       host.files, host.loop,
       [receiver](int code, const std::string& words) { (*receiver)->run_ended(code, words); });
   auto node = std::make_unique<console::ConsoleNode>(
-      host.node(name), sight, board, server,
+      host.node(name), context, board, server,
       console::ConsoleNode::Options{
           hold_when_lost,
           [starter](const console::RunOrder& order) { return starter->start(order); }},
@@ -39,7 +39,7 @@ std::unique_ptr<Node> make_console(ProcessHost& host, const std::string& name,
 int main(int argc, char* argv[]) {
   console::ServingOptions options;
   console::Board board;
-  std::optional<console::ConsoleContext> sight;
+  std::optional<console::ConsoleContext> context;
   std::optional<console::Server> server;
   std::optional<console::AddressFile> address;
   return run_node_program(
@@ -57,8 +57,8 @@ int main(int argc, char* argv[]) {
         }
         std::printf("console %s\n", server->url().c_str());
         std::fflush(stdout);
-        sight.emplace(host.files);
-        return make_console(host, name, *sight, board, *server, config.hold_on_loss);
+        context.emplace(host.files);
+        return make_console(host, name, *context, board, *server, config.hold_on_loss);
       },
       [&](CLI::App& command) { options.add_to(command); });
 }

@@ -50,7 +50,7 @@ CellView::CellView(const Cell& cell, const LidarProfile& lidar, const logs::Type
       sink_(sink),
       options_(options),
       frames_(cell),
-      traffic_(types),
+      channel_health_(types),
       samples_([this](const Sample& sample) { on_sample(sample); }),
       start_(options.start),
       nearest_(evaluation::nearest_point_on(cell.target)),
@@ -65,7 +65,7 @@ void CellView::reset() {
   latest_ = {};
   frames_ = Frames(cell_);
   scan_ = {};
-  traffic_ = ChannelHealth(types_);
+  channel_health_ = ChannelHealth(types_);
   samples_ = Samples([this](const Sample& sample) { on_sample(sample); });
   criteria_ = Criteria(nearest_);
   criteria_so_far_.clear();
@@ -81,7 +81,7 @@ void CellView::reset() {
 void CellView::take(const logs::LogEvent& event) {
   latest_.take(event);
   scan_.take(event);
-  traffic_.take(event);
+  channel_health_.take(event);
   samples_.take(event);
   if (!options_.verdicts) criteria_.take(event);
   if (event.channel == channels::event) {
@@ -231,8 +231,8 @@ std::string CellView::procedure_json() {
 }
 
 void CellView::publish_slow(Utime now) {
-  sink_.set("nodes", traffic_.nodes_json(latest_, now));
-  sink_.set("channels", traffic_.channels_json(now));
+  sink_.set("nodes", channel_health_.nodes_json(latest_, now));
+  sink_.set("channels", channel_health_.channels_json(now));
 }
 
 }  // namespace berth::console

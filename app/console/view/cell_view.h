@@ -84,7 +84,7 @@ class CellView {
   LatestMessages latest_;
   Frames frames_;
   ScanSection scan_;
-  ChannelHealth traffic_;
+  ChannelHealth channel_health_;
   Samples samples_;
   std::optional<Sample> last_sample_;
   std::map<std::string, std::vector<std::uint8_t>, std::less<>> states_;  // newest, by channel

@@ -17,7 +17,7 @@
 
 namespace berth {
 
-/// Lays the estimates of a live estimator beside the recorded ones of the same returns, whichever
+/// Compares the estimates of a live estimator with the recorded ones of the same returns, whichever
 /// comes first.
 class EstimatePairs {
  public:
