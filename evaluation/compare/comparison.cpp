@@ -220,7 +220,7 @@ ComparedRun judged(RunRecord record, const LogSummary& summary, const LatencyCol
   comparison.summary = summary;
   if (!why.empty()) comparison.remarks.push_back(why);
   std::string no_symmetry;
-  if (record.info()) symmetry_of_run(*record.info(), &no_symmetry);
+  if (info != nullptr) symmetry_of_run(*info, &no_symmetry);
   if (!no_symmetry.empty()) comparison.remarks.push_back(no_symmetry);
   if (summary.damaged_bytes != 0) {
     comparison.remarks.push_back(std::to_string(summary.damaged_bytes) +
