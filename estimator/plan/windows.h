@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/core/beam_model.h"
-#include "common/core/pose.h"
 #include "common/core/lidar_profile.h"
+#include "common/core/pose.h"
 
 namespace berth::estimator {
 

@@ -9,8 +9,8 @@
 #include "common/core/file.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
-#include "evaluation/report/html.h"
 #include "evaluation/report/axis.h"
+#include "evaluation/report/html.h"
 
 namespace berth::campaigns {
 namespace {

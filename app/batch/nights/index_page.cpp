@@ -11,8 +11,8 @@
 #include "common/core/text.h"
 #include "evaluation/measure/measurer.h"
 #include "evaluation/measure/statistic.h"
-#include "evaluation/report/html.h"
 #include "evaluation/report/axis.h"
+#include "evaluation/report/html.h"
 #include "evaluation/report/sections.h"
 
 namespace berth::nights {
