@@ -3,12 +3,18 @@
 
 #include <cmath>
 
+#include "common/core/text.h"
+
 namespace berth {
 
 std::string text_of(const ValueBounds& bounds, Dimension dimension) {
   const bool low = std::isfinite(bounds.low);
   const bool high = std::isfinite(bounds.high);
-  const auto value = [&](double end) { return end == 0 ? "0" : text_of(end, dimension); };
+  const auto value = [&](double end) -> std::string {
+    if (end == 0) return "0";
+    const bool whole = dimension == Dimension::number && end == std::floor(end);
+    return whole ? fixed(end, 0) : text_of(end, dimension);  // 1000000000, not 1e+11 %
+  };
   if (low && high && bounds.has_low && bounds.has_high) {
     return "from " + value(bounds.low) + " to " + value(bounds.high);
   }

@@ -132,8 +132,10 @@ TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
 TEST_CASE("a wrong manifest is told with file, line and key") {
   CHECK(complaint("seed: 3", "sead: 3") ==
         "campaigns/few.yaml:3: key 'sead': is not known here; did you mean 'seed'?");
-  CHECK_THAT(complaint("trials: 5", "trials: 0"),
-             Contains("campaigns/few.yaml:4: key 'trials': found 0"));
+  CHECK_THAT(
+      complaint("trials: 5", "trials: 0"),
+      Contains("campaigns/few.yaml:4: key 'trials': found '0', expected a whole number from 1 "
+               "to 1000000000"));
   CHECK_THAT(complaint("returns: [50, 100, 200]", "returns: 50"),
              Contains(":6: key 'grid.returns': expected a list"));
   CHECK_THAT(complaint("returns: [50", "returns: [fifty"), Contains(":6: key 'grid.returns': "));
