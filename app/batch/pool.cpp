@@ -61,8 +61,8 @@ struct Pool::Running {
   bool too_long = false;
 };
 
-int jobs_of(int asked) {
-  if (asked > 0) return asked;
+int jobs_of(int requested) {
+  if (requested > 0) return requested;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

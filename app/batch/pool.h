@@ -33,7 +33,7 @@ struct Task {
 };
 
 /// As asked for, or, where that is 0, as many as there are processors.
-int jobs_of(int asked);
+int jobs_of(int requested);
 
 struct PoolOptions {
   int jobs = 0;                       ///< tasks at a time, by jobs_of()

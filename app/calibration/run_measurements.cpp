@@ -126,7 +126,7 @@ Matrix6d scatter_about(const Pose& mean, const std::vector<Pose>& poses) {
 std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
   constexpr double far = 4;  // times the median distance: six sigmas
   Pose centre = poses.front();
-  double least = std::numeric_limits<double>::infinity();
+  double min_spread = std::numeric_limits<double>::infinity();
   const auto distances = [&](const Pose& from, auto measure) {
     std::vector<double> list;
     for (const Pose& pose : poses) list.push_back(measure(from, pose));
@@ -134,12 +134,12 @@ std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
   };
   for (const Pose& pose : poses) {
     const double spread = upper_median(distances(pose, distance));
-    if (spread < least) {
-      least = spread;
+    if (spread < min_spread) {
+      min_spread = spread;
       centre = pose;
     }
   }
-  const double max_m = far * least;
+  const double max_m = far * min_spread;
   const double max_rad = far * upper_median(distances(centre, angle_between));
   std::vector<Pose> kept;
   for (const Pose& pose : poses) {

@@ -90,9 +90,9 @@ int solve(const CalibrateOptions& options, const std::vector<fs::path>& director
   for (const fs::path& name : directories) {
     const fs::path directory = directory_of_run(name.string());
     runs.push_back(RunFiles::open(directory));
-    const fs::path beside = directory / "tracker.csv";
+    const fs::path tracker = directory / "tracker.csv";
     if (options.trackers.empty()) {
-      trackers.push_back(options.with_tracker ? beside : fs::path());
+      trackers.push_back(options.with_tracker ? tracker : fs::path());
     }
   }
   if (trackers.size() != runs.size()) {

@@ -59,7 +59,7 @@ procedures::CheckReport report_on(const fs::path& file, const CheckOptions& opti
 
 void print(const procedures::CheckReport& report) {
   constexpr std::size_t width = 100;
-  const bool colours = terminal::colours_wanted(STDOUT_FILENO);
+  const bool colours = terminal::use_colours(STDOUT_FILENO);
   for (const terminal::Line& line : terminal::check_list(report, width)) {
     std::printf("%s\n", line.rendered(colours).c_str());
   }

@@ -93,8 +93,8 @@ int compare(const CompareOptions& options) {
   }
   if (runs.empty()) return worst;
   // the procedures of one cell are not runs of one thing
-  const bool beside = options.runs.size() > 1 && runs.size() > 1;
-  if (beside || options.json) print_side_by_side(runs, options.json);
+  const bool side_by_side = options.runs.size() > 1 && runs.size() > 1;
+  if (side_by_side || options.json) print_side_by_side(runs, options.json);
   if (!options.html.empty()) report::write_report(runs, options.html);
   return worst;
 }

@@ -91,15 +91,16 @@ void add_config(CLI::App& app, int& exit_code) {
   CLI::App* describing = command->add_subcommand(
       "describe",
       "The keys of a kind of file, or of a file: unit, default, what is allowed, meaning");
-  auto asked = std::make_shared<DescribeOptions>();
-  describing->add_option("what", asked->what, "Kind, or file; left out: which kinds there are");
-  describing->add_flag("--json-schema", asked->schema,
+  auto describe_options = std::make_shared<DescribeOptions>();
+  describing->add_option("what", describe_options->what,
+                         "Kind, or file; left out: which kinds there are");
+  describing->add_flag("--json-schema", describe_options->schema,
                        "Print a JSON Schema (draft 2020-12), by which editors complete and check");
-  describing->callback([asked] {
-    if (asked->what.empty()) {
+  describing->callback([describe_options] {
+    if (describe_options->what.empty()) {
       list_kinds();
     } else {
-      describe(*asked);
+      describe(*describe_options);
     }
   });
 }

@@ -51,8 +51,8 @@ void explain_drops(const clouds::Cloud& cloud, const estimator::PreprocessedScan
 
 /// The returns of a cloud, gate or not.
 struct Extent {
-  Vector3d least = Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Vector3d most = -least;
+  Vector3d min_corner = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d max_corner = -min_corner;
   double nearest = std::numeric_limits<double>::infinity();
   double farthest = 0;
   std::size_t within = 0;  ///< returns nearer than half of the target's length
@@ -62,8 +62,8 @@ struct Extent {
     for (const clouds::CloudBeam& beam : cloud.beams) {
       if (!beam.hit) continue;
       const Vector3d point = beam.range * beam_direction(beam.azimuth, beam.elevation);
-      least = least.cwiseMin(point);
-      most = most.cwiseMax(point);
+      min_corner = min_corner.cwiseMin(point);
+      max_corner = max_corner.cwiseMax(point);
       nearest = std::min(nearest, beam.range);
       farthest = std::max(farthest, beam.range);
       within += beam.range < 0.5 * target_length ? 1 : 0;
@@ -71,8 +71,10 @@ struct Extent {
     }
   }
 
-  double spread() const { return (most - least).norm(); }
-  bool around_origin() const { return (least.array() < 0).all() && (most.array() > 0).all(); }
+  double spread() const { return (max_corner - min_corner).norm(); }
+  bool around_origin() const {
+    return (min_corner.array() < 0).all() && (max_corner.array() > 0).all();
+  }
 };
 
 }  // namespace
@@ -100,7 +102,7 @@ void add_hints(const clouds::Cloud& cloud, const estimator::PreprocessedScan& sc
     result.notes.push_back(target + " and the nearest return " + shown(extent.nearest) +
                            " m from the sensor: are coordinates in the sensor's frame?");
   }
-  if (extent.most.z() < 0) {
+  if (extent.max_corner.z() < 0) {
     result.notes.push_back(
         "all returns have a negative z, so z points backward (y up?): the pose is in the cloud's "
         "own axes, which are not Berth's (x right, y down, z along the boresight)");

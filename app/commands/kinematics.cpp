@@ -43,14 +43,14 @@ std::string shown(const ArmKinematics& arm, const Joints& joints) {
 
 /// The joint nearest to a limit of its own, as "J5 32.0 deg".
 std::string nearest_limit(const ArmKinematics& arm, const Joints& joints) {
-  double least = INFINITY;
+  double min_margin = INFINITY;
   std::string name;
   for (std::size_t i = 0; i < 6; ++i) {
     if (arm.is_linear(static_cast<int>(i))) continue;
     const JointLimit& limit = arm.limits()[i];
     const double margin = std::min(joints[i] - limit.low, limit.high - joints[i]);
-    if (margin >= least) continue;
-    least = margin;
+    if (margin >= min_margin) continue;
+    min_margin = margin;
     name = "J" + std::to_string(i + 1) + " " + fixed(degrees(margin), 1) + " deg";
   }
   return name;

@@ -56,8 +56,8 @@ std::string expression_of(const std::vector<std::string>& channels) {
 /// Hears everything on the bus and says nothing: no Bus, which could.
 class Listener {
  public:
-  Listener(const std::string& url, const logs::ChannelPattern& wanted, SpyModel& model)
-      : url_(bus_url(url)), lcm_(url_), wanted_(wanted), model_(model) {
+  Listener(const std::string& url, const logs::ChannelPattern& pattern, SpyModel& model)
+      : url_(bus_url(url)), lcm_(url_), pattern_(pattern), model_(model) {
     if (!lcm_.good()) {
       throw InputError("LCM cannot use " + url_ +
                        ": is there a multicast route? 'berth doctor' tells how to mend it");
@@ -75,14 +75,14 @@ class Listener {
 
  private:
   void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-    if (channel == "LCM_SELF_TEST" || !wanted_.matches(channel)) return;
+    if (channel == "LCM_SELF_TEST" || !pattern_.matches(channel)) return;
     model_.take(now(), channel,
                 {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
   }
 
   std::string url_;
   lcm::LCM lcm_;
-  const logs::ChannelPattern& wanted_;
+  const logs::ChannelPattern& pattern_;
   SpyModel& model_;
 };
 
@@ -98,7 +98,7 @@ void print(const SpyModel& model, Utime at, bool live, bool values) {
 int spy_log(const fs::path& path, const SpyOptions& options) {
   const auto types = log::types_of({path}, options.types);
   SpyModel model(types);
-  const logs::ChannelPattern wanted(expression_of({options.what.begin() + 1, options.what.end()}));
+  const logs::ChannelPattern pattern(expression_of({options.what.begin() + 1, options.what.end()}));
   logs::LogReader reader(path);
   const logs::Timeline timeline(reader);
   logs::Timeline::Walker times(timeline);
@@ -107,7 +107,7 @@ int spy_log(const fs::path& path, const SpyOptions& options) {
   while (reader.next(event)) {
     last = times.position(event.utime);
     const std::string channel(event.channel);
-    if (wanted.matches(channel)) model.take(last, channel, event.data);
+    if (pattern.matches(channel)) model.take(last, channel, event.data);
   }
   print(model, last, false, options.values || options.what.size() > 1);
   return exit_code::passed;
@@ -183,8 +183,8 @@ int spy(const SpyOptions& options) {
   }
   const auto types = log::types_of({}, options.types);
   SpyModel model(types);
-  const logs::ChannelPattern wanted(expression_of(options.what));
-  Listener listener(options.url, wanted, model);
+  const logs::ChannelPattern pattern(expression_of(options.what));
+  Listener listener(options.url, pattern, model);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, [](int) { interrupted = 1; });
   const bool in_terminal =
       terminal::terminal_size(STDIN_FILENO) && terminal::terminal_size(STDOUT_FILENO);

@@ -49,7 +49,8 @@ int make(const TargetOptions& options) {
 int check(const TargetOptions& options) {
   const Target target = load_target(options.target, 0);
   std::fputs(report_of(target).c_str(), stdout);
-  for (const std::string& doubt : doubts_about(target)) std::printf("\nnote: %s\n", doubt.c_str());
+  for (const std::string& text : validation_notes(target))
+    std::printf("\nnote: %s\n", text.c_str());
   return exit_code::passed;
 }
 

@@ -117,7 +117,7 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
   if (!file.empty()) files.push_back(file);
   std::vector<DescribedKey> all;
   std::map<std::string, std::size_t> place;
-  std::vector<std::set<std::string>> asked;  // of each file
+  std::vector<std::set<std::string>> paths_read;  // of each file
   std::vector<std::map<std::string, std::string>> comments;
   for (const fs::path& one : files) {
     std::set<std::string> paths;
@@ -134,12 +134,12 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       known.required = known.required && key.required;
       if (own) known.value = key.value;
     }
-    asked.push_back(std::move(paths));
+    paths_read.push_back(std::move(paths));
     comments.push_back(comments_of_keys(read_file(one)));
   }
   for (DescribedKey& one : all) {
     const std::string parent = parent_of(one.key.path);
-    for (const auto& paths : asked) {
+    for (const auto& paths : paths_read) {
       const bool reached = std::any_of(paths.begin(), paths.end(), [&](const std::string& path) {
         return parent_of(path) == parent;
       });
@@ -173,10 +173,10 @@ Table key_table(const std::vector<DescribedKey>& keys, bool with_values) {
     table.head.insert(table.head.begin() + 1, "here");
   }
   for (const auto& [key, meaning] : keys) {
-    std::string standard = key.standard.empty() ? "-" : key.standard;
-    if (key.required) standard = "required";
+    std::string default_value = key.default_value.empty() ? "-" : key.default_value;
+    if (key.required) default_value = "required";
     const bool words = key.kind == Kind::choice;
-    std::vector<std::string> row = {key.path, kind_text(key), standard,
+    std::vector<std::string> row = {key.path, kind_text(key), default_value,
                                     words ? joined(key.words) : text_of(key.bounds, key.dimension),
                                     meaning};
     if (with_values) row.insert(row.begin() + 1, key.value);

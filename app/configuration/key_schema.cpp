@@ -131,7 +131,7 @@ class Writer {
         add(bounds);
       }
     }
-    if (!one.key.standard.empty()) add("default: " + one.key.standard);
+    if (!one.key.default_value.empty()) add("default: " + one.key.default_value);
     if (!text.empty()) value["description"] = text;
     return value;
   }

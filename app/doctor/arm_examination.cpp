@@ -104,7 +104,7 @@ void ArmExamination::on_command_block(const RegisterAnswer& answer) {
 }
 
 void ArmExamination::read_alarm() {
-  if (setup_.map.alarm == 0 || std::exchange(alarm_asked_, true)) return;
+  if (setup_.map.alarm == 0 || std::exchange(alarm_requested_, true)) return;
   controller_.link().read_registers(
       setup_.map.alarm, alarm_words::text_end, [this](const RegisterAnswer& answer) {
         if (!answer.ok()) return;

@@ -75,7 +75,7 @@ class ArmExamination {
   int host_beats_ = 0;
   int echoes_ = 0;  // of the set-point's number, while a host writes
   std::string alarm_;
-  bool alarm_asked_ = false;
+  bool alarm_requested_ = false;
   PolledRegisters controller_;
 };
 

@@ -124,10 +124,11 @@ Finding LidarExamination::identity() const {
   const lidar::Identity expected = lidar::identity_of(profile_, is.serial);
   finding.found = is.model + ", serial " + is.serial + ", protocol version " +
                   std::to_string(is.version) + " at " + device_.address;
-  const auto differs = [&](const std::string& what, double found, double wanted) {
-    if (same(found, wanted) || finding.state != State::good) return;
+  const auto differs = [&](const std::string& what, double found, double profile_value) {
+    if (same(found, profile_value) || finding.state != State::good) return;
     finding.state = State::warning;
-    finding.found += "; its " + what + " is " + shown(found) + ", the profile has " + shown(wanted);
+    finding.found +=
+        "; its " + what + " is " + shown(found) + ", the profile has " + shown(profile_value);
     finding.remedy = "config/lidars: the numbers of the device that is there";
   };
   differs("rate (1/s)", is.rate_hz, expected.rate_hz);

@@ -265,10 +265,10 @@ RunFiles RunFiles::open(const fs::path& directory) {
   files.setup.config = files.directory / "config";
   files.setup.out = files.directory;
   files.has_procedure = fs::exists(files.procedure());
-  std::string beside = files.setup.layout + " " + fs::path(files.setup.target).filename().string() +
-                       " " + std::to_string(files.setup.target_length);
-  if (fs::is_directory(target)) beside += " " + sha256_of_tree(target, "");
-  files.configuration_hash = sha256_of_tree(files.setup.config, beside);
+  std::string salt = files.setup.layout + " " + fs::path(files.setup.target).filename().string() +
+                     " " + std::to_string(files.setup.target_length);
+  if (fs::is_directory(target)) salt += " " + sha256_of_tree(target, "");
+  files.configuration_hash = sha256_of_tree(files.setup.config, salt);
   return files;
 }
 

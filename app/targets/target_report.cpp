@@ -84,25 +84,25 @@ bool is_inside(const RayCaster& caster, const Vector3d& place, double reach) {
 }
 
 void check_port(const Target& target, const RayCaster& caster, const DockingPort& port,
-                std::vector<std::string>& doubts) {
+                std::vector<std::string>& notes) {
   const std::string who = "port '" + port.name + "'";
   const Vector3d out = port.pose.rotation * Vector3d::UnitZ();
   const Vector3d place = port.pose.position + 1e-3 * target.length * out;
   const double reach = 2 * target.length;
   if (is_inside(caster, place, reach)) {
-    doubts.push_back(who + " is inside of the surface: move it outwards along its z");
+    notes.push_back(who + " is inside of the surface: move it outwards along its z");
     return;
   }
   const double away = (caster.nearest(port.pose.position) - port.pose.position).norm();
   if (away > 0.1 * target.length) {
-    doubts.push_back(who + " is " + shown_mm(away) +
-                     " mm away from the surface: does it belong to another origin or unit (mm)?");
+    notes.push_back(who + " is " + shown_mm(away) +
+                    " mm away from the surface: does it belong to another origin or unit (mm)?");
   }
   RayHit hit;
   if (caster.cast({place, out}, reach, hit)) {
-    doubts.push_back(who + " looks into the surface: its z, " + shown_direction(out) +
-                     ", meets part '" + target.part(hit.triangle).name + "' after " +
-                     shown_mm(hit.range) + " mm; z must point out of it, towards the chaser");
+    notes.push_back(who + " looks into the surface: its z, " + shown_direction(out) +
+                    ", meets part '" + target.part(hit.triangle).name + "' after " +
+                    shown_mm(hit.range) + " mm; z must point out of it, towards the chaser");
   }
 }
 
@@ -140,8 +140,8 @@ std::string report_of(const Target& target) {
   return text + lines_of_symmetry(find_symmetry(RayCaster(target.mesh)));
 }
 
-std::vector<std::string> doubts_about(const Target& target) {
-  std::vector<std::string> doubts = target_notes(target);
+std::vector<std::string> validation_notes(const Target& target) {
+  std::vector<std::string> notes = target_notes(target);
   const RayCaster caster(target.mesh);
   const std::vector<Extent> extents = extents_of(target);
   for (std::size_t i = 1; i < target.parts.size(); ++i) {
@@ -151,14 +151,14 @@ std::vector<std::string> doubts_about(const Target& target) {
     const Vector3d from = extents[i].box.centre() - joint.point;
     const double away = (from - from.dot(joint.axis) * joint.axis).norm();
     if (away > extents[i].box.size().norm()) {
-      doubts.push_back("the joint's axis is " + shown_mm(away) +
-                       " mm away from the middle of part '" + part.name + "', which is " +
-                       shown_mm(extents[i].box.size().norm()) +
-                       " mm large: is `point` of another origin or unit?");
+      notes.push_back("the joint's axis is " + shown_mm(away) +
+                      " mm away from the middle of part '" + part.name + "', which is " +
+                      shown_mm(extents[i].box.size().norm()) +
+                      " mm large: is `point` of another origin or unit?");
     }
   }
-  for (const DockingPort& port : target.ports) check_port(target, caster, port, doubts);
-  return doubts;
+  for (const DockingPort& port : target.ports) check_port(target, caster, port, notes);
+  return notes;
 }
 
 namespace {

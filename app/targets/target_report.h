@@ -14,7 +14,7 @@ std::string report_of(const Target& target);
 /// What its author may have got wrong, a sentence each, with what to do: target_notes(), parts that
 /// lose most of their faces to parts before them, joints far from their part, ports inside of the
 /// surface, far from it, or looking into it. Empty: nothing.
-std::vector<std::string> doubts_about(const Target& target);
+std::vector<std::string> validation_notes(const Target& target);
 
 /// A target from six sides, along its axes, as SVG: parts in colours, where a joint may bring its
 /// part, its axis, ports with their cones, symmetry axes, and what is to be scanned or not.

@@ -44,7 +44,7 @@ std::optional<TerminalSize> terminal_size(int fd) {
   return TerminalSize{size.ws_row, size.ws_col};
 }
 
-bool colours_wanted(int fd) {
+bool use_colours(int fd) {
   const char* forbidden = std::getenv("NO_COLOR");
   if (forbidden != nullptr && *forbidden != '\0') return false;
   const char* kind = std::getenv("TERM");

@@ -19,7 +19,7 @@ std::optional<TerminalSize> terminal_size(int fd);
 
 /// Whether to write colours to this descriptor: a terminal that knows them, and NO_COLOR
 /// (no-color.org) is not set.
-bool colours_wanted(int fd);
+bool use_colours(int fd);
 
 /// One line of text in several styles; whatever characters it is given, it drives no terminal.
 class Line {

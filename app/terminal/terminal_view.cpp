@@ -27,7 +27,7 @@ bool take_as(const char* of, const std::string& channel, Bytes bytes, Progress& 
 TerminalView::TerminalView()
     : is_terminal_(terminal_size(STDOUT_FILENO).has_value()),
       progress_([this](const Line& line) { print(line); }, is_terminal_),
-      colours_(colours_wanted(STDOUT_FILENO)) {}
+      colours_(use_colours(STDOUT_FILENO)) {}
 
 void TerminalView::take(const std::string& channel, Bytes bytes) {
   if (channel == channels::procedure_state) {

@@ -150,12 +150,12 @@ class HeaderReader {
     }
   }
 
-  std::size_t whole(std::string_view word, std::size_t least, std::size_t most) const {
+  std::size_t whole(std::string_view word, std::size_t min_value, std::size_t max_value) const {
     std::int64_t number = 0;
-    if (!files::parse_whole(word, number) || number < static_cast<std::int64_t>(least) ||
-        number > static_cast<std::int64_t>(most)) {
+    if (!files::parse_whole(word, number) || number < static_cast<std::int64_t>(min_value) ||
+        number > static_cast<std::int64_t>(max_value)) {
       throw lines_.error("found " + files::quoted(word) + ", expected a whole number from " +
-                         std::to_string(least) + " to " + std::to_string(most));
+                         std::to_string(min_value) + " to " + std::to_string(max_value));
     }
     return static_cast<std::size_t>(number);
   }

@@ -175,8 +175,9 @@ double TextLines::number(std::size_t i, const char* name) const {
 
 std::size_t TextLines::count(std::size_t i, const char* name) const {
   const double value = number(i, name);
-  constexpr double most = 1e9;
-  if (!(value >= 1 && value <= most && value == static_cast<double>(static_cast<long>(value)))) {
+  constexpr double max_count = 1e9;
+  if (!(value >= 1 && value <= max_count &&
+        value == static_cast<double>(static_cast<long>(value)))) {
     throw error("found " + files::quoted(cells_[i]) + " for " + name +
                 ", expected a whole number of at least 1");
   }

@@ -114,11 +114,12 @@ class Reading {
                            "y, z and others");
       }
       table_.columns = Columns::first_three();
-      constexpr std::size_t fewest = 3;
-      if (width_ < fewest) {
+      constexpr std::size_t min_columns = 3;
+      if (width_ < min_columns) {
         throw lines_.error("found " + std::to_string(width_) + " columns, expected x, y and z");
       }
-      if (width_ > fewest) table_.notes.push_back("x y z are the first columns: none has a name");
+      if (width_ > min_columns)
+        table_.notes.push_back("x y z are the first columns: none has a name");
     }
   }
 

@@ -30,9 +30,9 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
   const char* const end = digits.data() + digits.size();
   std::uint64_t size = 0;
   const auto read = std::from_chars(digits.data(), end, size, base);
-  constexpr auto most = std::uint64_t{1} << 63U;
+  constexpr auto max_value = std::uint64_t{1} << 63U;
   if (read.ec == std::errc() && read.ptr == end) {
-    if (size > most || (size == most && !negative)) return std::nullopt;
+    if (size > max_value || (size == max_value && !negative)) return std::nullopt;
     return static_cast<std::int64_t>(negative ? 0 - size : size);
   }
   constexpr double exact = 9007199254740992;  // above it a double tells no two whole numbers apart
@@ -165,16 +165,16 @@ std::int64_t Config::microseconds(const std::string& key, const ValueBounds& bou
 }
 
 std::int64_t Config::whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds,
-                           std::int64_t least, std::int64_t most) const {
+                           std::int64_t min_value, std::int64_t max_value) const {
   const auto value = node.is_text() ? whole_number(node.text()) : std::nullopt;
   if (!value) throw error(key, "found " + shown(node) + ", expected a whole number");
   if (!bounds.contain(static_cast<double>(*value))) {
     throw error(key, "found " + shown(node) + ", expected a whole number" +
                          in_words(bounds, Dimension::number));
   }
-  if (*value >= least && *value <= most) return *value;
+  if (*value >= min_value && *value <= max_value) return *value;
   throw error(key, "found " + shown(node) + ", expected a whole number from " +
-                       std::to_string(least) + " to " + std::to_string(most));
+                       std::to_string(min_value) + " to " + std::to_string(max_value));
 }
 
 std::int64_t Config::integer(const std::string& key, const ValueBounds& bounds) {
@@ -233,10 +233,12 @@ std::string Config::choice(const std::string& key, const std::vector<std::string
 }
 
 std::string Config::optional_word(const std::string& key, const std::vector<std::string>& words,
-                                  const std::string& standard) {
+                                  const std::string& default_value) {
   if (recorder_ != nullptr) {
-    record(key,
-           {.kind = Key::Kind::choice, .words = words, .required = false, .standard = standard});
+    record(key, {.kind = Key::Kind::choice,
+                 .words = words,
+                 .required = false,
+                 .default_value = default_value});
   }
   return known(key) ? read_word(key, words) : "";
 }
@@ -366,7 +368,7 @@ void Config::optional(const std::string& key, Dimension dimension, double& value
                  .dimension = dimension,
                  .bounds = bounds,
                  .required = false,
-                 .standard = std::isfinite(value) ? text_of(value, dimension) : ""});
+                 .default_value = std::isfinite(value) ? text_of(value, dimension) : ""});
   }
   if (known(key)) value = convert(node_.at(key), key, dimension, bounds);
 }
@@ -411,27 +413,28 @@ void Config::optional(const std::string& key, std::int64_t& value, const ValueBo
 }
 
 void Config::optional_whole(const std::string& key, std::int64_t& value, const ValueBounds& bounds,
-                            std::int64_t least, std::int64_t most) {
+                            std::int64_t min_value, std::int64_t max_value) {
   if (recorder_ != nullptr) {
     record(key, {.kind = Key::Kind::integer,
                  .bounds = bounds,
                  .required = false,
-                 .standard = std::to_string(value)});
+                 .default_value = std::to_string(value)});
   }
-  if (known(key)) value = whole(node_.at(key), key, bounds, least, most);
+  if (known(key)) value = whole(node_.at(key), key, bounds, min_value, max_value);
 }
 
 void Config::optional(const std::string& key, bool& value) {
   if (recorder_ != nullptr) {
-    record(key,
-           {.kind = Key::Kind::boolean, .required = false, .standard = value ? "true" : "false"});
+    record(
+        key,
+        {.kind = Key::Kind::boolean, .required = false, .default_value = value ? "true" : "false"});
   }
   if (known(key)) value = read_boolean(key);
 }
 
 void Config::optional(const std::string& key, std::string& value) {
   if (recorder_ != nullptr) {
-    record(key, {.kind = Key::Kind::text, .required = false, .standard = value});
+    record(key, {.kind = Key::Kind::text, .required = false, .default_value = value});
   }
   if (known(key)) value = read_text(key);
 }
@@ -440,7 +443,7 @@ void Config::optional(const std::string& key, std::vector<std::string>& value) {
   if (recorder_ != nullptr) {
     record(key, {.kind = Key::Kind::texts,
                  .required = false,
-                 .standard = value.empty() ? "" : "[" + joined(value) + "]"});
+                 .default_value = value.empty() ? "" : "[" + joined(value) + "]"});
   }
   if (known(key)) value = read_texts(key);
 }

@@ -122,7 +122,7 @@ class Config {
   InputError error(const std::string& key, const std::string& what) const;
 
   /// The keys that readers asked for so far, whether there or not.
-  const std::set<std::string>& asked() const { return read_; }
+  const std::set<std::string>& keys_read() const { return read_; }
 
   const std::string& file() const { return file_; }
   int line() const;
@@ -142,7 +142,7 @@ class Config {
   double convert(const YamlNode& node, const std::string& key, Dimension dimension,
                  const ValueBounds& bounds) const;
   std::int64_t whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds,
-                     std::int64_t least, std::int64_t most) const;
+                     std::int64_t min_value, std::int64_t max_value) const;
   Vector3d read_vector(const std::string& key, Dimension dimension, const ValueBounds& bounds);
   bool read_boolean(const std::string& key);
   std::string read_text(const std::string& key);
@@ -152,10 +152,10 @@ class Config {
   Pose read_pose(const std::string& key);
   std::vector<std::string> read_texts(const std::string& key);
   void optional_whole(const std::string& key, std::int64_t& value, const ValueBounds& bounds,
-                      std::int64_t least, std::int64_t most);
+                      std::int64_t min_value, std::int64_t max_value);
   /// Empty when the key is missing.
   std::string optional_word(const std::string& key, const std::vector<std::string>& words,
-                            const std::string& standard);
+                            const std::string& default_value);
 
   template <class T>
   static std::vector<std::string> words_of(Choices<T> choices) {

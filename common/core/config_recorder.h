@@ -32,8 +32,8 @@ struct ConfigKey {
   ValueBounds bounds = {};
   std::vector<std::string> words = {};
   bool required = true;
-  std::string standard = {};  ///< default, as one would write it; empty: none
-  std::string value = {};     ///< in this file; empty: left out
+  std::string default_value = {};  ///< default, as one would write it; empty: none
+  std::string value = {};          ///< in this file; empty: left out
 };
 
 /// While it lives, every file and text that its thread begins to read as a Config leaves its keys

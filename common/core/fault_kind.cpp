@@ -78,10 +78,10 @@ std::string unknown_fault(const std::string& device, const std::string& name, st
 }
 
 std::string wrong_fault_value(const FaultKind& kind, double value) {
-  if (value >= kind.least && value <= kind.greatest) return "";
+  if (value >= kind.min && value <= kind.max) return "";
   if (kind.value == FaultValue::none) return "'" + kind.name + "' takes no value";
-  return "'" + kind.name + "' takes" + text_of(kind.value, kind.least) + " to" +
-         text_of(kind.value, kind.greatest) + ", found" + text_of(kind.value, value);
+  return "'" + kind.name + "' takes" + text_of(kind.value, kind.min) + " to" +
+         text_of(kind.value, kind.max) + ", found" + text_of(kind.value, value);
 }
 
 std::string text_of(FaultValue value, double size) {

@@ -23,8 +23,8 @@ struct FaultKind {
   std::string device;
   std::string name;
   FaultValue value = FaultValue::none;
-  double least = 0;
-  double greatest = 0;
+  double min = 0;
+  double max = 0;
 };
 
 /// All of them; those of a device are adjacent. docs/simulated_cell.md describes each.

@@ -25,11 +25,11 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
   std::string nearest;
-  std::size_t least = 4;
+  std::size_t min_distance = 4;
   for (const std::string& other : known) {
     const std::size_t distance = edit_distance(word, other);
-    if (distance >= least) continue;
-    least = distance;
+    if (distance >= min_distance) continue;
+    min_distance = distance;
     nearest = other;
   }
   return nearest;

@@ -149,10 +149,10 @@ void SphericalWristArm::place_wrist(const Vector3d& wrist, const Found& found,
     const double x = (front ? radius : -radius) - geometry_.a1;
     const double z = wrist.z();
     const double reach = std::hypot(x, z);
-    const double longest = geometry_.a2 + forearm_;
+    const double max_reach = geometry_.a2 + forearm_;
     const double shortest = std::abs(geometry_.a2 - forearm_);
-    if (reach > longest * (1 + 1e-12)) {
-      close_elbows(front, [&] { return reach_text(reach, "reaches", longest); });
+    if (reach > max_reach * (1 + 1e-12)) {
+      close_elbows(front, [&] { return reach_text(reach, "reaches", max_reach); });
       continue;
     }
     if (reach < shortest * (1 - 1e-12) || reach < singular_radius) {

@@ -102,8 +102,8 @@ Bounds mean_interval(const std::vector<double>& values, double confidence) {
   return {mean(values) - half, mean(values) + half};
 }
 
-double chance_of_equal_shares(const std::vector<std::size_t>& successes,
-                              const std::vector<std::size_t>& trials) {
+double p_of_equal_shares(const std::vector<std::size_t>& successes,
+                         const std::vector<std::size_t>& trials) {
   double all = 0;
   double good = 0;
   int groups = 0;

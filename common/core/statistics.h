@@ -65,7 +65,7 @@ Bounds mean_interval(const std::vector<double>& values, double confidence = 0.95
 /// Chance that shares as different as these come from one and the same share: Pearson's chi squared
 /// of successes against failures over groups; those without trials do not count. 1 where there is
 /// nothing to compare.
-double chance_of_equal_shares(const std::vector<std::size_t>& successes,
-                              const std::vector<std::size_t>& trials);
+double p_of_equal_shares(const std::vector<std::size_t>& successes,
+                         const std::vector<std::size_t>& trials);
 
 }  // namespace berth

@@ -145,11 +145,11 @@ bool parse_whole(std::string_view word, std::int64_t& number) {
 }
 
 std::string quoted(std::string_view word) {
-  constexpr std::size_t most = 40;
-  std::string text(word.substr(0, most));
+  constexpr std::size_t max_length = 40;
+  std::string text(word.substr(0, max_length));
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return "'" + text + (word.size() > most ? "...'" : "'");
+  return "'" + text + (word.size() > max_length ? "...'" : "'");
 }
 
 }  // namespace berth::files

@@ -130,19 +130,19 @@ PlyReader::PlyReader(std::string_view bytes, std::string file)
   std::size_t left = bytes_.size() - at_;
   if (format_ == Format::text) ++left;  // the last line may have no end
   for (const PlyElement& element : elements_) {
-    std::size_t least = 0;  // bytes of a row
+    std::size_t min_bytes = 0;  // bytes of a row
     for (const PlyProperty& property : element.properties) {
-      least += format_ == Format::text
-                   ? 2
-                   : size_of(property.is_list ? property.count_type : property.type);
+      min_bytes += format_ == Format::text
+                       ? 2
+                       : size_of(property.is_list ? property.count_type : property.type);
     }
-    if (least == 0) continue;
-    if (element.count > left / least) {
+    if (min_bytes == 0) continue;
+    if (element.count > left / min_bytes) {
       throw InputError(file_ + ": cut short: " + std::to_string(element.count) + " rows of '" +
-                       element.name + "' declared, of at least " + std::to_string(least) +
+                       element.name + "' declared, of at least " + std::to_string(min_bytes) +
                        " bytes each; " + std::to_string(left) + " bytes there");
     }
-    left -= element.count * least;
+    left -= element.count * min_bytes;
   }
 }
 

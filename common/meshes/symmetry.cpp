@@ -67,12 +67,12 @@ std::string number(double value) {
 
 Pose SymmetryGroup::nearest_equal(const Pose& pose, const Pose& reference) const {
   Pose best = pose;
-  double least = std::numeric_limits<double>::infinity();
+  double min_angle = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Pose& any) {
     const Pose equal = turned_to(any, reference);
     const double angle = angle_between(equal, reference);
-    if (angle >= least) return;
-    least = angle;
+    if (angle >= min_angle) return;
+    min_angle = angle;
     best = equal;
   };
   if (trivial()) return pose;
@@ -170,13 +170,13 @@ Pose SelfMatcher::refined(Pose motion, std::size_t points, int iterations) const
   return motion;
 }
 
-double SelfMatcher::misfit(const Pose& motion, std::size_t points, double enough) const {
-  double most = 0;
-  for (std::size_t i = 0; i < std::min(points, points_.size()) && most <= enough; ++i) {
+double SelfMatcher::residual(const Pose& motion, std::size_t points, double enough) const {
+  double max_distance = 0;
+  for (std::size_t i = 0; i < std::min(points, points_.size()) && max_distance <= enough; ++i) {
     const Vector3d moved = motion * points_[i];
-    most = std::max(most, (surface_.nearest(moved) - moved).norm());
+    max_distance = std::max(max_distance, (surface_.nearest(moved) - moved).norm());
   }
-  return most;
+  return max_distance;
 }
 
 namespace {
@@ -212,7 +212,7 @@ class Collector {
   static constexpr double same = radians(1);
 
   bool is_symmetry(const Pose& motion, std::size_t points) const {
-    return matcher_.misfit(motion, points, group_.tolerance_m) <= group_.tolerance_m;
+    return matcher_.residual(motion, points, group_.tolerance_m) <= group_.tolerance_m;
   }
 
   void look_for_axis(const Pose& motion) {
@@ -261,16 +261,16 @@ SymmetryGroup find_symmetry(const RayCaster& surface) {
                    [](const Start& a, const Start& b) { return a.score < b.score; });
   std::vector<Pose> tried;
   for (const Start& start : starts) {
-    const auto beside = [&](const Pose& p) { return angle_between(p, start.motion) < apart; };
+    const auto is_near = [&](const Pose& p) { return angle_between(p, start.motion) < apart; };
     if (tried.size() == max_tried || collector.is_full()) break;
-    if (std::any_of(tried.begin(), tried.end(), beside) ||
+    if (std::any_of(tried.begin(), tried.end(), is_near) ||
         collector.group().contains(start.motion, apart)) {
       continue;
     }
     tried.push_back(start.motion);
     const Pose coarse = matcher.refined(start.motion, 200, 10);
     const double enough = 2 * collector.group().tolerance_m;
-    if (matcher.misfit(coarse, 400, enough) > enough || collector.knows(coarse)) continue;
+    if (matcher.residual(coarse, 400, enough) > enough || collector.knows(coarse)) continue;
     collector.consider(coarse, matcher.points());
   }
   return collector.group();

@@ -57,7 +57,7 @@ class SelfMatcher {
   Pose refined(Pose motion, std::size_t points, int iterations) const;
   /// Largest distance of a moved point from the surface, m; of the first `points`, and no more than
   /// it takes to be beyond `enough`.
-  double misfit(const Pose& motion, std::size_t points, double enough) const;
+  double residual(const Pose& motion, std::size_t points, double enough) const;
   std::size_t points() const { return points_.size(); }
 
  private:

@@ -25,11 +25,11 @@ double thickness(const Mesh& mesh, const Vector3d& centre) {
     spread += d * d.transpose();
   }
   const Vector3d normal = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors().col(0);
-  double most = 0;
+  double max_distance = 0;
   for (const Vector3d& v : mesh.vertices) {
-    most = std::max(most, std::abs(normal.dot(v - centre - mean)));
+    max_distance = std::max(max_distance, std::abs(normal.dot(v - centre - mean)));
   }
-  return most;
+  return max_distance;
 }
 
 /// Triangles of closed surfaces that look inward: those surfaces, of triangles joined by edges,

@@ -85,10 +85,10 @@ SnpxAssignment read_assignment(Config config) {
   return a;
 }
 
-RegisterBlock read_block(Config config, int most) {
+RegisterBlock read_block(Config config, int max_registers) {
   RegisterBlock block;
   block.first = config.small_integer("first", at_least(1));
-  block.count = config.small_integer("count", within(1, most));
+  block.count = config.small_integer("count", within(1, max_registers));
   config.finish();
   return block;
 }

@@ -16,10 +16,10 @@ namespace {
 constexpr double level_scale = 10000;
 constexpr double angle_scale = 100;
 
-PlcMap::Block read_block(Config config, int most) {
+PlcMap::Block read_block(Config config, int max_registers) {
   PlcMap::Block block;
   block.first = config.small_integer("first", at_least(1));
-  block.count = config.small_integer("count", within(1, most));
+  block.count = config.small_integer("count", within(1, max_registers));
   config.finish();
   return block;
 }

@@ -341,7 +341,7 @@ class Conformance {
   void test_sequence(const std::string& of, const ScanRecord& scan, int version) {
     std::uint32_t beams = 0;
     int last_window = 0;
-    const std::size_t most = version == 1 ? max_beams_version_1 : max_beams_per_message;
+    const std::size_t max_beams = version == 1 ? max_beams_version_1 : max_beams_per_message;
     const int type = version == 1 ? returns_of_version_1 : returns_type;
     std::string fault = scan.returns.empty() ? "none came within " + ms(silence) : "";
     for (std::size_t i = 0; i < scan.returns.size() && fault.empty(); ++i) {
@@ -358,9 +358,9 @@ class Conformance {
       } else if (returns.window < last_window || returns.window >= scan.order.windows.size()) {
         wrong = "is of window " + std::to_string(returns.window) + " behind window " +
                 std::to_string(last_window);
-      } else if (returns.beams.size() > most) {
+      } else if (returns.beams.size() > max_beams) {
         wrong = "has " + std::to_string(returns.beams.size()) + " beams, at most " +
-                std::to_string(most) + " are possible";
+                std::to_string(max_beams) + " are possible";
       }
       if (!wrong.empty()) fault = "message " + std::to_string(i + 1) + " " + wrong;
       last_window = returns.window;

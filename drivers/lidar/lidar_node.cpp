@@ -147,10 +147,10 @@ void LidarNode::take_returns(const lidar::Returns& returns) {
   if (returns.beams_before != scan_->beams || returns.window >= scan_->request.windows.size()) {
     return device_->drop("returns of the LIDAR do not follow one another");
   }
-  const auto most =
+  const auto max_beams =
       static_cast<std::size_t>(lidar::packet_size(config_.profile, config_.beams_per_packet));
   for (std::size_t first = 0; first < returns.beams.size();) {
-    const std::size_t count = std::min(returns.beams.size() - first, most);
+    const std::size_t count = std::min(returns.beams.size() - first, max_beams);
     const std::uint32_t base = returns.beams[first].after_us;
     ScanPacket packet = packet_of(*scan_);
     packet.scan_status = ScanPacket::RUNNING;

@@ -72,8 +72,10 @@ void RegisterLink::submit(Pending pending, Urgency urgency) {
   RegisterAnswer answer;
   if (!connected_) answer.error = "not connected";
   const int count = pending.request.count;
-  if (const int most = max_count(pending.request.kind); count < 1 || count > most) {
-    answer.error = std::to_string(count) + " in one request, expected 1 to " + std::to_string(most);
+  if (const int max_registers = max_count(pending.request.kind);
+      count < 1 || count > max_registers) {
+    answer.error =
+        std::to_string(count) + " in one request, expected 1 to " + std::to_string(max_registers);
   }
   if (!answer.ok()) {
     answer.sent = answer.received = loop_.now();

@@ -29,8 +29,8 @@ std::string FaultTable::inject(const std::string& device, const std::string& nam
     return unknown;
   const FaultKind& kind = fault_kinds()[index];
   if (const std::string wrong = wrong_fault_value(kind, value); !wrong.empty()) return wrong;
-  constexpr double longest = 1e6;
-  if (!(duration >= 0 && duration <= longest)) {
+  constexpr double max_duration = 1e6;
+  if (!(duration >= 0 && duration <= max_duration)) {
     return "the duration of '" + name + "' is not within 0 to 1000000 s";
   }
   effects_[index].begin(value);

@@ -148,8 +148,8 @@ SimulatedRobot::Motors SimulatedRobot::follow(const Motors& desired_now,
     const double a = acceleration_[i];
     const double way = std::abs(behind[i]);
     const double reference = along[i] + std::copysign(brakable_speed(way, a, dt), behind[i]);
-    const double most = speed_[i] * speed_limit_ * override_;
-    velocity[i] = std::clamp(std::clamp(reference, -most, most), velocity_[i] - a * dt,
+    const double max_speed = speed_[i] * speed_limit_ * override_;
+    velocity[i] = std::clamp(std::clamp(reference, -max_speed, max_speed), velocity_[i] - a * dt,
                              velocity_[i] + a * dt);
   }
   return velocity;

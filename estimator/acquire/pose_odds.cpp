@@ -214,8 +214,9 @@ double rival_odds(double lead, std::span<const double> best, std::span<const dou
     scatter += std::pow(best[b] - other[b], 2);
     if (best[b] == 0) alone += other[b];
   }
-  const double by_chance = scatter > 0 ? 0.5 * std::erfc(lead / std::sqrt(2 * scatter)) : 0;
-  return std::max(std::exp(-lead / std::max(1.0, alone / required)), by_chance / (1 - by_chance));
+  const double p_by_scatter = scatter > 0 ? 0.5 * std::erfc(lead / std::sqrt(2 * scatter)) : 0;
+  return std::max(std::exp(-lead / std::max(1.0, alone / required)),
+                  p_by_scatter / (1 - p_by_scatter));
 }
 
 PoseOdds::PoseOdds(const TargetModel& model, const RangeImage& image, double surface_sigma)

@@ -28,9 +28,9 @@ class ReturnField {
  public:
   /// @param around m, by which the box is larger than the points on all sides
   /// @param margin m, by which queries may be beyond a point
-  /// @param least minimum value, 0 to 255
+  /// @param min_score minimum value, 0 to 255
   ReturnField(const std::vector<Vector3d>& points, double cell, double around, double margin,
-              std::uint8_t least)
+              std::uint8_t min_score)
       : cell_(cell) {
     Vector3d low = Vector3d::Constant(1e9), high = Vector3d::Constant(-1e9);
     for (const Vector3d& p : points) {
@@ -51,7 +51,7 @@ class ReturnField {
     values_.assign(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
                            static_cast<std::size_t>(size_[2]) +
                        2 * static_cast<std::size_t>(empty_),
-                   least);
+                   min_score);
     struct Stamp {
       int offset;
       std::uint8_t value;

@@ -59,7 +59,7 @@ inline BeamTerm beam_term(bool returned, const ExpectedReturn& front,
                           const std::optional<ExpectedReturn>& opposite,
                           const std::optional<ExpectedReturn>& behind, const BeamShares& shares,
                           double depth) {
-  constexpr double least = 1e-300;
+  constexpr double min_likelihood = 1e-300;
   const auto normal = [](const ExpectedReturn& r) {
     return r.intensity_ratio * std::exp(-0.5 * r.residual * r.residual / r.variance) /
            std::sqrt(6.283185307179586 * r.variance);
@@ -71,7 +71,7 @@ inline BeamTerm beam_term(bool returned, const ExpectedReturn& front,
     const double a = front.drop_out;
     const double b = opposite ? opposite->drop_out : 0;
     const double g = behind ? behind->drop_out : (1 - shares.outlier) * (1 - shares.background);
-    const double sum = front.coverage * a + other * b + rest * g + least;
+    const double sum = front.coverage * a + other * b + rest * g + min_likelihood;
     term.log_likelihood = std::log(sum);
     term.coverage_score = (a - g) / sum;
     term.opposite_score = (b - g) / sum;
@@ -86,7 +86,7 @@ inline BeamTerm beam_term(bool returned, const ExpectedReturn& front,
   const double a = from(front);
   const double b = opposite ? from(*opposite) : 0;
   const double g = behind ? from(*behind) : (1 - shares.outlier) * shares.background / (2 * depth);
-  const double sum = front.coverage * a + other * b + rest * g + stray + least;
+  const double sum = front.coverage * a + other * b + rest * g + stray + min_likelihood;
   term.log_likelihood = std::log(sum);
   term.coverage_score = (a - g) / sum;
   term.opposite_score = (b - g) / sum;

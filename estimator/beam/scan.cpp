@@ -13,8 +13,8 @@ constexpr double no_return = std::numeric_limits<double>::infinity();
 /// Finds repeated beams: a hash table with open addressing.
 class Repetitions {
  public:
-  explicit Repetitions(const std::vector<Beam>& beams, std::size_t most)
-      : beams_(beams), table_(std::bit_ceil(2 * most + 1)) {}
+  explicit Repetitions(const std::vector<Beam>& beams, std::size_t max_beams)
+      : beams_(beams), table_(std::bit_ceil(2 * max_beams + 1)) {}
 
   /// Whether a beam of this direction and range was seen; if not, it is registered as the next one
   /// of `beams`.

@@ -23,8 +23,8 @@ Vector12d difference(const Motion& from, const Motion& to) {
 void SensorMotions::add(const SensorMotion& motion) {
   if (motion.begin >= motion.end) return;
   if (!motions_.empty() && motion.begin < motions_.back().end) return;
-  constexpr std::size_t most = 100000;  // bounds the memory while no scans come
-  if (motions_.size() == most) motions_.pop_front();
+  constexpr std::size_t max_motions = 100000;  // bounds the memory while no scans come
+  if (motions_.size() == max_motions) motions_.pop_front();
   motions_.push_back(motion);
 }
 

@@ -68,8 +68,8 @@ class TurnedPoints {
  public:
   static constexpr std::size_t lanes = 4;
 
-  explicit TurnedPoints(std::size_t most) : voxels_(most + lanes) {
-    for (std::vector<double>& axis : axes_) axis.resize(most + lanes);
+  explicit TurnedPoints(std::size_t max_points) : voxels_(max_points + lanes) {
+    for (std::vector<double>& axis : axes_) axis.resize(max_points + lanes);
   }
 
   /// @return their number.

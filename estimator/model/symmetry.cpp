@@ -143,7 +143,7 @@ std::vector<Turn> candidate_rotations(const std::vector<Vector3d>& points, const
                                       const DistanceTable& distances) {
   constexpr int directions = 400;  // 10 degrees apart
   constexpr int turns = 36;
-  constexpr double beside = radians(9);
+  constexpr double max_angle = radians(9);
   constexpr std::size_t most = 300;
   std::vector<Turn> grid;
   for (const Vector3d& direction : spread_directions(directions)) {
@@ -164,7 +164,7 @@ std::vector<Turn> candidate_rotations(const std::vector<Vector3d>& points, const
   for (const Turn& t : grid) {
     if (best.size() == most) break;
     const bool known = std::any_of(best.begin(), best.end(), [&](const Turn& other) {
-      return t.rotation.angularDistance(other.rotation) < beside;
+      return t.rotation.angularDistance(other.rotation) < max_angle;
     });
     if (!known) best.push_back(t);
   }
@@ -227,15 +227,15 @@ bool Symmetries::contains(const Pose& motion, double slack, bool equal) const {
 Pose Symmetries::nearest_equal(const Pose& pose, const Pose& reference) const {
   const Quaterniond back = reference.rotation.conjugate();
   Pose best;
-  double least = std::numeric_limits<double>::infinity();
+  double min_angle = std::numeric_limits<double>::infinity();
   const auto consider = [&](Pose equal) {
     if (revolution) {
       const double turn = -twist(back * equal.rotation, axis);
       equal = equal * about(centre, rotation_from_vector(turn * axis));
     }
     const double angle = equal.rotation.angularDistance(reference.rotation);
-    if (angle < least) {
-      least = angle;
+    if (angle < min_angle) {
+      min_angle = angle;
       best = equal;
     }
   };

@@ -108,7 +108,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
   constexpr double min_share = 0.3;
   int total = 0;
   for (const Row& row : occupied) total += row.count;
-  const int chance = static_cast<int>(min_share * total);
+  const int min_score = static_cast<int>(min_share * total);
 
   std::vector<Correlation> best(templates_.size());
   std::vector<std::pair<std::uint64_t, std::uint64_t>>
@@ -129,7 +129,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
         at_most += std::min(row.count, __builtin_popcountll(bits));
         pairs.emplace_back(row.bits, bits);
       }
-      if (at_most <= std::max(best[r].score, chance))
+      if (at_most <= std::max(best[r].score, min_score))
         continue;  // no shift along the axis can do better
       for (int dx = -reach_x; dx <= reach_x; ++dx) {
         int score = 0;

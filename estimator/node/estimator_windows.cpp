@@ -61,15 +61,15 @@ std::vector<Window> Estimator::plan_windows() {
   const double rotation = largest_sigma(covariance.bottomRightCorner<3, 3>());
   const double sigma = std::hypot(translation, rotation * model_->canonical.half_length);
   // Margins are limited: larger windows have no advantage over the whole field of view.
-  const double most = 0.3 * model_->canonical.half_length;
+  const double max_sigma = 0.3 * model_->canonical.half_length;
   if (range_ == OperatingRange::short_range) {
     if (auto sphere = docking_region(*model_, o.ranges, pose)) {
-      sphere->radius += o.planner.margin_sigmas * std::min(sigma, most);
+      sphere->radius += o.planner.margin_sigmas * std::min(sigma, max_sigma);
       const auto window = window_around(*sphere, pose, field_of_view(), beams, "docking interface");
       if (window) return {*window};
     }
   }
-  return planner_->plan(pose, std::min(sigma, most), now_.strategy, beams);
+  return planner_->plan(pose, std::min(sigma, max_sigma), now_.strategy, beams);
 }
 
 std::vector<Window> Estimator::zoom_windows(const Pose& pose, double margin) const {

@@ -85,17 +85,17 @@ class Exchange {
     constexpr double min_share = 1e-3;
     for (int round = 0; round < max_rounds; ++round) {
       double mean = 0;
-      double most = 0;
+      double max_sensitivity = 0;
       double sum = 0;
       std::vector<double> shares = design.shares;
       for (std::size_t i = 0; i < shares.size(); ++i) {
         const double s = std::max(0.0, sensitivity(design.candidates[i]));
         mean += shares[i] * s;
-        most = std::max(most, s);
+        max_sensitivity = std::max(max_sensitivity, s);
         shares[i] *= std::sqrt(s);
         sum += shares[i];
       }
-      if (most - mean < tolerance * mean || !(sum > 0)) break;
+      if (max_sensitivity - mean < tolerance * mean || !(sum > 0)) break;
       for (double& share : shares) share /= sum;
       design.shares = std::move(shares);
       evaluate(design);
@@ -162,19 +162,19 @@ Design a_optimal_design(const DesignProblem& problem, int max_candidates, double
   for (int i = 0; i < max_exchanges; ++i) {
     exchange.sensitivities(design.sensitivity);
     int best = 0;
-    const double most = design.sensitivity.maxCoeff(&best);
-    if (!(most > 0)) break;
+    const double max_sensitivity = design.sensitivity.maxCoeff(&best);
+    if (!(max_sensitivity > 0)) break;
     const double mean = exchange.mean_sensitivity(design);
-    design.min_trace = std::max(design.min_trace, design.trace * std::exp(mean - most));
-    if (!design.candidates.empty() && most - mean < tolerance * mean) break;
+    design.min_trace = std::max(design.min_trace, design.trace * std::exp(mean - max_sensitivity));
+    if (!design.candidates.empty() && max_sensitivity - mean < tolerance * mean) break;
     auto& shares = design.shares;
     const bool known = std::find(design.candidates.begin(), design.candidates.end(), best) !=
                        design.candidates.end();
     if (!known) {
       if (static_cast<int>(shares.size()) == max_candidates) {
-        const auto least = std::min_element(shares.begin(), shares.end());
-        design.candidates.erase(design.candidates.begin() + (least - shares.begin()));
-        shares.erase(least);
+        const auto smallest = std::min_element(shares.begin(), shares.end());
+        design.candidates.erase(design.candidates.begin() + (smallest - shares.begin()));
+        shares.erase(smallest);
       }
       const double others = std::accumulate(shares.begin(), shares.end(), 0.0);
       const double share = 1 / (static_cast<double>(shares.size()) + 1);

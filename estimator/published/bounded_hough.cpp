@@ -111,8 +111,9 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
   Result result;
   result.pose = expected;
   const Pose to_model = expected.inverse();
-  const auto most = static_cast<std::size_t>(options_.max_points);
-  const std::size_t stride = std::max<std::size_t>(1, (points.size() + most - 1) / most);
+  const auto max_voters = static_cast<std::size_t>(options_.max_points);
+  const std::size_t stride =
+      std::max<std::size_t>(1, (points.size() + max_voters - 1) / max_voters);
   std::vector<Vector3d> voters;  // model frame, from its centre
   for (std::size_t i = 0; i < points.size(); i += stride) {
     const Vector3d p = to_model * points[i];
@@ -140,16 +141,16 @@ BoundedHough::Result BoundedHough::vote(const std::vector<Vector3d>& points,
 
   // Interpolation: the weighted mean of cells near the best one with nearly as many votes.
   const double reach = 2.5 * levels_.back().voxel;
-  const int least = result.votes - 1 - result.votes / 50;
+  const int min_votes = result.votes - 1 - result.votes / 50;
   Vector3d shift = Vector3d::Zero();
   Vector3d turn = Vector3d::Zero();
   double sum = 0;
   for (const Cell& c : cells) {
-    if (c.votes <= least || (c.shift - best.front().shift).norm() > reach ||
+    if (c.votes <= min_votes || (c.shift - best.front().shift).norm() > reach ||
         lever_ * (c.turn - best.front().turn).norm() > reach) {
       continue;
     }
-    const double weight = c.votes - least;
+    const double weight = c.votes - min_votes;
     shift += weight * c.shift;
     turn += weight * c.turn;
     sum += weight;

@@ -68,11 +68,11 @@ std::vector<Pose> VoxelTemplateAcquisition::match_templates(
       std::vector<int> taken;
       for (const Correlation& c : found) {
         if (static_cast<int>(taken.size()) >= options_.finalists_per_set) break;
-        const bool beside = std::any_of(taken.begin(), taken.end(), [&](int other) {
+        const bool is_near = std::any_of(taken.begin(), taken.end(), [&](int other) {
           const int apart = std::abs(other - c.rotation);
           return std::min(apart, templates.rotations() - apart) <= 2;
         });
-        if (beside || c.score == 0) continue;
+        if (is_near || c.score == 0) continue;
         taken.push_back(c.rotation);
         const Pose turned{templates.cell() * Vector3d(c.shift[0], c.shift[1], c.shift[2]),
                           rotation_from_vector({templates.angle(c.rotation), 0, 0})};

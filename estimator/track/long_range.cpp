@@ -96,11 +96,11 @@ LongRangeFix LongRange::find(const PreprocessedScan& scan) const {
   const auto all = static_cast<std::int64_t>(scan.points.size());
   const PointColumns columns(scan.points);
   std::size_t best = 0;
-  std::int64_t most = 0;
-  for (std::size_t i = 0; i < scan.points.size() && most < all; i += stride) {
+  std::int64_t max_near = 0;
+  for (std::size_t i = 0; i < scan.points.size() && max_near < all; i += stride) {
     const std::int64_t near = columns.count_near(scan.points[i], reach);
-    if (near > most) {
-      most = near;
+    if (near > max_near) {
+      max_near = near;
       best = i;
     }
   }

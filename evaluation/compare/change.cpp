@@ -165,8 +165,8 @@ bool is_better(const ChangeRow& row) {
 
 /// A row without a test does not make the others' harder.
 bool is_tested(const ChangeRow& row) {
-  constexpr double fewest = 5;
-  return row.judgement != Judgement::same && row.difference.independent() >= fewest;
+  constexpr double min_independent = 5;
+  return row.judgement != Judgement::same && row.difference.independent() >= min_independent;
 }
 
 void judge(std::vector<ChangeRow>& rows, double level) {

@@ -51,12 +51,12 @@ struct PairedTest {
   std::size_t group;
   std::vector<Member> differences;
   double squares = 0;
-  double least = 0;
+  double min_effect = 0;
 
   double strength(double sum) const {
     const auto n = static_cast<double>(differences.size());
     const double mean = sum / n;
-    if (std::abs(mean) < least || mean == 0) return 0;
+    if (std::abs(mean) < min_effect || mean == 0) return 0;
     return normal_deviate(ratio(mean, (squares / n - mean * mean) / (n - 1)), n - 1);
   }
 };
@@ -69,14 +69,14 @@ struct UnpairedTest {
   double count = 0;
   double sum = 0;
   double squares = 0;
-  double least = 0;
+  double min_effect = 0;
 
   double strength(double n, double of_drawn) const {
     const double rest = count - n;
     if (n < 2 || rest < 2) return 0;
     const double mean = of_drawn / n;
     const double other = (sum - of_drawn) / rest;
-    if (std::abs(mean - other) < least || mean == other) return 0;
+    if (std::abs(mean - other) < min_effect || mean == other) return 0;
     const double within = squares - n * mean * mean - rest * other * other;
     const double degrees = n + rest - 2;
     return normal_deviate(ratio(mean - other, within / degrees * (1 / n + 1 / rest)), degrees);
@@ -98,7 +98,7 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
   std::vector<PairedTest> family;
   std::vector<std::size_t> runs(groups_of(questions), 0);
   for (std::size_t q = 0; q < questions.size(); ++q) {
-    PairedTest paired{q, questions[q].group, {}, 0, questions[q].least};
+    PairedTest paired{q, questions[q].group, {}, 0, questions[q].min_effect};
     double sum = 0;
     double size = 0;
     for (std::size_t i = 0; i < questions[q].after.size(); ++i) {
@@ -115,13 +115,13 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
     runs[paired.group] = std::max(runs[paired.group], questions[q].after.size());
     strength[q] = paired.strength(sum);
     // No shuffle can make more of it than this: it never is the greatest of one.
-    if (size / static_cast<double>(n) >= paired.least && size > 0) family.push_back(paired);
+    if (size / static_cast<double>(n) >= paired.min_effect && size > 0) family.push_back(paired);
   }
 
   Random random(options.seed, "paired family");
   std::vector<double> greatest(options.shuffles, 0);
   std::vector<std::vector<double>> sign(runs.size());
-  for (double& most : greatest) {
+  for (double& max_strength : greatest) {
     for (std::size_t g = 0; g < runs.size(); ++g) {
       sign[g].resize(runs[g]);
       for (double& s : sign[g]) s = (random.bits() >> 40 & 1) != 0 ? 1 : -1;
@@ -129,7 +129,7 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
     for (const PairedTest& paired : family) {
       double sum = 0;
       for (const Member& m : paired.differences) sum += sign[paired.group][m.run] * m.value;
-      most = std::max(most, paired.strength(sum));
+      max_strength = std::max(max_strength, paired.strength(sum));
     }
   }
   count_shuffles(answers, strength, std::move(greatest));
@@ -149,7 +149,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
   std::vector<Deal> deals(groups_of(questions));
   for (std::size_t q = 0; q < questions.size(); ++q) {
     const Test& question = questions[q];
-    UnpairedTest unpaired{q, question.group, question.before, {}, 0, 0, 0, question.least};
+    UnpairedTest unpaired{q, question.group, question.before, {}, 0, 0, 0, question.min_effect};
     auto& value = unpaired.value;
     value.insert(value.end(), question.after.begin(), question.after.end());
     double mean = 0;
@@ -184,7 +184,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
     deal.order.resize(deal.before + deal.after);
     std::iota(deal.order.begin(), deal.order.end(), std::size_t{0});
   }
-  for (double& most : greatest) {
+  for (double& max_strength : greatest) {
     for (Deal& deal : deals) {
       for (std::size_t i = 0; i < deal.after; ++i) {
         const std::size_t other = i + random.bits() % (deal.order.size() - i);
@@ -199,7 +199,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
         n += unpaired.present[deal.order[i]];
         sum += unpaired.value[deal.order[i]];
       }
-      most = std::max(most, unpaired.strength(n, sum));
+      max_strength = std::max(max_strength, unpaired.strength(n, sum));
     }
   }
   count_shuffles(answers, strength, std::move(greatest));

@@ -12,7 +12,7 @@ struct Test {
   std::size_t group = 0;       ///< whose runs: the case
   std::vector<double> before;  ///< paired: of the same runs as after; else: of earlier runs
   std::vector<double> after;
-  double least = 0;  ///< a smaller change of the mean is none
+  double min_effect = 0;  ///< a smaller change of the mean is none
 };
 
 struct TestResult {
@@ -33,8 +33,8 @@ struct FamilyOptions {
 /// false alarm in the whole family of questions is kept, as with Holm's adjustment, but questions
 /// that say the same thing (they are asked of the same runs) do not cost power for it. A question
 /// counts with Student's t on the scale of the normal distribution (Wallace 1959), and only while
-/// the change of the mean is at least `least`, in the shuffled data as in the real ones; so that
-/// tiny changes, however consistent, neither alarm nor stand in the way of others.
+/// the change of the mean is at least `min_effect`, in the shuffled data as in the real ones; so
+/// that tiny changes, however consistent, neither alarm nor stand in the way of others.
 ///
 /// Paired: before and after trade places, run by run, in all questions of a group at once. Exact
 /// where builds differ in nothing but luck.

@@ -47,16 +47,16 @@ class Fit {
       if (!solution_.value.allFinite()) return refused();
       result_.delay += solution_.value(0);
       // What moves too slowly for its noise would run away.
-      if (!(std::abs(result_.delay) < longest)) return refused();
+      if (!(std::abs(result_.delay) < max_delay)) return refused();
       reweight();
       if (round + 1 < rounds) nuisances_ = solution_.value.tail(nuisances_.size());
     }
-    doubt();
+    validate();
     return result_;
   }
 
  private:
-  static constexpr double longest = 2;  // s
+  static constexpr double max_delay = 2;  // s
 
   /// More numbers than unknowns, and some motion.
   bool enough() const {
@@ -125,7 +125,7 @@ class Fit {
   /// Numbers that the samples, and not the prior, decide.
   double unknowns() const { return (solution_.inverse * solution_.data).trace(); }
 
-  void doubt() {
+  void validate() {
     const Eigen::VectorXd row = solution_.inverse.row(0);
     const double all = solution_.inverse(0, 0);
     const double from_data = row.dot(solution_.data * row);

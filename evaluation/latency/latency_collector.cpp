@@ -56,10 +56,10 @@ std::vector<DelaySample> ArmTrack::samples(double delay) const {
   const std::size_t stride = readings_.size() / max_samples + 1;
   std::vector<DelaySample> list;
   for (std::size_t i = 0; i < readings_.size(); i += stride) {
-    const Utime told = readings_[i].at.utime - utime_from_seconds(delay);
-    const auto here = commanded(told);
-    const auto before = commanded(told - rate_window / 2);
-    const auto after = commanded(told + rate_window / 2);
+    const Utime true_time = readings_[i].at.utime - utime_from_seconds(delay);
+    const auto here = commanded(true_time);
+    const auto before = commanded(true_time - rate_window / 2);
+    const auto after = commanded(true_time + rate_window / 2);
     if (!here || !before || !after) continue;
     DelaySample sample;
     sample.utime = readings_[i].at.utime;

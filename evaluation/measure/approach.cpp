@@ -52,12 +52,12 @@ Series docking_offset(const Measurer& measurer, const Phase& phase) {
 /// Between the interface's axis, which should look at the sensor, and the boresight.
 Uncertain axis_angle(const TruthSample& truth, const Pose& docking) {
   const Vector3d axis = truth.pose.rotation * docking.rotation * Vector3d::UnitZ();
-  const Vector3d wanted = -Vector3d::UnitZ();
-  const Vector3d turn = wanted.cross(axis);
+  const Vector3d reference = -Vector3d::UnitZ();
+  const Vector3d turn = reference.cross(axis);
   // Turning about the axis itself changes nothing.
   const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose();
   const Matrix3d covariance = across * truth.covariance.bottomRightCorner<3, 3>() * across;
-  return {std::atan2(turn.norm(), wanted.dot(axis)), length_of(turn, covariance).truth_sigma};
+  return {std::atan2(turn.norm(), reference.dot(axis)), length_of(turn, covariance).truth_sigma};
 }
 
 Series docking_angle(const Measurer& measurer, const Phase& phase) {

@@ -48,17 +48,17 @@ Measured time_to_acquire(const Measurer& measurer, const Phase& phase) {
 
 Measured widest_gap(const Measurer& measurer, const Phase& phase) {
   const auto times = good_times(measurer, phase);
-  Utime longest = 0;
+  Utime max_gap = 0;
   for (const Phase::Stretch& stretch : phase.stretches) {
     Utime last = stretch.start;
     auto t = std::lower_bound(times.begin(), times.end(), stretch.start);
     for (; t != times.end() && *t <= stretch.end; ++t) {
-      longest = std::max(longest, *t - last);
+      max_gap = std::max(max_gap, *t - last);
       last = *t;
     }
-    longest = std::max(longest, stretch.end - last);
+    max_gap = std::max(max_gap, stretch.end - last);
   }
-  return {seconds(longest), 0, static_cast<std::int64_t>(times.size()), ""};
+  return {seconds(max_gap), 0, static_cast<std::int64_t>(times.size()), ""};
 }
 
 Measured duration(const Measurer&, const Phase& phase) { return {phase.duration_s(), 0, 1, ""}; }

@@ -95,7 +95,7 @@ Interval bca_interval(std::size_t size, std::size_t block, const StatisticOfPlac
 
 std::size_t block_length(const std::vector<double>& series) {
   const std::size_t n = series.size();
-  const std::size_t longest = std::max<std::size_t>(n / 4, 1);
+  const std::size_t max_length = std::max<std::size_t>(n / 4, 1);
   if (n < 12) return 1;
   const auto size = static_cast<double>(n);
   const double centre = mean(series);
@@ -111,7 +111,7 @@ std::size_t block_length(const std::vector<double>& series) {
   const double noise = 2 * std::sqrt(std::log10(size) / size);
   const auto run = std::max<std::size_t>(5, static_cast<std::size_t>(std::sqrt(std::log10(size))));
   const std::size_t farthest =
-      std::min(longest, static_cast<std::size_t>(std::ceil(std::sqrt(size))) + run);
+      std::min(max_length, static_cast<std::size_t>(std::ceil(std::sqrt(size))) + run);
   std::vector<double> covariances = {variance};
   std::size_t last = 0;  // the last significant lag
   for (std::size_t lag = 1; lag <= farthest && lag - last <= run; ++lag) {
@@ -120,7 +120,7 @@ std::size_t block_length(const std::vector<double>& series) {
   }
   if (last == 0) return 1;
 
-  const std::size_t window = std::min(2 * last, longest);
+  const std::size_t window = std::min(2 * last, max_length);
   double slope = 0;
   double spectrum = variance;
   for (std::size_t lag = 1; lag <= window; ++lag) {
@@ -133,8 +133,8 @@ std::size_t block_length(const std::vector<double>& series) {
   const double ratio = 2 * slope * slope / (4.0 / 3.0 * spectrum * spectrum);
   const double length = std::ceil(std::cbrt(ratio * size));
   return std::isfinite(length)
-             ? std::clamp<std::size_t>(static_cast<std::size_t>(length), 1, longest)
-             : longest;
+             ? std::clamp<std::size_t>(static_cast<std::size_t>(length), 1, max_length)
+             : max_length;
 }
 
 }  // namespace berth::evaluation

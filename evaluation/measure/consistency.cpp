@@ -104,7 +104,7 @@ Measured silently_wrong(const Measurer& measurer, const Phase& phase) {
   const double length = info && info->target_length_m > 0 ? info->target_length_m : 3;
   std::int64_t samples = 0;
   double wrong = 0;
-  double doubtful = 0;
+  double uncertain = 0;
   for (const ComparedEstimate& c : measurer.compared()) {
     if (!phase.contains(c.estimate.utime)) continue;
     ++samples;
@@ -117,12 +117,12 @@ Measured silently_wrong(const Measurer& measurer, const Phase& phase) {
     if (position == Wrong::yes || attitude == Wrong::yes) {
       wrong += 1;
     } else if (position == Wrong::perhaps || attitude == Wrong::perhaps) {
-      doubtful += 1;
+      uncertain += 1;
     }
   }
   if (samples == 0) return {nan, 0, 0, "no good estimate that truth brackets"};
   const auto n = static_cast<double>(samples);
-  return {(wrong + doubtful / 2) / n, doubtful / 4 / n, samples, ""};
+  return {(wrong + uncertain / 2) / n, uncertain / 4 / n, samples, ""};
 }
 
 }  // namespace

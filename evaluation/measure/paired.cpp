@@ -83,8 +83,9 @@ Share randomization(Statistic statistic, const Pairs& pairs, double difference, 
       swapped.before[i] = trade ? pairs.after[i] : pairs.before[i];
       swapped.after[i] = trade ? pairs.before[i] : pairs.after[i];
     }
-    const double by_chance = compute(statistic, swapped.after) - compute(statistic, swapped.before);
-    if (std::abs(by_chance) >= as_large) ++found;
+    const double swapped_change =
+        compute(statistic, swapped.after) - compute(statistic, swapped.before);
+    if (std::abs(swapped_change) >= as_large) ++found;
     if (!all_ways && found == enough) {
       return {static_cast<double>(enough) / static_cast<double>(way + 1), false};
     }

@@ -23,13 +23,13 @@ Measured longest(const Measurer& measurer, const Phase& phase,
                  const std::function<Utime(Utime)>& answer) {
   const auto faults = fault_times(measurer, phase);
   if (faults.empty()) return {nan, 0, 0, "nothing was injected"};
-  Utime most = 0;
+  Utime max_delay = 0;
   for (const Utime fault : faults) {
     const Utime answered = answer(fault);
     if (answered == 0) return {nan, 0, 0, "a fault was not answered"};
-    most = std::max(most, answered - fault);
+    max_delay = std::max(max_delay, answered - fault);
   }
-  return {seconds(most), 0, static_cast<std::int64_t>(faults.size()), ""};
+  return {seconds(max_delay), 0, static_cast<std::int64_t>(faults.size()), ""};
 }
 
 Measured reaction_time(const Measurer& measurer, const Phase& phase) {

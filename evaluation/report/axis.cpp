@@ -46,18 +46,18 @@ double Axis::fraction(double value) const {
   return (value - low) / (high - low);
 }
 
-std::vector<Tick> ticks(const Axis& axis, int wanted) {
+std::vector<Tick> ticks(const Axis& axis, int count) {
   std::vector<Tick> list;
   if (axis.logarithmic) {
     const double decades = std::log10(axis.high / axis.low);
-    const int every = std::max(1, static_cast<int>(std::ceil(decades / wanted)));
+    const int every = std::max(1, static_cast<int>(std::ceil(decades / count)));
     for (int p = static_cast<int>(std::ceil(std::log10(axis.low) - 1e-9));
          p <= std::log10(axis.high) + 1e-9; p += every) {
       list.push_back({std::pow(10, p), brief(std::pow(10, p))});
     }
     return list;
   }
-  const double step = round_step((axis.high - axis.low) / wanted);
+  const double step = round_step((axis.high - axis.low) / count);
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
   for (double i = std::ceil(axis.low / step - 1e-9); i * step <= axis.high + 1e-9 * step; ++i) {
     list.push_back({i * step, i == 0 ? "0" : fixed(i * step, decimals)});

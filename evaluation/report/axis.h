@@ -21,9 +21,9 @@ struct Tick {
   std::string label;
 };
 
-/// About `wanted` round numbers (1, 2 or 5 times a power of ten) inside the axis; of a logarithmic
+/// About `count` round numbers (1, 2 or 5 times a power of ten) inside the axis; of a logarithmic
 /// one, the powers of ten.
-std::vector<Tick> ticks(const Axis& axis, int wanted);
+std::vector<Tick> ticks(const Axis& axis, int count);
 
 /// The axis that shows these values with a little air around them, never empty. Values that are not
 /// finite (of a logarithmic axis: not positive) do not count.

@@ -17,18 +17,18 @@ namespace {
 constexpr std::size_t drawn_columns = 700;
 
 struct Column {
-  std::size_t first, least, greatest, last;
+  std::size_t first, lowest, highest, last;
 
-  explicit Column(std::size_t i) : first(i), least(i), greatest(i), last(i) {}
+  explicit Column(std::size_t i) : first(i), lowest(i), highest(i), last(i) {}
 
   void add(std::size_t i, const std::vector<double>& y) {
-    if (y[i] < y[least]) least = i;
-    if (y[i] > y[greatest]) greatest = i;
+    if (y[i] < y[lowest]) lowest = i;
+    if (y[i] > y[highest]) highest = i;
     last = i;
   }
 
   void put(std::vector<std::size_t>& kept) const {
-    std::array<std::size_t, 4> order = {first, least, greatest, last};
+    std::array<std::size_t, 4> order = {first, lowest, highest, last};
     std::sort(order.begin(), order.end());
     for (const std::size_t i : order) {
       if (kept.empty() || kept.back() != i) kept.push_back(i);

@@ -18,15 +18,15 @@ ColourScale ColourScale::for_values(std::vector<double> values, std::string unit
       std::remove_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); }),
       values.end());
   if (values.empty()) return {{}, std::move(unit)};
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const auto [min_value, max_value] = std::minmax_element(values.begin(), values.end());
   std::vector<double> ends;
-  if (*least > 0 && *most > 10 * *least) {
+  if (*min_value > 0 && *max_value > 10 * *min_value) {
     const double factors[] = {1, 2, 5};
-    for (int power = static_cast<int>(std::floor(std::log10(*least)));
-         power <= std::ceil(std::log10(*most)); ++power) {
+    for (int power = static_cast<int>(std::floor(std::log10(*min_value)));
+         power <= std::ceil(std::log10(*max_value)); ++power) {
       for (const double factor : factors) {
         const double end = factor * std::pow(10, power);
-        if (end > *least && end < *most) ends.push_back(end);
+        if (end > *min_value && end < *max_value) ends.push_back(end);
       }
     }
     // Of too many decades every second or third step is kept, the highest always.
@@ -37,8 +37,8 @@ ColourScale ColourScale::for_values(std::vector<double> values, std::string unit
     }
     ends = kept;
   } else {
-    for (const Tick& tick : ticks({*least, *most, false}, static_cast<int>(colours) - 2)) {
-      if (tick.value > *least && tick.value < *most) ends.push_back(tick.value);
+    for (const Tick& tick : ticks({*min_value, *max_value, false}, static_cast<int>(colours) - 2)) {
+      if (tick.value > *min_value && tick.value < *max_value) ends.push_back(tick.value);
     }
   }
   return {std::move(ends), std::move(unit)};

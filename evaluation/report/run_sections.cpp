@@ -86,21 +86,22 @@ Named node_state_of(std::int8_t state) {
 }
 
 Html changes_of(const RunView& view, const NodeHealth& node) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t max_shown = 8;
   Html html;
-  std::size_t told = 0;
+  std::size_t shown_count = 0;
   for (const NodeHealth::Change& change : node.changes) {
     const Named state = node_state_of(change.state);
     if (change.reason.empty() && state.colour != std::string("bad") &&
         state.colour != std::string("unsure")) {
       continue;
     }
-    if (++told > most) continue;
+    if (++shown_count > max_shown) continue;
     html +=
         element("span", state.colour, text(fixed(view.at(change.utime), 1) + " s " + state.name)) +
         text(change.reason.empty() ? "" : " " + change.reason) + markup("<br>");
   }
-  if (told > most) html += text("and " + std::to_string(told - most) + " more");
+  if (shown_count > max_shown)
+    html += text("and " + std::to_string(shown_count - max_shown) + " more");
   return element("small", "", html);
 }
 

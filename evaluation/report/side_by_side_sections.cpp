@@ -101,11 +101,11 @@ Html compared_head(const Views& views, const fs::path& page) {
 Html compared_criteria(const Views& views) {
   HtmlTable table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
   for (std::size_t i = 0; i < views.size(); ++i) table.head.push_back(number_of(i));
-  std::vector<std::string> told;
+  std::vector<std::string> listed;
   for (const RunView* view : views) {
     for (const criterion_result_t& c : view->comparison().criteria) {
-      if (std::find(told.begin(), told.end(), c.name) != told.end()) continue;
-      told.push_back(c.name);
+      if (std::find(listed.begin(), listed.end(), c.name) != listed.end()) continue;
+      listed.push_back(c.name);
       std::vector<Html> row = {text(c.name), text(c.phase), text(c.measurement), limits_of(c),
                                text(c.unit)};
       for (const RunView* other : views) {

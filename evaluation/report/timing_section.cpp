@@ -153,8 +153,8 @@ Chart slope(const RunView& view, double delay) {
   if (dots.x.empty()) return chart;
   const auto n = static_cast<double>(dots.x.size());
   Curve line{"the delay of " + brief(1e3 * delay, 3) + " ms", Curve::Style::line, 2};
-  const auto [least, most] = std::minmax_element(dots.x.begin(), dots.x.end());
-  for (const double speed : {*least, *most}) {
+  const auto [min_speed, max_speed] = std::minmax_element(dots.x.begin(), dots.x.end());
+  for (const double speed : {*min_speed, *max_speed}) {
     line.add(speed, mean_error / n - delay * (speed - mean_speed / n));
   }
   chart.curves = {dots, line};

@@ -16,11 +16,11 @@ namespace {
 /// What to look at first: a criterion that decided, or the one that came nearest to deciding.
 const criterion_result_t* tightest(const std::vector<criterion_result_t>& criteria) {
   const criterion_result_t* worst = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double min_margin = std::numeric_limits<double>::infinity();
   for (const criterion_result_t& c : criteria) {
     const double m = relative_margin(c);
-    if (m < least) {
-      least = m;
+    if (m < min_margin) {
+      min_margin = m;
       worst = &c;
     }
   }

@@ -163,17 +163,17 @@ SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
   };
   // Several lengths first: the likelihood may have two summits.
   const double spacing = size / std::sqrt(static_cast<double>(data.places.size()));
-  const double shortest = std::log(0.3 * spacing);
-  const double longest = std::log(size);
+  const double min_log_length = std::log(0.3 * spacing);
+  const double max_log_length = std::log(size);
   constexpr int tries = 7;
-  const double step = (longest - shortest) / (tries - 1);
-  double best = shortest;
+  const double step = (max_log_length - min_log_length) / (tries - 1);
+  double best = min_log_length;
   double best_score = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < tries; ++i) {
-    const double value = score(shortest + i * step, nullptr);
+    const double value = score(min_log_length + i * step, nullptr);
     if (value > best_score) {
       best_score = value;
-      best = shortest + i * step;
+      best = min_log_length + i * step;
     }
   }
   best = argmax(best - step, best + step, 0.04, [&](double ln) { return score(ln, nullptr); });
@@ -193,7 +193,7 @@ SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
   // of a normal one, and right also where the best s is none, or long lengths allow of more.
   double greatest = fit.sigma.value;
   for (int i = 0; i <= tries; ++i) {
-    const double ln_length = i < tries ? shortest + i * step : best;
+    const double ln_length = i < tries ? min_log_length + i * step : best;
     const Likelihood of_length(data, information, vector, std::exp(ln_length));
     const double length_prior = 0.5 * (ln_length - usual) * (ln_length - usual);
     const auto allowed = [&](double ln_s) {
@@ -218,18 +218,19 @@ SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
   MatrixXd gained = covariance * sums.cells.asDiagonal();
   gained.diagonal().array() += 1;
   const MatrixXd surface = gained.partialPivLu().solve(covariance);
-  const MatrixXd told = sums.errors - sums.cross.transpose() * surface * sums.cross;
-  const VectorXd told_vector =
+  const MatrixXd marginal = sums.errors - sums.cross.transpose() * surface * sums.cross;
+  const VectorXd marginal_vector =
       sums.error_vector - sums.cross.transpose() * surface * sums.cell_vector;
   if (data.angle_sigma > 0) {
-    const Eigen::LLT<MatrixXd> all(prior + told);
-    fit.angle.value = all.solve(prior_vector + told_vector)[errors];
+    const Eigen::LLT<MatrixXd> all(prior + marginal);
+    fit.angle.value = all.solve(prior_vector + marginal_vector)[errors];
     fit.angle.sigma = std::sqrt(all.solve(VectorXd::Unit(errors + 1, errors))[errors]);
   }
-  const VectorXd with_angle = told.col(errors).head(errors) / (of_angle + told(errors, errors));
-  fit.errors.matrix =
-      told.topLeftCorner(errors, errors) - with_angle * told.col(errors).head(errors).transpose();
-  fit.errors.vector = told_vector.head(errors) - with_angle * told_vector[errors];
+  const VectorXd with_angle =
+      marginal.col(errors).head(errors) / (of_angle + marginal(errors, errors));
+  fit.errors.matrix = marginal.topLeftCorner(errors, errors) -
+                      with_angle * marginal.col(errors).head(errors).transpose();
+  fit.errors.vector = marginal_vector.head(errors) - with_angle * marginal_vector[errors];
   return fit;
 }
 

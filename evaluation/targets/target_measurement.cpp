@@ -183,17 +183,17 @@ struct Cells {
 };
 
 /// As fine as there may be cells.
-Cells cells_of(const std::vector<Met>& met, double finest, std::size_t most) {
+Cells cells_of(const std::vector<Met>& met, double finest, std::size_t max_count) {
   Cells cells;
   for (cells.size = finest;; cells.size *= 1.3) {
     cells.count.clear();
     for (const Met& m : met) ++cells.count[key_of(m, cells.size)];
-    if (cells.count.size() <= most) return cells;
+    if (cells.count.size() <= max_count) return cells;
   }
 }
 
 /// Half as large, only so many, about the place with the most returns.
-Cells finer(const std::vector<Met>& met, double size, std::size_t most) {
+Cells finer(const std::vector<Met>& met, double size, std::size_t max_count) {
   Cells cells;
   cells.size = 0.5 * size;
   for (const Met& m : met) ++cells.count[key_of(m, cells.size)];
@@ -209,7 +209,7 @@ Cells finer(const std::vector<Met>& met, double size, std::size_t most) {
   std::vector<std::pair<double, CellKey>> order;
   for (const auto& [key, count] : cells.count) order.emplace_back(far(key), key);
   std::sort(order.begin(), order.end());
-  for (std::size_t i = most; i < order.size(); ++i) cells.count.erase(order[i].second);
+  for (std::size_t i = max_count; i < order.size(); ++i) cells.count.erase(order[i].second);
   return cells;
 }
 
@@ -314,12 +314,12 @@ double coarse_angle(const Target& target, std::size_t part,
   const double low = joint.low - joint.rest;
   const double high = joint.high - joint.rest;
   double best = 0;
-  double least = cost(0);
+  double min_cost = cost(0);
   const auto search = [&](double from, double to, double by) {
     for (double angle = std::max(from, low); angle <= std::min(to, high); angle += by) {
       const double value = cost(angle);
-      if (value >= least) continue;
-      least = value;
+      if (value >= min_cost) continue;
+      min_cost = value;
       best = angle;
     }
   };
@@ -414,7 +414,7 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
   }
   const Views views(returns);
   std::vector<PartMeasurement> found(target.parts.size());
-  std::vector<ErrorInformation> told(target.parts.size());  // by each part, of errors
+  std::vector<ErrorInformation> information(target.parts.size());  // by each part, of errors
   // The information of a part on the errors depends on how smooth it was found to be, and that on
   // what the others tell.
   const int rounds = any_joint || target.parts.size() > 1 ? 3 : 1;
@@ -430,8 +430,8 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
       result.part = part.name;
       result.returns = met[i].size();
       ErrorInformation known = prior_of(views, settings.beam);
-      for (std::size_t k = 0; k < told.size(); ++k) {
-        if (k != i && told[k].vector.size() > 0) known += told[k];
+      for (std::size_t k = 0; k < information.size(); ++k) {
+        if (k != i && information[k].vector.size() > 0) known += information[k];
       }
       auto fit = fit_part(met[i], views, known, joint, size, is_last ? max_cells : some_cells);
       if (!fit) {
@@ -439,7 +439,7 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
                       " are needed";
         continue;
       }
-      told[i] = std::move(fit->errors);
+      information[i] = std::move(fit->errors);
       if (joint != nullptr) {
         angles[i] = std::clamp(angles[i] + fit->angle.value, joint->low - joint->rest,
                                joint->high - joint->rest);

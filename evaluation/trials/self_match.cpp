@@ -16,7 +16,7 @@ bool has_near(const std::vector<Pose>& poses, const Pose& pose, double angle) {
 
 }  // namespace
 
-std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t most) {
+std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t max_matches) {
   const SelfMatcher matcher(model.caster);
   Random random(2, "self-match");
   struct Candidate {
@@ -42,13 +42,15 @@ std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::si
     found.push_back(coarse);
     matches.push_back({coarse, matcher.score(coarse, 400)});
   }
-  const auto better = [](const SelfMatch& a, const SelfMatch& b) { return a.misfit < b.misfit; };
+  const auto better = [](const SelfMatch& a, const SelfMatch& b) {
+    return a.residual < b.residual;
+  };
   std::stable_sort(matches.begin(), matches.end(), better);
-  matches.resize(std::min(matches.size(), 3 * most));
+  matches.resize(std::min(matches.size(), 3 * max_matches));
   for (SelfMatch& match : matches) {
     match.motion = matcher.refined(match.motion, 1500, 40);
-    match.misfit =
-        matcher.misfit(match.motion, matcher.points(), std::numeric_limits<double>::infinity());
+    match.residual =
+        matcher.residual(match.motion, matcher.points(), std::numeric_limits<double>::infinity());
   }
   std::stable_sort(matches.begin(), matches.end(), better);
   std::vector<Pose> kept = {Pose{}};
@@ -57,7 +59,7 @@ std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::si
     kept.push_back(match.motion);
     return false;
   });
-  matches.resize(std::min(matches.size(), most));
+  matches.resize(std::min(matches.size(), max_matches));
   return matches;
 }
 

@@ -11,12 +11,12 @@ namespace berth::trials {
 /// A rigid motion of the model, in its own frame, that lays it on itself more or less.
 struct SelfMatch {
   Pose motion;
-  double misfit = 0;  ///< largest distance of a visible point from the surface, m
+  double residual = 0;  ///< largest distance of a visible point from the surface, m
 };
 
-/// All motions that are locally best, the identity left out; best first, at most `most`. Measured
-/// here again, apart from what the estimator knows of symmetries.
-std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t most);
+/// All motions that are locally best, the identity left out; best first, at most `max_matches`.
+/// Measured here again, apart from what the estimator knows of symmetries.
+std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t max_matches);
 
 /// The judge of poses: right means within 5 degrees and 5 % of the length of the truth or of a pose
 /// that shows the same surface (find_symmetry).

@@ -101,7 +101,7 @@ double World::expected_returns(const std::vector<Window>& windows, const Pose& p
   scene.place(0, pose);
   double expected = 0;
   for (Window window : windows) {
-    const double wanted = window.count;
+    const double requested = window.count;
     window.count = std::max(20, static_cast<int>(window.count / thinning));
     int hits = 0;
     const auto beams = raster(window);
@@ -110,7 +110,7 @@ double World::expected_returns(const std::vector<Window>& windows, const Pose& p
       scene.cast(0, beam_direction(azimuth, elevation), physics_.noise.range_max_m, hit);
       if (hit.target && hit.range >= physics_.noise.range_min_m) ++hits;
     }
-    expected += wanted * hits / static_cast<double>(beams.size());
+    expected += requested * hits / static_cast<double>(beams.size());
   }
   return expected;
 }

@@ -64,9 +64,9 @@ int main(int count, char** arguments) {
   const std::vector<std::string> words(arguments + 1, arguments + count);
   const bool has_url = words.size() == 2 && words[0] == "--lcm-url";
   if (!words.empty() && !has_url) {
-    const bool asked = words[0] == "--help";
-    std::fprintf(asked ? stdout : stderr, "usage: estimates [--lcm-url URL]\n");
-    return asked ? 0 : 2;
+    const bool help = words[0] == "--help";
+    std::fprintf(help ? stdout : stderr, "usage: estimates [--lcm-url URL]\n");
+    return help ? 0 : 2;
   }
   const std::string url = has_url ? words[1] : "";
   lcm::LCM lcm(url);

@@ -48,8 +48,8 @@ class Gnc {
     // The target is at p in the sensor frame (x right, y down, z along the boresight). Moving the
     // sensor by v moves the target by -v: to centre it, go where it is; to come nearer, go along z.
     const double* p = estimate_.position_m;
-    const double wanted[3] = {gain * p[0], gain * p[1], gain * (p[2] - standoff)};
-    const double length = std::hypot(wanted[0], wanted[1], wanted[2]);
+    const double velocity[3] = {gain * p[0], gain * p[1], gain * (p[2] - standoff)};
+    const double length = std::hypot(velocity[0], velocity[1], velocity[2]);
     const double scale = length > speed ? speed / length : 1;
 
     berth::guidance_setpoint_t setpoint{};
@@ -58,7 +58,7 @@ class Gnc {
     setpoint.session = state->session;
     setpoint.utime_expires = state->utime + lifetime;
     setpoint.commander = "my-gnc";
-    for (int i = 0; i < 3; ++i) setpoint.linear_velocity_m_s[i] = scale * wanted[i];
+    for (int i = 0; i < 3; ++i) setpoint.linear_velocity_m_s[i] = scale * velocity[i];
     lcm_.publish("GUIDANCE_SETPOINT", &setpoint);
     if (seq_ % 10 == 0) std::printf("target at %+.3f %+.3f %.3f m\n", p[0], p[1], p[2]);
   }
@@ -76,9 +76,9 @@ int main(int count, char** arguments) {
   const std::vector<std::string> words(arguments + 1, arguments + count);
   const bool has_url = words.size() == 2 && words[0] == "--lcm-url";
   if (!words.empty() && !has_url) {
-    const bool asked = words[0] == "--help";
-    std::fprintf(asked ? stdout : stderr, "usage: outside_gnc [--lcm-url URL]\n");
-    return asked ? 0 : 2;
+    const bool help = words[0] == "--help";
+    std::fprintf(help ? stdout : stderr, "usage: outside_gnc [--lcm-url URL]\n");
+    return help ? 0 : 2;
   }
   const std::string url = has_url ? words[1] : "";
   lcm::LCM lcm(url);

@@ -242,14 +242,14 @@ void attempt(Table& table, Write write) {
 
 std::vector<CsvFile> export_csv(const fs::path& log, const fs::path& directory,
                                 const TypeCatalogue& types,
-                                const std::function<bool(std::string_view)>& wanted,
+                                const std::function<bool(std::string_view)>& selected,
                                 std::vector<std::string>& left_out) {
   LogReader reader(log);
   std::map<Key, Table> tables;
   std::map<std::string_view, std::int64_t> unknown;
   LogEvent event;
   while (reader.next(event)) {
-    if (!wanted(event.channel)) continue;
+    if (!selected(event.channel)) continue;
     const StructType* type = types.type_of(event.data);
     if (type == nullptr) {
       ++unknown[event.channel];

@@ -29,7 +29,7 @@ struct CsvFile {
 /// be read.
 std::vector<CsvFile> export_csv(const std::filesystem::path& log,
                                 const std::filesystem::path& directory, const TypeCatalogue& types,
-                                const std::function<bool(std::string_view)>& wanted,
+                                const std::function<bool(std::string_view)>& selected,
                                 std::vector<std::string>& left_out);
 
 }  // namespace berth::logs

@@ -153,8 +153,8 @@ Foxglove::Foxglove(Out out)
     : out_(std::move(out)), scans_([this](const ScanCloud& scan) { put_cloud(scan); }) {}
 
 void Foxglove::take(const LogEvent& event) {
-  if (!view_is_told_) {
-    view_is_told_ = true;
+  if (!view_is_published_) {
+    view_is_published_ = true;
     out_(Topic::frames, json_text(frame(event.utime, "view", "sensor", vector_of(0, 0, 0),
                                         quaternion_of(0.5, -0.5, 0.5, -0.5))));
   }

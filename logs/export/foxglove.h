@@ -34,7 +34,7 @@ class Foxglove {
 
   Out out_;
   ScanAssembler scans_;
-  bool view_is_told_ = false;
+  bool view_is_published_ = false;
 };
 
 }  // namespace berth::logs

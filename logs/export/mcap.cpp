@@ -56,7 +56,7 @@ class Topics {
 
 McapExport export_mcap(const std::filesystem::path& log, const std::filesystem::path& out,
                        const TypeCatalogue& types,
-                       const std::function<bool(std::string_view)>& wanted) {
+                       const std::function<bool(std::string_view)>& selected) {
   LogReader reader(log);
   McapWriter writer(out, std::string("berth ") + version());
   Topics topics(writer);
@@ -71,7 +71,7 @@ McapExport export_mcap(const std::filesystem::path& log, const std::filesystem::
   });
   std::string text;
   while (reader.next(event)) {
-    if (!wanted(event.channel)) continue;
+    if (!selected(event.channel)) continue;
     const StructType* type = types.type_of(event.data);
     const auto value = type == nullptr ? std::nullopt : decode_value(*type, event.data);
     if (!value) {

@@ -22,6 +22,6 @@ struct McapExport {
 /// disk is full.
 McapExport export_mcap(const std::filesystem::path& log, const std::filesystem::path& out,
                        const TypeCatalogue& types,
-                       const std::function<bool(std::string_view)>& wanted);
+                       const std::function<bool(std::string_view)>& selected);
 
 }  // namespace berth::logs

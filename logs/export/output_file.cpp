@@ -13,7 +13,7 @@
 namespace berth::logs {
 namespace {
 
-constexpr std::size_t longest = 80;  // bytes, of which each may become three
+constexpr std::size_t max_bytes = 80;  // bytes, of which each may become three
 
 bool is_plain(char c) {
   const auto byte = static_cast<unsigned char>(c);
@@ -24,7 +24,7 @@ bool is_plain(char c) {
 }  // namespace
 
 std::string FileNames::cleaned(std::string_view text) {
-  std::string name = valid_utf8(text.substr(0, longest));
+  std::string name = valid_utf8(text.substr(0, max_bytes));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return !is_plain(c); }, '_');
   if (name.empty()) return "_";

@@ -32,7 +32,7 @@ class SequenceCounter {
 
  private:
   static constexpr std::int64_t latest = 1000;  ///< numbers by which one may be late
-  static constexpr std::int64_t longest = std::int64_t{1} << 40;
+  static constexpr std::int64_t max_jump = std::int64_t{1} << 40;
 
   Step judge(std::int64_t number) {
     if (!begun_) {
@@ -52,7 +52,7 @@ class SequenceCounter {
     before_ = last_;
     jump_ = 0;
     if (number < last_) return Step::restart;
-    jump_ = number - last_ > longest || number - last_ < 0 ? longest : number - last_ - 1;
+    jump_ = number - last_ > max_jump || number - last_ < 0 ? max_jump : number - last_ - 1;
     missing_ += jump_;
     return Step::gap;
   }

@@ -15,12 +15,12 @@
 namespace berth::logs {
 namespace {
 
-constexpr Utime beat_period = 50 * millisecond;     // heartbeat_t: 20 Hz
-constexpr Utime smallest_told = 128 * millisecond;  // ntpd's step threshold
-constexpr Utime shortest_silence = second;          // a busy machine has shorter ones
-constexpr Utime max_wait = 60 * second;             // acceptable pause
-constexpr std::size_t max_unexplained = 8;          // more silences are how the log is
-constexpr double chance = 1e-9;
+constexpr Utime beat_period = 50 * millisecond;  // heartbeat_t: 20 Hz
+constexpr Utime min_step = 128 * millisecond;    // ntpd's step threshold
+constexpr Utime shortest_silence = second;       // a busy machine has shorter ones
+constexpr Utime max_wait = 60 * second;          // acceptable pause
+constexpr std::size_t max_unexplained = 8;       // more silences are how the log is
+constexpr double p_value = 1e-9;
 
 /// Where times go back, or a silence that may be one of the clock alone.
 struct Break {
@@ -168,7 +168,7 @@ class TimelineFinder {
       const double n = silences - static_cast<double>(k);
       const double others = rest[k] / (silence + rest[k]);
       if (open[k]->silence() < max_wait || others >= 0.5) continue;
-      if (n * std::pow(others, n - 1) >= chance) continue;
+      if (n * std::pow(others, n - 1) >= p_value) continue;
       for (std::size_t i = 0; i <= k; ++i) open[i]->verdict = Break::Verdict::step;
       return;
     }
@@ -192,7 +192,7 @@ class TimelineFinder {
       open.last = b.before;
       const Utime position = later(open.position, elapsed(open.first, open.last));
       timeline_.stretches_.push_back({b.place, b.after, 0, position});
-      if (std::abs(static_cast<double>(b.silence())) < static_cast<double>(smallest_told)) continue;
+      if (std::abs(static_cast<double>(b.silence())) < static_cast<double>(min_step)) continue;
       const auto kind = b.joined          ? TimeStep::Kind::joined
                         : b.silence() < 0 ? TimeStep::Kind::back
                                           : TimeStep::Kind::ahead;

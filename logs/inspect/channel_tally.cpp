@@ -156,11 +156,12 @@ double ChannelTally::rate_hz() const {
 }
 
 const StructType* ChannelTally::type() const {
-  const TypeCount* most = nullptr;
+  const TypeCount* most_frequent = nullptr;
   for (const TypeCount& c : counts_) {
-    if (c.type != nullptr && (most == nullptr || c.messages > most->messages)) most = &c;
+    if (c.type != nullptr && (most_frequent == nullptr || c.messages > most_frequent->messages))
+      most_frequent = &c;
   }
-  return most == nullptr ? nullptr : most->type;
+  return most_frequent == nullptr ? nullptr : most_frequent->type;
 }
 
 std::int64_t ChannelTally::missing() const {

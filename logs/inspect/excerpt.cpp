@@ -27,9 +27,9 @@ class Chooser {
   bool wants(const LogEvent& event, Utime position) {
     auto found = channels_.find(event.channel);
     if (found == channels_.end()) {
-      const Selection wanted{include_.matches(event.channel) && !exclude_.matches(event.channel),
-                             keep_.matches(event.channel)};
-      found = channels_.emplace(event.channel, wanted).first;
+      const Selection selection{include_.matches(event.channel) && !exclude_.matches(event.channel),
+                                keep_.matches(event.channel)};
+      found = channels_.emplace(event.channel, selection).first;
     }
     if (!found->second.at_all) return false;
     if (found->second.always) return true;

@@ -144,14 +144,14 @@ class Keys {
   std::unordered_map<std::string, int> seen_;
 };
 
-Channels channels_of(LogReader& reader, const TypeCatalogue& types, const ChannelPattern& wanted) {
+Channels channels_of(LogReader& reader, const TypeCatalogue& types, const ChannelPattern& pattern) {
   Channels channels;
   Keys keys(types);
-  std::unordered_map<std::string_view, bool> asked;
+  std::unordered_map<std::string_view, bool> is_selected;
   LogEvent event;
   while (reader.next(event)) {
-    const auto [answer, is_new] = asked.try_emplace(event.channel, false);
-    if (is_new) answer->second = wanted.matches(event.channel);
+    const auto [answer, is_new] = is_selected.try_emplace(event.channel, false);
+    if (is_new) answer->second = pattern.matches(event.channel);
     if (!answer->second) continue;
     channels[std::string(event.channel)].push_back({keys.of(event), event.utime, event.data});
   }
@@ -230,12 +230,12 @@ ChannelDiff diff_channel(const std::vector<Entry>& a, const std::vector<Entry>& 
 
 LogDiff diff_logs(const std::filesystem::path& a, const std::filesystem::path& b,
                   const TypeCatalogue& types, const DiffOptions& options) {
-  const ChannelPattern wanted(options.channels);
+  const ChannelPattern pattern(options.channels);
   const Differ differ(types, options);
   LogReader reader_a(a);
   LogReader reader_b(b);
-  const Channels in_a = channels_of(reader_a, types, wanted);
-  Channels in_b = channels_of(reader_b, types, wanted);
+  const Channels in_a = channels_of(reader_a, types, pattern);
+  Channels in_b = channels_of(reader_b, types, pattern);
   LogDiff diff;
   for (const auto& [name, entries] : in_a) {
     diff[name] = diff_channel(entries, in_b[name], differ);

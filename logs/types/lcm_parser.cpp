@@ -258,9 +258,9 @@ class Parser {
 
 }  // namespace
 
-const Field* StructType::field(const std::string& wanted) const {
-  const auto found =
-      std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == wanted; });
+const Field* StructType::field(const std::string& field_name) const {
+  const auto found = std::find_if(fields.begin(), fields.end(),
+                                  [&](const Field& f) { return f.name == field_name; });
   return found == fields.end() ? nullptr : &*found;
 }
 

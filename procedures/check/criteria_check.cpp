@@ -93,7 +93,7 @@ evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal
     record.add(command);
   }
 
-  testbed::TruthCovariance doubt(rig.cell, rig.calibration);
+  testbed::TruthCovariance truth_covariance(rig.cell, rig.calibration);
   const auto& moments = rehearsal.moments();
   double next_estimate = 0;
   std::int64_t seq = 0;
@@ -104,8 +104,8 @@ evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal
     if (i > 0 && utime_of(moment.time) == utime_of(before.time)) continue;
     const Velocity velocity = dt > 0 ? velocity_between(before.pose, moment.pose, dt) : Velocity{};
     const Matrix6d covariance =
-        doubt.at(moment_of(before.joints.replica, moment.joints.replica, dt),
-                 moment_of(before.joints.sensor, moment.joints.sensor, dt));
+        truth_covariance.at(moment_of(before.joints.replica, moment.joints.replica, dt),
+                            moment_of(before.joints.sensor, moment.joints.sensor, dt));
     ground_truth_t truth{};
     truth.utime = utime_of(moment.time);
     truth.seq = static_cast<std::int64_t>(i);
@@ -182,11 +182,11 @@ class CriteriaCheck {
                                 [&](const auto& e) { return phase->contains(e.utime); });
   }
 
-  template <class Doubtful>
-  bool none_of_phase(const std::string& phase, Doubtful doubtful) const {
+  template <class Applies>
+  bool none_of_phase(const std::string& phase, Applies applies) const {
     const auto& steps = rehearsal_.steps();
     return std::none_of(steps.begin(), steps.end(), [&](const StepForecast& step) {
-      return doubtful(step) && (phase == evaluation::whole_run || step.phase == phase);
+      return applies(step) && (phase == evaluation::whole_run || step.phase == phase);
     });
   }
 

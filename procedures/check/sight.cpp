@@ -89,7 +89,7 @@ Lookout::Lookout(const Rig& rig) : rig_(rig), points_(cover(rig.cell.target.mesh
 Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
   const LidarProfile& lidar = rig_.lidar;
   const Vector3d eye = pose.inverse().position;
-  const double least = std::max(gate.near, lidar.beam.range_min_m);
+  const double min_range = std::max(gate.near, lidar.beam.range_min_m);
   const double greatest = std::min(gate.far, lidar.beam.range_max_m);
   Sight sight;
   sight.nearest = std::numeric_limits<double>::infinity();
@@ -108,7 +108,7 @@ Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
     if (std::abs(azimuth) > 0.5 * lidar.field_of_view_width ||
         std::abs(elevation) > 0.5 * lidar.field_of_view_height) {
       ++sight.outside;
-    } else if (range < least) {
+    } else if (range < min_range) {
       ++sight.too_near;
     } else if (range > greatest) {
       ++sight.too_far;

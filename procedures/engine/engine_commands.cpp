@@ -78,8 +78,8 @@ std::string Engine::obey(const procedure_command_t& message, Utime now) {
                    name + " of '" + message.commander + "' is obeyed, although it " + unusual);
   }
   watch_control(now);
-  const std::string objection = control_.objection(message, now);
-  return refused(objection.empty() ? carry_out(message, now) : objection);
+  const std::string reason_to_refuse = control_.reason_to_refuse(message, now);
+  return refused(reason_to_refuse.empty() ? carry_out(message, now) : reason_to_refuse);
 }
 
 std::string Engine::carry_out(const procedure_command_t& message, Utime now) {

@@ -83,8 +83,8 @@ void Engine::poll_teardown(Utime now) {
 
 /// Truth comes some time after the moment it is true for, and so does the last estimate.
 void Engine::settle(Utime now) {
-  constexpr Utime shortest = second;
-  constexpr Utime longest = 5 * second;
+  constexpr Utime min_wait = second;
+  constexpr Utime max_wait = 5 * second;
   const Utime waited = now - stage_start_;
   Utime end = 0;
   for (int i = 0; i < main_steps(); ++i) {
@@ -92,7 +92,7 @@ void Engine::settle(Utime now) {
   }
   const auto& truth = record_.truth().samples();
   const bool truth_has_come = end == 0 || (!truth.empty() && truth.back().utime >= end);
-  if ((waited >= shortest && truth_has_come) || waited >= longest) judge(now);
+  if ((waited >= min_wait && truth_has_come) || waited >= max_wait) judge(now);
 }
 
 bool Engine::judges_returns() const {

@@ -123,8 +123,8 @@ void Engine::poll_step(Utime now) {
       return step_failed(procedure_step_t::ERROR, label + because, now);
     case StepResult::running:
       if (seconds(active - slowed_) <= step.timeout) return;
-      if (const Prompt* prompt = runner_->prompt(); prompt && !prompt->standard.empty()) {
-        return runner_->answer(prompt->standard, "nobody answered in time");
+      if (const Prompt* prompt = runner_->prompt(); prompt && !prompt->default_value.empty()) {
+        return runner_->answer(prompt->default_value, "nobody answered in time");
       }
       return step_failed(
           procedure_step_t::TIMEOUT,

@@ -23,7 +23,7 @@ bool says(const std::string& text, const std::string& word) {
 
 }  // namespace
 
-std::string OperatorControl::objection(const procedure_command_t& command, Utime now) const {
+std::string OperatorControl::reason_to_refuse(const procedure_command_t& command, Utime now) const {
   if (!lease_.held(now) || lease_.holder() == command.commander) return {};
   switch (command.command) {
     case procedure_command_t::HOLD:

@@ -25,7 +25,7 @@ class OperatorControl {
  public:
   /// Why this one may not be obeyed; empty: it may. Stopping is never in question: HOLD and ABORT
   /// are obeyed from everybody.
-  std::string objection(const procedure_command_t& command, Utime now) const;
+  std::string reason_to_refuse(const procedure_command_t& command, Utime now) const;
 
   /// @return what has changed, in words; empty: nothing has.
   /// Call only where there is no objection.

@@ -38,8 +38,9 @@ Relation relation_of(const std::string& sign) {
 Clause parse_clause(const std::string& text) {
   static const std::regex grammar(R"(^(\w+)\s*(<=|>=|<|>|\s(?:is not|is)\s)\s*(.+)$)");
   std::smatch match;
-  constexpr std::size_t longest = 200;  // an expression's matching goes as deep as its text is long
-  if (text.size() > longest || !std::regex_match(text, match, grammar)) {
+  constexpr std::size_t max_length =
+      200;  // an expression's matching goes as deep as its text is long
+  if (text.size() > max_length || !std::regex_match(text, match, grammar)) {
     throw InputError("found '" + text +
                      "', expected a condition such as 'estimated_range < 4 m' or 'estimate is ok'");
   }

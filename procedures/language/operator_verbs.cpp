@@ -31,14 +31,14 @@ Read read_prompt(Config& config) {
   prompt.text = config.text("text");
   if (config.has("choices")) prompt.choices = config.texts("choices");
   if (config.has("go_on")) prompt.go_on = config.texts("go_on");
-  config.optional("default", prompt.standard);
+  config.optional("default", prompt.default_value);
   const auto among_choices = [&](const std::string& key, const std::string& answer) {
     const auto& known = prompt.choices;
     if (known.empty() || std::find(known.begin(), known.end(), answer) != known.end()) return;
     throw config.error(key, "found '" + answer + "', expected one of the choices");
   };
   for (const std::string& answer : prompt.go_on) among_choices("go_on", answer);
-  if (!prompt.standard.empty()) among_choices("default", prompt.standard);
+  if (!prompt.default_value.empty()) among_choices("default", prompt.default_value);
   return {std::move(prompt), prompt_timeout};
 }
 

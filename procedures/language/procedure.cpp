@@ -85,12 +85,12 @@ void check_phases(const Procedure& procedure) {
 /// PROCEDURE_STATE lists all steps in one message, with a detail for each.
 void check_size(const Procedure& procedure, const Config& config) {
   constexpr std::size_t max_bytes = 52000;
-  constexpr std::size_t beside_names = 77;
+  constexpr std::size_t bytes_per_step = 77;
   std::size_t bytes = 0;
   std::size_t count = 0;
   for (const auto* list : {&procedure.steps, &procedure.teardown}) {
     for (const Step& step : *list) {
-      bytes += beside_names + step.name.size() + step.phase.size();
+      bytes += bytes_per_step + step.name.size() + step.phase.size();
       ++count;
     }
   }
@@ -100,7 +100,7 @@ void check_size(const Procedure& procedure, const Config& config) {
                                   ", with short names");
 }
 
-std::vector<Step> standard_teardown(const std::string& file) {
+std::vector<Step> default_teardown(const std::string& file) {
   Step stop{StopTracking{}, "stop_tracking", "", 20};
   Step dark{Lights{}, "lights off", "", 20};
   stop.file = dark.file = file;
@@ -222,7 +222,7 @@ Procedure parse_procedure(const std::string& text, const std::string& file,
   }
   for (Limit& limit : steps.limits) procedure.limits.push_back(std::move(limit));
   procedure.teardown =
-      config.has("teardown") ? unroll(source, "teardown", library).steps : standard_teardown(file);
+      config.has("teardown") ? unroll(source, "teardown", library).steps : default_teardown(file);
   clear_injections_first(procedure);
   for (Step& step : procedure.teardown) step.phase = evaluation::teardown_phase;
   check_size(procedure, config);

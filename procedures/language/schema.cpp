@@ -36,8 +36,8 @@ json quantity(Dimension dimension) {
   return quantity(units, false);
 }
 
-json list_of(const json& items, int least = 1) {
-  return {{"anyOf", json::array({{{"type", "array"}, {"items", items}, {"minItems", least}},
+json list_of(const json& items, int min_items = 1) {
+  return {{"anyOf", json::array({{{"type", "array"}, {"items", items}, {"minItems", min_items}},
                                  ref("reference")})}};
 }
 
@@ -155,7 +155,8 @@ json described(const KeyInfo& info) {
   // Beside a $ref other keywords would not be looked at.
   if (value.contains("$ref")) value = {{"allOf", json::array({value})}};
   value["description"] =
-      info.description + (info.standard.empty() ? "" : " (standard: " + info.standard + ")");
+      info.description +
+      (info.default_value.empty() ? "" : " (default: " + info.default_value + ")");
   return value;
 }
 

@@ -17,8 +17,8 @@ const std::vector<std::string>& when_lost_words() {
 
 }  // namespace
 
-OnFailure read_on_failure(Config& step, OnFailure standard) {
-  if (!step.has("on_failure")) return standard;
+OnFailure read_on_failure(Config& step, OnFailure default_value) {
+  if (!step.has("on_failure")) return default_value;
   const std::string text = step.text("on_failure");
   static const std::regex grammar(
       R"(^(?:retry (\d{1,2}) times?)?(?:(, then |^)(abort|continue|hold))?$)");

@@ -13,8 +13,8 @@ namespace berth::procedures {
 /// The keys that every step may have besides its verb.
 const std::vector<KeyInfo>& step_keys();
 
-/// The key `on_failure` of a step or block. @param standard where it has none
-OnFailure read_on_failure(Config& step, OnFailure standard);
+/// The key `on_failure` of a step or block. @param default_value where it has none
+OnFailure read_on_failure(Config& step, OnFailure default_value);
 /// The key `when_lost` of a step or block; nothing where there is none.
 std::optional<WhenLost> read_when_lost(Config& step);
 /// The key `if`; nothing where there is none.

@@ -111,7 +111,7 @@ struct Prompt {
   std::string text;
   std::vector<std::string> choices;  ///< none: any text
   std::vector<std::string> go_on;    ///< answers with which the step has passed; none: all
-  std::string standard;              ///< the answer when nobody gives one in time; empty: none
+  std::string default_value;         ///< the answer when nobody gives one in time; empty: none
 };
 
 /// Leaves a remark in the log.

@@ -252,12 +252,12 @@ struct Rule {
 
 const KeyInfo ramp_key = {"ramp", Kind::time, false, "2 s", "from rest to full speed, and back"};
 
-KeyInfo speed_key(const char* standard) {
-  return {"speed", Kind::speed, false, standard, "the greatest"};
+KeyInfo speed_key(const char* default_value) {
+  return {"speed", Kind::speed, false, default_value, "the greatest"};
 }
 
-KeyInfo axis_key(const char* standard) {
-  return {"axis", Kind::vector, false, standard, "sensor frame"};
+KeyInfo axis_key(const char* default_value) {
+  return {"axis", Kind::vector, false, default_value, "sensor frame"};
 }
 
 std::vector<KeyInfo> bar_keys(const char* bulges) {

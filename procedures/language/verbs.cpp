@@ -46,7 +46,7 @@ Read read_verb(const VerbInfo& verb, Config& step) {
 
 void finish_keys(const Config& map, const std::vector<KeyInfo>& keys, const std::string& where) {
   map.finish();
-  for (const std::string& key : map.asked()) {
+  for (const std::string& key : map.keys_read()) {
     const auto same = [&key](const KeyInfo& info) { return info.key == key; };
     if (std::any_of(keys.begin(), keys.end(), same)) continue;
     throw std::logic_error("the table of '" + where + "' does not have its key '" + key + "'");

@@ -72,21 +72,21 @@ TEST_CASE("a description is shown, and what may be wrong with it is said") {
   TemporaryDirectory directory;
   made(directory, obj);
   const auto file = directory.path() / "sat/target.yaml";
-  const auto doubts = [&](const std::string& port) {
+  const auto notes = [&](const std::string& port) {
     write_file(file, "mesh: my sat.obj\nlength: 3 m\ndocking: {aft: {pose: " + port +
                          ", approach_cone: 20 deg}}\nparts: {array: {group: solar_array, "
                          "scan: prefer, joint: {axis: [1, 0, 0], point: [2 m, 500 mm, 0 mm], "
                          "range: [-10 deg, 30 deg]}}}\n");
     std::string all;
-    for (const auto& doubt : doubts_about(load_target((directory.path() / "sat").string(), 0))) {
-      all += doubt + "\n";
+    for (const auto& text : validation_notes(load_target((directory.path() / "sat").string(), 0))) {
+      all += text + "\n";
     }
     return all;
   };
-  CHECK_THAT(doubts("[500, 500, 1000, 0, 0, 0]"), !Contains("port"));
-  CHECK_THAT(doubts("[500, 500, 1000, 180, 0, 0]"), Contains("inside") || Contains("looks into"));
-  CHECK_THAT(doubts("[500, 500, 500, 0, 0, 0]"), Contains("inside of the surface"));
-  CHECK_THAT(doubts("[500, 500, 2500, 180, 0, 0]"),
+  CHECK_THAT(notes("[500, 500, 1000, 0, 0, 0]"), !Contains("port"));
+  CHECK_THAT(notes("[500, 500, 1000, 180, 0, 0]"), Contains("inside") || Contains("looks into"));
+  CHECK_THAT(notes("[500, 500, 500, 0, 0, 0]"), Contains("inside of the surface"));
+  CHECK_THAT(notes("[500, 500, 2500, 180, 0, 0]"),
              Contains("looks into the surface") && Contains("1500 mm away"));
   const Target target = load_target((directory.path() / "sat").string(), 0);
   const std::string report = report_of(target);

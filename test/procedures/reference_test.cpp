@@ -32,7 +32,7 @@ std::vector<std::string> texts_of(const Procedure& p) {
   return {std::get<Annotate>(p.steps.at(0).verb).text,
           prompt.text,
           prompt.choices.at(0),
-          prompt.standard,
+          prompt.default_value,
           p.criteria.at(0).name,
           std::get<Annotate>(p.steps.at(2).verb).text};
 }

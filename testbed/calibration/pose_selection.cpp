@@ -219,11 +219,11 @@ class Selector {
     RelativeLimits limits = options_.limits;
     limits.speed = 1.05 * speed;
     // what it takes to get up to the speed and down again
-    const double least =
+    const double min_length =
         limits.speed * limits.speed / limits.acceleration + limits.speed * limits.rise_time;
     for (int i = 0; i < tries; ++i) {
       // as long as can be: the clocks show while the speed is steady
-      const double length = least * (1.6 - 0.5 * i / tries);
+      const double length = min_length * (1.6 - 0.5 * i / tries);
       const bool replica = frozen == FrozenArm::sensor;
       const auto joints = draw(here_, replica, !replica);
       if (!joints) continue;

@@ -53,14 +53,14 @@ constexpr double speeds[] = {1, 1.5, 2, 3, 5};
 double nearest_share(const HillState& burnt, double n) {
   const double start = burnt.position.norm();
   const double horizon = orbits * 2 * std::numbers::pi / n;
-  double least = std::numeric_limits<double>::infinity();
+  double min_distance = std::numeric_limits<double>::infinity();
   for (int i = 1; i <= orbit_samples; ++i) {
     // close together at first, where it is near
     const double s = static_cast<double>(i) / orbit_samples;
     const HillState later = propagated(burnt, Vector3d::Zero(), n, horizon * s * s);
-    least = std::min(least, later.position.norm());
+    min_distance = std::min(min_distance, later.position.norm());
   }
-  return least / start;
+  return min_distance / start;
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ constexpr std::int64_t forecast_step = 33333;  // us
 constexpr std::int64_t scan_period = 1000000;  // us
 /// us from the time of an estimate to its arrival: half a scan and computing.
 constexpr std::int64_t latency = 700000;
-constexpr double longest = 900;  // s
+constexpr double max_time = 900;  // s
 /// s that a pose is kept after the target has come to rest.
 constexpr double keep_on = 5;
 
@@ -52,7 +52,7 @@ std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Fl
   std::vector<Pose> poses{twin.commanded()};
   for (std::int64_t t = forecast_step;; t += forecast_step) {
     const double time = 1e-6 * static_cast<double>(t);
-    if (time > longest) return "it would not arrive within " + fixed(longest / 60, 0) + " min";
+    if (time > max_time) return "it would not arrive within " + fixed(max_time / 60, 0) + " min";
     if (t % scan_period < forecast_step && t > latency + dead_time) {
       const auto shown = std::max<std::size_t>(
           1, static_cast<std::size_t>((t - latency - dead_time) / forecast_step));

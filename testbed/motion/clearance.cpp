@@ -120,15 +120,15 @@ std::vector<Box> cover_with_boxes(const Mesh& mesh, int slices) {
       std::vector<Vector3d> polygon;
       polygon.reserve(triangle.size());
       for (const std::uint32_t vertex : triangle) polygon.push_back(mesh.vertices[vertex]);
-      double least = infinity;
-      double most = -infinity;
+      double min_coordinate = infinity;
+      double max_coordinate = -infinity;
       for (const Vector3d& vertex : polygon) {
-        least = std::min(least, vertex[axis]);
-        most = std::max(most, vertex[axis]);
+        min_coordinate = std::min(min_coordinate, vertex[axis]);
+        max_coordinate = std::max(max_coordinate, vertex[axis]);
       }
-      if (most < low || least > high) continue;
-      if (least < low) polygon = clipped(polygon, axis, low, 1);
-      if (most > high) polygon = clipped(polygon, axis, high, -1);
+      if (max_coordinate < low || min_coordinate > high) continue;
+      if (min_coordinate < low) polygon = clipped(polygon, axis, low, 1);
+      if (max_coordinate > high) polygon = clipped(polygon, axis, high, -1);
       for (const Vector3d& vertex : polygon) {
         box.low = box.low.cwiseMin(vertex);
         box.high = box.high.cwiseMax(vertex);

@@ -131,8 +131,8 @@ void TestbedNode::publish_state(bool if_changed) {
   if (!if_changed && --clearance_countdown_ < 0 && reported_valid_[0] && reported_valid_[1]) {
     clearance_countdown_ = clearance_every - 1;
     constexpr double beyond = 10;
-    const double least = clearance_.min_distance(reported_, beyond);
-    clearance_m_ = least < beyond ? least : -1;
+    const double clearance = clearance_.min_distance(reported_, beyond);
+    clearance_m_ = clearance < beyond ? clearance : -1;
   }
   state.clearance_m = clearance_m_;
   const auto age = guidance_.estimate_age(now());

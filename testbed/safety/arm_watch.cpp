@@ -47,10 +47,11 @@ std::optional<Contradiction> ReportWatch::check(const Report& report) {
   const Joints now = arm_.motor_joints(report.joints);
   const Joints then = arm_.motor_joints(before->joints);
   for (std::size_t i = 0; i < 6; ++i) {
-    const double most = arm_.limits()[i].speed * static_cast<double>(between + time_error) * 1e-6 +
-                        6 * (report.sigma[i] + before->sigma[i]);
+    const double max_step =
+        arm_.limits()[i].speed * static_cast<double>(between + time_error) * 1e-6 +
+        6 * (report.sigma[i] + before->sigma[i]);
     const double step = std::abs(now[i] - then[i]);
-    if (step <= most) continue;
+    if (step <= max_step) continue;
     const bool linear = arm_.is_linear(static_cast<int>(i));
     const auto shown = [&](double value) {
       return linear ? fixed(1e3 * value, 1) + " mm" : fixed(degrees(value), 2) + " deg";
@@ -58,7 +59,7 @@ std::optional<Contradiction> ReportWatch::check(const Report& report) {
     return Contradiction{"arm-jumped", name_ + "'s joint " + std::to_string(i + 1) +
                                            " was reported " + shown(step) + " further within " +
                                            fixed(static_cast<double>(between) * 1e-3, 0) +
-                                           " ms; it can go " + shown(most)};
+                                           " ms; it can go " + shown(max_step)};
   }
   return std::nullopt;
 }
@@ -85,11 +86,11 @@ std::optional<Contradiction> FollowingWatch::check(std::int64_t t, double time_s
                                                    const JointHistory& commands) {
   if (t - learned_ >= learning_period) learn(t, reported, commands);
   const auto margin = static_cast<std::int64_t>(std::ceil(3e6 * time_sigma)) + delay_step;
-  double least = std::numeric_limits<double>::infinity();  // of the limit
+  double min_share = std::numeric_limits<double>::infinity();  // of the limit
   std::size_t joint = 0;
   double away = 0;
   const std::int64_t max_delay = dead_time_.max + margin;
-  for (std::int64_t d = dead_time_.min - margin; d <= max_delay && least > 1; d += delay_step) {
+  for (std::int64_t d = dead_time_.min - margin; d <= max_delay && min_share > 1; d += delay_step) {
     const auto commanded = commands.at(t - d);
     if (!commanded) return std::nullopt;
     const Joints& reference = commanded->of(role_);
@@ -101,12 +102,12 @@ std::optional<Contradiction> FollowingWatch::check(std::int64_t t, double time_s
       share = of_limit;
       worst = j;
     }
-    if (share >= least) continue;
-    least = share;
+    if (share >= min_share) continue;
+    min_share = share;
     joint = worst;
     away = std::abs(reported[worst] - reference[worst]);
   }
-  if (least <= 1) return std::nullopt;
+  if (min_share <= 1) return std::nullopt;
   const bool linear = arm_.is_linear(static_cast<int>(joint));
   return Contradiction{
       "arm-strays", arm_name(role_) + "'s joint " + std::to_string(joint + 1) + " is " +

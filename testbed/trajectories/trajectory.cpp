@@ -165,8 +165,8 @@ void TorqueFreeBody::step(double dt) {
 }
 
 void TorqueFreeBody::advance(double dt) {
-  constexpr double longest = 0.01;  // s
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(dt) / longest)));
+  constexpr double max_step = 0.01;  // s
+  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(dt) / max_step)));
   for (int i = 0; i < steps; ++i) step(dt / steps);
 }
 

@@ -192,9 +192,9 @@ std::string kind_of_failure(const evaluation::Comparison& comparison) {
   if (step != steps.end()) {
     return "step '" + step->name + "' " + words::of_step_state(step->state);
   }
-  for (const auto wanted : {criterion_result_t::FAILED, criterion_result_t::INCONCLUSIVE}) {
+  for (const auto failure : {criterion_result_t::FAILED, criterion_result_t::INCONCLUSIVE}) {
     for (const criterion_result_t& criterion : comparison.criteria) {
-      if (criterion.result == wanted) return criterion.name;
+      if (criterion.result == failure) return criterion.name;
     }
   }
   return "no verdict";

@@ -14,14 +14,14 @@ namespace {
 
 using namespace report;
 
-constexpr std::size_t wanted_in_a_cell = 25;
+constexpr std::size_t trials_per_cell = 25;
 constexpr std::size_t min_cells = 48;
 constexpr std::size_t max_cells = 500;
 constexpr std::size_t max_maps = 8;
 constexpr double alpha = 0.01;
 
 SphereGrid grid_for(std::size_t trials) {
-  return SphereGrid(std::clamp(trials / wanted_in_a_cell, min_cells, max_cells));
+  return SphereGrid(std::clamp(trials / trials_per_cell, min_cells, max_cells));
 }
 
 std::vector<Rows> rows_by_cell(const TrialTable& table, const SphereGrid& grid, const Rows& rows) {
@@ -208,7 +208,7 @@ Sweep roll_sweep(const TrialTable& table, double& p_value) {
     passed.push_back(sweep.series[0].groups.back().passed);
     trials.push_back(sweep.series[0].groups.back().rows.size());
   }
-  p_value = chance_of_equal_shares(passed, trials);
+  p_value = p_of_equal_shares(passed, trials);
   return sweep;
 }
 

@@ -103,16 +103,16 @@ double place_on_axis(const Sweep& sweep, double x) { return sweep.logarithmic ? 
 void set_axis(Chart& chart, const Sweep& sweep) {
   constexpr std::size_t letters_of_axis = 50;  // side by side, where charts are narrow
   std::vector<std::pair<double, std::string>> places;
-  std::size_t longest = 0;
+  std::size_t max_letters = 0;
   for (const auto& series : sweep.series) {
     for (const Group& group : series.groups) {
       places.emplace_back(place_on_axis(sweep, group.x), group.label);
-      longest = std::max(longest, group.label.size());
+      max_letters = std::max(max_letters, group.label.size());
     }
   }
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
-  const bool slanted = !sweep.numeric && places.size() * (longest + 2) > letters_of_axis;
+  const bool slanted = !sweep.numeric && places.size() * (max_letters + 2) > letters_of_axis;
   const double min_room = slanted ? 0.03 : 0.06;  // of the axis, for a label
   const double low = places.front().first;
   const double high = places.back().first;
@@ -128,7 +128,7 @@ void set_axis(Chart& chart, const Sweep& sweep) {
     }
     return;
   }
-  if (slanted) chart.slanted_letters = longest;
+  if (slanted) chart.slanted_letters = max_letters;
   for (const auto& [place, label] : places) {
     const bool fits =
         chart.x_ticks.empty() || place - chart.x_ticks.back().first > min_room * (high - low);

@@ -171,9 +171,9 @@ std::int64_t trials_of_a_task(const SlurmOptions& options, double trial_s, std::
                               std::int64_t max_tasks) {
   const std::int64_t min_trials = (missing + max_tasks - 1) / std::max<std::int64_t>(1, max_tasks);
   if (options.task_trials > 0) return std::max(options.task_trials, min_trials);
-  const double wanted = std::ceil(options.task_s * options.cpus / std::max(trial_s, 1e-6));
+  const double by_time = std::ceil(options.task_s * options.cpus / std::max(trial_s, 1e-6));
   const auto max_trials = static_cast<double>(std::max<std::int64_t>(1, missing));
-  return std::max(static_cast<std::int64_t>(std::min(wanted, max_trials)), min_trials);
+  return std::max(static_cast<std::int64_t>(std::min(by_time, max_trials)), min_trials);
 }
 
 std::vector<SlurmTask> tasks_of(const std::vector<Block>& all, const std::vector<Block>& missing,

@@ -84,8 +84,8 @@ Html labels() {
 
 }  // namespace
 
-SphereGrid::SphereGrid(std::size_t wanted) {
-  const double side = std::sqrt(4 * pi / static_cast<double>(std::max<std::size_t>(wanted, 1)));
+SphereGrid::SphereGrid(std::size_t cells) {
+  const double side = std::sqrt(4 * pi / static_cast<double>(std::max<std::size_t>(cells, 1)));
   const auto rings = static_cast<std::size_t>(std::max(1.0, std::round(pi / side)));
   std::vector<std::size_t> counts;
   std::size_t total = 0;

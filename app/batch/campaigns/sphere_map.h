@@ -16,8 +16,8 @@ namespace berth::campaigns {
 /// spherical surface into equal-area cells", 2016).
 class SphereGrid {
  public:
-  /// @param wanted number of cells, at least 1; as near as the rings allow
-  explicit SphereGrid(std::size_t wanted);
+  /// @param cells number of cells, at least 1; as near as the rings allow
+  explicit SphereGrid(std::size_t cells);
 
   /// Longitude from -pi to pi about z, from x; latitude, rad.
   struct Cell {

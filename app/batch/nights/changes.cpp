@@ -78,9 +78,9 @@ evaluation::Test test_of(const Comparison& comparison, std::size_t group,
     for (auto* values : {&test.before, &test.after}) {
       for (double& v : *values) v = std::log(v);
     }
-    test.least = std::log1p(effect / reference);
+    test.min_effect = std::log1p(effect / reference);
   } else {
-    test.least = effect;
+    test.min_effect = effect;
   }
   return test;
 }

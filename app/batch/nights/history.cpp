@@ -178,16 +178,16 @@ void History::forget_directory(const Night& night, const std::string& directory)
 }
 
 std::vector<FinishedRun> History::runs(const Night& night, Which which) {
-  const std::string wanted = which == Which::fixed   ? " AND NOT run.fresh "
-                             : which == Which::fresh ? " AND run.fresh "
-                                                     : " ";
+  const std::string condition = which == Which::fixed   ? " AND NOT run.fresh "
+                                : which == Which::fresh ? " AND run.fresh "
+                                                        : " ";
   std::vector<FinishedRun> runs;
   std::map<std::int64_t, std::size_t> place;
   Statement rows = database_.prepare(
       "SELECT id, \"case\", build, seed, fresh, procedure, procedure_hash, target, host, version, "
       "configuration_hash, outcome, reason, directory, simulated_s, wall_s, cpu_s FROM run "
       "WHERE night = ?" +
-      wanted + "ORDER BY id");
+      condition + "ORDER BY id");
   rows.bind(night.id);
   while (rows.step()) {
     place[rows.integer()] = runs.size();
@@ -205,7 +205,7 @@ std::vector<FinishedRun> History::runs(const Night& night, Which which) {
       "SELECT run.id, phase, measurement, statistic, unit, value, samples FROM run "
       "JOIN value ON value.run = run.id JOIN quantity ON quantity.id = value.quantity "
       "WHERE run.night = ?" +
-      wanted + "ORDER BY run.id, quantity.id");
+      condition + "ORDER BY run.id, quantity.id");
   values.bind(night.id);
   while (values.step()) {
     auto& list = runs[place.at(values.integer())].values;

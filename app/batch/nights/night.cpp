@@ -65,10 +65,10 @@ Plan plan_of(const NightRequest& request) {
   return plan;
 }
 
-std::string free_name(History& history, const std::string& wanted) {
-  std::string name = wanted.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : wanted;
+std::string free_name(History& history, const std::string& requested) {
+  std::string name = requested.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : requested;
   if (!history.night_named(name)) return name;
-  if (!wanted.empty()) throw InputError("--night " + wanted + ": there is one of that name");
+  if (!requested.empty()) throw InputError("--night " + requested + ": there is one of that name");
   for (int i = 2;; ++i) {
     const std::string next = name + "-" + std::to_string(i);
     if (!history.night_named(next)) return next;

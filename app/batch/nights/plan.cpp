@@ -136,8 +136,8 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
 }
 
 evaluation::MinimumEffect read_minimum_effect(Config& parent) {
-  evaluation::MinimumEffect least;
-  if (!parent.has("minimum_effect")) return least;
+  evaluation::MinimumEffect minimum;
+  if (!parent.has("minimum_effect")) return minimum;
   Config config = parent.section("minimum_effect");
   const std::map<std::string, Dimension> keys = {{"length", Dimension::length},
                                                  {"angle", Dimension::angle},
@@ -146,12 +146,12 @@ evaluation::MinimumEffect read_minimum_effect(Config& parent) {
                                                  {"angular_speed", Dimension::angular_speed},
                                                  {"frequency", Dimension::frequency},
                                                  {"number", Dimension::number}};
-  config.optional("relative", least.relative, at_least(0).below(1));
+  config.optional("relative", minimum.relative, at_least(0).below(1));
   for (const auto& [key, dimension] : keys) {
-    config.optional(key, dimension, least.absolute[dimension], at_least(0));
+    config.optional(key, dimension, minimum.absolute[dimension], at_least(0));
   }
   config.finish();
-  return least;
+  return minimum;
 }
 
 Baseline read_baseline(Config& parent) {
@@ -245,7 +245,7 @@ std::string PlannedRun::name() const {
 
 std::vector<PlannedRun> runs_of_night(const Plan& plan, std::int64_t night_number) {
   std::vector<std::vector<PlannedRun>> lists;
-  std::size_t longest = 0;
+  std::size_t max_cases = 0;
   for (const Case& of : plan.cases) {
     auto& list = lists.emplace_back();
     for (const std::uint64_t seed : of.fixed) {
@@ -257,10 +257,10 @@ std::vector<PlannedRun> runs_of_night(const Plan& plan, std::int64_t night_numbe
     for (const std::uint64_t seed : fresh_seeds(plan, of, night_number)) {
       list.push_back({&of, Build::tonight, seed, true});
     }
-    longest = std::max(longest, list.size());
+    max_cases = std::max(max_cases, list.size());
   }
   std::vector<PlannedRun> runs;
-  for (std::size_t turn = 0; turn < longest; ++turn) {
+  for (std::size_t turn = 0; turn < max_cases; ++turn) {
     for (const auto& list : lists) {
       if (turn < list.size()) runs.push_back(list[turn]);
     }

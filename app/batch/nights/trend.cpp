@@ -52,7 +52,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
   report::Curve band{"10 to 90 % of the runs", Style::band, 1};
   report::Curve median{is_share ? "share of the runs" : "median", Style::line, 1};
   report::Curve dots{"", Style::dots, 1};
-  report::Curve alarms{"flagged", Style::dots, 2};
+  report::Curve flagged_nights{"flagged", Style::dots, 2};
   report::Curve old{"baseline", Style::line};
   old.dashed = true;
   for (const auto& [night, values] : tonight) {
@@ -61,7 +61,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     band.add(x, quantile(values, 0.1), quantile(values, 0.9));
     median.add(x, middle);
     const bool alarm = std::find(flagged.begin(), flagged.end(), night) != flagged.end();
-    (alarm ? alarms : dots).add(x, middle);
+    (alarm ? flagged_nights : dots).add(x, middle);
   }
   for (const auto& [night, values] : baseline) {
     old.add(static_cast<double>(night), middle_of(values));
@@ -77,7 +77,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
     chart.curves.erase(chart.curves.begin());
     chart.y_range = {-0.05, 1.05};
   }
-  if (!alarms.x.empty()) chart.curves.push_back(alarms);
+  if (!flagged_nights.x.empty()) chart.curves.push_back(flagged_nights);
   chart.x_range = {static_cast<double>(nights.front().number) - 0.5,
                    static_cast<double>(nights.back().number) + 0.5};
   chart.x_ticks = labels(nights);

@@ -38,19 +38,19 @@ std::string sentence_of(const FlaggedChange& c) {
          " " + c.unit + ", " + change_of(c) + ", chance " + p_value_text(c.p);
 }
 
-std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t most) {
+std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t max_rows) {
   Table table{"lllll",
               {"change", "against", "case", "phase", "measurement", "before", "after", "unit",
                "change", "chance"}};
   for (const FlaggedChange& c : changes) {
-    if (table.rows.size() == most) break;
+    if (table.rows.size() == max_rows) break;
     table.rows.push_back({c.kind, c.against, c.case_name, c.phase,
                           c.measurement + " " + c.statistic, shown(c.before), shown(c.after),
                           c.unit, change_of(c), p_value_text(c.p)});
   }
   std::string text = text_table(table);
-  if (changes.size() > most) {
-    text += "  and " + std::to_string(changes.size() - most) + " more: see index.html\n";
+  if (changes.size() > max_rows) {
+    text += "  and " + std::to_string(changes.size() - max_rows) + " more: see index.html\n";
   }
   return text;
 }
@@ -104,15 +104,15 @@ ordered_json json_of(const ArchiveResult& archive) {
 
 }  // namespace
 
-double binomial_tail(std::size_t failed, std::size_t runs, double chance) {
+double binomial_tail(std::size_t failed, std::size_t runs, double probability) {
   if (failed == 0) return 1;
-  if (chance <= 0) return 0;
+  if (probability <= 0) return 0;
   double sum = 0;
   for (std::size_t k = failed; k <= runs; ++k) {
     const auto n = static_cast<double>(runs);
     const auto x = static_cast<double>(k);
     sum += std::exp(std::lgamma(n + 1) - std::lgamma(x + 1) - std::lgamma(n - x + 1) +
-                    x * std::log(chance) + (n - x) * std::log1p(-chance));
+                    x * std::log(probability) + (n - x) * std::log1p(-probability));
   }
   return std::min(1.0, sum);
 }

@@ -44,7 +44,7 @@ struct NightReport {
 void judge(const Plan& plan, NightReport& report);
 
 /// P(at least `failed` of `runs` | each fails with this chance).
-double binomial_tail(std::size_t failed, std::size_t runs, double chance);
+double binomial_tail(std::size_t failed, std::size_t runs, double probability);
 
 /// "0.00125", "0.00005".
 std::string p_value_text(double p);

@@ -115,8 +115,8 @@ void restore_from_log(const fs::path& log, const fs::path& directory) {
     const fs::path name = fs::path(attachment.name).lexically_normal();
     if (attachment.content.empty() || name.is_absolute() || *name.begin() == "..") continue;
     if (name == target_file) continue;  // with its mesh, which no log holds
-    const bool beside_log = name == "procedure.yaml" || name == evaluation::symmetry_file;
-    write_with_directory(beside_log ? directory / name : directory / "config" / name,
+    const bool next_to_log = name == "procedure.yaml" || name == evaluation::symmetry_file;
+    write_with_directory(next_to_log ? directory / name : directory / "config" / name,
                          attachment.content);
   }
 }

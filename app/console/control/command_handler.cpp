@@ -68,7 +68,7 @@ void CommandHandler::take(const Command& command) {
                     (command.confirm.empty() ? "" : ", for the second time"));
   }
   try {
-    if (const std::string why = objection(command, verb->second); !why.empty()) {
+    if (const std::string why = reason_to_refuse(command, verb->second); !why.empty()) {
       return refuse(command, why);
     }
     const std::string hazard = this->hazard(command);
@@ -81,7 +81,7 @@ void CommandHandler::take(const Command& command) {
   }
 }
 
-std::string CommandHandler::objection(const Command& command, const Verb& verb) const {
+std::string CommandHandler::reason_to_refuse(const Command& command, const Verb& verb) const {
   if (!verb.needs_control) return {};
   const Control control = this->control();
   if (control.viewer == command.viewer) return {};

@@ -65,7 +65,7 @@ class CommandHandler {
 
   std::string name_of(const std::string& viewer) const { return options_.name + " " + viewer; }
   /// Why this viewer is not obeyed; empty: it is.
-  std::string objection(const Command& command, const Verb& verb) const;
+  std::string reason_to_refuse(const Command& command, const Verb& verb) const;
   /// What would happen, where that is to be requested twice; empty: nothing that needs it.
   std::string hazard(const Command& command) const;
   std::string what_goes_on() const;

@@ -15,9 +15,9 @@ namespace berth::console {
 namespace {
 
 /// What of a second run is shown, under names of its own.
-class BesideSink : public Sink {
+class ReferenceSink : public Sink {
  public:
-  explicit BesideSink(Sink& sink) : sink_(sink) {}
+  explicit ReferenceSink(Sink& sink) : sink_(sink) {}
   void at(Utime /*utime*/) override {}
   void set(const std::string& section, std::string json) override {
     if (shown(section)) sink_.set(section + "2", std::move(json));
@@ -101,7 +101,7 @@ class ReplaySource::Impl {
   Impl(const std::filesystem::path& run, const std::filesystem::path& second,
        const logs::TypeCatalogue& types, Sink& sink, Utime wall, const Progress& progress)
       : sink_(sink),
-        beside_sink_(sink),
+        reference_sink_(sink),
         first_run_(run,
                    [&](double part) {
                      if (progress) progress(second.empty() ? part : part / 2);
@@ -117,9 +117,9 @@ class ReplaySource::Impl {
       });
       ahead_ = second_run_->begin() - first_run_.begin();
       const Utime start = first_run_.index().first() + ahead_;
-      second_ = std::make_unique<ReplayCursor>(*second_run_, types, beside_sink_,
+      second_ = std::make_unique<ReplayCursor>(*second_run_, types, reference_sink_,
                                                options_of(*second_run_, start));
-      publish_samples(*second_run_, start, beside_sink_);
+      publish_samples(*second_run_, start, reference_sink_);
     }
     first_.jump(0);
     player_.start(wall);
@@ -229,7 +229,7 @@ class ReplaySource::Impl {
   }
 
   Sink& sink_;
-  BesideSink beside_sink_;
+  ReferenceSink reference_sink_;
   RecordedRun first_run_;
   std::unique_ptr<RecordedRun> second_run_;
   ReplayCursor first_;

@@ -66,12 +66,12 @@ bool same_secret(const std::string& one, const std::string& other) {
 }
 
 std::string harmless(const std::string& text) {
-  constexpr std::size_t longest = 80;
-  std::string shown = text.substr(0, longest);
+  constexpr std::size_t max_length = 80;
+  std::string shown = text.substr(0, max_length);
   for (char& c : shown) {
     if (c < ' ' || c > '~') c = '?';
   }
-  return text.size() > longest ? shown + "..." : shown;
+  return text.size() > max_length ? shown + "..." : shown;
 }
 
 Access::Access(std::string token, std::vector<std::string> hosts, bool secure)

@@ -75,14 +75,14 @@ std::string ScanSection::json(const LatestMessages& latest) const {
     for (const scan_window_t& window : request_->windows) windows.push_back(window_json(window));
   }
   const bool running = status_ == ScanPacket::RUNNING;
-  const bool told = latest.lidar && latest.lidar->scan_id == scan_id_;
+  const bool reported = latest.lidar && latest.lidar->scan_id == scan_id_;
   return text_of({{"scan_id", scan_id_},
                   {"purpose", known ? request_->purpose : ""},
                   {"status", status_},
                   {"reason", reason_},
-                  {"progress", !running ? Json(1)
-                               : told   ? rounded(latest.lidar->progress, 1e-3)
-                                        : Json()},
+                  {"progress", !running   ? Json(1)
+                               : reported ? rounded(latest.lidar->progress, 1e-3)
+                                          : Json()},
                   {"beams", beams_},
                   {"hits", hits_},
                   {"windows", windows}});

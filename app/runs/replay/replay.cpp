@@ -118,11 +118,12 @@ class Replay {
  private:
   /// Where the log's clock was set: what lies between is neither waited for nor sent at once.
   void print_steps() {
-    constexpr std::size_t most = 10;
+    constexpr std::size_t max_shown = 10;
     const auto& steps = index_.steps();
-    for (std::size_t i = 0; i < std::min(steps.size(), most); ++i) screen_.print(steps[i].text());
-    if (steps.size() > most) {
-      screen_.print("and " + std::to_string(steps.size() - most) + " more: berth log check");
+    for (std::size_t i = 0; i < std::min(steps.size(), max_shown); ++i)
+      screen_.print(steps[i].text());
+    if (steps.size() > max_shown) {
+      screen_.print("and " + std::to_string(steps.size() - max_shown) + " more: berth log check");
     }
   }
 

@@ -66,13 +66,13 @@ Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
   for (std::size_t i = 0; i < count;) {
     Light echo{0, 0, nullptr};
     double sum = 0;
-    double most = -1;
+    double max_power = -1;
     const double first = lights[i].range;
     for (; i < count && lights[i].range - first < beam.pulse_length_m; ++i) {
       echo.power += lights[i].power;
       sum += lights[i].power * (lights[i].range - first);
-      if (lights[i].power > most) {
-        most = lights[i].power;
+      if (lights[i].power > max_power) {
+        max_power = lights[i].power;
         echo.hit = lights[i].hit;
       }
     }

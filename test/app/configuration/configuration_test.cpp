@@ -80,7 +80,7 @@ TEST_CASE("Keys are described by the call that reads them and the shipped files'
   const auto keys = described_keys(config_kind("estimator"), "config/estimator_paper.yaml");
   const DescribedKey* gate = find(keys, "tracking.icp.min_gate");
   REQUIRE(gate != nullptr);
-  CHECK(gate->key.standard == "35 mm");
+  CHECK(gate->key.default_value == "35 mm");
   CHECK(gate->key.value == "35 mm");
   CHECK(text_of(gate->key.bounds, gate->key.dimension) == "at least 1 mm");
   CHECK(gate->meaning == "and at last");

@@ -176,10 +176,10 @@ TEST_CASE("A recorder keeps what each key is, whether the file has it or not") {
   const ConfigKey& rate = keys.at("rate");
   CHECK(rate.file == "x");
   CHECK_FALSE(rate.required);
-  CHECK(rate.standard == "10 Hz");
+  CHECK(rate.default_value == "10 Hz");
   CHECK(rate.value == "5 Hz");
   CHECK(text_of(rate.bounds, rate.dimension) == "above 0");
-  CHECK(keys.at("section.share").standard == "0.25");
+  CHECK(keys.at("section.share").default_value == "0.25");
   CHECK(keys.at("section.share").value.empty());
   CHECK(keys.at("parts.NAME.kind").words == std::vector<std::string>{"a", "b"});
   CHECK(keys.at("parts.NAME.kind").required);

@@ -78,11 +78,11 @@ TEST_CASE("intervals cover what they are of as often as they promise") {
 }
 
 TEST_CASE("shares that differ by chance and shares that do not") {
-  CHECK(chance_of_equal_shares({10, 10}, {20, 20}) == Approx(1));
+  CHECK(p_of_equal_shares({10, 10}, {20, 20}) == Approx(1));
   // 2 x 2: chi squared 400 / 99 = 4.0404 with one degree of freedom.
-  CHECK(chance_of_equal_shares({90, 80}, {100, 100}) == Approx(0.0477).margin(5e-4));
-  CHECK(chance_of_equal_shares({50, 0, 100}, {100, 0, 100}) < 1e-9);
-  CHECK(chance_of_equal_shares({5, 0}, {5, 0}) == 1);
+  CHECK(p_of_equal_shares({90, 80}, {100, 100}) == Approx(0.0477).margin(5e-4));
+  CHECK(p_of_equal_shares({50, 0, 100}, {100, 0, 100}) < 1e-9);
+  CHECK(p_of_equal_shares({5, 0}, {5, 0}) == 1);
 }
 
 }  // namespace
